@@ -1,0 +1,16 @@
+"""Upper bounds on what an input may ask for, each checked before memory is allocated."""
+
+MAX_SCENE_BYTES = 16 << 20  # a scene or path file; a million objects come from `grid`, not from text
+MAX_MESH_BYTES = 4 << 30
+MAX_MESH_TRIANGLES = 200_000_000
+MAX_TEXTURE_SIDE = 16_384  # the GL 3.3 floor of common hardware
+MAX_TEXTURE_PIXELS = 16_384 * 16_384
+MAX_INSTANCES = 4_000_000
+MAX_ASSETS = 4_096
+MAX_GROUP_DEPTH = 64
+MAX_KEYFRAMES = 100_000
+MAX_FRAMES = 1_000_000
+MIN_DPCI_RESOLUTION = 16
+MAX_DPCI_RESOLUTION = 4_096
+MAX_DPCI_LAYERS = 8
+MAX_IMAGE_SIDE = 16_384  # --resolution

@@ -1,0 +1,45 @@
+"""The scene's objects as a structure of arrays: what every stage after the loader works on."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Representation(IntEnum):
+    """How an object is drawn; the values are stored in `Objects.representation`."""
+
+    MESH = 0  # its triangles
+    DPCI = 1  # depth images warped onto a plane (the paper)
+    DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
+
+
+@dataclass
+class Objects:
+    """n placed objects. world point = position + scale · rotate(rotation, asset point).
+
+    asset:          (n,) int32, index into Scene.assets.
+    position:       (n, 3) float32, metres, world: the centre of the base of the asset's bounding box.
+    rotation:       (n, 4) float32, unit quaternion (x, y, z, w).
+    scale:          (n,) float32, > 0.
+    representation: (n,) uint8, a Representation.
+    """
+
+    asset: NDArray[np.int32]
+    position: NDArray[np.float32]
+    rotation: NDArray[np.float32]
+    scale: NDArray[np.float32]
+    representation: NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.asset)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera. position, target: (3,) metres, world; fov: vertical angle in radians."""
+
+    position: tuple[float, float, float]
+    target: tuple[float, float, float]
+    fov: float
