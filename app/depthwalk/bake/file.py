@@ -1,0 +1,127 @@
+"""`NAME.dpci.exr`: a baked object as one multi-part OpenEXR file that any EXR viewer opens.
+
+One part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float, metres),
+N.x N.y N.z (half) and cells (uint). Geometry and the source key stand in the header of every part.
+EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+from numpy.typing import NDArray
+
+from depthwalk import limits
+from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
+from depthwalk.errors import InputError
+
+SUFFIX = ".dpci.exr"
+FORMAT_VERSION = 1
+_ATTRIBUTE = "depthwalk."
+_GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
+_CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "cells")
+
+
+def write_baked(path: Path, baked: BakedObject) -> None:
+    """Writes `baked` to `path` in one step: a reader sees the old file or the whole new one.
+
+    Raises OSError where the folder cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(suffix=".exr", prefix=".bake-", dir=path.parent)
+    os.close(handle)
+    try:
+        parts = [OpenEXR.Part(_header(baked), _channels(image), image.name) for image in baked.images]
+        OpenEXR.File(parts).write(temporary)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def read_baked(path: Path) -> BakedObject:
+    """The object stored at `path`.
+
+    Raises InputError where the file is missing, not an EXR, not ours, of another version or inconsistent.
+    """
+    header = read_header(path)
+    try:
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            images = [_image(part.name(), part.channels) for part in file.parts]
+    except (RuntimeError, KeyError, ValueError) as error:
+        raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
+    images.sort(key=lambda image: (image.face, image.layer))
+    cylinder = Cylinder(*(float(header[_ATTRIBUTE + name]) for name in _GEOMETRY))
+    return BakedObject(
+        cylinder,
+        tuple(images),
+        shininess=float(header[_ATTRIBUTE + "shininess"]),
+        steps=int(header[_ATTRIBUTE + "steps"]),
+        key=str(header[_ATTRIBUTE + "key"]),
+    )
+
+
+def read_header(path: Path) -> dict[str, Any]:
+    """The checked header of a baked file, without its pixels. Raises InputError as `read_baked` does."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            headers = [dict(part.header) for part in file.parts]
+    except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
+        raise InputError(f"{path}: not an OpenEXR file: {_first_line(error)}") from error
+    header = headers[0]
+    if header.get(_ATTRIBUTE + "version") is None:
+        raise InputError(f"{path}: an OpenEXR file, but not one of baked depth images")
+    if int(header[_ATTRIBUTE + "version"]) != FORMAT_VERSION:
+        raise InputError(f"{path}: baked by another version of depthwalk; bake it again")
+    for part in headers:
+        low, high = part["dataWindow"]
+        side = int(max(high[0] - low[0], high[1] - low[1])) + 1
+        if side > limits.MAX_DPCI_RESOLUTION:
+            raise InputError(f"{path}: image of {side} texels; at most {limits.MAX_DPCI_RESOLUTION} are allowed")
+    missing = [n for n in (*_GEOMETRY, "shininess", "steps", "key") if _ATTRIBUTE + n not in header]
+    if missing:
+        raise InputError(f"{path}: damaged depth images: header lacks {', '.join(missing)}")
+    return header
+
+
+def _header(baked: BakedObject) -> dict[str, Any]:
+    values: dict[str, Any] = {name: np.float32(getattr(baked.cylinder, name)) for name in _GEOMETRY}
+    values |= {"version": FORMAT_VERSION, "steps": baked.steps, "key": baked.key}
+    values["shininess"] = np.float32(baked.shininess)
+    header = {_ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
+    return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+
+
+def _attribute(value: Any) -> Any:
+    return float(value) if isinstance(value, np.floating) else value
+
+
+def _channels(image: DepthImage) -> dict[str, NDArray[Any]]:
+    planes = [*np.moveaxis(image.albedo.astype(np.float16), -1, 0), image.depth]
+    planes += [*np.moveaxis(image.normal.astype(np.float16), -1, 0), image.cells]
+    return {name: np.ascontiguousarray(plane[::-1]) for name, plane in zip(_CHANNELS, planes, strict=True)}
+
+
+def _image(name: str, channels: dict[str, Any]) -> DepthImage:
+    face, layer = name.split(".")
+    plane = {key: channels[key].pixels[::-1] for key in _CHANNELS}
+    depth = np.ascontiguousarray(plane["Z"], np.float32)
+    if np.isnan(depth).any() or (depth < 0).any():
+        raise ValueError(f"part {name} holds depths that are negative or not numbers")
+    return DepthImage(
+        Face[face.upper()],
+        int(layer),
+        depth,
+        normal=np.stack([plane[k] for k in ("N.x", "N.y", "N.z")], -1).astype(np.float32),
+        albedo=np.stack([plane[k] for k in ("R", "G", "B", "specular")], -1).astype(np.float32),
+        cells=np.ascontiguousarray(plane["cells"], np.uint32),
+    )
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

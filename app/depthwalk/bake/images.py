@@ -1,0 +1,159 @@
+"""Depth images and the object they make up: plain arrays, in the frame of docs/conventions.md.
+
+Object frame: the cylinder's axis is +Y through the origin, metres. Row 0 of every image is at the bottom
+(smallest y, or smallest z for the caps). Empty texels have depth +inf.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Face(IntEnum):
+    """Which surface of the cylinder an image lies on. The order is the order in GPU memory: a view from above
+    needs TOP and SIDE, one from below SIDE and BOTTOM, so every case of the paper is one contiguous range."""
+
+    TOP = 0
+    SIDE = 1
+    BOTTOM = 2
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """The volume that the images enclose.
+
+    radius: R; bottom, top: y0 < y1. half_width, half_depth: the caps cover |x| ≤ half_width, |z| ≤ half_depth;
+    both equal R for a cylinder and differ only for a single planar image, which is a top cap alone.
+    """
+
+    radius: float
+    bottom: float
+    top: float
+    half_width: float
+    half_depth: float
+
+    @property
+    def height(self) -> float:
+        return self.top - self.bottom
+
+
+@dataclass(frozen=True)
+class DepthImage:
+    """One layer of one face.
+
+    depth:  (H, W) float32, metres inward from the face, +inf where empty.
+    normal: (H, W, 3) float32, unit, object frame; zero where empty.
+    albedo: (H, W, 4) float32, linear RGB and specular strength; zero where empty.
+    cells:  (H, W) uint32; bits 2k and 2k + 1 of the cell whose lower corner is node (i, j) of the grid of step 2ᵏ
+            say that its lower and its upper triangle lie on the surface.
+    """
+
+    face: Face
+    layer: int
+    depth: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    albedo: NDArray[np.float32]
+    cells: NDArray[np.uint32]
+
+    @property
+    def name(self) -> str:
+        return f"{self.face.name.lower()}.{self.layer}"
+
+
+@dataclass(frozen=True)
+class BakedObject:
+    """Everything the renderer needs of one object.
+
+    images: ordered by face, then layer. shininess: Phong exponent. steps: number of grids, steps 1, 2, … 2^(steps−1).
+    key: hex digest of what it was made from.
+    """
+
+    cylinder: Cylinder
+    images: tuple[DepthImage, ...]
+    shininess: float
+    steps: int
+    key: str
+
+
+def texel_centres(count: int) -> NDArray[np.float64]:
+    """Centres (count,) of `count` texels over [0, 1]."""
+    return (np.arange(count) + 0.5) / count
+
+
+def surface_rays(
+    cylinder: Cylinder, face: Face, u: NDArray[np.floating], v: NDArray[np.floating]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Where depth is measured from and along: origins (…, 3) on the face and unit directions (…, 3) inward.
+
+    u, v: (…) in [0, 1], broadcast against each other; u runs with θ or x, v with y or z. Depth d is the point
+    origin + d · direction (DESIGN: B = ((R−d)cosθ, y, (R−d)sinθ) for the side).
+    """
+    u, v = np.broadcast_arrays(u, v)
+    origin = np.empty((*u.shape, 3), np.float32)
+    direction = np.zeros_like(origin)
+    if face is Face.SIDE:
+        theta = 2 * np.pi * u
+        direction[..., 0], direction[..., 2] = -np.cos(theta), -np.sin(theta)
+        origin[...] = -cylinder.radius * direction
+        origin[..., 1] = cylinder.bottom + v * cylinder.height
+    else:
+        origin[..., 0] = (2 * u - 1) * cylinder.half_width
+        origin[..., 2] = (2 * v - 1) * cylinder.half_depth
+        origin[..., 1] = cylinder.top if face is Face.TOP else cylinder.bottom
+        direction[..., 1] = -1 if face is Face.TOP else 1
+    return origin, direction
+
+
+def image_points(cylinder: Cylinder, image: DepthImage) -> NDArray[np.float32]:
+    """The 3-D point (H, W, 3) of every texel, object frame; NaN or infinite where empty."""
+    height, width = image.depth.shape
+    origin, direction = surface_rays(cylinder, image.face, texel_centres(width), texel_centres(height)[:, None])
+    with np.errstate(invalid="ignore"):
+        return origin + image.depth[..., None] * direction
+
+
+def texel_size(cylinder: Cylinder, face: Face, shape: tuple[int, int]) -> tuple[float, float]:
+    """Width and height of a texel in metres, on the face itself; shape is (H, W)."""
+    height, width = shape
+    if face is Face.SIDE:
+        return 2 * np.pi * cylinder.radius / width, cylinder.height / height
+    return 2 * cylinder.half_width / width, 2 * cylinder.half_depth / height
+
+
+def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
+    """Texel indices of the nodes along one axis at `step`: every step-th texel, and the last one unless it wraps,
+    so that a coarse grid still reaches the border."""
+    nodes = np.arange(0, count, step)
+    return nodes if wraps or nodes[-1] == count - 1 else np.append(nodes, count - 1)
+
+
+def grid_cells(shape: tuple[int, int], face: Face, step: int) -> tuple[NDArray[np.int64], ...]:
+    """The cells of the grid of `step`: column and row of the lower (i0, j0) and the upper (i1, j1) corner.
+
+    Each is (cells,) int64. The side image wraps, so i1 may be 0 after the last column.
+    """
+    height, width = shape
+    columns = grid_nodes(width, step, wraps=face is Face.SIDE)
+    rows = grid_nodes(height, step, wraps=False)
+    next_columns = np.append(columns[1:], 0) if face is Face.SIDE else columns[1:]
+    i0, j0 = np.meshgrid(columns[: len(next_columns)], rows[:-1])
+    i1, j1 = np.meshgrid(next_columns, rows[1:])
+    return i0.ravel(), j0.ravel(), i1.ravel(), j1.ravel()
+
+
+def cell_triangles(
+    face: Face, i0: NDArray[np.int64], j0: NDArray[np.int64], i1: NDArray[np.int64], j1: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Columns and rows, each (2, cells, 3), of the lower and the upper triangle of each cell.
+
+    Counter-clockwise seen from outside the cylinder: θ grows to the left there, z toward the lower edge of a view
+    from above, so side and top run the other way round than the bottom.
+    """
+    lower = (i1, j0), (i0, j0), (i0, j1)
+    upper = (i1, j0), (i0, j1), (i1, j1)
+    triangles = [lower, upper] if face is not Face.BOTTOM else [lower[::-1], upper[::-1]]
+    columns = np.stack([np.stack([corner[0] for corner in triangle], -1) for triangle in triangles])
+    rows = np.stack([np.stack([corner[1] for corner in triangle], -1) for triangle in triangles])
+    return columns, rows

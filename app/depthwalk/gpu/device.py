@@ -1,0 +1,133 @@
+"""A GL context and everything made in it. Objects are created through a `Scope`, which owns and releases them."""
+
+from collections import Counter
+from typing import Any
+
+import moderngl
+
+DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
+_SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
+
+
+class GpuError(Exception):
+    """The driver refused an object or a program; the message says which and how large it was."""
+
+
+class Device:
+    """A context with its limits and a count of live objects by kind (`live`)."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self.context = context
+        self.live: Counter[str] = Counter()
+        self.renderer: str = context.info["GL_RENDERER"]
+        self.software = any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
+        self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
+        self.max_layers: int = context.info["GL_MAX_ARRAY_TEXTURE_LAYERS"]
+        self.conservative_depth = "GL_ARB_conservative_depth" in context.extensions or context.version_code >= 420
+        self.texture_gather = "GL_ARB_texture_gather" in context.extensions or context.version_code >= 400
+
+    def scope(self, owner: str) -> "Scope":
+        return Scope(self, owner)
+
+
+def headless_device() -> Device:
+    """A device without a window: EGL where there is one, else the platform's own.
+
+    Raises GpuError where no OpenGL 3.3 context can be had.
+    """
+    reasons = []
+    for settings in ({"backend": "egl"}, {}):
+        try:
+            return Device(moderngl.create_context(require=330, standalone=True, **settings))
+        except Exception as error:  # glcontext raises bare Exception
+            reasons.append(str(error))
+    raise GpuError(f"no OpenGL 3.3 context: {'; '.join(reasons)}")
+
+
+class Scope:
+    """Owns the GL objects of one part of the program. `release()` frees them all; single ones by `free(object)`."""
+
+    def __init__(self, device: Device, owner: str) -> None:
+        self.device = device
+        self.owner = owner
+        self._objects: dict[int, tuple[str, Any]] = {}
+
+    def texture(
+        self, size: tuple[int, int], components: int, dtype: str = "f1", data: bytes | None = None
+    ) -> moderngl.Texture:
+        """A 2-D texture without filtering, clamped. dtype as moderngl names them ("f1" 8-bit, "f2" half, "nu2" …)."""
+        self._check_size(size)
+        texture = self._made("texture", size, self.device.context.texture(size, components, data, dtype=dtype))
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+    def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
+        """An RGBA texture of 8-bit sRGB colours (alpha linear), repeating, with mip-maps."""
+        self._check_size(size)
+        make = self.device.context.texture
+        texture = self._made("texture", size, make(size, 4, data, internal_format=_SRGB8_ALPHA8))
+        texture.build_mipmaps()
+        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        return texture
+
+    def texture_array(self, size: tuple[int, int, int], components: int, data: bytes, dtype: str) -> moderngl.TextureArray:
+        """Layers (width, height, count) with mip-maps, trilinear, repeating. 8-bit RGBA is taken as sRGB."""
+        self._check_size(size[:2])
+        if size[2] > self.device.max_layers:
+            raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
+        srgb = {"internal_format": _SRGB8_ALPHA8} if dtype == "f1" and components == 4 else {}
+        array = self.device.context.texture_array(size, components, data, dtype=dtype, **srgb)
+        self._made("texture_array", size, array)
+        array.build_mipmaps()
+        array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        return array
+
+    def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
+        """A 24-bit depth texture that shaders read as plain numbers."""
+        self._check_size(size)
+        texture = self._made("texture", size, self.device.context.depth_texture(size))
+        texture.compare_func = ""
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+    def framebuffer(self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None) -> moderngl.Framebuffer:
+        return self._made("framebuffer", None, self.device.context.framebuffer(colours, depth))
+
+    def buffer(self, data: Any = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
+        """A buffer with `data` in it, or of `reserve` bytes."""
+        size = reserve if data is None else len(memoryview(data).cast("B"))
+        if not size:
+            raise GpuError(f"{self.owner}: empty buffer")
+        return self._made("buffer", size, self.device.context.buffer(data, reserve=reserve, dynamic=dynamic))
+
+    def program(self, vertex: str, fragment: str) -> moderngl.Program:
+        return self._made("program", None, self.device.context.program(vertex_shader=vertex, fragment_shader=fragment))
+
+    def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
+        return self._made("vertex_array", None, self.device.context.vertex_array(program, content, **options))
+
+    def free(self, *objects: Any) -> None:
+        """Releases single objects of this scope before the scope itself."""
+        for gl_object in objects:
+            kind, _ = self._objects.pop(id(gl_object))
+            gl_object.release()
+            self.device.live[kind] -= 1
+
+    def release(self) -> None:
+        self.free(*[gl_object for _, gl_object in reversed(self._objects.values())])
+
+    def _made(self, kind: str, size: Any, gl_object: Any) -> Any:
+        self._objects[id(gl_object)] = kind, gl_object
+        self.device.live[kind] += 1
+        error = self.device.context.error
+        if error != "GL_NO_ERROR":
+            self.free(gl_object)
+            raise GpuError(f"{self.owner}: the driver refused a {kind}{f' of {size}' if size else ''}: {error}")
+        return gl_object
+
+    def _check_size(self, size: tuple[int, int]) -> None:
+        if not 0 < min(size) <= max(size) <= self.device.max_texture_size:
+            limit = self.device.max_texture_size
+            raise GpuError(f"{self.owner}: texture of {size[0]} × {size[1]}; this driver allows 1 to {limit}")

@@ -1,0 +1,93 @@
+"""GLSL programs from files: includes, defines, correct line numbers in compiler messages, checked uniforms."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import moderngl
+
+from depthwalk.gpu.device import GpuError, Scope
+from depthwalk.resources import shader_root
+
+_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
+_UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
+_LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
+
+
+class Source:
+    """One shader stage: `#include "common/x.glsl"` is resolved below shaders/, each file at most once."""
+
+    def __init__(self, name: str, preamble: str) -> None:
+        self.files: list[str] = []
+        self.text = f"#version 330 core\n{preamble}{self._expand(name)}"
+
+    def _expand(self, name: str) -> str:
+        path = shader_root() / name
+        try:
+            lines = path.read_text(encoding="utf-8").splitlines()
+        except FileNotFoundError:
+            raise GpuError(f"shaders/{name}: no such shader") from None
+        number = len(self.files)
+        self.files.append(name)
+        out = [f"#line 1 {number}"]
+        for index, line in enumerate(lines, start=1):
+            include = _INCLUDE.match(line)
+            if include is None:
+                out.append(line)
+            elif include[1] not in self.files:
+                out += [self._expand(include[1]), f"#line {index + 1} {number}"]
+            else:
+                out.append("")
+        return "\n".join(out) + "\n"
+
+    def locate(self, message: str) -> str:
+        """The compiler's message with `shaders/file:line` in place of source numbers."""
+
+        def name(match: re.Match[str]) -> str:
+            number = int(match[1])
+            return f"shaders/{self.files[number]}:{match[2]}" if number < len(self.files) else match[0]
+
+        return _LOCATION.sub(name, message)
+
+
+class Program:
+    """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
+
+    def __init__(self, scope: Scope, vertex: str, fragment: str, defines: dict[str, int] | None = None) -> None:
+        preamble = _preamble(scope, defines or {})
+        stages = Source(vertex, preamble), Source(fragment, preamble)
+        try:
+            self.gl: moderngl.Program = scope.program(stages[0].text, stages[1].text)
+        except moderngl.Error as error:
+            message = str(error)
+            stage = stages["vertex_shader" not in message]
+            raise GpuError(f"{vertex} + {fragment}: {stage.locate(message)}") from error
+        self._declared = set(_UNIFORM.findall(stages[0].text) + _UNIFORM.findall(stages[1].text))
+
+    def set(self, **values: Any) -> None:
+        """Sets uniforms. One that the compiler removed is passed over; one that no source declares raises KeyError."""
+        for name, value in values.items():
+            if name in self.gl:
+                uniform = self.gl[name]
+                if isinstance(value, bytes):
+                    uniform.write(value)
+                else:
+                    uniform.value = value
+            elif name not in self._declared:
+                raise KeyError(f"no uniform {name!r} in this program")
+
+
+def _preamble(scope: Scope, defines: dict[str, int]) -> str:
+    device = scope.device
+    lines = []
+    if device.conservative_depth:
+        lines += ["#extension GL_ARB_conservative_depth : enable", "#define CONSERVATIVE_DEPTH 1"]
+    if device.texture_gather:
+        lines += ["#extension GL_ARB_texture_gather : enable", "#define TEXTURE_GATHER 1"]
+    lines += [f"#define {name} {value}" for name, value in defines.items()]
+    return "".join(line + "\n" for line in lines)
+
+
+def shader(pass_name: str, file: str) -> str:
+    """Path below shaders/ of a pass's own file."""
+    return str(Path(pass_name) / file).replace("\\", "/")

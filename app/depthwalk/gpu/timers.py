@@ -1,0 +1,54 @@
+"""Time per pass: timer queries on a GPU, `finish` and the clock on a software rasteriser, where queries lie."""
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from depthwalk.gpu.device import Device
+
+_FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, when its result no longer blocks
+
+
+class PassTimers:
+    """Milliseconds per named pass of the newest frame whose times are known.
+
+    kind: "gpu" (timer queries) or "finish" (the pipeline is drained around each pass, so the sum is the frame).
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._context = device.context
+        self.kind = "finish" if device.software else "gpu"
+        self.milliseconds: dict[str, float] = {}
+        self._pending: deque[list[tuple[str, Any]]] = deque()
+        self._frame: list[tuple[str, Any]] = []
+
+    @contextmanager
+    def measure(self, name: str) -> Iterator[None]:
+        if self.kind == "gpu":
+            query = self._context.query(time=True)
+            with query:
+                yield
+            self._frame.append((name, query))
+        else:
+            start = time.perf_counter()
+            yield
+            self._context.finish()
+            self._frame.append((name, (time.perf_counter() - start) * 1e3))
+
+    def end_frame(self) -> None:
+        """Publishes the times of this frame, or on a GPU of one a few frames ago."""
+        self._pending.append(self._frame)
+        self._frame = []
+        if self.kind == "finish" or len(self._pending) > _FRAMES_IN_FLIGHT:
+            self._publish()
+
+    def flush(self) -> None:
+        """Waits for and publishes everything still in flight."""
+        while self._pending:
+            self._publish()
+
+    def _publish(self) -> None:
+        frame = self._pending.popleft()
+        self.milliseconds = {n: value if isinstance(value, float) else value.elapsed / 1e6 for n, value in frame}
