@@ -17,6 +17,7 @@ from depthwalk.bake.images import (
     surface_rays,
     texel_centres,
     texel_size,
+    usable_steps,
 )
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.surface import mean_shininess, surface_at
@@ -25,7 +26,6 @@ from depthwalk.ingest.mesh import Mesh
 # A triangle is dropped where the surface behind its centre is off the triangle by more than this part of the
 # triangle's own depth range: half-way values separate a slope (0) from a step (0.33 to 0.67), measured on five models.
 CUT_TOLERANCE = 0.15
-MAX_STEPS = 7  # grids of step 1, 2, … 64: 512² shrinks to 8²
 
 Progress = Callable[[str], None]
 
@@ -51,7 +51,7 @@ def bake_object(mesh: Mesh, params: BakeParams, key: str, progress: Progress = l
     """Side and both caps of `mesh`, `params.layers` deep; `progress` is called with the name of each stage."""
     cylinder = enclosing_cylinder(mesh)
     caster = RayCaster(mesh)
-    steps = min(MAX_STEPS, int(np.log2(params.resolution)) - 2)
+    steps = usable_steps((params.resolution, params.resolution))
     images: list[DepthImage] = []
     for face in Face:
         progress(face.name.lower())

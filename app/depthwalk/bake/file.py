@@ -22,6 +22,7 @@ SUFFIX = ".dpci.exr"
 FORMAT_VERSION = 1
 _ATTRIBUTE = "depthwalk."
 _GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
+_PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "cells")
 
 
@@ -55,12 +56,15 @@ def read_baked(path: Path) -> BakedObject:
         raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
     images.sort(key=lambda image: (image.face, image.layer))
     cylinder = Cylinder(*(float(header[_ATTRIBUTE + name]) for name in _GEOMETRY))
+    placement: Any = tuple(float(header[_ATTRIBUTE + name]) for name in _PLACEMENT)
     return BakedObject(
         cylinder,
         tuple(images),
         shininess=float(header[_ATTRIBUTE + "shininess"]),
         steps=int(header[_ATTRIBUTE + "steps"]),
         key=str(header[_ATTRIBUTE + "key"]),
+        position=placement[:3],
+        rotation=placement[3:],
     )
 
 
@@ -83,7 +87,7 @@ def read_header(path: Path) -> dict[str, Any]:
         side = int(max(high[0] - low[0], high[1] - low[1])) + 1
         if side > limits.MAX_DPCI_RESOLUTION:
             raise InputError(f"{path}: image of {side} texels; at most {limits.MAX_DPCI_RESOLUTION} are allowed")
-    missing = [n for n in (*_GEOMETRY, "shininess", "steps", "key") if _ATTRIBUTE + n not in header]
+    missing = [n for n in (*_GEOMETRY, *_PLACEMENT, "shininess", "steps", "key") if _ATTRIBUTE + n not in header]
     if missing:
         raise InputError(f"{path}: damaged depth images: header lacks {', '.join(missing)}")
     return header
@@ -91,6 +95,7 @@ def read_header(path: Path) -> dict[str, Any]:
 
 def _header(baked: BakedObject) -> dict[str, Any]:
     values: dict[str, Any] = {name: np.float32(getattr(baked.cylinder, name)) for name in _GEOMETRY}
+    values |= {name: np.float32(v) for name, v in zip(_PLACEMENT, (*baked.position, *baked.rotation), strict=True)}
     values |= {"version": FORMAT_VERSION, "steps": baked.steps, "key": baked.key}
     values["shininess"] = np.float32(baked.shininess)
     header = {_ATTRIBUTE + name: _attribute(value) for name, value in values.items()}

@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+MAX_STEPS = 7  # grids of step 1, 2, … 64: 512² shrinks to 8²
+
+
 class Face(IntEnum):
     """Which surface of the cylinder an image lies on. The order is the order in GPU memory: a view from above
     needs TOP and SIDE, one from below SIDE and BOTTOM, so every case of the paper is one contiguous range."""
@@ -67,7 +70,8 @@ class BakedObject:
     """Everything the renderer needs of one object.
 
     images: ordered by face, then layer. shininess: Phong exponent. steps: number of grids, steps 1, 2, … 2^(steps−1).
-    key: hex digest of what it was made from.
+    key: hex digest of what it was made from. position, rotation (quaternion x, y, z, w): where the cylinder stands in
+    the asset's frame; asset point = position + rotate(rotation, object point).
     """
 
     cylinder: Cylinder
@@ -75,6 +79,8 @@ class BakedObject:
     shininess: float
     steps: int
     key: str
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
 
 def texel_centres(count: int) -> NDArray[np.float64]:
@@ -120,6 +126,11 @@ def texel_size(cylinder: Cylinder, face: Face, shape: tuple[int, int]) -> tuple[
     if face is Face.SIDE:
         return 2 * np.pi * cylinder.radius / width, cylinder.height / height
     return 2 * cylinder.half_width / width, 2 * cylinder.half_depth / height
+
+
+def usable_steps(shape: tuple[int, int]) -> int:
+    """How many grids an image of (H, W) gets: steps 1, 2, … as long as eight cells remain, 64 at most."""
+    return max(1, min(MAX_STEPS, int(np.log2(min(shape))) - 2))
 
 
 def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:

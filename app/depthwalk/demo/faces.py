@@ -20,6 +20,7 @@ from depthwalk.demo.sdf import (
     intersection,
     length,
     mirrored,
+    rod,
     sculpt,
     turned,
     union,
@@ -52,10 +53,10 @@ def skull(face: Face) -> list[Stroke]:
     return [
         Blob((0, 14.3, -0.9), (7.3, 8.3, 9.4), 1.0),
         Blob((0, 9.6, 2.6), (6.15, 9.0, 6.3), 2.5),
-        Blob((0, 14.6, 3.2), (5.9, 5.2, 5.6), 2.0),
+        Blob((0, 14.9, 3.0), (5.9, 5.0, 6.0), 2.0),
         Rod((face.jaw, 4.6, -0.2), (1.2, 1.7, 6.8), 1.7, 1.6, 2.2),
         Blob((0, 4.3, 4.2), (4.2, 4.0, 4.4), 2.0),
-        Blob((0, 1.5, 7.3), (face.chin + 0.4, 1.35, 1.45), 1.6),
+        Blob((0, 1.6, 7.6), (face.chin + 0.4, 1.45, 1.5), 1.6),
         Blob((4.3, 8.6, 5.2), (1.9, 1.7, 2.1), 2.4),
         Rod((4.6, 9.2, 5.6), (6.6, 10.1, 0.5), 0.8, 0.7, 2.0),
         Blob((3.4, 6.6, 6.3), (1.8 * face.cheek, 2.2, 1.6 * face.cheek), 2.4),
@@ -74,9 +75,9 @@ def brows_and_sockets(face: Face) -> list[Stroke]:
 def nose(face: Face) -> list[Stroke]:
     w = face.nose
     return [
-        Rod((0, 13.4, 8.75), (0, 8.4, 10.75), w * 0.95, w * 0.9, 1.1),
-        Rod((0, 10.4, 9.0), (0, 8.0, 9.6), 1.0 * w, 1.45 * w, 1.3),
-        Blob((0, 7.95, 10.85), (w * 1.05, 0.72, 0.8), 0.7),
+        Rod((0, 13.6, 8.5), (0, 8.4, 10.75), w * 1.0, w * 0.9, 1.2),
+        Rod((0, 11.0, 8.7), (0, 7.9, 9.5), 1.1 * w, 1.45 * w, 1.3),
+        Blob((0, 7.8, 10.95), (w * 1.05, 0.72, 0.85), 0.7),
         Blob((1.22 * w / 0.72, 7.5, 9.75), (0.55, 0.66, 0.92), 0.45, turn=(1, 18)),
         Blob((0, 7.15, 10.3), (0.34, 0.3, 0.9), 0.35),
         Blob((0.66 * w / 0.72, 6.95, 10.15), (0.36, 0.42, 0.55), 0.3, cut=True, turn=(1, 14)),
@@ -87,13 +88,13 @@ def nose(face: Face) -> list[Stroke]:
 def mouth(face: Face) -> list[Stroke]:
     f = face.lips
     return [
-        Blob((0, 5.1, 7.0), (2.9, 2.3, 2.5), 1.4),
+        Blob((0, 5.3, 6.8), (3.0, 2.6, 2.55), 1.8),
         Rod((0.28, 5.28, 9.55), (2.25, 4.82, 8.45), 0.42 * f, 0.16, 0.4),
         Rod((0.0, 4.15, 9.4), (0.7, 4.15, 9.3), 0.52 * f, 0.5 * f, 0.4),
         Rod((0.7, 4.15, 9.3), (2.05, 4.62, 8.45), 0.5 * f, 0.16, 0.4),
         Rod((0.0, 4.72, 10.15), (1.2, 4.78, 9.75), 0.13, 0.13, 0.22, cut=True),
-        Rod((1.2, 4.78, 9.75), (2.5, 4.66, 8.75), 0.13, 0.12, 0.22, cut=True),
-        Blob((2.55, 4.65, 8.5), (0.3, 0.34, 0.35), 0.5, cut=True),
+        Rod((1.2, 4.78, 9.75), (2.4, 4.7, 8.85), 0.13, 0.05, 0.25, cut=True),
+        Blob((2.6, 4.7, 8.75), (0.35, 0.4, 0.35), 0.9, cut=True),
         Rod((0, 6.6, 9.95), (0, 5.75, 9.95), 0.2, 0.26, 0.45, cut=True),
         Blob((0, 3.05, 9.75), (1.5, 0.42, 0.75), 0.9, cut=True),
     ]
@@ -105,13 +106,15 @@ def eyes(p: Points, d: Distance, face: Face) -> Distance:
     x, y = q[:, 0] - EYE[0], q[:, 1] - EYE[1]
     ball = length(p - np.asarray(EYE, np.float32)) - EYE_RADIUS
     r = face.opening
+    front = EYE[2] - p[:, 2]
     upper = np.hypot(x, y + (r - 0.62)) - r
     lower = np.hypot(x, y - (r * 1.15 - 0.42)) - r * 1.15
-    almond = np.maximum(np.maximum(upper, lower), EYE[2] - p[:, 2])
-    shell = length(p - np.asarray(EYE, np.float32)) - (EYE_RADIUS + 0.2)
-    crease = np.abs(length(np.stack([x, y + (r - 0.62)], 1)) - (r + 0.42)) - 0.02
-    d = union(d, shell, 0.7)
-    d = difference(d, np.maximum(np.maximum(crease, EYE[2] - p[:, 2] + 0.2), -shell - 0.14), 0.22)
+    almond = np.maximum(np.maximum(upper, lower), front)
+    lids = length(p - np.asarray(EYE, np.float32)) - (EYE_RADIUS + 0.22)
+    fold = np.hypot(upper - 0.36, length(p - np.asarray(EYE, np.float32)) - (EYE_RADIUS + 0.45)) - 0.2
+    fold = np.maximum(np.maximum(fold, front), np.maximum(np.abs(x) - 1.5, 0.2 - y))
+    d = union(d, lids, 0.7)
+    d = difference(d, fold, 0.3)
     d = difference(d, almond, 0.1)
     return union(d, ball, 0.04)
 
@@ -128,7 +131,7 @@ def pupils(p: Points, d: Distance) -> Distance:
 
 def ear(p: Points, d: Distance) -> Distance:
     """Adds the ear: a tilted dish with rim, inner fold, hollow and lobe. p is mirrored."""
-    q = turned(turned(p, (7.0, 9.6, -0.6), 1, 24), (7.0, 9.6, -0.6), 0, 14)
+    q = turned(turned(p, (6.7, 9.6, 0.6), 1, -24), (6.7, 9.6, 0.6), 0, -12)
     v, w = q[:, 1] - 9.6, q[:, 2] + 0.6
     outline = np.hypot(v / 3.1, (w + 0.1 * v * 0.3) / 1.75)
     rim = np.hypot((outline - 0.86) * 1.9, q[:, 0] - 7.45) - 0.34
@@ -152,14 +155,11 @@ def bare_head(p: Points, face: Face) -> Distance:
     return ear(m, eyes(m, d, face))
 
 
-def neck(p: Points, d: Distance, face: Face) -> Distance:
-    """Adds neck, its two leading muscles and the collarbones' root, down to y = −14."""
+def neck(p: Points, face: Face) -> Distance:
+    """The neck and its two leading muscles, from within the head down to y = −12."""
     m = mirrored(p)
     w = face.neck
-    column = intersection(
-        ellipsoid(m, (0, -4, -2.2), (w, 24, w + 0.5)),
-        np.abs(m[:, 1] + 3) - 12,
-        0.5,
-    )
-    d = union(d, column, 1.6)
-    return sculpt(m, d, [Rod((5.6, 5.4, -2.0), (1.0, -9.5, 2.6), 1.2, 0.9, 1.6)])
+    slim = ellipsoid(m, (0, -2, -2.6), (w, 24, w + 0.6))
+    column = intersection(slim, np.abs(m[:, 1] + 4) - 9, 0.5)
+    strap = rod(m, (5.3, 4.6, -2.4), (1.0, -7.5, 2.0), 1.0, 0.8)
+    return union(column, strap, 1.6)

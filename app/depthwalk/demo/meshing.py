@@ -28,7 +28,7 @@ def polygonise(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) ->
     volume = zoom(coarse, fine_shape / (blocks + 1), order=1, mode="nearest")
     near = np.abs(volume) < 3.0 * cell * _COARSE
     volume[near] = _evaluate(field, np.argwhere(near), lower, cell)
-    vertices, faces, _, _ = marching_cubes(volume, 0.0, gradient_direction="ascent")
+    vertices, faces, _, _ = marching_cubes(volume, 0.0, gradient_direction="descent")
     positions = (vertices * np.float32(cell) + lower).astype(np.float32)
     return tidy(Model(positions, faces.astype(np.int32), np.ones_like(positions)))
 

@@ -72,12 +72,11 @@ class Scope:
         return texture
 
     def texture_array(self, size: tuple[int, int, int], components: int, data: bytes, dtype: str) -> moderngl.TextureArray:
-        """Layers (width, height, count) with mip-maps, trilinear, repeating. 8-bit RGBA is taken as sRGB."""
+        """Layers (width, height, count) with mip-maps, trilinear, repeating."""
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
-        srgb = {"internal_format": _SRGB8_ALPHA8} if dtype == "f1" and components == 4 else {}
-        array = self.device.context.texture_array(size, components, data, dtype=dtype, **srgb)
+        array = self.device.context.texture_array(size, components, data, dtype=dtype)
         self._made("texture_array", size, array)
         array.build_mipmaps()
         array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR

@@ -4,7 +4,8 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+
+import moderngl
 
 from depthwalk.gpu.device import Device
 
@@ -21,13 +22,14 @@ class PassTimers:
         self._context = device.context
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
-        self._pending: deque[list[tuple[str, Any]]] = deque()
-        self._frame: list[tuple[str, Any]] = []
+        self._frame: list[tuple[str, float | moderngl.Query]] = []
+        self._pending: deque[list[tuple[str, float | moderngl.Query]]] = deque()
+        self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
         if self.kind == "gpu":
-            query = self._context.query(time=True)
+            query = self._spare.pop() if self._spare else self._context.query(time=True)
             with query:
                 yield
             self._frame.append((name, query))
@@ -44,11 +46,12 @@ class PassTimers:
         if self.kind == "finish" or len(self._pending) > _FRAMES_IN_FLIGHT:
             self._publish()
 
-    def flush(self) -> None:
-        """Waits for and publishes everything still in flight."""
-        while self._pending:
-            self._publish()
-
     def _publish(self) -> None:
-        frame = self._pending.popleft()
-        self.milliseconds = {n: value if isinstance(value, float) else value.elapsed / 1e6 for n, value in frame}
+        times = {}
+        for name, value in self._pending.popleft():
+            if isinstance(value, float):
+                times[name] = value
+            else:
+                times[name] = value.elapsed / 1e6
+                self._spare.append(value)
+        self.milliseconds = times

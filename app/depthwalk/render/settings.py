@@ -1,22 +1,18 @@
-"""`render:` of the scene file, the panel's sections and `--set render.…`, gathered from the passes' own declarations."""
+"""`render:` of the scene file, the panel's sections and `--set render.…`: gathered from the passes' declarations."""
 
-from typing import Literal
+from typing import Any
 
-from pydantic import Field
+from pydantic import Field, create_model
 
-from depthwalk.params import Params, param
+from depthwalk.params import Params
+from depthwalk.render.lod import LodParams
+from depthwalk.render.passes import PASSES
 
+_groups: dict[str, Any] = {"lod": (LodParams, Field(default_factory=LodParams))}
+for _pass in PASSES:
+    if _pass.Params.model_fields:
+        _groups[_pass.name] = (_pass.Params, Field(default_factory=_pass.Params))
 
-class LodParams(Params):
-    """Which resolution and which depth images an object is warped with."""
-
-    bias: float = param(0.0, "Added to the level of detail: +1 halves the grid's resolution", unit="levels", ge=-4, le=8)
-    max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
-    freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
-    cases: Literal["paper", "all"] = param("paper", "Depth images per view: the paper's three cases, or always all")
-
-
-class RenderSettings(Params):
-    """Everything that changes the picture but not the scene."""
-
-    lod: LodParams = Field(default_factory=LodParams)
+RenderSettings = create_model(
+    "RenderSettings", __base__=Params, __doc__="Everything that changes the picture but not the scene.", **_groups
+)

@@ -1,0 +1,20 @@
+"""The passes of a frame, in order. Adding one: a module here, a folder in shaders/, a line in `PASSES`."""
+
+from depthwalk.render.frame import Pass
+from depthwalk.render.passes.composite import CompositePass
+from depthwalk.render.passes.dmesh import DmeshPass
+from depthwalk.render.passes.ground import GroundPass
+from depthwalk.render.passes.light import LightPass
+from depthwalk.render.passes.mesh import MeshPass
+from depthwalk.render.passes.output import OutputPass
+from depthwalk.render.passes.warp import WarpPass
+
+PASSES: tuple[type[Pass], ...] = (
+    WarpPass,
+    CompositePass,
+    DmeshPass,
+    MeshPass,
+    GroundPass,
+    LightPass,
+    OutputPass,
+)

@@ -1,0 +1,83 @@
+"""`python -m depthwalk.demo OUTDIR [NAME...]` makes the demo's meshes and textures anew, the same bytes each time."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import track
+
+from depthwalk.demo.catalogue import MODELS, TEXTURES
+from depthwalk.demo.model import write_ply
+from depthwalk.demo.textures import write_png
+from depthwalk.errors import InputError, suggest
+
+HEADER = """# Sources of the files in this folder
+
+Everything here is our own work, made by the code in `app/depthwalk/demo`; nothing was taken from elsewhere.
+`python -m depthwalk.demo assets` makes all of it anew, the same bytes each time.
+
+Meshes are binary PLY in metres, Y up, on y = 0, with sRGB vertex colours. Size is x × y × z.
+
+| file | triangles | size, m | what it is |
+|---|---|---|---|
+"""
+TEXTURE_HEADER = """
+| file | pixels | what it is |
+|---|---|---|
+"""
+
+
+def write_models(folder: Path, names: list[str]) -> list[str]:
+    """Makes the named models; the rows of the table that lists them."""
+    rows = []
+    for name in track(names, "models", console=Console(stderr=True)):
+        model = MODELS[name].make()
+        write_ply(folder / f"{name}.ply", model)
+        size = " × ".join(f"{extent:.2f}" for extent in np.ptp(model.positions, axis=0))
+        rows.append(f"| {name}.ply | {len(model.faces)} | {size} | {MODELS[name].about} |\n")
+    return rows
+
+
+def write_textures(folder: Path, names: list[str]) -> list[str]:
+    rows = []
+    for name in names:
+        make, about = TEXTURES[name]
+        picture = make()
+        write_png(folder / f"{name}.png", picture)
+        rows.append(f"| {name}.png | {picture.shape[1]} × {picture.shape[0]} | {about} |\n")
+    return rows
+
+
+def generate(folder: Path, names: list[str]) -> None:
+    """Writes the named files, or all of them and SOURCES.md where no name is given.
+
+    Raises InputError for an unknown name.
+    """
+    known = [*MODELS, *TEXTURES]
+    for name in names:
+        if name not in known:
+            raise InputError(f"no demo file is called {name!r}{suggest(name, known)}")
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = names or known
+    models = write_models(folder, [n for n in wanted if n in MODELS])
+    textures = write_textures(folder, [n for n in wanted if n in TEXTURES])
+    if not names:
+        (folder / "SOURCES.md").write_text(HEADER + "".join(models) + TEXTURE_HEADER + "".join(textures), "utf-8")
+
+
+def main(
+    outdir: Annotated[Path, typer.Argument(help="Folder to write to")],
+    names: Annotated[list[str] | None, typer.Argument(help="Only these files, without suffix")] = None,
+) -> None:
+    """Make the demo's meshes and textures anew."""
+    try:
+        generate(outdir, names or [])
+    except InputError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(2) from None
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,57 @@
+"""Instanced drawing: per-instance records as vertex attributes, and one vertex array per asset."""
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Scope
+
+
+class InstanceStream:
+    """A buffer that holds one frame's records and grows as needed; attributes are named `in_` + field."""
+
+    def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
+        self._scope = scope
+        self._stride = dtype.itemsize
+        self._fields = []
+        for name in dtype.names or ():
+            field, offset = (dtype.fields or {})[name][:2]
+            components = int(np.prod(field.shape)) if field.shape else 1
+            self._fields.append((f"in_{name}", f"{components}f", int(offset)))
+        self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
+
+    def upload(self, records: NDArray[np.void]) -> None:
+        if records.nbytes > self._buffer.size:
+            self._scope.free(self._buffer)
+            self._buffer = self._scope.buffer(reserve=2 * records.nbytes, dynamic=True)
+        if len(records):
+            self._buffer.orphan()
+            self._buffer.write(records.tobytes())
+
+    def bind(self, array: moderngl.VertexArray, first: int) -> None:
+        """Instance 0 of the next draw is record `first` (GL 3.3 has no base instance)."""
+        for name, layout, offset in self._fields:
+            if name in array.program:
+                location = array.program[name].location
+                array.bind(location, "f", self._buffer, layout, offset + first * self._stride, self._stride, 1)
+
+
+class AssetArrays:
+    """Vertex arrays of one program over the assets' buffers, made when first drawn."""
+
+    def __init__(self, scope: Scope, program: moderngl.Program, layout: str, *attributes: str) -> None:
+        self._scope = scope
+        self._program = program
+        self._format = (layout, *attributes)
+        self._arrays: dict[int, moderngl.VertexArray] = {}
+
+    def get(self, asset: int, vertices: moderngl.Buffer, indices: moderngl.Buffer) -> moderngl.VertexArray:
+        if asset not in self._arrays:
+            content = [(vertices, *self._format)]
+            self._arrays[asset] = self._scope.vertex_array(self._program, content, index_buffer=indices)
+        return self._arrays[asset]
+
+    def forget(self) -> None:
+        """Releases all of them; to be called before the assets' buffers go."""
+        self._scope.free(*self._arrays.values())
+        self._arrays.clear()

@@ -1,0 +1,59 @@
+"""The JSON header of glTF files, and what trimesh would read wrongly without a word."""
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+from depthwalk.errors import InputError
+from depthwalk.limits import MAX_MESH_TRIANGLES
+
+_HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_mesh_quantization", "EXT_texture_webp")
+_UINT16, _FLOAT = 5123, 5126
+
+
+def read_header(data: bytes, path: Path) -> dict[str, Any]:
+    """The JSON header of a .gltf or .glb file. Raises InputError."""
+    if path.suffix.lower() == ".glb":
+        if len(data) < 20 or data[:4] != b"glTF":
+            raise InputError(f"{path}: not a GLB file")
+        version, total, length, kind = struct.unpack_from("<II I4s", data, 4)
+        if version != 2 or kind != b"JSON":
+            raise InputError(f"{path}: not a GLB file of version 2")
+        if total > len(data):
+            raise InputError(f"{path}: truncated: {len(data)} of {total} bytes")
+        data = data[20 : 20 + length]
+    try:
+        header = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: its glTF header is not JSON: {error}") from None
+    if not isinstance(header, dict):
+        raise InputError(f"{path}: its glTF header is not an object")
+    return header
+
+
+def external_uris(header: dict[str, Any], key: str) -> list[str]:
+    """The files that the header's `buffers` or `images` name, data URIs left out."""
+    uris = (item.get("uri", "data:") for item in header.get(key, []))
+    return [uri for uri in uris if not uri.startswith("data:")]
+
+
+def check_header(header: dict[str, Any], path: Path) -> None:
+    """Raise InputError for data that trimesh skips, misreads or allocates before it looks at its size."""
+    for name in header.get("extensionsRequired", []):
+        if not name.startswith(_HARMLESS):
+            raise InputError(f"{path}: the required glTF extension {name} is not supported")
+    accessors = header.get("accessors", [])
+    for index, accessor in enumerate(accessors):
+        if "sparse" in accessor or "bufferView" not in accessor:
+            raise InputError(f"{path}: accessors[{index}]: sparse, compressed or empty data is not supported")
+        if not 0 < accessor["count"] <= 3 * MAX_MESH_TRIANGLES:
+            raise InputError(f"{path}: accessors[{index}]: count {accessor['count']} is out of range")
+    for mesh in header.get("meshes", []):
+        for attributes in (primitive["attributes"] for primitive in mesh["primitives"]):
+            if "TEXCOORD_0" in attributes and accessors[attributes["TEXCOORD_0"]]["componentType"] != _FLOAT:
+                raise InputError(f"{path}: integer texture coordinates are not supported")
+            if "COLOR_0" in attributes and accessors[attributes["COLOR_0"]]["componentType"] == _UINT16:
+                raise InputError(f"{path}: 16-bit vertex colours are not supported")
+            if accessors[attributes["POSITION"]].get("normalized"):
+                raise InputError(f"{path}: normalised integer positions are not supported")

@@ -1,0 +1,118 @@
+"""Mesh file → `Mesh`: upright, scaled, standing on the origin, with normals, ready for the baker."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.image import load_texture
+from depthwalk.ingest.materials import WHITE
+from depthwalk.ingest.mesh import Mesh, Part
+from depthwalk.ingest.normals import doubled_areas, row_ids, split_at_creases
+from depthwalk.ingest.reader import Soup, read_soup
+
+FLAT = 1e-6  # thickness over extent below which a mesh counts as flat
+SMALLEST, LARGEST = 1e-15, 1e15  # extents whose squares float32 can hold
+
+
+def load_mesh(
+    path: Path, *, texture: Path | None = None, up: Literal["y", "z"] = "y", height: float | None = None
+) -> Mesh:
+    """Read an OBJ, PLY, STL, GLB or glTF file into its asset frame: Y up, the base's centre on the origin.
+
+    texture: replaces the file's own textures and base colours; the file must have texture coordinates.
+    up: the file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
+    height: metres, to which the mesh is scaled uniformly; None keeps the file's units as metres.
+
+    Normals are the file's where it has valid ones, else angle-weighted and split at creases of 60°. Faces without
+    area and vertices without a face are dropped. Raises InputError, `path: defect`, for what cannot be drawn.
+    """
+    path = Path(path)
+    if height is not None and not (np.isfinite(height) and height > 0):
+        raise InputError(f"{path}: height must be a positive number of metres, not {height}")
+    soup = _retextured(_compacted(read_soup(path), path), texture, path)
+    positions = _placed(soup.positions, path, up, height)
+    normals = soup.normals[:, [0, 2, 1]] * [1, 1, -1] if up == "z" else soup.normals
+    source, faces, normals = _vertices(replace(soup, positions=positions, normals=normals))
+
+    order = np.argsort(soup.material, kind="stable")
+    counts = np.bincount(soup.material, minlength=len(soup.materials))
+    starts = np.cumsum(counts) - counts
+    parts = tuple(Part(int(starts[m]), int(counts[m]), int(m)) for m in np.flatnonzero(counts))
+    return Mesh(
+        positions=positions[source].astype(np.float32),
+        normals=normals.astype(np.float32),
+        colours=soup.colours[source],
+        uv=np.nan_to_num(soup.uv[source], posinf=0.0, neginf=0.0).astype(np.float32),
+        faces=faces[order].astype(np.int32),
+        parts=parts,
+        materials=soup.materials,
+    )
+
+
+def _compacted(soup: Soup, path: Path) -> Soup:
+    """Without faces of zero area, and each distinct vertex that a face uses once."""
+    corners = soup.positions[soup.faces]
+    extent = float(np.ptp(corners, axis=(0, 1)).max())
+    if not (extent == 0 or SMALLEST < extent < LARGEST):
+        raise InputError(f"{path}: its extent of {extent:g} is out of range")
+    # Relative to the edges, so that neither unit nor size matters.
+    longest = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)
+    area = np.linalg.norm(doubled_areas(soup.positions, soup.faces), axis=1)
+    kept = area > 1e-12 * longest
+    if not kept.any():
+        raise InputError(f"{path}: flat: none of its {len(kept)} faces has an area")
+    faces = soup.faces[kept]
+    columns = np.nan_to_num(np.hstack([soup.positions, soup.normals, soup.colours, soup.uv]), posinf=0.0, neginf=0.0)
+    used = np.unique(faces)
+    ids, first = row_ids(columns[used])
+    number = np.zeros(len(columns), np.int64)
+    number[used] = ids
+    rows = used[first]
+    return replace(
+        soup,
+        positions=soup.positions[rows],
+        normals=soup.normals[rows],
+        colours=soup.colours[rows],
+        uv=soup.uv[rows],
+        faces=number[faces],
+        material=soup.material[kept],
+    )
+
+
+def _retextured(soup: Soup, texture: Path | None, path: Path) -> Soup:
+    if texture is None:
+        return soup
+    if np.isnan(soup.uv).all():
+        raise InputError(f"{path}: no texture coordinates for the texture {texture}")
+    image = load_texture(Path(texture))
+    return replace(soup, materials=tuple(replace(m, base_colour=WHITE, texture=image) for m in soup.materials))
+
+
+def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float | None) -> NDArray[np.float64]:
+    """(V, 3) float64 upright, scaled and with the centre of the bounding box's base on the origin."""
+    if up == "z":
+        positions = positions[:, [0, 2, 1]] * [1, 1, -1]
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    centred = positions - positions.mean(axis=0)
+    thickness = np.sqrt(np.maximum(np.linalg.eigvalsh(centred.T @ centred / len(centred)), 0.0))
+    if thickness[0] < FLAT * thickness[2]:
+        raise InputError(f"{path}: flat: all its points lie in one plane")
+    base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
+    scale = 1.0 if height is None else height / (high[1] - low[1])
+    placed = (positions - base) * scale
+    if not SMALLEST < (largest := float(np.ptp(placed, axis=0).max())) < LARGEST:
+        raise InputError(f"{path}: its extent of {largest:g} m at that height is out of range")
+    return placed
+
+
+def _vertices(soup: Soup) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """As `split_at_creases`, but with the file's normals where it has them."""
+    given = np.isfinite(soup.normals[:, 0])  # a row is NaN as a whole
+    if given.all():
+        return np.arange(len(soup.positions)), soup.faces, soup.normals
+    source, faces, normals = split_at_creases(soup.positions, soup.faces)
+    return source, faces, np.where(given[source][:, None], soup.normals[source], normals)

@@ -1,0 +1,89 @@
+"""Vertex normals: smooth where the surface is, split where it has a crease."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+CREASE_ANGLE = np.radians(60.0)
+
+
+def row_ids(columns: NDArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Number the distinct rows of a (V, K) array.
+
+    Returns (V,) the number of each row, and (N,) the first row that has each number.
+    """
+    varying = columns[:, (columns != columns[:1]).any(axis=0)]
+    if varying.shape[1] == 0:
+        return np.zeros(len(columns), np.int64), np.zeros(1, np.int64)
+    order = np.lexsort(varying.T)
+    ordered = varying[order]
+    starts = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
+    ids = np.empty(len(columns), np.int64)
+    ids[order] = np.cumsum(starts) - 1
+    return ids, order[starts]
+
+
+def doubled_areas(positions: NDArray, faces: NDArray) -> NDArray[np.float64]:
+    """(F, 3) cross product of two edges: along the face's normal, as long as twice its area."""
+    a, b, c = (positions[faces[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def split_at_creases(
+    positions: NDArray, faces: NDArray, crease: float = CREASE_ANGLE
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """Angle-weighted vertex normals, with vertices doubled where the faces around them fold by more than `crease`.
+
+    positions: (V, 3) float64; faces: (F, 3) int64, none of zero area; crease: radians.
+    The corners of faces around one position are one smooth group as long as each shares an edge, folded by less than
+    `crease`, with the next; vertices at one position (texture seams) count as one. Linear in the number of faces.
+
+    Returns source (N,): the old vertex each new one copies; (F, 3) new faces; (N, 3) unit normals.
+    """
+    face_normals = doubled_areas(positions, faces)
+    face_normals /= np.linalg.norm(face_normals, axis=1, keepdims=True)
+    welded = row_ids(positions)[0][faces]
+    group = _smooth_groups(welded, face_normals, np.cos(crease))
+
+    weights = _corner_angles(positions, faces).ravel()
+    weighted = np.repeat(face_normals, 3, axis=0) * weights[:, None]
+    sums = np.stack([np.bincount(group, weights=weighted[:, axis]) for axis in range(3)], axis=1)
+    lengths = np.linalg.norm(sums, axis=1)
+
+    key = faces.ravel().astype(np.int64) * len(sums) + group
+    _, first, new = np.unique(key, return_index=True, return_inverse=True)
+    group = group[first]
+    # Faces back to back cancel out: take the normal of any of them.
+    cancelled = (lengths[group] < 1e-6)[:, None]
+    normals = np.where(cancelled, face_normals[first // 3], sums[group] / np.maximum(lengths[group], 1e-30)[:, None])
+    return faces.ravel()[first], new.reshape(faces.shape), normals
+
+
+def _smooth_groups(welded: NDArray[np.int64], face_normals: NDArray, least_cosine: float) -> NDArray[np.int64]:
+    """(3F,) group number of every face corner: corners at one position, linked across smooth edges."""
+    count = welded.size
+    start = np.arange(count)
+    end = start - start % 3 + (start + 1) % 3  # half-edge k runs from corner k to the next of its face
+    a, b = welded.ravel(), welded.ravel()[end]
+    edge = np.minimum(a, b) * (welded.max() + 1) + np.maximum(a, b)
+    order = np.argsort(edge, kind="stable")
+    one, other = order[:-1], order[1:]
+    folded = np.einsum("ij,ij->i", face_normals[one // 3], face_normals[other // 3])
+    smooth = (edge[one] == edge[other]) & (folded >= least_cosine)
+    one, other = one[smooth], other[smooth]
+    # Neighbours run along a shared edge in opposite directions, unless one of them is wound the wrong way.
+    opposite = a[one] != a[other]
+    rows = np.concatenate([one, end[one]])
+    columns = np.concatenate([np.where(opposite, end[other], other), np.where(opposite, other, end[other])])
+    links = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
+    return connected_components(links, directed=False)[1].astype(np.int64)
+
+
+def _corner_angles(positions: NDArray, faces: NDArray) -> NDArray[np.float64]:
+    """(F, 3) angle in radians at each corner."""
+    corners = positions[faces]
+    edges = np.roll(corners, -1, axis=1) - corners  # edge k leaves corner k
+    back = -np.roll(edges, 1, axis=1)
+    sine = np.linalg.norm(np.cross(edges, back), axis=2)
+    return np.arctan2(sine, np.einsum("fki,fki->fk", edges, back))

@@ -1,0 +1,128 @@
+"""Which files make up a mesh, found without decoding any geometry."""
+
+import hashlib
+import logging
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from urllib.parse import unquote
+
+from depthwalk.errors import InputError
+from depthwalk.ingest import gltf
+from depthwalk.limits import MAX_MESH_BYTES
+
+log = logging.getLogger(__name__)
+
+
+def source_files(path: Path, texture: Path | None = None) -> tuple[Path, ...]:
+    """Every file that determines the mesh: itself, an explicit texture, and what the files name and the folder holds.
+
+    OBJ: material libraries and their colour textures. glTF, GLB: external buffers and images. PLY: its texture.
+    Names that lead outside the mesh's folder, or to nothing, are left out. Raises InputError where `path` is missing.
+    """
+    data = read_bytes(path)
+    match path.suffix.lower():
+        case ".obj":
+            libraries = material_libraries(data, path.parent)
+            folders = [path.parent, *(library.parent for library in libraries)]
+            named = [*libraries, *find_all(_textures_of(libraries), folders)]
+        case ".gltf" | ".glb":
+            named = find_all(_uris(data, path), [path.parent])
+        case ".ply":
+            header = data[: data.find(b"end_header")]
+            comments = re.findall(rb"^comment\s+TextureFile\s+(.+?)\s*$", header, re.MULTILINE | re.IGNORECASE)
+            named = find_all((text(name) for name in comments), [path.parent])
+        case _:
+            named = []
+    explicit = [] if texture is None else [texture]
+    return tuple(dict.fromkeys([path, *named, *explicit]))
+
+
+def source_hash(path: Path, texture: Path | None = None) -> str:
+    """SHA-256 in hex over the contents (not the names or dates) of `source_files`, in their order."""
+    whole = hashlib.sha256()
+    for source in source_files(path, texture):
+        whole.update(hashlib.sha256(read_bytes(source)).digest())  # digests are of one length: no ambiguous joins
+    return whole.hexdigest()
+
+
+def read_bytes(path: Path) -> bytes:
+    """The contents. Raises InputError where the file is missing, unreadable or over the limit."""
+    try:
+        if not path.is_file():
+            raise InputError(f"{path}: " + ("not a file" if path.exists() else "no such file"))
+        if (length := path.stat().st_size) > MAX_MESH_BYTES:
+            raise InputError(f"{path}: too large: {length} bytes, the limit is {MAX_MESH_BYTES}")
+        return path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def material_libraries(data: bytes, folder: Path) -> list[Path]:
+    """The MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
+    libraries: list[Path] = []
+    data = as_utf8(data)
+    for line in re.findall(rb"^[ \t]*mtllib[ \t]+(.+?)[ \t\r]*$", data, re.MULTILINE):
+        whole = find(text(line), [folder], quiet=True)
+        libraries += [whole] if whole else find_all(text(line).split(), [folder])
+    return list(dict.fromkeys(libraries))
+
+
+def read_libraries(libraries: list[Path]) -> bytes:
+    """Their text one after the other, in UTF-8."""
+    return b"\n".join(as_utf8(read_bytes(library)) for library in libraries)
+
+
+def find_all(names: Iterable[str], folders: list[Path]) -> list[Path]:
+    return [path for path in (find(name, folders) for name in names) if path is not None]
+
+
+def find(name: str, folders: list[Path], *, quiet: bool = False) -> Path | None:
+    """The file that a mesh names: in the first of `folders` that has it, else by its last name component.
+
+    None, with a warning logged, where there is none, or only one outside the first folder's tree.
+    """
+    root = folders[0].resolve()
+    name = name.strip().replace("\\", "/")  # Windows exporters
+    names = dict.fromkeys([name, unquote(name), name.rsplit("/", 1)[-1]])
+    for path in (folder / each for each in names for folder in folders):
+        try:
+            if path.is_file() and path.resolve().is_relative_to(root):
+                return path
+        except (OSError, ValueError):  # a name too long, or with a zero byte
+            continue
+    if not quiet:
+        log.warning("%s: %r is missing or outside the folder; ignored", folders[0], name)
+    return None
+
+
+def text(raw: bytes) -> str:
+    return raw.decode("utf-8", "replace")
+
+
+def as_utf8(data: bytes) -> bytes:
+    """Text that may be in Latin-1, as old exporters write names, in UTF-8."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode("utf-8")
+    return data
+
+
+def texture_name(argument: str) -> str:
+    """The file name in `map_Kd -s 1 1 1 name`; names may hold blanks unless options precede them."""
+    return argument.split()[-1] if argument.startswith("-") else argument
+
+
+def _textures_of(libraries: list[Path]) -> list[str]:
+    lines = read_libraries(libraries)
+    found = re.findall(rb"^[ \t]*map_kd[ \t]+(.+?)[ \t\r]*$", lines, re.MULTILINE | re.IGNORECASE)
+    return [texture_name(text(name)) for name in found]
+
+
+def _uris(data: bytes, path: Path) -> list[str]:
+    try:
+        header = gltf.read_header(data, path)
+        return [*gltf.external_uris(header, "buffers"), *gltf.external_uris(header, "images")]
+    except (AttributeError, TypeError):
+        raise InputError(f"{path}: its glTF header is malformed") from None

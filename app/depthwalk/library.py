@@ -1,0 +1,96 @@
+"""The assets of a scene, read and baked when first asked for. The renderer sees only arrays."""
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.cache import bake_key, find_baked, keep_baked
+from depthwalk.bake.images import BakedObject
+from depthwalk.bake.planar import bake_planar
+from depthwalk.ingest.image import load_depth_image, load_texture
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.sources import source_hash
+from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset
+
+log = logging.getLogger(__name__)
+
+Report = Callable[[str, str], None]  # asset's name, what is being done
+
+
+class SceneLibrary:
+    """`baked` and `mesh` by asset number; each is read once. Raises InputError for files that cannot be used."""
+
+    def __init__(self, assets: tuple[Asset, ...], report: Report = lambda name, stage: None) -> None:
+        self._assets = assets
+        self._report = report
+        self._baked: dict[int, BakedObject | None] = {}
+        self._meshes: dict[int, Mesh | None] = {}
+
+    def __len__(self) -> int:
+        return len(self._assets)
+
+    def has_baked(self, asset: int) -> bool:
+        spec = self._assets[asset]
+        return isinstance(spec, DepthImageAsset) or spec.dpci is not None
+
+    def has_mesh(self, asset: int) -> bool:
+        return isinstance(self._assets[asset], MeshAsset)
+
+    def baked(self, asset: int) -> BakedObject | None:
+        if asset not in self._baked:
+            self._baked[asset] = self._make_baked(asset)
+        return self._baked[asset]
+
+    def mesh(self, asset: int) -> Mesh | None:
+        if asset not in self._meshes:
+            spec = self._assets[asset]
+            self._meshes[asset] = None if isinstance(spec, DepthImageAsset) else self._read_mesh(spec)
+        return self._meshes[asset]
+
+    def texture(self, path: Path) -> NDArray[np.uint8]:
+        return load_texture(path)
+
+    def _read_mesh(self, spec: MeshAsset) -> Mesh:
+        self._report(spec.name, "reading")
+        return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
+
+    def _make_baked(self, asset: int) -> BakedObject | None:
+        spec = self._assets[asset]
+        if isinstance(spec, DepthImageAsset):
+            picture = load_depth_image(
+                spec.depth, size=spec.size, depth_range=spec.range, colour=spec.colour, normal=spec.normal
+            )
+            return bake_planar(picture, key="")
+        if spec.dpci is None:
+            return None
+        params = BakeParams(spec.dpci.resolution, spec.dpci.layers)
+        key = mesh_key(spec, params)
+        baked = find_baked(spec.mesh, key)
+        if baked is None:
+            start = time.perf_counter()
+            mesh = self.mesh(asset)
+            assert mesh is not None  # a MeshAsset has a mesh or raises
+            baked = bake_object(mesh, params, key, lambda stage: self._report(spec.name, stage))
+            log.info("baked %s in %.1f s", spec.name, time.perf_counter() - start)
+            try:
+                keep_baked(baked)
+            except OSError as error:  # a full or read-only disk costs the next start time, not this one
+                log.warning("cannot keep the depth images of %s: %s", spec.name, error)
+        return baked
+
+
+def mesh_key(spec: MeshAsset, params: BakeParams) -> str:
+    """The key of a mesh asset's depth images."""
+    return bake_key(
+        source_hash(spec.mesh, spec.texture),
+        up=spec.up,
+        height=spec.height,
+        resolution=params.resolution,
+        layers=params.layers,
+    )

@@ -1,0 +1,162 @@
+"""Assets on the GPU: depth images as grids and texture arrays, meshes as vertex buffers. Loaded when first drawn."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from depthwalk.bake.images import BakedObject, Face, texel_size
+from depthwalk.gpu.device import Device, Scope
+from depthwalk.gpu.program import Program
+from depthwalk.ingest.mesh import Mesh, Part
+from depthwalk.render.grids import Grids, build_grids
+
+
+class Library(Protocol):
+    """Where the renderer gets assets from, by number; it never reads files itself."""
+
+    def __len__(self) -> int: ...
+    def has_baked(self, asset: int) -> bool: ...
+    def has_mesh(self, asset: int) -> bool: ...
+    def baked(self, asset: int) -> BakedObject | None: ...
+    def mesh(self, asset: int) -> Mesh | None: ...
+    def texture(self, path: Path) -> NDArray[np.uint8]: ...
+
+
+@dataclass
+class DepthObject:
+    """A baked object on the GPU. grids: what was uploaded, for the plan's index ranges."""
+
+    baked: BakedObject
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    vertices: moderngl.Buffer
+    indices: moderngl.Buffer
+    albedo: moderngl.TextureArray
+    normal: moderngl.TextureArray
+    geometry: dict[str, Any]  # uniforms of the vertex stage
+    surface: dict[str, Any]  # uniforms of common/depth_images.glsl
+
+    def use_surface(self, program: Program, units: tuple[int, int]) -> None:
+        """Binds images and uniforms that `surface_at` reads, to two texture units."""
+        self.albedo.use(units[0])
+        self.normal.use(units[1])
+        program.set(albedo_images=units[0], normal_images=units[1], **self.surface)
+
+
+@dataclass
+class MeshObject:
+    """A mesh on the GPU; textures: one per material."""
+
+    parts: tuple[Part, ...]
+    vertices: moderngl.Buffer
+    indices: moderngl.Buffer
+    textures: list[moderngl.Texture]
+    materials: list[dict[str, Any]]
+
+
+class AssetStore:
+    """Uploads assets once and owns their GL objects. Several passes draw from it."""
+
+    def __init__(self, device: Device, library: Library) -> None:
+        self.gl = device.scope("assets")
+        self._library = library
+        self._depth: dict[int, DepthObject] = {}
+        self._mesh: dict[int, MeshObject] = {}
+
+    def depth_object(self, asset: int) -> DepthObject:
+        if asset not in self._depth:
+            baked = self._library.baked(asset)
+            if baked is None:
+                raise LookupError(f"asset {asset} has no depth images")
+            self._depth[asset] = _upload_baked(self.gl, baked, build_grids(baked))
+        return self._depth[asset]
+
+    def mesh_object(self, asset: int) -> MeshObject:
+        if asset not in self._mesh:
+            mesh = self._library.mesh(asset)
+            if mesh is None:
+                raise LookupError(f"asset {asset} has no mesh")
+            self._mesh[asset] = _upload_mesh(self.gl, mesh)
+        return self._mesh[asset]
+
+    def texture(self, path: Path | None) -> NDArray[np.uint8]:
+        """Texels (H, W, 4) of an image file, sRGB; one white texel for None."""
+        return _WHITE if path is None else self._library.texture(path)
+
+    def release(self) -> None:
+        self.gl.release()
+        self._depth.clear()
+        self._mesh.clear()
+
+
+def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
+    images = baked.images
+    height, width = images[0].depth.shape
+    albedo = np.stack([_spread(image.albedo, image.depth) for image in images])
+    normal = np.stack([_spread(image.normal, image.depth) for image in images])
+    # Colours as square roots: 8 bits suffice, and moderngl offers no sRGB texture arrays.
+    colours = _byte(np.concatenate([np.sqrt(np.maximum(albedo[..., :3], 0)), albedo[..., 3:]], -1))
+    padded = np.concatenate([normal, np.zeros_like(normal[..., :1])], -1).astype(np.float16)
+    size = (width, height, len(images))
+    cylinder = baked.cylinder
+    shape = (height, width)
+    faces = np.array([image.face for image in images])
+    return DepthObject(
+        baked,
+        grids.first,
+        grids.count,
+        gl.buffer(grids.vertices),
+        gl.buffer(grids.indices),
+        gl.texture_array(size, 4, colours.tobytes(), "f1"),
+        gl.texture_array(size, 4, padded.tobytes(), "f2"),
+        geometry={"box_low": tuple(grids.box_low.tolist()), "box_size": tuple(grids.box_size.tolist())},
+        surface={
+            "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
+            "cylinder_height": cylinder.height,
+            "texels": tuple(1 / max(texel_size(cylinder, face, shape)) for face in (Face.SIDE, Face.TOP)),
+            "first_images": (int((faces < Face.SIDE).sum()), int((faces < Face.BOTTOM).sum())),
+            "shininess": baked.shininess,
+        },
+    )
+
+
+def _spread(values: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """`values` (H, W, C) with every empty texel set to its nearest used one, so that filtering meets no black."""
+    empty = ~np.isfinite(depth)
+    if not empty.any():
+        return values
+    rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
+    return values[rows, columns]
+
+
+def _byte(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
+
+
+_WHITE = np.full((1, 1, 4), 255, np.uint8)
+_VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
+MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
+
+
+def _upload_mesh(gl: Scope, mesh: Mesh) -> MeshObject:
+    vertices = np.zeros(len(mesh.positions), _VERTEX)
+    vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions, mesh.normals, mesh.uv
+    vertices["colour"][:, :3] = mesh.colours
+    textures, materials = [], []
+    for material in mesh.materials:
+        texels = _WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
+        textures.append(gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes()))
+        materials.append(
+            {
+                "base_colour": tuple(material.base_colour),
+                "specular": material.specular,
+                "shininess": material.shininess,
+            }
+        )
+    indices = gl.buffer(np.ascontiguousarray(mesh.faces, np.uint32))
+    return MeshObject(mesh.parts, gl.buffer(vertices.view(np.uint8)), indices, textures, materials)

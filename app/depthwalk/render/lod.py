@@ -1,0 +1,50 @@
+"""Level of detail and case per object: Liu et al. 2007, §3.3 (cases) and §3.5 (Iter_step)."""
+
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.params import Params, param
+
+Array = NDArray[np.floating]
+
+
+class LodParams(Params):
+    """Which resolution and which depth images an object is warped with."""
+
+    bias: float = param(0.0, "Added to the level of detail: +1 halves the grid's resolution", unit="levels", ge=-4, le=8)
+    max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
+    freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
+    cases: Literal["paper", "all"] = param("paper", "Depth images per view: the paper's three cases, or always all")
+
+
+class Case(IntEnum):
+    """Which depth images a view needs (the paper's figure 11, cases 1 to 3)."""
+
+    SIDE = 0
+    SIDE_AND_TOP = 1
+    SIDE_AND_BOTTOM = 2
+    ALL = 3
+
+
+def choose_cases(viewer_height: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
+    """Case (n,) of viewers at `viewer_height` (n,) beside, above or below cylinders from `bottom` to `top` (n,)."""
+    above, below = viewer_height > top, viewer_height < bottom
+    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.SIDE))
+
+
+def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height: int) -> Array:
+    """Source texels per target pixel along one axis (n,), at least 1.
+
+    A = (2·D·tan(fov/2) / (H·texel))² source texels lie under a pixel at distance D; Iter_step = max(1, √A).
+    distance, texel: (n,) metres, world.
+    """
+    return np.maximum(1.0, 2 * distance * tan_half_fov / (screen_height * texel))
+
+
+def grid_level(step: Array, bias: float, max_level: NDArray[np.integer]) -> NDArray[np.int64]:
+    """The grid (n,) to draw: the coarsest whose step 2^level does not exceed Iter_step, moved by `bias` levels."""
+    level = np.floor(np.log2(step) + bias + 1e-9)
+    return np.clip(level, 0, max_level).astype(np.int64)

@@ -1,0 +1,46 @@
+"""The level ground, textured, drawn after everything that may hide it."""
+
+from pathlib import Path
+
+import moderngl
+
+from depthwalk.colour import linear_from_srgb
+from depthwalk.gpu.program import Program
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.view import matrix_bytes
+
+
+class GroundPass(Pass):
+    name = "ground"
+    writes = ("gbuffer",)
+
+    def setup(self) -> None:
+        self._program = Program(self.gl, "ground/ground.vert", "ground/ground.frag")
+        self._array = self.gl.vertex_array(self._program.gl, [])
+        self._texture = self.gl.srgb_texture((1, 1), b"\xff" * 4)
+        self._path: Path | None = None
+
+    def draw(self, frame: Frame) -> None:
+        ground = frame.environment.ground
+        if ground is None:
+            return
+        if ground.texture != self._path:
+            self._path = ground.texture
+            self.gl.free(self._texture)
+            texels = frame.assets.texture(ground.texture)
+            self._texture = self.gl.srgb_texture((texels.shape[1], texels.shape[0]), texels[::-1].tobytes())
+            self._texture.anisotropy = 8.0
+        context = self.gl.device.context
+        frame.targets.gbuffer.use()
+        context.enable_only(moderngl.DEPTH_TEST)
+        self._texture.use(0)
+        self._program.set(
+            ground_texture=0,
+            clip_from_eye=matrix_bytes(frame.view.clip_from_eye),
+            viewer=tuple(frame.view.position),
+            height=ground.height,
+            half_size=ground.size,
+            colour=tuple(linear_from_srgb(ground.colour).tolist()),
+            tile=ground.tile,
+        )
+        self._array.render(moderngl.TRIANGLE_STRIP, vertices=4)

@@ -1,0 +1,307 @@
+"""One frame's work, decided in NumPy over all objects at once: what is seen, how, in which order.
+
+`plan_frame` yields draw groups (runs of instances that share an asset and an index range) and the instance records
+that the shaders read. No GL here.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.atlas import pack_shelves
+from depthwalk.render.lod import Case, LodParams, choose_cases, grid_level, iter_step
+from depthwalk.render.planes import (
+    MIN_PLANE_DISTANCE,
+    Planes,
+    Volumes,
+    choose_planes,
+    crop_to_frustum,
+    tile_sizes,
+    viewer_in_object,
+)
+from depthwalk.render.rotation import rotate
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Objects, Representation
+
+Array = NDArray[np.floating]
+
+# What warp.vert reads per object: plane axes with the epipole or the plane's offset in w, the viewer's distance to the
+# plane, and scale and offset from plane coordinates to the atlas in clip space.
+WARP_RECORD = np.dtype([("right", "4f4"), ("up", "4f4"), ("normal", "4f4"), ("to_clip", "4f4"), ("distance", "f4")])
+# What composite.vert reads per object: rays from the viewer to the rectangle's corner and along its edges (world),
+# the viewer in the object's frame, the object's rotation, the tile in texels and the object's scale.
+COMPOSITE_RECORD = np.dtype(
+    [
+        ("corner", "3f4"),
+        ("edge_u", "3f4"),
+        ("edge_v", "3f4"),
+        ("viewer", "3f4"),
+        ("rotation", "4f4"),
+        ("tile", "4f4"),
+        ("scale", "f4"),
+    ]
+)
+# What mesh.vert and dmesh.vert read per object: where it stands relative to the viewer, and how it is turned.
+PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
+
+
+@dataclass(frozen=True)
+class AssetTable:
+    """What the plan must know of each of a assets; arrays (a,) unless said otherwise.
+
+    volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
+    sphere about the asset's own centre, object frame; index_first, index_count: (a, levels, cases).
+    """
+
+    volumes: Volumes
+    texel: Array
+    levels: NDArray[np.int64]
+    centre: Array
+    reach: Array
+    index_first: NDArray[np.int64]
+    index_count: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Group:
+    """`count` instance records from `first` on are drawn with the same asset and indices."""
+
+    asset: int
+    first: int
+    count: int
+    index_first: int = 0
+    index_count: int = 0
+
+
+@dataclass
+class Drawing:
+    """Instance records sorted so that each group is one run."""
+
+    records: NDArray[np.void]
+    groups: list[Group] = field(default_factory=list)
+
+
+@dataclass
+class FramePlan:
+    """What the passes draw. counts: numbers for HUD and benchmark; atlas_height: rows of the atlas in use."""
+
+    warp: Drawing
+    composite: Drawing
+    dmesh: Drawing
+    mesh: Drawing
+    atlas_height: int
+    counts: dict[str, int | float]
+
+
+class Planner:
+    """Makes the plan of each frame; holds what `lod.freeze` keeps."""
+
+    def __init__(self) -> None:
+        self._frozen: dict[str, NDArray[np.int64]] | None = None
+
+    def plan(
+        self, view: View, objects: Objects, table: AssetTable, lod: LodParams, atlas_size: tuple[int, int], tile_scale: float
+    ) -> FramePlan:
+        visible = visible_objects(view, objects, table)
+        level, case = self._levels_and_cases(view, objects, table, lod)
+        kind = objects.representation[visible]
+        warped, planes, tiles = _place_tiles(view, objects, table, visible[kind == Representation.DPCI], tile_scale, atlas_size)
+        near = _too_near(objects, table, view, visible[kind == Representation.DPCI])
+        direct = np.concatenate([visible[kind == Representation.DMESH], near])
+        case[near] = Case.ALL  # from inside, any image may be seen
+        corners, used, shrink = _pack(tiles, atlas_size)
+        tiles = np.maximum((tiles * shrink).astype(np.int64), 1)
+
+        order = _group_order(objects.asset[warped], level[warped], case[warped])
+        warped, planes, tiles, corners = warped[order], planes.select(order), tiles[order], corners[order]
+        warp = Drawing(_warp_records(planes, tiles, corners, atlas_size), _groups(warped, objects, table, level, case))
+        placed = _composite_records(view, objects, warped, planes, tiles, corners)
+        composite = Drawing(placed, _groups(warped, objects))
+        dmesh = _placed_drawing(view, objects, direct, table, level, case)
+        mesh = _placed_drawing(view, objects, visible[kind == Representation.MESH])
+        counts = _counts(len(objects), warp, composite, dmesh, mesh, level[warped], case[warped])
+        counts |= {"atlas_used": used / atlas_size[1], "tile_resolution": shrink}
+        return FramePlan(warp, composite, dmesh, mesh, used, counts)
+
+    def _levels_and_cases(
+        self, view: View, objects: Objects, table: AssetTable, lod: LodParams
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Grid level and Case (n,) of every object; those of the moment it was switched on while lod.freeze is set."""
+        if lod.freeze and self._frozen is not None and len(self._frozen["level"]) == len(objects):
+            return self._frozen["level"].copy(), self._frozen["case"].copy()
+        asset = objects.asset
+        offset = rotate(objects.rotation, table.centre[asset] * objects.scale[:, None])
+        distance = np.linalg.norm(objects.position + offset - view.position, axis=1)
+        step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
+        max_level = np.minimum(table.levels[asset], int(np.log2(lod.max_step)))
+        level = grid_level(step, lod.bias, max_level)
+        if lod.cases == "all":
+            case = np.full(len(objects), int(Case.ALL))
+        else:
+            volumes = select_volumes(table.volumes, asset)
+            viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
+            case = choose_cases(viewer[:, 1], volumes.bottom, volumes.top).astype(np.int64)
+        self._frozen = {"level": level.copy(), "case": case.copy()} if lod.freeze else None
+        return level, case
+
+
+def visible_objects(view: View, objects: Objects, table: AssetTable) -> NDArray[np.intp]:
+    """Indices of the objects whose bounding sphere meets the view frustum, nearest first."""
+    centre = objects.position + rotate(objects.rotation, table.centre[objects.asset] * objects.scale[:, None])
+    reach = table.reach[objects.asset] * objects.scale
+    right, up, forward = ((centre - view.position) @ view.axes.T).T
+    seen = (forward > view.near - reach) & (forward < view.far + reach)
+    for tangent, sideways in zip(view.half_extent, (right, up), strict=True):
+        seen &= np.abs(sideways) - tangent * forward < reach * np.hypot(1, tangent)
+    indices = np.flatnonzero(seen)
+    return indices[np.argsort(forward[indices], kind="stable")]
+
+
+def select_volumes(volumes: Volumes, asset: NDArray[np.integer]) -> Volumes:
+    return Volumes(*(getattr(volumes, name)[asset] for name in volumes.__dataclass_fields__))
+
+
+def _planes_of(view: View, objects: Objects, table: AssetTable, chosen: NDArray[np.intp]) -> Planes:
+    viewer = viewer_in_object(view, objects.position[chosen], objects.rotation[chosen], objects.scale[chosen])
+    return choose_planes(viewer, select_volumes(table.volumes, objects.asset[chosen]))
+
+
+def _too_near(objects: Objects, table: AssetTable, view: View, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Those of `chosen` that no plane serves: the viewer is inside the cylinder or nearly so.
+
+    A planar image seen from behind is left out: it has no back (Liu et al. 2007, §2).
+    """
+    distance = _planes_of(view, objects, table, chosen).distance
+    volumes = select_volumes(table.volumes, objects.asset[chosen])
+    return chosen[(distance < MIN_PLANE_DISTANCE * volumes.radius) & (volumes.has_side | (distance > 0))]
+
+
+def _place_tiles(
+    view: View, objects: Objects, table: AssetTable, chosen: NDArray[np.intp], tile_scale: float, atlas_size: tuple[int, int]
+) -> tuple[NDArray[np.intp], Planes, NDArray[np.int64]]:
+    """Which of `chosen` are warped onto a plane (m,), their planes cut to the frustum, and tile sizes (m, 2)."""
+    planes = _planes_of(view, objects, table, chosen)
+    usable = np.flatnonzero(planes.distance >= MIN_PLANE_DISTANCE * table.volumes.radius[objects.asset[chosen]])
+    planes, seen = crop_to_frustum(planes.select(usable), view, objects.rotation[chosen[usable]])
+    warped, planes = chosen[usable][seen], planes.select(np.flatnonzero(seen))
+    tiles = tile_sizes(planes, view.focal_pixels * tile_scale, min(atlas_size) - 2)
+    return warped, *_with_border(planes, tiles)
+
+
+def _with_border(planes: Planes, tiles: NDArray[np.int64]) -> tuple[Planes, NDArray[np.int64]]:
+    """One more texel on every side, so that the silhouette's last texel has a neighbour."""
+    texel = (planes.high - planes.low) / tiles
+    fields = {name: getattr(planes, name) for name in planes.__dataclass_fields__}
+    return Planes(**fields | {"low": planes.low - texel, "high": planes.high + texel}), tiles + 2
+
+
+def _pack(tiles: NDArray[np.int64], atlas_size: tuple[int, int]) -> tuple[NDArray[np.int64], int, float]:
+    """Corners (n, 2), rows used, and the factor by which all tiles shrink to fit."""
+    shrink = 1.0
+    while True:
+        corners, used = pack_shelves(np.maximum((tiles * shrink).astype(np.int64), 1), atlas_size[0])
+        if used <= atlas_size[1]:
+            return corners, used, shrink
+        shrink *= min(0.97, (atlas_size[1] / used) ** 0.5)
+
+
+def _group_order(*keys: NDArray[np.int64]) -> NDArray[np.intp]:
+    """Sorts by asset, then level, then case; equal ones stay nearest first."""
+    return np.lexsort(keys[::-1])
+
+
+def _groups(
+    chosen: NDArray[np.intp],
+    objects: Objects,
+    table: AssetTable | None = None,
+    level: NDArray[np.int64] | None = None,
+    case: NDArray[np.int64] | None = None,
+) -> list[Group]:
+    """Runs of equal asset, and of equal level and case where they are given. The loop is over groups."""
+    if not len(chosen):
+        return []
+    keys = [objects.asset[chosen]]
+    if level is not None and case is not None:
+        keys += [level[chosen], case[chosen]]
+    changed = np.logical_or.reduce([np.diff(key) != 0 for key in keys])
+    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
+    counts = np.diff(np.append(starts, len(chosen)))
+    groups = []
+    for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
+        key = tuple(int(k[start]) for k in keys)
+        indices = (int(table.index_first[key]), int(table.index_count[key])) if table is not None else (0, 0)
+        groups.append(Group(key[0], start, count, *indices))
+    return groups
+
+
+def _warp_records(
+    planes: Planes, tiles: NDArray[np.int64], corners: NDArray[np.int64], atlas_size: tuple[int, int]
+) -> NDArray[np.void]:
+    records = np.zeros(len(tiles), WARP_RECORD)
+    records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
+    records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
+    records["normal"] = np.column_stack([planes.normal, planes.offset])
+    atlas = np.asarray(atlas_size, float)
+    scale = 2 * tiles / (atlas * (planes.high - planes.low))
+    records["to_clip"] = np.column_stack([scale, 2 * corners / atlas - 1 - scale * planes.low])
+    records["distance"] = planes.distance
+    return records
+
+
+def _composite_records(
+    view: View,
+    objects: Objects,
+    chosen: NDArray[np.intp],
+    planes: Planes,
+    tiles: NDArray[np.int64],
+    corners: NDArray[np.int64],
+) -> NDArray[np.void]:
+    records = np.zeros(len(chosen), COMPOSITE_RECORD)
+    rotation, scale = objects.rotation[chosen], objects.scale[chosen]
+    corner = (
+        planes.low[:, :1] * planes.right + planes.low[:, 1:] * planes.up - planes.distance[:, None] * planes.normal
+    )
+    extent = planes.high - planes.low
+    vectors = (("corner", corner), ("edge_u", extent[:, :1] * planes.right), ("edge_v", extent[:, 1:] * planes.up))
+    for name, vector in vectors:
+        records[name] = rotate(rotation, vector) * scale[:, None]
+    records["viewer"] = viewer_in_object(view, objects.position[chosen], rotation, scale)
+    records["rotation"], records["scale"] = rotation, scale
+    records["tile"] = np.column_stack([corners, tiles])
+    return records
+
+
+def _placed_drawing(
+    view: View,
+    objects: Objects,
+    chosen: NDArray[np.intp],
+    table: AssetTable | None = None,
+    level: NDArray[np.int64] | None = None,
+    case: NDArray[np.int64] | None = None,
+) -> Drawing:
+    keys = [objects.asset[chosen]]
+    if level is not None and case is not None:
+        keys += [level[chosen], case[chosen]]
+    chosen = chosen[_group_order(*keys)]
+    records = np.zeros(len(chosen), PLACED_RECORD)
+    records["origin"] = objects.position[chosen] - view.position
+    records["rotation"], records["scale"] = objects.rotation[chosen], objects.scale[chosen]
+    return Drawing(records, _groups(chosen, objects, table, level, case))
+
+
+def _counts(
+    total: int,
+    warp: Drawing,
+    composite: Drawing,
+    dmesh: Drawing,
+    mesh: Drawing,
+    level: NDArray[np.int64],
+    case: NDArray[np.int64],
+) -> dict[str, int | float]:
+    drawn = {"objects": total, "dpci": len(composite.records), "dmesh": len(dmesh.records), "mesh": len(mesh.records)}
+    indices = sum(group.count * group.index_count for group in warp.groups + dmesh.groups)
+    drawn |= {"warped_triangles": indices // 3, "draw_groups": len(warp.groups)}
+    steps = {f"step_{1 << k}": int(n) for k, n in enumerate(np.bincount(level)) if n}
+    cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(case)) if n}
+    return drawn | steps | cases

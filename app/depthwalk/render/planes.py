@@ -1,0 +1,192 @@
+"""Pass 1's planes: on which plane an object's depth images are warped, how much of it is seen, at what resolution.
+
+All arrays over n objects, float64, object frame unless said otherwise. DESIGN §3; Liu et al. 2007, §3.2 and §3.3.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import Face
+from depthwalk.render.rotation import conjugate, rotate
+from depthwalk.render.view import View
+
+Array = NDArray[np.floating]
+
+# Closer to every plane than this part of its radius, an object is warped straight to the screen: the tile of a
+# plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
+MIN_PLANE_DISTANCE = 0.1
+_GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neighbours for filtering at its border
+
+
+@dataclass(frozen=True)
+class Planes:
+    """The chosen planes. Directions `right` × `up` = `normal`, toward the viewer.
+
+    face: (n,) Face; right, up, normal: (n, 3); distance: (n,) of the viewer to the plane, metres;
+    epipole: (n, 2), the viewer's foot in (right, up) coordinates; offset: (n,) plane · normal;
+    low, high: (n, 2) bounds of the rectangle, relative to the epipole.
+    """
+
+    face: NDArray[np.intp]
+    right: Array
+    up: Array
+    normal: Array
+    distance: Array
+    epipole: Array
+    offset: Array
+    low: Array
+    high: Array
+
+    def select(self, chosen: NDArray[np.intp]) -> "Planes":
+        return Planes(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
+
+@dataclass(frozen=True)
+class Volumes:
+    """The cylinders of n objects: (n,) each, metres in the object frame; has_side is false for planar images."""
+
+    radius: Array
+    bottom: Array
+    top: Array
+    half_width: Array
+    half_depth: Array
+    has_side: NDArray[np.bool_]
+
+
+def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
+    """The viewer (n, 3) in each object's frame; position (n, 3), rotation (n, 4) and scale (n,) place the objects."""
+    return rotate(conjugate(rotation), view.position - position) / scale[:, None]
+
+
+def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
+    """For each viewer (n, 3) the plane it is farthest from, hence sees most squarely, and the object's rectangle on it.
+
+    Where the distance is not positive the viewer is inside the cylinder, or behind a planar image.
+    """
+    v = volumes
+    rho = np.hypot(viewer[:, 0], viewer[:, 2])
+    never = np.full(len(viewer), -np.inf)
+    distances = np.stack(
+        [
+            viewer[:, 1] - v.top,
+            np.where(v.has_side, rho - v.radius, never),
+            np.where(v.has_side, v.bottom - viewer[:, 1], never),
+        ]
+    )
+    face = distances.argmax(axis=0)
+    distance = distances.max(axis=0)
+    side, above = face == Face.SIDE, face == Face.TOP
+
+    outward = viewer[:, [0, 2]] / np.maximum(rho, 1e-12)[:, None]
+    zero, one = np.zeros_like(rho), np.ones_like(rho)
+    right = np.where(side[:, None], np.stack([outward[:, 1], zero, -outward[:, 0]], -1), [1.0, 0.0, 0.0])
+    toward = np.where(above, -one, one)
+    up = np.where(side[:, None], [0.0, 1.0, 0.0], np.stack([zero, zero, toward], -1))
+    vertical = np.stack([zero, -toward, zero], -1)
+    normal = np.where(side[:, None], np.stack([outward[:, 0], zero, outward[:, 1]], -1), vertical)
+    epipole = np.stack([np.einsum("ni,ni->n", viewer, right), np.einsum("ni,ni->n", viewer, up)], -1)
+    offset = np.einsum("ni,ni->n", viewer, normal) - distance
+    low, high = _rectangles(v, side, distance, epipole)
+    return Planes(face, right, up, normal, distance, epipole, offset, low - epipole, high - epipole)
+
+
+def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: Array) -> tuple[Array, Array]:
+    """Bounds (n, 2) of everything inside the cylinder, warped onto the plane.
+
+    A point moves toward the epipole by 1 − λ, and λ is least at the far side of the cylinder, so the bounds lie at
+    λ = 1 or at that λ (DESIGN §3, "the rectangle on the tangent plane").
+    """
+    distance = np.maximum(distance, 1e-9)
+    behind = np.where(side, 2 * v.radius, v.top - v.bottom)
+    far = (distance / (distance + behind))[:, None]
+    first = np.where(side[:, None], np.stack([0 * v.bottom, v.bottom], -1), np.stack([-v.half_width, -v.half_depth], -1))
+    last = np.where(side[:, None], np.stack([0 * v.top, v.top], -1), np.stack([v.half_width, v.half_depth], -1))
+    low = np.minimum(first, epipole + far * (first - epipole))
+    high = np.maximum(last, epipole + far * (last - epipole))
+    silhouette = v.radius * np.sqrt(far[:, 0])  # |s| ≤ R·sqrt((ρ−R)/(ρ+R)): the tangents from the viewer to the circle
+    low[:, 0] = np.where(side, -silhouette, low[:, 0])
+    high[:, 0] = np.where(side, silhouette, high[:, 0])
+    return low, high
+
+
+def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes, NDArray[np.bool_]]:
+    """The rectangles cut down to what the camera sees, and which (n,) are seen at all.
+
+    The seen part is a convex polygon: its corners are corners of the rectangle, crossings of an edge with a side of
+    the frustum, or the frustum's own corner rays. Its bounding box is kept.
+    """
+    axes = rotate(conjugate(rotation)[:, None], view.axes[None])  # (n, 3, 3) right, up, forward in the object frame
+    basis = np.stack([planes.right, planes.up, planes.normal], -1)  # (n, 3, 3), columns
+    camera = axes @ basis  # camera coordinates of plane coordinates (s, v, −D)
+    tan_x, tan_y = (_GUARD * t for t in view.half_extent)
+    right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
+    sides = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
+    lines = sides.copy()  # (n, 4, 3): line · (s, v, 1) is positive inside
+    lines[..., 2] *= -planes.distance[:, None]
+
+    low, high = planes.low, planes.high
+    corners = np.stack([np.stack([s[:, 0], v[:, 1]], -1) for s in (low, high) for v in (low, high)], 1)  # (n, 4, 2)
+    whole = (_evaluate(lines, corners) >= 0).all((1, 2))
+    seen = np.ones(len(low), bool)
+    cut = np.flatnonzero(~whole)
+    if len(cut):
+        crossings = _edge_crossings(lines[cut], low[cut], high[cut])
+        rays = _corner_rays(camera[cut], planes.distance[cut], tan_x, tan_y)
+        candidates = np.concatenate([corners[cut], crossings, rays], 1)
+        slack = 1e-6 * (high - low)[cut][:, None] + 1e-12
+        inside = ((candidates >= low[cut][:, None] - slack) & (candidates <= high[cut][:, None] + slack)).all(-1)
+        scale = np.abs(lines[cut]).max(-1)[:, None] + 1e-12
+        inside &= (_evaluate(lines[cut], candidates) >= -1e-6 * scale * (1 + np.abs(candidates).sum(-1))[..., None]).all(-1)
+        low, high = low.copy(), high.copy()
+        low[cut] = np.where(inside[..., None], candidates, np.inf).min(1)
+        high[cut] = np.where(inside[..., None], candidates, -np.inf).max(1)
+        seen[cut] = (high[cut] > low[cut]).all(-1)
+    fields = {name: getattr(planes, name) for name in planes.__dataclass_fields__} | {"low": low, "high": high}
+    return Planes(**fields), seen
+
+
+def _evaluate(lines: Array, points: Array) -> Array:
+    """lines (n, 4, 3) at points (n, k, 2) → (n, k, 4): positive inside the frustum."""
+    return points @ np.swapaxes(lines[..., :2], 1, 2) + lines[:, None, :, 2]
+
+
+def _edge_crossings(lines: Array, low: Array, high: Array) -> Array:
+    """Where the four lines meet the rectangle's four edge lines: (n, 16, 2); far away where they are parallel."""
+    a, b, c = lines[..., 0], lines[..., 1], lines[..., 2]  # (n, 4)
+    points = []
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for bound in (low, high):
+            s = np.broadcast_to(bound[:, :1], a.shape)
+            v = np.broadcast_to(bound[:, 1:], a.shape)
+            points += [np.stack([s, -(a * s + c) / b], -1), np.stack([-(b * v + c) / a, v], -1)]
+    return np.nan_to_num(np.concatenate(points, 1), nan=np.inf, posinf=1e30, neginf=-1e30).clip(-1e30, 1e30)
+
+
+def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
+    """Where the frustum's four corner rays meet the plane: (n, 4, 2); far away where they do not."""
+    rays = np.array([[x * tan_x, y * tan_y, 1.0] for x in (-1, 1) for y in (-1, 1)])
+    directions = rays @ camera  # (n, 4, 3) in plane coordinates: the rotation's inverse is its transpose
+    toward = directions[..., 2] < -1e-9
+    along = distance[:, None] / np.where(toward, -directions[..., 2], 1)
+    return np.where(toward[..., None], directions[..., :2] * along[..., None], 1e30)
+
+
+def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:
+    """Texels (n, 2) that give every part of the rectangle at least the resolution it is seen with, up to `limit`.
+
+    The angle that a step on the plane covers is largest at the rectangle's point nearest to the epipole; it does not
+    depend on where the camera looks.
+    """
+    nearest = np.maximum(np.maximum(planes.low, -planes.high), 0)
+    farthest = np.maximum(np.abs(planes.low), np.abs(planes.high))
+    squared = planes.distance[:, None] ** 2
+    density = np.zeros_like(nearest)
+    for axis in (0, 1):
+        along, across = nearest[:, axis] ** 2, 1 - axis
+        for reach in (nearest[:, across] ** 2, farthest[:, across] ** 2):
+            transverse = squared[:, 0] + reach
+            density[:, axis] = np.maximum(density[:, axis], np.sqrt(transverse) / (transverse + along))
+    texels = np.ceil(focal_pixels * density * (planes.high - planes.low))
+    return np.clip(texels, 1, limit).astype(np.int64)

@@ -1,0 +1,124 @@
+"""A scene to pictures: plans the frame, runs the passes in order, times each.
+
+GL state between passes: whichever framebuffer the last one used; a pass sets what it needs by `enable_only`, and
+wireframe is off. Depth function LESS, counter-clockwise faces are front.
+"""
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.timers import PassTimers
+from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.catalogue import asset_table, place_objects
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.passes import PASSES
+from depthwalk.render.plan import AssetTable, FramePlan, Planner
+from depthwalk.render.rotation import rotate
+from depthwalk.render.targets import Targets
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera, Objects, Representation
+from depthwalk.scene.scene import Scene
+
+
+class Renderer:
+    """Draws one scene. `settings` and `scene.environment` may change between frames."""
+
+    def __init__(self, device: Device, scene: Scene, library: Library) -> None:
+        self.device = device
+        self.scene = scene
+        self.settings = scene.render
+        self.assets = AssetStore(device, library)
+        self.passes: list[Pass] = [make(device) for make in PASSES]
+        self.timers = PassTimers(device)
+        self._representation: Representation | None = None
+        self.plan: FramePlan | None = None
+        self.targets: Targets | None = None
+        self._library = library
+        self._planner = Planner()
+        self._table: AssetTable | None = None
+        self._objects: Objects | None = None
+
+    def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
+        """Draws what `view` sees of the scene into `screen`, which has the view's size."""
+        targets = self._targets(view.size)
+        objects = self.objects()
+        with self.timers.measure("plan"):
+            settings = self.settings
+            plan = self._planner.plan(
+                view, objects, self.table(), settings.lod, targets.atlas_size, settings.warp.tile_scale
+            )
+        self.plan = plan
+        targets.gbuffer.use()
+        targets.gbuffer.clear(depth=1.0)
+        frame = Frame(
+            view, plan, settings, self.scene.environment, self.assets, targets, screen, transparent=transparent
+        )
+        for each in self.passes:
+            with self.timers.measure(each.name):
+                each.draw(frame)
+        self.timers.end_frame()
+
+    def objects(self) -> Objects:
+        """The scene's objects as they are drawn: in their depth images' frames, by the representation asked for."""
+        if self._objects is None:
+            self._objects = place_objects(self.scene, self._library, self._representation)
+        return self._objects
+
+    def objects_moved(self) -> None:
+        """To be called after `set_node_transform`."""
+        self._objects = None
+
+    @property
+    def representation(self) -> Representation | None:
+        """How all objects are drawn whose asset allows it; None: as the scene says."""
+        return self._representation
+
+    @representation.setter
+    def representation(self, wanted: Representation | None) -> None:
+        if wanted is not self._representation:
+            self._representation = wanted
+            self._objects = self._table = None
+
+    def table(self) -> AssetTable:
+        """Bounds, cylinders and index ranges of the assets, which are loaded for it."""
+        if self._table is None:
+            self._table = asset_table(self.objects(), self._library, self.assets)
+        return self._table
+
+    def frame_all(self, fov: float = np.pi / 3) -> Camera:
+        """A camera that sees every object, from the front and a little above."""
+        table, objects = self.table(), self.objects()
+        if not len(objects):
+            return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
+        reach = (table.reach[objects.asset] * objects.scale)[:, None]
+        centre = objects.position + rotate(objects.rotation, table.centre[objects.asset] * objects.scale[:, None])
+        low, high = (centre - reach).min(0), (centre + reach).max(0)
+        middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+        away = np.array([0.0, 0.25, 1.0]) / np.hypot(0.25, 1.0) * radius / np.sin(fov / 2)
+        return Camera(tuple(middle + away), tuple(middle), fov)
+
+    def release(self) -> None:
+        for each in self.passes:
+            each.forget_assets()
+            each.release()
+        self.assets.release()
+        if self.targets is not None:
+            self.targets.release()
+
+    def _targets(self, size: tuple[int, int]) -> Targets:
+        if self.targets is None or self.targets.size != size:
+            if self.targets is not None:
+                self.targets.release()
+            self.targets = Targets(self.device, size)
+            for each in self.passes:
+                each.resize(size)
+        return self.targets
+
+
+def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
+    """The picture (H, W, 4) uint8, top row first."""
+    width, height = framebuffer.size
+    data = framebuffer.read(components=4, alignment=1)
+    return np.frombuffer(data, np.uint8).reshape(height, width, 4)[::-1]

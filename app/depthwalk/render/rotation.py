@@ -1,0 +1,23 @@
+"""Unit quaternions (x, y, z, w) over arrays."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def rotate(quaternion: NDArray[np.floating], vector: NDArray[np.floating]) -> NDArray[np.floating]:
+    """`vector` (…, 3) turned by `quaternion` (…, 4); both broadcast."""
+    axis, w = quaternion[..., :3], quaternion[..., 3:]
+    return vector + 2 * np.cross(axis, np.cross(axis, vector) + w * vector)
+
+
+def conjugate(quaternion: NDArray[np.floating]) -> NDArray[np.floating]:
+    """The inverse rotation."""
+    return quaternion * np.array([-1, -1, -1, 1], quaternion.dtype)
+
+
+def multiply(outer: NDArray[np.floating], inner: NDArray[np.floating]) -> NDArray[np.floating]:
+    """The rotation that turns by `inner` first, then by `outer` (…, 4); both broadcast."""
+    a, b = outer[..., :3], inner[..., :3]
+    vector = outer[..., 3:] * b + inner[..., 3:] * a + np.cross(a, b)
+    scalar = outer[..., 3:] * inner[..., 3:] - (a * b).sum(-1, keepdims=True)
+    return np.concatenate([vector, scalar], -1)

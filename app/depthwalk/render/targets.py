@@ -1,0 +1,42 @@
+"""The textures that passes hand to each other."""
+
+import moderngl
+
+from depthwalk.gpu.device import Device
+
+ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 40 MB
+
+
+class Targets:
+    """atlas: intermediate images (owner, 1 − λ); gbuffer: albedo, surface, depth; lit: linear RGBA half float."""
+
+    def __init__(self, device: Device, size: tuple[int, int]) -> None:
+        self.size = size
+        self.gl = device.scope("targets")
+        gl = self.gl
+        self.atlas_size = _atlas_size(size, device.max_texture_size)
+        self.atlas_owner = gl.texture(self.atlas_size, 1, "u2")
+        self.atlas_depth = gl.depth_texture(self.atlas_size)
+        self.atlas = gl.framebuffer([self.atlas_owner], self.atlas_depth)
+        self.albedo = gl.texture(size, 4)
+        self.surface = gl.texture(size, 4, "nu2")
+        self.depth = gl.depth_texture(size)
+        self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
+        self.lit_texture = gl.texture(size, 4, "f2")
+        self.lit = gl.framebuffer([self.lit_texture])
+
+    def release(self) -> None:
+        self.gl.release()
+
+
+def _atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:
+    """Four pictures' worth of texels in powers of two, at least `ATLAS_TEXELS`."""
+    wanted = max(ATLAS_TEXELS, 4 * size[0] * size[1])
+    width = 1 << max(12, (int(wanted**0.5) - 1).bit_length())
+    height = 1 << max(11, (-(-wanted // width) - 1).bit_length())
+    return min(width, limit), min(height, limit)
+
+
+def set_viewport(framebuffer: moderngl.Framebuffer) -> None:
+    framebuffer.use()
+    framebuffer.viewport = (0, 0, *framebuffer.size)

@@ -1,0 +1,63 @@
+"""What a frame is seen through: a camera, an image size and the matrices that follow from them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.camera import clip_from_view, view_from_world
+
+
+@dataclass(frozen=True)
+class View:
+    """camera; size: (width, height) in pixels; near, far: metres along the view axis."""
+
+    camera: Camera
+    size: tuple[int, int]
+    near: float = 0.05
+    far: float = 2000.0
+
+    @cached_property
+    def position(self) -> NDArray[np.float64]:
+        """The viewer (3,), world."""
+        return np.asarray(self.camera.position, float)
+
+    @cached_property
+    def axes(self) -> NDArray[np.float64]:
+        """Rows right, up, forward (3, 3): unit vectors, world."""
+        axes = self.view_from_world[:3, :3].copy()
+        axes[2] *= -1
+        return axes
+
+    @cached_property
+    def view_from_world(self) -> NDArray[np.float64]:
+        return view_from_world(self.camera)
+
+    @cached_property
+    def clip_from_view(self) -> NDArray[np.float64]:
+        return clip_from_view(self.camera.fov, self.size[0] / self.size[1], self.near, self.far)
+
+    @cached_property
+    def clip_from_eye(self) -> NDArray[np.float64]:
+        """Clip coordinates of a world vector from the viewer: no large translation, so float32 keeps its precision."""
+        rotation = np.eye(4)
+        rotation[:3, :3] = self.view_from_world[:3, :3]
+        return self.clip_from_view @ rotation
+
+    @property
+    def half_extent(self) -> tuple[float, float]:
+        """Tangents of half the horizontal and half the vertical angle of view."""
+        vertical = float(np.tan(self.camera.fov / 2))
+        return vertical * self.size[0] / self.size[1], vertical
+
+    @property
+    def focal_pixels(self) -> float:
+        """Distance of the image plane in pixels: a metre at one metre's distance covers this many."""
+        return self.size[1] / (2 * self.half_extent[1])
+
+
+def matrix_bytes(matrix: NDArray[np.floating]) -> bytes:
+    """A matrix as GLSL wants it: float32, column by column."""
+    return np.ascontiguousarray(matrix.T, np.float32).tobytes()

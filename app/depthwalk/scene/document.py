@@ -1,0 +1,227 @@
+"""YAML text as plain values that remember where they stand, so that every complaint can cite line and column."""
+
+import math
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
+
+from depthwalk.errors import InputError
+from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
+
+Loc = tuple[str | int, ...]
+"""Where a value stands in a document: keys and list indices from the root."""
+
+MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # a nested group is a list, its item and the group's own mapping
+MAX_ALIASED_NODES = 10_000  # what aliases may add to the text; a "billion laughs" file adds 10^9
+_LONGEST_LABEL = 80  # 64 nested groups would fill a screen
+_MAX_INTEGER = 2**53  # beyond it a double is no longer exact
+
+_TAG = "tag:yaml.org,2002:"
+_SCALAR_TAGS = {_TAG + name for name in ("null", "bool", "int", "float")}
+_TEXT_TAGS = {_TAG + name for name in ("str", "timestamp", "merge", "value")}  # a date is text: no field holds one
+
+
+@dataclass(frozen=True)
+class Document:
+    """A parsed YAML file. name: the path as the user gave it; value: None, bool, int, float, str, list or dict."""
+
+    name: str
+    root: Node
+    value: Any
+
+    def holds(self, loc: Loc) -> bool:
+        """Whether the text itself holds a value at `loc`."""
+        return len(list(_nodes_along(self.root, loc))) == len(loc) + 1
+
+    def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
+        """The complaint about the value at `loc` (with `at_key`, about its key), or about its nearest parent."""
+        key, value = list(_nodes_along(self.root, loc))[-1]
+        nothing = isinstance(value, ScalarNode) and value.value == ""  # `key:` alone: YAML puts it on the next line
+        return _located_value(self.name, key if key is not None and (at_key or nothing) else value, loc, message)
+
+
+def label(loc: Loc) -> str:
+    """`objects[3].scale` for ("objects", 3, "scale")."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{_printable(part)}" for part in loc).removeprefix(".")
+    return text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL // 2]}...{text[-_LONGEST_LABEL // 2 :]}"
+
+
+def located(name: str, line: int, column: int, message: str) -> InputError:
+    """The complaint about a place given by its line and column, both counted from 0."""
+    return InputError(f"{name}:{line + 1}:{column + 1}: {message}")
+
+
+def read_document(path: Path) -> Document:
+    """Parse a YAML file.
+
+    Raises InputError, located, where it cannot be read or is not plain YAML of a modest size.
+    """
+    return parse_document(_read_text(path), str(path))
+
+
+def parse_document(text: str, name: str) -> Document:
+    """Parse YAML text; `name` is what its errors cite. Raises InputError."""
+    root = _compose(text, name)
+    if root is None:
+        raise located(name, 0, 0, "the file is empty")
+    return Document(name, root, _Reader(name).value(root, ()))
+
+
+def _read_text(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            data = file.read(MAX_SCENE_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a null character in the path
+        raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if len(data) > MAX_SCENE_BYTES:
+        raise located(str(path), 0, 0, f"the file is larger than {MAX_SCENE_BYTES >> 20} MiB")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8-sig", errors="replace")
+        raise _at_offset(str(path), before, f"not UTF-8 text (byte 0x{data[error.start]:02x})") from None
+
+
+def _at_offset(name: str, before: str, message: str) -> InputError:
+    return located(name, before.count("\n"), len(before) - (before.rfind("\n") + 1), message)
+
+
+def _compose(text: str, name: str) -> Node | None:
+    yaml = YAML(typ="safe", pure=True)
+    yaml.max_depth = MAX_YAML_DEPTH
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # style remarks on odd but valid text
+            root: Node | None = yaml.compose(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line, mark.column) if mark else (0, 0)
+        raise located(name, line, column, f"not valid YAML: {_yaml_problem(error)}") from None
+    except ReaderError as error:
+        message = f"character U+{ord(text[error.position]):04X} is not allowed in YAML"
+        raise _at_offset(name, text[: error.position], message) from None
+    except (YAMLError, ValueError, AssertionError, AttributeError, IndexError, TypeError, KeyError) as error:
+        # ruamel lets Python's own errors out on some broken directives, tags and escapes.
+        raise located(name, 0, 0, f"not valid YAML: {_one_line(error) or type(error).__name__}") from None
+    except RecursionError:
+        raise located(name, 0, 0, "nested too deeply") from None
+    return root
+
+
+def _yaml_problem(error: MarkedYAMLError) -> str:
+    problem = _one_line(error.problem or error.context or "malformed")
+    if "maximum depth" in problem:
+        return "nested too deeply"
+    if "'\\t'" in problem:
+        return "a tab cannot indent; use spaces"
+    if "another document" in problem:
+        return "a second document starts here"
+    return problem
+
+
+def _one_line(text: object) -> str:
+    return " ".join(str(text).split())
+
+
+def _nodes_along(root: Node, loc: Loc) -> Iterator[tuple[Node | None, Node]]:
+    """(key node, value node) from the root towards `loc`, as far as the text holds it."""
+    key: Node | None = None
+    node = root
+    yield key, node
+    for part in loc:
+        if isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.value):
+            key, node = None, node.value[part]
+        elif isinstance(node, MappingNode):
+            found = next((pair for pair in node.value if pair[0].value == part), None)
+            if found is None:
+                return
+            key, node = found
+        else:
+            return
+        yield key, node
+
+
+class _Reader:
+    """Turns nodes into plain values; what a scene file has no use for is an error at its place."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.scalars = YAML(typ="safe", pure=True).constructor
+        self.seen: set[int] = set()
+        self.aliased = 0
+
+    def error(self, node: Node, loc: Loc, message: str) -> InputError:
+        return _located_value(self.name, node, loc, message)
+
+    def value(self, node: Node, loc: Loc) -> Any:
+        if len(loc) > MAX_YAML_DEPTH:  # an alias may hold itself
+            raise self.error(node, loc, "nested too deeply")
+        if id(node) in self.seen:
+            self.aliased += 1
+            if self.aliased > MAX_ALIASED_NODES:
+                raise self.error(node, loc, f"aliases repeat more than {MAX_ALIASED_NODES} values")
+        self.seen.add(id(node))
+        if isinstance(node, ScalarNode):
+            return self.scalar(node, loc)
+        if str(node.tag) not in (_TAG + "map", _TAG + "seq"):
+            raise self.error(node, loc, f"the tag {str(node.tag)!r} is not allowed")
+        if isinstance(node, SequenceNode):
+            return [self.value(child, (*loc, i)) for i, child in enumerate(node.value)]
+        assert isinstance(node, MappingNode)
+        return self.mapping(node, loc)
+
+    def mapping(self, node: MappingNode, loc: Loc) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for key_node, child in node.value:
+            if not isinstance(key_node, ScalarNode) or str(key_node.tag) not in _TEXT_TAGS:
+                raise self.error(key_node, loc, "a key must be text; put it in quotes")
+            key = str(key_node.value)
+            if not key.isprintable():
+                raise self.error(key_node, loc, f"the key {key!r} is not printable")
+            if key in values:
+                raise self.error(key_node, (*loc, key), "duplicate key")
+            values[key] = self.value(child, (*loc, key))
+        return values
+
+    def text(self, node: ScalarNode, loc: Loc) -> str:
+        text = str(node.value)
+        if any("\ud800" <= character <= "\udfff" for character in text):
+            raise self.error(node, loc, "half a surrogate pair is not text")
+        return text
+
+    def scalar(self, node: ScalarNode, loc: Loc) -> bool | int | float | str | None:
+        tag = str(node.tag)
+        if tag in _TEXT_TAGS:
+            return self.text(node, loc)
+        if tag not in _SCALAR_TAGS:
+            raise self.error(node, loc, f"the tag {tag!r} is not allowed")
+        try:
+            value: bool | int | float | None = self.scalars.construct_object(node)
+        except (YAMLError, ValueError, KeyError, IndexError, AttributeError, TypeError, AssertionError):
+            # An explicit tag on text that is none, as in `!!int many`.
+            raise self.error(node, loc, f"{_shown(node.value)} is not a YAML {tag.removeprefix(_TAG)}") from None
+        if isinstance(value, float) and not math.isfinite(value):
+            raise self.error(node, loc, f"must be a finite number, not {_shown(node.value)}")
+        if isinstance(value, int) and abs(value) > _MAX_INTEGER:
+            raise self.error(node, loc, f"the number {_shown(node.value)} is too large")
+        return value
+
+
+def _located_value(name: str, node: Node, loc: Loc, message: str) -> InputError:
+    mark = node.start_mark
+    return located(name, mark.line, mark.column, f"{label(loc)}: {message}" if loc else message)
+
+
+def _printable(text: str) -> str:
+    return text if text.isprintable() else repr(text)
+
+
+def _shown(text: str) -> str:
+    return _printable(text if len(text) <= 24 else text[:21] + "...")

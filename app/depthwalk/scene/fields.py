@@ -1,0 +1,99 @@
+"""Field types that the scene and path files share: numbers with sane ranges, vectors, colours."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema
+
+from depthwalk.params import Params
+from depthwalk.scene.validate import shown
+
+MAX_COORDINATE = 1e6  # metres; float32 positions still resolve 6 cm there
+MIN_SCALE, MAX_SCALE = 1e-4, 1e4
+
+
+class FileParams(Params):
+    """A group of keys of a file: no text for numbers, no `true` for 1."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+def numbers(*names: str) -> BeforeValidator:
+    """Check the length first: pydantic would report a short list as missing fields."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or len(value) != len(names):
+            raise ValueError(f"must be [{', '.join(names)}]")
+        return value
+
+    return BeforeValidator(check)
+
+
+def _colour(value: Any) -> Any:
+    if isinstance(value, str) and re.fullmatch(r"#[0-9a-fA-F]{6}", value):
+        return tuple(int(value[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError('must be "#rrggbb" (in quotes) or [r, g, b] from 0 to 1')
+    return value
+
+
+def _version(value: Any) -> Any:
+    if isinstance(value, bool) or value != 1:  # True == 1 in Python
+        raise ValueError(f"must be 1, not {shown(value)}")
+    return value
+
+
+def _scale_range(value: Any) -> Any:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value, value
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError("must be a number or [low, high]")
+    return value
+
+
+def _ordered(value: Sequence[float]) -> Sequence[float]:
+    if value[0] > value[1]:
+        raise ValueError("must be [low, high] with low not above high")
+    return value
+
+
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+Length = Annotated[float, Field(gt=0, le=MAX_COORDINATE)]
+Scale = Annotated[float, Field(ge=MIN_SCALE, le=MAX_SCALE)]
+_SCALE_SCHEMA = {"type": "number", "minimum": MIN_SCALE, "maximum": MAX_SCALE}
+_Unit = Annotated[float, Field(ge=0, le=1)]
+
+Version = Annotated[Literal[1], BeforeValidator(_version)]
+Vector = Annotated[tuple[Coordinate, Coordinate, Coordinate], Strict(False), numbers("x", "y", "z")]
+Extent = Annotated[tuple[Length, Length], Strict(False), numbers("x", "z")]
+ImageSize = Annotated[tuple[Length, Length], Strict(False), numbers("width", "height")]
+ScaleRange = Annotated[
+    tuple[Scale, Scale],
+    Strict(False),
+    BeforeValidator(_scale_range),
+    AfterValidator(_ordered),
+    WithJsonSchema({"anyOf": [_SCALE_SCHEMA, {"type": "array", "items": _SCALE_SCHEMA, "minItems": 2, "maxItems": 2}]}),
+]
+"""(low, high); a single number in the file stands for both."""
+FilePath = Annotated[Path, Strict(False)]
+Colour = Annotated[
+    tuple[_Unit, _Unit, _Unit],
+    Strict(False),
+    BeforeValidator(_colour),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string", "pattern": "^#[0-9a-fA-F]{6}$"},
+                {
+                    "type": "array",
+                    "items": {"type": "number", "minimum": 0, "maximum": 1},
+                    "minItems": 3,
+                    "maxItems": 3,
+                },
+            ]
+        }
+    ),
+]
+"""sRGB red, green, blue in 0–1; `depthwalk.colour.linear_from_srgb` makes it linear."""

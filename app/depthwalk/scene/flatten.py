@@ -1,0 +1,230 @@
+"""The scene graph as arrays: a row per item of the file, then every instance at once, with no loop over instances."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError, suggest
+from depthwalk.limits import MAX_GROUP_DEPTH, MAX_INSTANCES
+from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.document import Loc
+from depthwalk.scene.scatter import grid_instances, room_for, scatter_instances
+from depthwalk.scene.scene import Nodes, place_nodes, place_objects
+from depthwalk.scene.schema import (
+    AssetParams,
+    DepthImageAssetParams,
+    GridItemParams,
+    GridParams,
+    GroupItemParams,
+    GroupParams,
+    ItemParams,
+    ObjectParams,
+    ScatterItemParams,
+    ScatterParams,
+)
+from depthwalk.scene.similarity import Similarity, identities
+from depthwalk.scene.validate import Source
+
+MAX_WORLD_COORDINATE = 1e7  # metres
+MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
+
+Spec = ObjectParams | GridParams | ScatterParams | GroupParams
+
+
+@dataclass(frozen=True)
+class Row:
+    """One item of the file: where it stands there, what it says, the row of the group that holds it, its depth."""
+
+    loc: Loc
+    spec: Spec
+    parent: int
+    depth: int
+
+
+@dataclass(frozen=True)
+class Flat:
+    """What a scene graph flattens into; see Scene."""
+
+    objects: Objects
+    nodes: Nodes
+    instances: Similarity
+    owner: NDArray[np.int32]
+
+
+def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
+    """The items of the file in its order, groups before their members. Raises InputError where they nest too deep."""
+    rows: list[Row] = []
+    stack: list[Iterator[tuple[Loc, ItemParams, int]]] = [_members(("objects",), items, -1)]
+    while stack:
+        entry = next(stack[-1], None)
+        if entry is None:
+            stack.pop()
+            continue
+        loc, item, parent = entry
+        loc, spec = _unwrap(loc, item)
+        if len(stack) > MAX_GROUP_DEPTH + 1:
+            raise source.error(loc, f"groups nest deeper than {MAX_GROUP_DEPTH}")
+        rows.append(Row(loc, spec, parent, len(stack) - 1))
+        if isinstance(spec, GroupParams):
+            stack.append(_members((*loc, "objects"), spec.objects, len(rows) - 1))
+    return rows
+
+
+def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source: Source) -> list[InputError]:
+    """Complaints about assets that do not exist and representations that their asset lacks."""
+    errors = []
+    for row in rows:
+        if isinstance(row.spec, GroupParams):
+            continue
+        asset, wanted = assets.get(row.spec.asset), row.spec.representation
+        if asset is None:
+            hint = suggest(row.spec.asset, list(assets))
+            errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
+        elif wanted is not None and wanted not in _representations(asset):
+            lack = "no mesh" if wanted == "mesh" else "no dpci"
+            message = f"{wanted!r} is not possible, asset {row.spec.asset!r} has {lack}"
+            errors.append(source.error((*row.loc, "representation"), message))
+    return errors
+
+
+def flatten(rows: list[Row], assets: Mapping[str, AssetParams], source: Source) -> Flat:
+    """Nodes and objects of the rows.
+
+    Raises InputError, before anything is allocated, where there are too many objects; where a scatter finds no room;
+    where nested transforms leave the range of the arrays.
+    """
+    own = _own_counts(rows, source)
+    nodes = _nodes(rows, own)
+    place_nodes(nodes, 0, len(nodes))
+    _check_range(nodes.world, rows, source)
+    owner = np.repeat(np.arange(len(rows), dtype=np.int32), own)
+    instances = _instances(rows, own, source)
+    asset, representation = _looks(rows, assets)
+    count = len(owner)
+    objects = Objects(
+        asset=asset[owner],
+        position=np.zeros((count, 3), np.float32),
+        rotation=np.zeros((count, 4), np.float32),
+        scale=np.ones(count, np.float32),
+        representation=representation[owner],
+    )
+    place_objects(objects, nodes, instances, owner, slice(0, count))
+    far = np.flatnonzero(np.abs(objects.position).max(axis=1, initial=0) > MAX_WORLD_COORDINATE)
+    if len(far):
+        raise source.error(rows[owner[far[0]]].loc, f"reaches farther than {MAX_WORLD_COORDINATE:g} m from the origin")
+    return Flat(objects, nodes, instances, owner)
+
+
+def _members(loc: Loc, items: list[ItemParams], parent: int) -> Iterator[tuple[Loc, ItemParams, int]]:
+    return (((*loc, i), item, parent) for i, item in enumerate(items))
+
+
+def _unwrap(loc: Loc, item: ItemParams) -> tuple[Loc, Spec]:
+    match item:
+        case GridItemParams():
+            return (*loc, "grid"), item.grid
+        case GroupItemParams():
+            return (*loc, "group"), item.group
+        case ScatterItemParams():
+            return (*loc, "scatter"), item.scatter
+    return loc, item
+
+
+def _representations(asset: AssetParams) -> tuple[str, ...]:
+    """What an asset can be drawn as, the default first."""
+    if isinstance(asset, DepthImageAssetParams):
+        return "dpci", "dmesh"
+    return ("dpci", "mesh", "dmesh") if asset.dpci else ("mesh",)
+
+
+def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+    """Asset index and Representation of each row; 0 for groups, which own no objects."""
+    index = {name: i for i, name in enumerate(assets)}
+    asset, representation = np.zeros(len(rows), np.int32), np.zeros(len(rows), np.uint8)
+    for i, row in enumerate(rows):
+        if not isinstance(row.spec, GroupParams):
+            asset[i] = index[row.spec.asset]
+            name = row.spec.representation or _representations(assets[row.spec.asset])[0]
+            representation[i] = Representation[name.upper()]
+    return asset, representation
+
+
+def _own_counts(rows: list[Row], source: Source) -> list[int]:
+    """Objects that each row holds itself."""
+    counts, total = [], 0
+    for row in rows:
+        match row.spec:
+            case GridParams():
+                counts.append(row.spec.count[0] * row.spec.count[1])
+            case ScatterParams():
+                counts.append(row.spec.count)
+            case spec:
+                counts.append(int(isinstance(spec, ObjectParams)))
+        total += counts[-1]
+        if total > MAX_INSTANCES:
+            loc = row.loc if isinstance(row.spec, ObjectParams) else (*row.loc, "count")
+            raise source.error(loc, f"makes {total} objects in all; the limit is {MAX_INSTANCES}")
+    return counts
+
+
+def _nodes(rows: list[Row], own: list[int]) -> Nodes:
+    count = len(rows)
+    depth = [row.depth for row in rows]
+    end = list(range(1, count + 1))
+    for i in range(count - 1, -1, -1):  # a group ends where its last member does
+        if (parent := rows[i].parent) >= 0:
+            end[parent] = max(end[parent], end[i])
+    starts = np.concatenate([[0], np.cumsum(own, dtype=np.int64)]).astype(np.int32)
+    local = Similarity(
+        np.array([row.spec.position for row in rows], float).reshape(-1, 3),
+        np.radians(np.array([row.spec.yaw for row in rows], float)),
+        # The scale of a grid or a scatter is its objects': spacing stays in metres.
+        np.array([row.spec.scale if isinstance(row.spec, ObjectParams | GroupParams) else 1 for row in rows], float),
+    )
+    return Nodes(
+        name=tuple(row.spec.name or "" for row in rows),
+        parent=np.array([row.parent for row in rows], np.int32),
+        depth=np.array(depth, np.int32),
+        end=np.array(end, np.int32),
+        first_object=starts[:-1],
+        object_count=starts[np.array(end, int)] - starts[:-1],
+        local=local,
+        world=identities(count),
+    )
+
+
+def _instances(rows: list[Row], own: list[int], source: Source) -> Similarity:
+    instances = identities(sum(own), np.float32)
+    first = 0
+    for row, count in zip(rows, own, strict=True):
+        spec = row.spec
+        if isinstance(spec, GridParams):
+            instances[slice(first, first + count)] = grid_instances(spec.count, spec.spacing, spec.scale)
+        elif isinstance(spec, ScatterParams):
+            instances[slice(first, first + count)] = _scattered(row.loc, spec, source)
+        first += count
+    return instances
+
+
+def _scattered(loc: Loc, spec: ScatterParams, source: Source) -> Similarity:
+    placed = None
+    if spec.count <= room_for(spec.area, spec.spacing):
+        placed = scatter_instances(spec.count, spec.area, spec.spacing, spec.scale, spec.seed)
+    if placed is None or len(placed) < spec.count:
+        raise source.error((*loc, "count"), f"{spec.count} objects find no room {spec.spacing:g} m apart in the area")
+    return placed
+
+
+def _check_range(world: Similarity, rows: list[Row], source: Source) -> None:
+    """Nested transforms multiply: stay far from the ends of float32."""
+    scale_fits = (world.scale >= MIN_WORLD_SCALE) & (world.scale <= MAX_WORLD_SCALE)
+    if not scale_fits.all():
+        i = int(np.argmin(scale_fits))
+        limits = f"{MIN_WORLD_SCALE:g} to {MAX_WORLD_SCALE:g}"
+        raise source.error(rows[i].loc, f"scale is {world.scale[i]:g} with its groups'; it must be {limits}")
+    near = np.abs(world.position).max(axis=1, initial=0) <= MAX_WORLD_COORDINATE
+    if not near.all():
+        loc = rows[int(np.argmin(near))].loc
+        raise source.error(loc, f"lies farther than {MAX_WORLD_COORDINATE:g} m from the origin")

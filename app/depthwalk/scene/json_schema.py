@@ -1,0 +1,32 @@
+"""The JSON schema of scene files, for completion in editors; `python -m depthwalk.scene.json_schema` writes it."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from depthwalk.resources import scene_root
+from depthwalk.scene.schema import SceneFile
+
+FILE_NAME = "scene.schema.json"
+
+
+def scene_json_schema() -> dict[str, Any]:
+    """JSON schema (draft 2020-12) of a scene file."""
+    schema = SceneFile.model_json_schema()
+    schema.update({"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "depthwalk scene"})
+    return schema
+
+
+def scene_json_text() -> str:
+    """The schema as the shipped file holds it."""
+    return json.dumps(scene_json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def main() -> None:
+    target = Path(sys.argv[1]) if len(sys.argv) > 1 else scene_root() / FILE_NAME
+    target.write_text(scene_json_text(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""Loading a scene file: read, override, check, find its files, flatten."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import CameraParams, Environment
+from depthwalk.scene.files import FileFinder, make_finder
+from depthwalk.scene.flatten import flatten, list_rows, reference_errors
+from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset, Scene
+from depthwalk.scene.schema import AssetParams, MeshAssetParams, SceneFile
+from depthwalk.scene.validate import load_model, raise_all
+
+
+def load_scene(
+    path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
+) -> Scene:
+    """Load a scene file. Opens no asset, but makes sure that each is there.
+
+    path:        the file; errors cite it as given.
+    asset_roots: folders besides the scene's own in which its files may lie.
+    overrides:   dotted path in the file → YAML text of the value, as `--set` gives them.
+    Raises InputError with one located line per mistake.
+    """
+    path = Path(path)
+    file, source = load_model(path, SceneFile, overrides)
+    rows = list_rows(file.objects, source)
+    finder = make_finder(path, asset_roots, source)
+    assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
+    environment = _environment(file.environment, finder)
+    raise_all(reference_errors(rows, file.assets, source) + finder.errors)
+    flat = flatten(rows, file.assets, source)
+    return Scene(
+        path=path,
+        assets=assets,
+        objects=flat.objects,
+        nodes=flat.nodes,
+        instances=flat.instances,
+        owner=flat.owner,
+        environment=environment,
+        camera=camera_from(file.camera) if file.camera else None,
+        render=file.render,
+    )
+
+
+def camera_from(params: CameraParams) -> Camera:
+    """The camera of a file, its angle in radians."""
+    return Camera(params.position, params.target, math.radians(params.fov))
+
+
+def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
+    loc = ("assets", name)
+    if isinstance(spec, MeshAssetParams):
+        return MeshAsset(
+            name=name,
+            mesh=finder.find((*loc, "mesh"), spec.mesh),
+            texture=finder.find_optional((*loc, "texture"), spec.texture),
+            up=spec.up,
+            height=spec.height,
+            dpci=spec.dpci,
+        )
+    image = spec.depth_image
+    return DepthImageAsset(
+        name=name,
+        depth=finder.find((*loc, "depth_image", "depth"), image.depth),
+        colour=finder.find((*loc, "depth_image", "colour"), image.colour),
+        normal=finder.find_optional((*loc, "depth_image", "normal"), image.normal),
+        size=image.size,
+        range=image.range,
+    )
+
+
+def _environment(environment: Environment, finder: FileFinder) -> Environment:
+    ground = environment.ground
+    if ground is None or ground.texture is None:
+        return environment
+    texture = finder.find(("environment", "ground", "texture"), ground.texture)
+    return environment.model_copy(update={"ground": ground.model_copy(update={"texture": texture})})

@@ -1,0 +1,103 @@
+"""Camera paths: keyframes over time, `version: 1`, `fps`, `interpolation`, `keyframes`."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+
+from depthwalk.limits import MAX_FRAMES, MAX_KEYFRAMES
+from depthwalk.params import param
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import CameraParams
+from depthwalk.scene.fields import FileParams, Version
+from depthwalk.scene.validate import load_model, raise_all
+
+MIN_GAP = 1e-3  # seconds between keyframes
+_ROUNDING = 1e-9  # a frame's time k / fps may miss its keyframe by this
+
+
+class KeyframeParams(CameraParams):
+    """The camera at one moment."""
+
+    time: float = param(..., "When", unit="s", ge=0, le=1e6)
+
+
+class PathFile(FileParams):
+    """A path file as it is written."""
+
+    version: Version = param(..., "Version of the format")
+    fps: float = param(30.0, "Frames per second", unit="1/s", ge=0.001, le=1000)
+    interpolation: Literal["smooth", "step"] = param("smooth", "Between keyframes: a smooth curve, or hold")
+    keyframes: Annotated[list[KeyframeParams], Field(min_length=1, max_length=MAX_KEYFRAMES)] = param(
+        ..., "The camera over time"
+    )
+
+
+@dataclass(frozen=True)
+class CameraPath:
+    """A camera over time, k keyframes.
+
+    fps: frames per second; interpolation: "smooth" or "step".
+    times: (k,) float64, seconds, ascending; views: (k, 6) float64, position and target, metres, world;
+    fovs: (k,) float64, vertical, radians.
+    """
+
+    fps: float
+    interpolation: Literal["smooth", "step"]
+    times: NDArray[np.float64]
+    views: NDArray[np.float64]
+    fovs: NDArray[np.float64]
+
+    def frames(self) -> list[float]:
+        """Times of the frames: frame k at k / fps, from 0 to the last keyframe."""
+        return [k / self.fps for k in range(_frame_count(self.fps, self.times[-1]))]
+
+    def sample(self, time: float) -> Camera:
+        """The camera at `time` seconds; before the first and after the last keyframe it stands still."""
+        k = int(np.searchsorted(self.times, time + _ROUNDING, side="right")) - 1
+        last = len(self.times) - 1
+        if self.interpolation == "step" or k < 0 or k >= last:
+            k = min(max(k, 0), last)
+            view, fov = self.views[k], float(self.fovs[k])
+        else:
+            view, fov = self._view_curve(time), float(self._fov_curve(time))
+        x, y, z, u, v, w = (float(value) for value in view)
+        return Camera((x, y, z), (u, v, w), fov)
+
+    @cached_property
+    def _view_curve(self) -> CubicHermiteSpline:
+        """Catmull–Rom for uneven times: tangents by second-order differences, C1."""
+        return CubicHermiteSpline(self.times, self.views, np.gradient(self.views, self.times, axis=0))
+
+    @cached_property
+    def _fov_curve(self) -> PchipInterpolator:
+        """Monotone between keyframes: an overshoot could leave the range of a lens."""
+        return PchipInterpolator(self.times, self.fovs)
+
+
+def load_path(path: Path) -> CameraPath:
+    """Read a path file. Raises InputError with one located line per mistake."""
+    file, source = load_model(Path(path), PathFile)
+    times = np.array([key.time for key in file.keyframes])
+    late = np.flatnonzero(np.diff(times) < MIN_GAP) + 1
+    raise_all(
+        [
+            source.error(("keyframes", int(i), "time"), f"must be later than the keyframe before ({times[i - 1]:g} s)")
+            for i in late
+        ]
+    )
+    if (count := _frame_count(file.fps, times[-1])) > MAX_FRAMES:
+        raise source.error(("fps",), f"the path has {count} frames; the limit is {MAX_FRAMES}")
+    views = np.array([(*key.position, *key.target) for key in file.keyframes])
+    fovs = np.radians([key.fov for key in file.keyframes])
+    return CameraPath(file.fps, file.interpolation, times, views, fovs)
+
+
+def _frame_count(fps: float, last: float) -> int:
+    return math.floor(last * fps + _ROUNDING) + 1

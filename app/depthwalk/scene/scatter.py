@@ -1,0 +1,73 @@
+"""Where the instances of a `grid` or a `scatter` stand within their node."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from depthwalk.scene.similarity import Similarity, identities
+
+_DENSEST = math.pi / math.sqrt(12)  # share of the plane that equal discs can cover
+_IDLE_ROUNDS = 40  # rounds of darts without a hit after which the area counts as full
+
+
+def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: float) -> Similarity:
+    """nx · nz instances in rows along x and z, centred on the origin; x runs fastest. float32."""
+    instances = identities(count[0] * count[1], np.float32)
+    x, z = ((np.arange(n) - (n - 1) / 2) * step for n, step in zip(count, spacing, strict=True))
+    instances.position[:, 0] = np.tile(x, count[1])
+    instances.position[:, 2] = np.repeat(z, count[0])
+    instances.scale[:] = scale
+    return instances
+
+
+def scatter_instances(
+    count: int, area: tuple[float, float], spacing: float, scale: tuple[float, float], seed: int
+) -> Similarity:
+    """Instances at random places of a rectangle centred on the origin, with random yaw and scale. float32.
+
+    At least `spacing` metres lie between any two. There may be fewer than `count`: as many as found room.
+    """
+    random = np.random.default_rng(seed)
+    places = _spaced_places(random, count, np.asarray(area), spacing)
+    instances = identities(len(places), np.float32)
+    instances.position[:, [0, 2]] = places
+    instances.yaw[:] = random.uniform(0, 2 * math.pi, len(places))
+    instances.scale[:] = random.uniform(*scale, len(places))
+    return instances
+
+
+def room_for(area: tuple[float, float], spacing: float) -> float:
+    """An upper bound on how many points `spacing` apart fit the rectangle: discs in their densest packing."""
+    if spacing == 0:
+        return math.inf
+    return _DENSEST * (area[0] + spacing) * (area[1] + spacing) / (math.pi / 4 * spacing**2)
+
+
+def _spaced_places(
+    random: np.random.Generator, count: int, area: NDArray[np.float64], spacing: float
+) -> NDArray[np.float64]:
+    """Dart throwing (Poisson discs), many darts a round. (≤ count, 2) float64."""
+    if spacing == 0:
+        return (random.random((count, 2)) - 0.5) * area
+    places = np.empty((0, 2))
+    crowd = int(min(math.prod(area / spacing), 2.0 * count)) + 64  # more darts would mostly hit each other
+    idle = 0
+    while len(places) < count and idle < _IDLE_ROUNDS:
+        wanted = max(2 * (count - len(places)), len(places) // 4) + 64  # the last few cost a whole tree per round
+        darts = (random.random((min(wanted, crowd), 2)) - 0.5) * area
+        if len(places):
+            nearest, _ = _tree(places).query(darts, distance_upper_bound=spacing)
+            darts = darts[~np.isfinite(nearest)]
+        # Of two darts too close to each other the later one goes, even where it would have been spared.
+        pairs = _tree(darts).query_pairs(spacing, output_type="ndarray") if len(darts) else np.empty((0, 2), int)
+        keep = np.ones(len(darts), bool)
+        keep[pairs.max(axis=1)] = False
+        idle = 0 if keep.any() else idle + 1
+        places = np.concatenate([places, darts[keep][: count - len(places)]])
+    return places
+
+
+def _tree(points: NDArray[np.float64]) -> cKDTree:
+    return cKDTree(points, compact_nodes=False, balanced_tree=False)  # random points need no balancing, which is slow

@@ -1,0 +1,169 @@
+"""The scene file, version 1: what may stand in it, with defaults, units and ranges. Degrees, metres, sRGB."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Strict, Tag
+
+from depthwalk.limits import (
+    MAX_ASSETS,
+    MAX_DPCI_LAYERS,
+    MAX_DPCI_RESOLUTION,
+    MAX_INSTANCES,
+    MIN_DPCI_RESOLUTION,
+)
+from depthwalk.params import param
+from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.environment import CameraParams, Environment
+from depthwalk.scene.fields import (
+    MAX_COORDINATE,
+    Extent,
+    FileParams,
+    FilePath,
+    ImageSize,
+    Length,
+    Scale,
+    ScaleRange,
+    Vector,
+    Version,
+    numbers,
+)
+from depthwalk.scene.validate import KIND
+
+_Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
+GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
+RepresentationName = Literal["dpci", "mesh", "dmesh"]
+
+
+class DpciParams(FileParams):
+    """How an asset is baked to depth images."""
+
+    resolution: int = param(
+        512, "Width and height of the side image", unit="texels", ge=MIN_DPCI_RESOLUTION, le=MAX_DPCI_RESOLUTION
+    )
+    layers: int = param(3, "Depth layers peeled along each ray", ge=1, le=MAX_DPCI_LAYERS)
+
+
+class MeshAssetParams(FileParams):
+    """An asset read from a mesh file."""
+
+    mesh: FilePath = param(..., "Mesh file, relative to the scene file")
+    texture: FilePath | None = param(None, "Colour image, where the mesh file names none")
+    up: Literal["y", "z"] = param("y", "The file's upward axis")
+    height: Length | None = param(None, "Height the asset is scaled to; absent keeps the file's size", unit="m")
+    dpci: DpciParams | None = param(None, "Depth images to bake; absent draws the mesh itself")
+
+
+class DepthImageParams(FileParams):
+    """A relief: an upright picture with a depth per pixel."""
+
+    depth: FilePath = param(..., "Depth image, white in front")
+    colour: FilePath = param(..., "Colour image")
+    normal: FilePath | None = param(None, "Normal map; absent derives normals from the depth")
+    size: ImageSize = param(..., "Width and height of the picture", unit="m")
+    range: Length = param(..., "Depth between white and black", unit="m")
+
+
+class DepthImageAssetParams(FileParams):
+    """An asset read from a depth image."""
+
+    depth_image: DepthImageParams = param(..., "A relief: colour with a depth per pixel")
+
+
+def _kind(*keys: str) -> Discriminator:
+    """Decide a union's branch by the one key that only this branch has."""
+
+    def present(value: Any) -> str | None:
+        found = [key for key in keys if isinstance(value, dict) and key in value]
+        return KIND + found[0] if len(found) == 1 else None
+
+    message = f"needs exactly one of {', '.join(map(repr, keys))}"
+    return Discriminator(present, custom_error_type="no_kind", custom_error_message=message)
+
+
+AssetParams = Annotated[
+    Annotated[MeshAssetParams, Tag(KIND + "mesh")] | Annotated[DepthImageAssetParams, Tag(KIND + "depth_image")],
+    _kind("mesh", "depth_image"),
+]
+
+
+class PlacedParams(FileParams):
+    """What every node of the scene graph has."""
+
+    name: str | None = param(None, "Name of the node")
+    position: Vector = param((0.0, 0.0, 0.0), "Place in the parent; for an object, the centre of its base", unit="m")
+    yaw: float = param(0.0, "Turn about +Y, counter-clockwise seen from above", unit="degrees", ge=-36000, le=36000)
+
+
+class ObjectParams(PlacedParams):
+    """One placed object."""
+
+    asset: str = param(..., "Name of the asset")
+    scale: Scale = param(1.0, "Size relative to the asset")
+    representation: RepresentationName | None = param(None, "How it is drawn; absent: dpci where the asset has it")
+
+
+class GridParams(PlacedParams):
+    """Objects of one asset in rows along x and z, centred on `position`; `yaw` turns the whole grid."""
+
+    asset: str = param(..., "Name of the asset")
+    count: GridCount = param(..., "Objects along x and z")
+    spacing: Extent = param(..., "Distance between neighbours along x and z", unit="m")
+    scale: Scale = param(1.0, "Size of each object relative to the asset")
+    representation: RepresentationName | None = param(None, "How they are drawn; absent: dpci where the asset has it")
+
+
+class ScatterParams(PlacedParams):
+    """Objects of one asset strewn at random over a rectangle centred on `position`, each with a random yaw."""
+
+    asset: str = param(..., "Name of the asset")
+    count: _Count = param(..., "Number of objects")
+    area: Extent = param(..., "Sides of the rectangle along x and z", unit="m")
+    seed: int = param(0, "The same seed gives the same places", ge=0, le=2**32 - 1)
+    spacing: float = param(0.0, "Least distance between two objects", unit="m", ge=0, le=MAX_COORDINATE)
+    scale: ScaleRange = param((1.0, 1.0), "Size of each object, or [low, high] to draw it from")
+    representation: RepresentationName | None = param(None, "How they are drawn; absent: dpci where the asset has it")
+
+
+class GroupParams(PlacedParams):
+    """Nodes that share a transform."""
+
+    scale: Scale = param(1.0, "Scales everything in the group, distances included")
+    objects: list["ItemParams"] = param(..., "The nodes of the group")
+
+
+class GridItemParams(FileParams):
+    """A grid of objects."""
+
+    grid: GridParams = param(..., "Objects in rows along x and z")
+
+
+class ScatterItemParams(FileParams):
+    """Objects at random places."""
+
+    scatter: ScatterParams = param(..., "Objects at random places")
+
+
+class GroupItemParams(FileParams):
+    """A group of nodes."""
+
+    group: GroupParams = param(..., "Nodes that share a transform")
+
+
+ItemParams = Annotated[
+    Annotated[ObjectParams, Tag(KIND + "asset")]
+    | Annotated[GridItemParams, Tag(KIND + "grid")]
+    | Annotated[GroupItemParams, Tag(KIND + "group")]
+    | Annotated[ScatterItemParams, Tag(KIND + "scatter")],
+    _kind("asset", "grid", "group", "scatter"),
+]
+
+
+class SceneFile(FileParams):
+    """A scene file as it is written."""
+
+    version: Version = param(..., "Version of the format")
+    assets: Annotated[dict[str, AssetParams], Field(max_length=MAX_ASSETS)] = Field({}, description="Models by name")
+    objects: list[ItemParams] = Field([], description="The nodes of the scene graph")
+    environment: Environment = Field(default_factory=Environment, description="Sky, ground and lights")
+    camera: CameraParams | None = param(None, "First view; absent frames the objects")
+    render: RenderSettings = Field(default_factory=RenderSettings, description="How the picture is made")

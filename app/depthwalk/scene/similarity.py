@@ -1,0 +1,53 @@
+"""Similarity transforms as arrays: turn about +Y, uniform scale, move. They compose in closed form."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Similarity:
+    """n transforms: point in the parent = position + scale · turn(yaw, point).
+
+    position: (n, 3) float, metres.
+    yaw:      (n,) float, radians about +Y, counter-clockwise seen from above (+X turns to −Z).
+    scale:    (n,) float, > 0.
+    """
+
+    position: NDArray[np.floating]
+    yaw: NDArray[np.floating]
+    scale: NDArray[np.floating]
+
+    def __len__(self) -> int:
+        return len(self.yaw)
+
+    def __getitem__(self, index: slice | NDArray[np.integer]) -> "Similarity":
+        return Similarity(self.position[index], self.yaw[index], self.scale[index])
+
+    def __setitem__(self, index: slice | NDArray[np.integer], value: "Similarity") -> None:
+        self.position[index], self.yaw[index], self.scale[index] = value.position, value.yaw, value.scale
+
+
+def identities(count: int, dtype: type[np.floating] = np.float64) -> Similarity:
+    """`count` transforms that change nothing."""
+    return Similarity(np.zeros((count, 3), dtype), np.zeros(count, dtype), np.ones(count, dtype))
+
+
+def compose(outer: Similarity, inner: Similarity) -> Similarity:
+    """`outer @ inner`, element by element."""
+    cos, sin = np.cos(outer.yaw), np.sin(outer.yaw)
+    x, y, z = inner.position.T
+    turned = np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=1)
+    return Similarity(
+        outer.position + outer.scale[:, None] * turned,
+        outer.yaw + inner.yaw,
+        outer.scale * inner.scale,
+    )
+
+
+def quaternions(yaw: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Unit quaternions (n, 4) float32, x y z w, of turns about +Y by `yaw` (n,) radians."""
+    rotation = np.zeros((len(yaw), 4), np.float32)
+    rotation[:, 1], rotation[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
+    return rotation

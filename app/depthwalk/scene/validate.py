@@ -1,0 +1,176 @@
+"""From a document to a checked pydantic model: overrides, and messages that say where and what."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from depthwalk.errors import InputError, suggest
+from depthwalk.scene.document import Document, Loc, label, parse_document, read_document
+
+KIND = "\x1f"  # starts the tag of a union's branch; in pydantic's locations only: no key may hold it
+MAX_MESSAGES = 20
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a model's values came from: a document and the `--set` options laid over it."""
+
+    document: Document
+    overrides: dict[Loc, str] = field(default_factory=dict)  # place → the key as the user wrote it
+
+    def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
+        """The complaint about the value at `loc`: cites the option that set it, else the file's line and column."""
+        for place, key in reversed(self.overrides.items()):
+            if loc[: len(place)] == place:
+                rest = label(loc[len(place) :])
+                return InputError(f"--set {key}: {rest}: {message}" if rest else f"--set {key}: {message}")
+            if place[: len(loc)] == loc and not self.document.holds(loc):
+                return InputError(f"--set {key}: {label(loc)}: {message}")
+        return self.document.error(loc, message, at_key=at_key)
+
+
+def load_model(path: Path, model: type[Model], overrides: Mapping[str, str] | None = None) -> tuple[Model, Source]:
+    """Read, override and check a YAML file.
+
+    path:      the file; errors cite it as given.
+    overrides: dotted path in the file → YAML text of the value.
+    Raises InputError with one located line per mistake.
+    """
+    document = read_document(path)
+    if not isinstance(document.value, dict):
+        raise document.error((), f"the file must be a mapping of keys, not {shown(document.value)}")
+    source = Source(document)
+    for key, text in (overrides or {}).items():
+        source.overrides[_override(document.value, key, text)] = key
+    try:
+        return model.model_validate(document.value), source
+    except ValidationError as error:
+        raise _complaints(error, model, source) from None
+
+
+def raise_all(errors: list[InputError]) -> None:
+    """Raise the collected complaints as one InputError, a line each; do nothing where there are none."""
+    if errors:
+        lines = list(dict.fromkeys(str(error) for error in errors))
+        more = [f"... and {len(lines) - MAX_MESSAGES} more"] if len(lines) > MAX_MESSAGES else []
+        raise InputError("\n".join(lines[:MAX_MESSAGES] + more))
+
+
+def shown(value: object) -> str:
+    """A value in a message: short, as the user wrote it."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return str(value).lower()
+        case dict():
+            return "a mapping"
+        case list():
+            return "a list"
+        case float():
+            return f"{value:.6g}"
+    text = repr(value)
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def _override(value: dict[str, Any], key: str, text: str) -> Loc:
+    """Set the value at the dotted path `key`, making mappings on the way; returns its place."""
+    parts = key.replace("[", ".").replace("]", "").split(".")
+    if not all(parts) or not key.isprintable():
+        raise InputError(f"--set {key}: a dotted path such as render.lod.bias is needed")
+    here: Any = value
+    place: list[str | int] = []
+    for part in parts[:-1]:
+        index = _index(here, part, key, place)
+        if isinstance(here, dict) and here.get(part) is None:
+            here[part] = {}
+        here = here[index]
+        place.append(index)
+    index = _index(here, parts[-1], key, place)
+    # A bare #rrggbb would be a YAML comment.
+    here[index] = text if text.startswith("#") else _override_value(text, key)
+    return (*place, index)
+
+
+def _override_value(text: str, key: str) -> Any:
+    if not text.strip():
+        return None
+    try:
+        return parse_document(text, "value").value
+    except InputError as error:
+        raise InputError(f"--set {key}: {error}") from None
+
+
+def _index(here: Any, part: str, key: str, place: list[str | int]) -> str | int:
+    if isinstance(here, dict):
+        return part
+    if not isinstance(here, list):
+        raise InputError(f"--set {key}: {label(tuple(place))} is {shown(here)}, it has no keys")
+    if not (part.isascii() and part.isdigit() and len(part) < 10 and int(part) < len(here)):
+        raise InputError(f"--set {key}: {label(tuple(place))} has no item {part!r}, it has {len(here)}")
+    return int(part)
+
+
+def _complaints(error: ValidationError, model: type[BaseModel], source: Source) -> InputError:
+    schema = model.model_json_schema()
+    details = error.errors(include_url=False)
+    # A file of another version is judged for nothing else: every other complaint would be noise.
+    details = [detail for detail in details if detail["loc"] == ("version",)] or details
+    try:
+        raise_all([_complaint(detail, schema, source) for detail in details])
+    except InputError as complaints:
+        return complaints
+    raise AssertionError("a validation error without details")
+
+
+def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> InputError:
+    loc: Loc = tuple(part for part in detail["loc"] if not str(part).startswith(KIND))
+    value = detail["input"]
+    match detail["type"]:
+        case "extra_forbidden":
+            return source.error(loc, f"unknown key{suggest(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
+        case "missing":
+            return source.error(loc[:-1], f"missing key {loc[-1]!r}")
+        case "no_kind" if isinstance(value, dict):
+            known = _keys_at(schema, loc)
+            for key in value:
+                if key not in known and (hint := suggest(key, known)):
+                    return source.error((*loc, key), f"unknown key{hint}", at_key=True)
+            return source.error(loc, detail["msg"])
+        case "no_kind" | "model_type" | "model_attributes_type" | "dict_type":
+            return source.error(loc, f"must be a mapping of keys, not {shown(value)}")
+        case "value_error" | "assertion_error":
+            return source.error(loc, detail["msg"].split(", ", 1)[1])
+    message = detail["msg"].split(", unable")[0].replace("Input should be", "must be")
+    message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
+    return source.error(loc, f"{message[0].lower()}{message[1:]}, not {shown(value)}")
+
+
+def _keys_at(schema: dict[str, Any], loc: Loc) -> list[str]:
+    """The keys that the JSON schema knows at `loc`, those of every branch where it has several."""
+    branches = list(_branches(schema, schema))
+    for part in loc:
+        branches = [leaf for branch in branches for child in _child(branch, part) for leaf in _branches(child, schema)]
+    return [key for branch in branches for key in branch.get("properties", {})]
+
+
+def _branches(node: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    if "$ref" in node:
+        yield from _branches(schema["$defs"][node["$ref"].rsplit("/", 1)[1]], schema)
+    for kind in ("anyOf", "oneOf", "allOf"):
+        for branch in node.get(kind, ()):
+            yield from _branches(branch, schema)
+    yield node
+
+
+def _child(node: dict[str, Any], part: str | int) -> Iterator[dict[str, Any]]:
+    children = [node.get("items")] if isinstance(part, int) else [node.get("properties", {}).get(part)]
+    if isinstance(part, str) and children == [None]:
+        children = [node.get("additionalProperties")]
+    yield from (child for child in children if isinstance(child, dict))

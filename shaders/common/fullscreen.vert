@@ -1,0 +1,7 @@
+// One triangle that covers the screen; uv runs over [0, 1] there.
+out vec2 uv;
+
+void main() {
+    uv = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
+    gl_Position = vec4(uv * 2.0 - 1.0, 0.0, 1.0);
+}

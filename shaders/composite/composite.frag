@@ -1,0 +1,62 @@
+// The surface point behind a pixel of the rectangle is P = C + (X − C) / λ; its depth makes objects, meshes and
+// effects meet correctly (Liu et al. 2007, §2.2: Z_t = D_t + depth).
+#include "common/rotation.glsl"
+#include "common/gbuffer.glsl"
+#include "common/depth_images.glsl"
+
+uniform sampler2D atlas_depth;      // 1 − λ, 1 where empty
+uniform usampler2D atlas_owner;
+uniform mat4 clip_from_eye;
+uniform float pixel_angle;          // metres a pixel covers at one metre
+uniform int show_tiles;             // the panel's view of the intermediate images
+
+in vec3 ray;
+in vec2 texel;
+flat in vec3 viewer;
+flat in vec4 rotation;
+flat in vec4 tile;
+flat in float scale;
+
+layout(location = 0) out vec4 out_albedo;
+layout(location = 1) out vec4 out_surface;
+#ifdef CONSERVATIVE_DEPTH
+layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the plane
+#endif
+
+// Neighbours are blended where they continue the surface: their λ differs by less than this many pixels' worth, i.e.
+// the surface is less than 8 times as deep as wide.
+const float STEEPEST = 8.0;
+
+float tile_depth(ivec2 nearest, float own) {
+    vec2 position = texel - 0.5;
+    ivec2 low = ivec2(floor(position));
+    vec2 f = position - vec2(low);
+    vec4 depth;     // (0,1) (1,1) (1,0) (0,0), the order of textureGather
+#ifdef TEXTURE_GATHER
+    depth = textureGather(atlas_depth, (vec2(low) + 1.0) / vec2(textureSize(atlas_depth, 0)));
+#else
+    depth.x = texelFetch(atlas_depth, low + ivec2(0, 1), 0).r;
+    depth.y = texelFetch(atlas_depth, low + ivec2(1, 1), 0).r;
+    depth.z = texelFetch(atlas_depth, low + ivec2(1, 0), 0).r;
+    depth.w = texelFetch(atlas_depth, low, 0).r;
+#endif
+    vec4 weight = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
+    weight *= step(abs(depth - own), vec4(STEEPEST * pixel_angle * (1.0 - own)));
+    return dot(weight, depth) / dot(weight, vec4(1.0));
+}
+
+void main() {
+    ivec2 nearest = ivec2(clamp(texel, tile.xy, tile.xy + tile.zw - 1.0));
+    float own = texelFetch(atlas_depth, nearest, 0).r;
+    if (own == 1.0) discard;
+    float lambda = 1.0 - tile_depth(nearest, own);
+    vec3 from_viewer = ray / lambda;
+    vec3 point = viewer + rotate_back(rotation, from_viewer) / scale;
+    int image = int(texelFetch(atlas_owner, nearest, 0).r);
+    Surface surface = surface_at(point, image, length(from_viewer) * pixel_angle / scale);
+    vec4 clip = clip_from_eye * vec4(from_viewer, 1.0);
+    gl_FragDepth = 0.5 + 0.5 * clip.z / clip.w;
+    out_albedo = encode_albedo(surface.albedo, surface.specular);
+    if (show_tiles != 0) out_albedo = encode_albedo(fract(tile.zwx * vec3(0.013, 0.029, 0.007)), 0.0);
+    out_surface = encode_surface(rotate(rotation, surface.normal), shininess);
+}

@@ -1,0 +1,25 @@
+// 3-D warp: depth samples straight to the screen, for a viewer inside the cylinder, where no plane lies between
+// (and as a rival: Pajarola et al. 2004, "DMesh").
+#include "common/rotation.glsl"
+#include "common/samples.glsl"
+uniform mat4 clip_from_eye;
+
+in uvec4 in_sample;      // position within the box, number of the image
+in vec3 in_origin;      // of the object, world, relative to the viewer
+in vec4 in_rotation;
+in float in_scale;
+
+out vec3 point;         // object frame
+out vec3 from_viewer;   // world
+flat out uint image;
+flat out vec4 rotation;
+flat out float scale;
+
+void main() {
+    point = sample_position(in_sample);
+    from_viewer = in_origin + in_scale * rotate(in_rotation, point);
+    image = in_sample.w;
+    rotation = in_rotation;
+    scale = in_scale;
+    gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
+}

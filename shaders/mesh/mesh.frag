@@ -1,0 +1,21 @@
+#include "common/gbuffer.glsl"
+uniform sampler2D base_texture;
+uniform vec3 base_colour;   // linear
+uniform float specular;
+uniform float shininess;
+
+in vec3 from_viewer;
+in vec3 normal;
+in vec3 colour;
+in vec2 uv;
+
+layout(location = 0) out vec4 out_albedo;
+layout(location = 1) out vec4 out_surface;
+
+void main() {
+    vec3 albedo = base_colour * colour * texture(base_texture, uv).rgb;
+    // An open mesh shows its inside; lit as if it had two sides.
+    vec3 facing = gl_FrontFacing ? normal : -normal;
+    out_albedo = encode_albedo(albedo, specular);
+    out_surface = encode_surface(normalize(facing), shininess);
+}

@@ -1,0 +1,24 @@
+// Ordinary polygons, instanced.
+#include "common/rotation.glsl"
+uniform mat4 clip_from_eye;
+
+in vec3 in_position;    // asset frame, metres
+in vec3 in_normal;
+in vec3 in_colour;      // sRGB
+in vec2 in_uv;
+in vec3 in_origin;      // of the object, world, relative to the viewer
+in vec4 in_rotation;
+in float in_scale;
+
+out vec3 from_viewer;
+out vec3 normal;
+out vec3 colour;
+out vec2 uv;
+
+void main() {
+    from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);
+    normal = rotate(in_rotation, in_normal);
+    colour = mix(in_colour / 12.92, pow((in_colour + 0.055) / 1.055, vec3(2.4)), step(0.04045, in_colour));
+    uv = in_uv;
+    gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
+}

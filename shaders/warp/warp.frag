@@ -1,0 +1,5 @@
+// Which image owns the texel; λ goes to the depth buffer.
+flat in uint image;
+layout(location = 0) out uint owner;
+
+void main() { owner = image; }

@@ -1,0 +1,129 @@
+"""Every bad mesh is refused with one line that names the file and the defect."""
+
+import os
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from depthwalk import limits
+from depthwalk.errors import InputError
+from depthwalk.ingest import gltf, reader
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.sources import source_files
+
+HOSTILE = Path(__file__).parent.parent / "hostile" / "meshes"
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+MESSAGES = {
+    "broken_texture.obj": "broken_texture.png: cannot be read as an image",
+    "buffer_outside.gltf": "buffer_outside.gltf: buffer '../../../pyproject.toml' is missing or outside the folder",
+    "empty.stl": "empty.stl: empty file",
+    "face_not_a_number.obj": "face_not_a_number.obj:9: cannot read the face '1 two 3'",
+    "face_of_two.obj": "face_of_two.obj:9: a face needs at least three corners",
+    "index_before_start.obj": "index_before_start.obj:10: face refers to vertex -9 of 8",
+    "index_out_of_range.obj": "index_out_of_range.obj:10: face refers to vertex 9 of 8",
+    "index_out_of_range.ply": "index_out_of_range.ply: face 1 refers to vertex 7 of 0 to 3",
+    "index_zero.obj": "index_zero.obj:9: face refers to vertex 0 of 8",
+    "line.obj": "line.obj: flat: none of its 1 faces has an area",
+    "no_data.gltf": "no_data.gltf: accessors[0]: sparse, compressed or empty data is not supported",
+    "no_faces.obj": "no_faces.obj: no faces",
+    "not_finite.obj": "not_finite.obj: 2 of 4 vertices have NaN or infinite coordinates",
+    "plane.obj": "plane.obj: flat: all its points lie in one plane",
+    "truncated.glb": "truncated.glb: truncated: 24 of 65535 bytes",
+    "truncated.gltf": "truncated.gltf: its glTF header is not JSON: Expecting value: line 1 column 42 (char 41)",
+    "truncated.ply": "truncated.ply: truncated: 2 of 4 PLY face elements",
+    "truncated.stl": "truncated.stl: no faces",
+    "unknown.xyz": "unknown.xyz: '.xyz' is not a mesh format (use .obj, .ply, .stl, .glb, .gltf)",
+    "vertex_of_two.obj": "vertex_of_two.obj:1: a vertex needs three numbers",
+}
+
+
+def refusal(path: Path, **options) -> str:
+    with pytest.raises(InputError) as caught:
+        load_mesh(path, **options)
+    return str(caught.value)
+
+
+def test_every_hostile_file_has_its_message():
+    meshes = {path.name for path in HOSTILE.iterdir() if path.suffix not in (".mtl", ".png")}
+    assert meshes == MESSAGES.keys()
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_message(name):
+    assert refusal(HOSTILE / name) == f"{HOSTILE}{os.sep}{MESSAGES[name]}"
+
+
+def test_missing_file_and_folder(tmp_path):
+    assert refusal(tmp_path / "gone.obj") == f"{tmp_path}/gone.obj: no such file"
+    (tmp_path / "folder.obj").mkdir()
+    assert refusal(tmp_path / "folder.obj") == f"{tmp_path}/folder.obj: not a file"
+
+
+@pytest.mark.parametrize("height", [0.0, -1.0, np.nan, np.inf])
+def test_height_must_be_positive(tmp_path, height):
+    path = tmp_path / "t.obj"
+    path.write_text(TETRAHEDRON)
+    assert refusal(path, height=height) == f"{path}: height must be a positive number of metres, not {height}"
+
+
+def test_too_large(tmp_path, monkeypatch):
+    path = tmp_path / "t.obj"
+    path.write_text(TETRAHEDRON)
+    monkeypatch.setattr(reader, "MAX_MESH_TRIANGLES", 3)
+    assert refusal(path) == f"{path}: too large: 4 triangles, the limit is 3"
+    monkeypatch.setattr("depthwalk.ingest.sources.MAX_MESH_BYTES", 10)
+    assert refusal(path) == f"{path}: too large: {len(TETRAHEDRON)} bytes, the limit is 10"
+
+
+@pytest.mark.parametrize("scale", ["1e-200", "1e200"])
+def test_unrepresentable_size(tmp_path, scale):
+    path = tmp_path / "t.obj"
+    path.write_text(
+        TETRAHEDRON.replace("1 0 0", f"{scale} 0 0").replace("0 1 0", f"0 {scale} 0").replace("0 0 1", f"0 0 {scale}")
+    )
+    assert refusal(path) == f"{path}: its extent of {float(scale):g} is out of range"
+
+
+def test_binary_stl_cut_short(tmp_path):
+    path = tmp_path / "cut.stl"
+    path.write_bytes(bytes(80) + struct.pack("<I", 10) + bytes(75))
+    assert refusal(path).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize("count", [0, -1, 3 * limits.MAX_MESH_TRIANGLES + 1])
+def test_gltf_counts_are_checked_before_allocation(count):
+    header = {"accessors": [{"bufferView": 0, "count": count}]}
+    with pytest.raises(InputError, match=rf"^a\.gltf: accessors\[0\]: count {count} is out of range$"):
+        gltf.check_header(header, Path("a.gltf"))
+
+
+def test_gltf_extension_that_must_be_understood():
+    with pytest.raises(InputError, match=r"^a\.glb: the required glTF extension KHR_draco_mesh_compression is not sup"):
+        gltf.check_header({"extensionsRequired": ["KHR_draco_mesh_compression"]}, Path("a.glb"))
+
+
+STARTS = st.sampled_from([
+    b"", TETRAHEDRON.encode(), b"f 1 2 3\nv ", b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n",
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nend_header\n",
+    b"solid x\nvertex 1 2 3\n",
+    b'{"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {}}]}], "nodes": [{"mesh": 0}]}',
+    b'{"nodes": [{"children": [0]}], "scenes": [{"nodes": [0]}]}', b'{"buffers": [1]}', b'{"images": 3}', b"[]",
+    b"glTF\x02\x00\x00\x00\x14\x00\x00\x00\x00\x00\x00\x00JSON", bytes(80) + b"\x01\x00\x00\x00" + bytes(48),
+])  # fmt: skip
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(start=STARTS, rest=st.binary(max_size=200), suffix=st.sampled_from(reader.SUFFIXES))
+def test_garbage_raises_nothing_but_input_errors(tmp_path, start, rest, suffix):
+    path = tmp_path / f"garbage{suffix}"
+    path.write_bytes(start + rest)
+    for act in (load_mesh, source_files):
+        try:
+            act(path)
+        except InputError as error:
+            assert "\n" not in str(error) and str(error).startswith(str(tmp_path))

@@ -1,0 +1,47 @@
+"""Which files a mesh is made of, and their hash."""
+
+import json
+
+import pytest
+from PIL import Image
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.sources import source_files, source_hash
+
+
+def test_obj_libraries_and_textures(tmp_path):
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "a.obj").write_text("mtllib lib/one.mtl gone.mtl\nmtllib two words.mtl\nv 0 0 0\n")
+    (tmp_path / "lib/one.mtl").write_text("newmtl m\nmap_Kd beside.png\nmap_Kd ../../outside.png\n")
+    (tmp_path / "two words.mtl").write_text("newmtl n\n  map_kd -clamp on top.png\n")
+    for name in ("lib/beside.png", "top.png", "extra.png"):
+        Image.new("RGB", (1, 1)).save(tmp_path / name)
+    found = source_files(tmp_path / "a.obj", tmp_path / "extra.png")
+    names = [path.relative_to(tmp_path).as_posix() for path in found]
+    assert names == ["a.obj", "lib/one.mtl", "two words.mtl", "lib/beside.png", "top.png", "extra.png"]
+
+
+def test_gltf_buffers_and_images(tmp_path):
+    uris = {"buffers": [{"uri": "b%20c.bin"}, {"uri": "data:application/octet-stream;base64,AA=="}]}
+    (tmp_path / "a.gltf").write_text(json.dumps({**uris, "images": [{"uri": "p.png"}, {"bufferView": 0}]}))
+    (tmp_path / "b c.bin").write_bytes(b"1")
+    (tmp_path / "p.png").write_bytes(b"2")
+    assert [p.name for p in source_files(tmp_path / "a.gltf")] == ["a.gltf", "b c.bin", "p.png"]
+
+
+def test_ply_texture_and_missing_mesh(tmp_path):
+    (tmp_path / "a.ply").write_bytes(b"ply\r\ncomment TextureFile p.png\r\nend_header\r\n")
+    (tmp_path / "p.png").write_bytes(b"2")
+    assert [p.name for p in source_files(tmp_path / "a.ply")] == ["a.ply", "p.png"]
+    with pytest.raises(InputError, match=r"gone\.stl: no such file$"):
+        source_files(tmp_path / "gone.stl")
+
+
+def test_hash_follows_contents_not_names(tmp_path):
+    for name in ("a.obj", "b.obj"):
+        (tmp_path / name).write_text("mtllib m.mtl\nv 0 0 0\n")
+    (tmp_path / "m.mtl").write_text("newmtl m\n")
+    before = source_hash(tmp_path / "a.obj")
+    assert before == source_hash(tmp_path / "b.obj") and len(before) == 64
+    (tmp_path / "m.mtl").write_text("newmtl changed\n")
+    assert source_hash(tmp_path / "a.obj") != before

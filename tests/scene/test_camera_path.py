@@ -1,0 +1,148 @@
+"""Camera matrices and camera paths."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.camera import clip_from_view, view_from_world
+from depthwalk.scene.path import CameraPath, load_path
+
+KEYS = [(0, 3, 1), (1, -2, 4), (2, 0.5, 7), (3, 5, -1)]
+
+
+def path_of(folder: Path, header: str, keys: str) -> CameraPath:
+    (folder / "path.yaml").write_text(f"version: 1\n{header}\nkeyframes:\n{keys}")
+    return load_path(folder / "path.yaml")
+
+
+def keyframes(scale: float = 1) -> str:
+    return "".join(
+        f"  - {{time: {t * scale}, position: [{x}, 1, {z}], target: [0, {x}, 0], fov: {40 + 5 * t}}}\n"
+        for t, x, z in KEYS
+    )
+
+
+@pytest.mark.parametrize(
+    ("position", "target"),
+    [
+        ((3, 2, 5), (0, 1, 0)),
+        ((0, 5, 0), (0, 0, 0)),
+        ((0, -5, 0), (0, 0, 0)),
+        ((1, 2, 3), (1, 2, 3)),
+        ((0, 1, 0), (1e-9, 5, 0)),
+        ((1e6, 1, 1e6), (1e6, 1, 1e6 - 1)),
+    ],
+)
+def test_view_is_a_rotation_that_looks_at_the_target(position: tuple[float, ...], target: tuple[float, ...]) -> None:
+    view = view_from_world(Camera(position, target, 1.0))  # type: ignore[arg-type]
+    np.testing.assert_allclose(view[:3, :3] @ view[:3, :3].T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(view[:3, :3]) == pytest.approx(1)
+    np.testing.assert_allclose(view @ [*position, 1], [0, 0, 0, 1], atol=1e-9)
+    distance = math.dist(position, target)
+    np.testing.assert_allclose(view @ [*target, 1], [0, 0, -distance, 1], atol=1e-6)
+
+
+def test_up_stays_up() -> None:
+    view = view_from_world(Camera((3, 2, 5), (0, 1, 0), 1.0))
+    assert (view @ [0, 1, 0, 0])[1] > 0.9
+    assert (view @ [0, 1, 0, 0])[0] == pytest.approx(0)
+
+
+def test_straight_down_has_minus_z_on_top() -> None:
+    view = view_from_world(Camera((0, 5, 0), (0, 0, 0), 1.0))
+    np.testing.assert_allclose(view @ [0, 0, -1, 0], [0, 1, 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("far", [100.0, math.inf])
+def test_clip_planes_and_angle(far: float) -> None:
+    clip = clip_from_view(math.radians(60), 1.5, 0.1, far)
+    near_point = clip @ [0, 0, -0.1, 1]
+    assert near_point[2] / near_point[3] == pytest.approx(-1)
+    far_point = clip @ [0, 0, -min(far, 1e12), 1]
+    assert far_point[2] / far_point[3] == pytest.approx(1)
+    edge = clip @ [1.5 * math.tan(math.radians(30)), math.tan(math.radians(30)), -1, 1]
+    np.testing.assert_allclose(edge[:2] / edge[3], [1, 1])
+
+
+def test_step_at_one_frame_a_second_is_the_keyframes(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "fps: 1\ninterpolation: step", keyframes())
+    assert path.frames() == [0, 1, 2, 3]
+    for (t, x, z), time in zip(KEYS, path.frames(), strict=True):
+        assert path.sample(time) == Camera((x, 1, z), (0, x, 0), math.radians(40 + 5 * t))
+    assert path.sample(1.99) == path.sample(1)
+    assert path.sample(99) == path.sample(3)
+
+
+def test_smooth_passes_through_the_keyframes(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "fps: 10", keyframes(0.7))
+    for t, x, z in KEYS:
+        camera = path.sample(t * 0.7)
+        np.testing.assert_allclose(camera.position, (x, 1, z), atol=1e-12)
+        np.testing.assert_allclose(camera.target, (0, x, 0), atol=1e-12)
+        assert camera.fov == pytest.approx(math.radians(40 + 5 * t))
+
+
+def test_smooth_has_a_continuous_velocity(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "fps: 30", keyframes())
+
+    def speed(time: float) -> np.ndarray:
+        return (np.array(path.sample(time + 1e-6).position) - path.sample(time).position) / 1e-6
+
+    for t in (1, 2):
+        np.testing.assert_allclose(speed(t - 2e-6), speed(t + 1e-6), atol=1e-3)
+        assert np.linalg.norm(speed(t)) > 0.1
+
+
+def test_smooth_is_straight_at_even_speed(tmp_path: Path) -> None:
+    keys = "".join(f"  - {{time: {t}, position: [{2 * t}, 0, 0], target: [9, 0, 0]}}\n" for t in (0, 1, 3))
+    path = path_of(tmp_path, "fps: 30", keys)
+    assert path.sample(0.3).position[0] == pytest.approx(0.6)
+    assert path.sample(2.2).position[0] == pytest.approx(4.4)
+    assert path.sample(2.2).fov == pytest.approx(math.radians(60))
+
+
+def test_frames_end_with_the_last_keyframe(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "fps: 30", keyframes(0.1))
+    assert len(path.frames()) == 10
+    assert path.frames()[3] == pytest.approx(0.1)
+
+
+def test_a_single_keyframe_holds(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "fps: 30", "  - {time: 0, position: [1, 2, 3], target: [0, 0, 0]}\n")
+    assert path.frames() == [0]
+    assert path.sample(5).position == (1, 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "fps: 1\nkeyframes:\n- {time: 1, position: [0, 0, 0], target: [0, 0, 1]}\n"
+            "- {time: 1, position: [0, 0, 0], target: [0, 0, 1]}\n",
+            "5:10: keyframes[1].time: must be later than the keyframe before (1 s)",
+        ),
+        ("keyframes: []\n", "2:12: keyframes: list should have at least 1 item after validation, not 0, not a list"),
+        (
+            "fps: 1000\nkeyframes:\n- {time: 100000, position: [0, 0, 0], target: [0, 0, 1]}\n",
+            "2:6: fps: the path has 100000001 frames; the limit is 1000000",
+        ),
+        (
+            "interpolation: smoth\nkeyframes:\n- {time: 0, position: [0, 0, 0], target: [0, 0, 1]}\n",
+            "2:16: interpolation: must be 'smooth' or 'step', not 'smoth'",
+        ),
+        (
+            "keyframes:\n- {tiem: 0, position: [0, 0, 0], target: [0, 0, 1]}\n",
+            "3:3: keyframes[0]: missing key 'time'\n3:4: keyframes[0].tiem: unknown key; did you mean 'time'?",
+        ),
+    ],
+)
+def test_messages(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "path.yaml"
+    path.write_text("version: 1\n" + text)
+    with pytest.raises(InputError) as caught:
+        load_path(path)
+    assert str(caught.value).replace(f"{path}:", "") == message

@@ -1,0 +1,167 @@
+"""What each bad scene of tests/hostile is told, word for word."""
+
+from pathlib import Path
+
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.limits import MAX_SCENE_BYTES
+from depthwalk.scene.loader import load_scene
+
+HOSTILE = Path(__file__).parent.parent / "hostile"
+
+MESSAGES = {
+    "alias-bomb": [
+        "2:13: a3[7][9][0][1]: aliases repeat more than 10000 values",
+    ],
+    "alias-loop": [
+        "3:12: objects[0].group.objects[0].group.object....group.objects[0].group.objects[0].group: nested too deeply",
+    ],
+    "bad-representation": [
+        "6:34: objects[0].representation: must be 'dpci', 'mesh' or 'dmesh', not 'hologram'",
+    ],
+    "camera-fov": [
+        "5:55: camera.fov: must be at most 170, not 180",
+    ],
+    "crowded-scatter": [
+        "6:35: objects[0].scatter.count: 500 objects find no room 1.5 m apart in the area",
+    ],
+    "dark-sun": [
+        "5:32: environment.sun.direction: must not be the zero vector",
+    ],
+    "deep-brackets": [
+        "2:233: not valid YAML: nested too deeply",
+    ],
+    "deep-groups": [
+        "135:525: objects[0].group.objects[0].group.object...cts[0].group.objects[0].group.objects[0]: groups nest deeper than 64",
+    ],
+    "duplicate-key": [
+        "4:3: assets.box: duplicate key",
+    ],
+    "empty-grid": [
+        "6:37: objects[0].grid.count[1]: must be at least 1, not 0",
+    ],
+    "empty": [
+        "1:1: the file is empty",
+    ],
+    "hash-colour": [
+        '6:3: environment.background: must be "#rrggbb" (in quotes) or [r, g, b] from 0 to 1',
+    ],
+    "list": [
+        "1:1: the file must be a mapping of keys, not a list",
+    ],
+    "missing-files": [
+        "3:15: assets.one.mesh: file 'models/one.obj' not found",
+        "3:40: assets.one.texture: file 'one.png' not found",
+        "4:15: assets.two.mesh: file '/etc/hostname' is absolute; paths are relative to the scene file",
+        "5:32: assets.three.depth_image.depth: file '../../../no.png' leaves the scene's folder and every asset root",
+        "7:21: environment.ground.texture: file 'grass.png' not found",
+    ],
+    "misspelt-kind": [
+        "6:6: objects[0].gird: unknown key; did you mean 'grid'?",
+    ],
+    "misspelt-render": [
+        "6:9: render.lod.bais: unknown key; did you mean 'bias'?",
+    ],
+    "misspelt-top": [
+        "5:1: objets: unknown key; did you mean 'objects'?",
+    ],
+    "nested-error": [
+        "10:24: objects[0].group.objects[1].scael: unknown key; did you mean 'scale'?",
+    ],
+    "no-dpci": [
+        "7:36: objects[1].representation: 'dpci' is not possible, asset 'plain' has no dpci",
+    ],
+    "no-kind": [
+        "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'scatter'",
+    ],
+    "no-version": [
+        "1:1: missing key 'version'",
+    ],
+    "not-a-number": [
+        "6:32: objects[0].position[1]: must be a finite number, not .nan",
+    ],
+    "not-utf8": [
+        "3:6: not UTF-8 text (byte 0xe9)",
+    ],
+    "number-key": [
+        "3:3: assets: a key must be text; put it in quotes",
+    ],
+    "python-tag": [
+        "1:10: version: the tag 'tag:yaml.org,2002:python/object/apply:os.system' is not allowed",
+    ],
+    "scale-zero": [
+        "7:12: objects[0].scale: must be at least 0.0001, not 0",
+    ],
+    "several": [
+        "6:25: objects[0].scale: must be at least 0.0001, not -1",
+        "7:18: objects[1].colour: unknown key",
+        "8:9: camera: missing key 'position'",
+    ],
+    "short-vector": [
+        "6:28: objects[0].position: must be [x, y, z]",
+    ],
+    "syntax": [
+        "3:7: not valid YAML: expected ',' or ']', but got ':'",
+    ],
+    "tab": [
+        "3:1: not valid YAML: a tab cannot indent; use spaces",
+    ],
+    "text-for-number": [
+        "6:23: objects[0].yaw: must be a valid number, not '90'",
+    ],
+    "too-many": [
+        "7:32: objects[1].grid.count: makes 1000000000001 objects in all; the limit is 4000000",
+    ],
+    "two-documents": [
+        "2:1: not valid YAML: a second document starts here",
+    ],
+    "two-kinds": [
+        "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'scatter'",
+    ],
+    "unknown-asset": [
+        "7:20: objects[1].grid.asset: unknown asset 'bix'; did you mean 'box'?",
+    ],
+    "version": [
+        "1:10: version: must be 1, not 2",
+    ],
+}
+
+
+@pytest.fixture
+def boxes(tmp_path: Path) -> Path:
+    """The asset root with the one file that the scenes name rightly."""
+    (tmp_path / "box.obj").touch()
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_message(name: str, boxes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(HOSTILE)
+    with pytest.raises(InputError) as caught:
+        load_scene(f"{name}.yaml", [boxes])
+    assert str(caught.value).splitlines() == [f"{name}.yaml:{line}" for line in MESSAGES[name]]
+
+
+def test_every_hostile_scene_is_in_the_table() -> None:
+    assert {path.stem for path in HOSTILE.glob("*.yaml")} == set(MESSAGES)
+
+
+def test_file_too_large(tmp_path: Path) -> None:
+    path = tmp_path / "large.yaml"
+    with path.open("wb") as file:
+        file.truncate(MAX_SCENE_BYTES + 1)
+    with pytest.raises(InputError) as caught:
+        load_scene(path)
+    assert str(caught.value) == f"{path}:1:1: the file is larger than 16 MiB"
+
+
+def test_no_such_file() -> None:
+    with pytest.raises(InputError) as caught:
+        load_scene("nowhere.yaml")
+    assert str(caught.value) == "nowhere.yaml: No such file or directory"
+
+
+def test_null_character_in_the_path() -> None:
+    with pytest.raises(InputError, match="embedded null"):
+        load_scene("a\0b.yaml")
