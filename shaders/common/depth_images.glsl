@@ -22,7 +22,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     bool past_axis = image >= PAST_AXIS;
     int layer = past_axis ? image - PAST_AXIS : image;
     bool side = layer >= first_images.x && layer < first_images.y;
-    float theta = past_axis ? atan(-p.z, -p.x) : atan(p.z, p.x);
+    float theta = past_axis ? atan(-p.z, -p.x) : atan(p.z, p.x);  // wraps: the sampler repeats
     vec2 uv = side ? vec2(theta / TURN, (p.y - cylinder.y) / cylinder_height) : p.xz / (2.0 * cylinder.zw) + 0.5;
     float lod = max(log2(footprint * (side ? texels.x : texels.y)), 0.0);
     vec3 at = vec3(uv, float(layer));

@@ -15,7 +15,7 @@ MESSAGES = {
         "2:13: a3[7][9][0][1]: aliases repeat more than 10000 values",
     ],
     "alias-loop": [
-        "3:12: objects[0].group.objects[0].group.object....group.objects[0].group.objects[0].group: nested too deeply",
+        "3:12: objects[0].group.objects[0].group.....objects[0].group.objects[0].group: nested too deeply",
     ],
     "bad-representation": [
         "6:34: objects[0].representation: must be 'dpci', 'mesh' or 'dmesh', not 'hologram'",
@@ -33,7 +33,7 @@ MESSAGES = {
         "2:233: not valid YAML: nested too deeply",
     ],
     "deep-groups": [
-        "135:525: objects[0].group.objects[0].group.object...cts[0].group.objects[0].group.objects[0]: groups nest deeper than 64",
+        "135:525: objects[0].group.objects[0].group.....group.objects[0].group.objects[0]: groups nest deeper than 64",
     ],
     "duplicate-key": [
         "4:3: assets.box: duplicate key",

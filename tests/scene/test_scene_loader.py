@@ -122,14 +122,14 @@ def test_symbolic_links_do_not_lead_out(tmp_path: Path) -> None:
     (inside / "link.obj").symlink_to(outside / "secret.obj")
     path = inside / "scene.yaml"
     path.write_text("version: 1\nassets: {a: {mesh: link.obj}}\n")
-    with pytest.raises(InputError, match=r":2:19: assets\.a\.mesh: file 'link\.obj' leaves the scene's folder"):
+    with pytest.raises(InputError, match=r":2:20: assets\.a\.mesh: file 'link\.obj' leaves the scene's folder"):
         load_scene(path)
     assert load_scene(path, [outside]).assets[0].mesh == outside / "secret.obj"
 
 
 @pytest.mark.parametrize("name", ['"\\0"', "x" * 5000, "."])
 def test_unusable_file_names(tmp_path: Path, name: str) -> None:
-    assert ":2:19: assets.a.mesh: file" in complaint(tmp_path, f"version: 1\nassets: {{a: {{mesh: {name}}}}}\n", {})
+    assert ":2:20: assets.a.mesh: file" in complaint(tmp_path, f"version: 1\nassets: {{a: {{mesh: {name}}}}}\n", {})
 
 
 def test_a_missing_asset_root_is_named(tmp_path: Path) -> None:
@@ -189,6 +189,13 @@ def test_grid_yaw_turns_x_towards_minus_z(tmp_path: Path) -> None:
     objects = load(tmp_path, ASSETS + text).objects
     np.testing.assert_allclose(objects.position, [[0, 0, 1], [0, 0, -1]], atol=1e-6)
     np.testing.assert_allclose(objects.rotation, [[0, math.sqrt(0.5), 0, math.sqrt(0.5)]] * 2, atol=1e-6)
+
+
+def test_a_million_objects_come_from_one_line(tmp_path: Path) -> None:
+    text = "objects: [{grid: {asset: baked, count: [1000, 1000], spacing: [3, 3], position: [0, 2, 0]}}]\n"
+    objects = load(tmp_path, ASSETS + text).objects
+    assert len(objects) == 1_000_000
+    assert objects.position[[0, -1]].tolist() == [[-1498.5, 2, -1498.5], [1498.5, 2, 1498.5]]
 
 
 def test_scatter_keeps_its_distance_and_its_area(tmp_path: Path) -> None:

@@ -111,9 +111,32 @@ def connect(
         for layer, cell in enumerate(cells):
             on_surface = complete[layer].copy()
             middle = corners[layer][tested].mean(-1)
+            doubtful = steep[layer][tested]
             with np.errstate(invalid="ignore"):
                 off = np.abs(centre_depths - middle).min(axis=0)
-                on_surface[tested] &= ~steep[layer][tested] | (off <= CUT_TOLERANCE * spread[layer][tested])
+                on = ~doubtful | (off <= CUT_TOLERANCE * spread[layer][tested])
+            import os
+            if os.environ.get("EXP", "1") == "1":
+                wall = np.flatnonzero(doubtful & ~on)
+                flat_rows = rows[tested][wall]; flat_cols = unwrapped[tested][wall]
+                d = corners[layer][tested][wall]
+                o, dr = surface_rays(cylinder, face, (flat_cols + 0.5) / width, (flat_rows + 0.5) / height)
+                P = o + d[..., None] * dr
+                n = np.cross(P[:, 1] - P[:, 0], P[:, 2] - P[:, 0]); n /= np.maximum(np.linalg.norm(n, axis=1, keepdims=True), 1e-12)
+                short = np.minimum.reduce([np.linalg.norm(P[:, a] - P[:, b], axis=1) for a, b in ((0, 1), (1, 2), (2, 0))])
+                K = float(os.environ.get("KK", "1.0"))
+                near = np.zeros(len(wall), bool)
+                c = P.mean(1)
+                lim = K * np.minimum(short, step*max(texel_size(cylinder, face, shape)))
+                for sgn in (1, -1):
+                    dd = (sgn * n).astype(np.float32)
+                    # back off, so that a surface on either side is met front on
+                    hit = caster.peel((c - dd * lim[:, None]).astype(np.float32), dd, 2, 1e9)
+                    for h in hit:
+                        # facing must agree with triangle normal
+                        near |= (h.distance <= 2*lim) & (sgn < 0) & ~h.flipped
+                on[wall] = near
+            on_surface[tested] &= on
             bits = on_surface[0] | (on_surface[1].astype(np.uint32) << 1)
             cell[j0, i0] |= (bits << (2 * level)).astype(np.uint32)
     return cells

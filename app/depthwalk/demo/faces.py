@@ -26,8 +26,8 @@ from depthwalk.demo.sdf import (
     union,
 )
 
-EYE: Vec3 = (3.15, 11.35, 7.35)
-EYE_RADIUS = 1.28
+EYE: Vec3 = (3.15, 11.4, 7.3)
+EYE_RADIUS = 1.25
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ def skull(face: Face) -> list[Stroke]:
         Rod((face.jaw, 4.6, -0.2), (1.2, 1.7, 6.8), 1.7, 1.6, 2.2),
         Blob((0, 4.3, 4.2), (4.2, 4.0, 4.4), 2.0),
         Blob((0, 1.6, 7.6), (face.chin + 0.4, 1.45, 1.5), 1.6),
+        Blob((0, 2.6, 2.2), (3.6, 2.4, 4.4), 2.0),
         Blob((4.3, 8.6, 5.2), (1.9, 1.7, 2.1), 2.4),
+        Blob((3.0, 9.3, 6.6), (1.9, 1.3, 1.5), 1.8),
         Rod((4.6, 9.2, 5.6), (6.6, 10.1, 0.5), 0.8, 0.7, 2.0),
         Blob((3.4, 6.6, 6.3), (1.8 * face.cheek, 2.2, 1.6 * face.cheek), 2.4),
     ]
@@ -75,28 +77,29 @@ def brows_and_sockets(face: Face) -> list[Stroke]:
 def nose(face: Face) -> list[Stroke]:
     w = face.nose
     return [
-        Rod((0, 13.6, 8.5), (0, 8.4, 10.75), w * 1.0, w * 0.9, 1.2),
-        Rod((0, 11.0, 8.7), (0, 7.9, 9.5), 1.1 * w, 1.45 * w, 1.3),
-        Blob((0, 7.8, 10.95), (w * 1.05, 0.72, 0.85), 0.7),
-        Blob((1.22 * w / 0.72, 7.5, 9.75), (0.55, 0.66, 0.92), 0.45, turn=(1, 18)),
-        Blob((0, 7.15, 10.3), (0.34, 0.3, 0.9), 0.35),
-        Blob((0.66 * w / 0.72, 6.95, 10.15), (0.36, 0.42, 0.55), 0.3, cut=True, turn=(1, 14)),
-        Rod((1.75, 8.3, 9.2), (2.05, 7.3, 9.0), 0.16, 0.1, 0.5, cut=True),
+        Rod((0, 13.2, 8.55), (0, 8.7, 10.75), w, w * 0.88, 1.4),
+        Rod((0, 11.2, 8.7), (0, 8.0, 9.4), 1.15 * w, 1.5 * w, 1.5),
+        Blob((0, 8.2, 10.85), (w * 1.12, 0.72, 0.85), 0.8),
+        Blob((1.14 * w / 0.72, 7.65, 9.65), (0.55, 0.68, 1.0), 0.7, turn=(1, 20)),
+        Rod((0, 7.55, 10.7), (0, 7.1, 9.6), 0.34, 0.36, 0.45),
+        Blob((0.62 * w / 0.72, 7.08, 10.1), (0.33, 0.4, 0.6), 0.35, cut=True, turn=(1, 14)),
+        Rod((1.8, 8.4, 9.3), (2.15, 7.2, 9.1), 0.12, 0.08, 0.6, cut=True),
     ]
 
 
 def mouth(face: Face) -> list[Stroke]:
     f = face.lips
     return [
-        Blob((0, 5.3, 6.8), (3.0, 2.6, 2.55), 1.8),
-        Rod((0.28, 5.28, 9.55), (2.25, 4.82, 8.45), 0.42 * f, 0.16, 0.4),
-        Rod((0.0, 4.15, 9.4), (0.7, 4.15, 9.3), 0.52 * f, 0.5 * f, 0.4),
-        Rod((0.7, 4.15, 9.3), (2.05, 4.62, 8.45), 0.5 * f, 0.16, 0.4),
-        Rod((0.0, 4.72, 10.15), (1.2, 4.78, 9.75), 0.13, 0.13, 0.22, cut=True),
-        Rod((1.2, 4.78, 9.75), (2.4, 4.7, 8.85), 0.13, 0.05, 0.25, cut=True),
-        Blob((2.6, 4.7, 8.75), (0.35, 0.4, 0.35), 0.9, cut=True),
-        Rod((0, 6.6, 9.95), (0, 5.75, 9.95), 0.2, 0.26, 0.45, cut=True),
-        Blob((0, 3.05, 9.75), (1.5, 0.42, 0.75), 0.9, cut=True),
+        Blob((0, 5.2, 6.8), (3.0, 2.6, 2.6), 1.8),
+        Rod((0.42, 5.32, 9.42), (2.2, 4.86, 8.5), 0.42 * f, 0.14, 0.5),
+        Blob((0, 5.15, 9.45), (0.55, 0.36 * f, 0.4), 0.35),
+        Rod((0, 4.1, 9.25), (0.8, 4.14, 9.15), 0.55 * f, 0.52 * f, 0.45),
+        Rod((0.8, 4.14, 9.15), (2.0, 4.6, 8.55), 0.52 * f, 0.14, 0.5),
+        Rod((0, 4.68, 10.0), (1.2, 4.76, 9.68), 0.12, 0.1, 0.3, cut=True),
+        Rod((1.2, 4.76, 9.68), (2.35, 4.74, 8.9), 0.1, 0.02, 0.3, cut=True),
+        Blob((2.6, 4.75, 9.0), (0.3, 0.35, 0.3), 0.9, cut=True),
+        Rod((0, 6.6, 9.9), (0, 5.8, 9.9), 0.16, 0.22, 0.5, cut=True),
+        Blob((0, 3.05, 9.7), (1.5, 0.4, 0.75), 1.0, cut=True),
     ]
 
 
@@ -104,34 +107,32 @@ def eyes(p: Points, d: Distance, face: Face) -> Distance:
     """Adds eyeballs in lids whose almond-shaped opening is the overlap of two circles. p is mirrored."""
     q = turned(p, EYE, 2, -4.0)
     x, y = q[:, 0] - EYE[0], q[:, 1] - EYE[1]
-    ball = length(p - np.asarray(EYE, np.float32)) - EYE_RADIUS
     r = face.opening
+    reach = length(p - np.asarray(EYE, np.float32)) - EYE_RADIUS
     front = EYE[2] - p[:, 2]
-    upper = np.hypot(x, y + (r - 0.62)) - r
-    lower = np.hypot(x, y - (r * 1.15 - 0.42)) - r * 1.15
+    upper = np.hypot(x, y + (r - 0.68)) - r
+    lower = np.hypot(x, y - (1.2 * r - 0.44)) - 1.2 * r
     almond = np.maximum(np.maximum(upper, lower), front)
-    lids = length(p - np.asarray(EYE, np.float32)) - (EYE_RADIUS + 0.22)
-    fold = np.hypot(upper - 0.36, length(p - np.asarray(EYE, np.float32)) - (EYE_RADIUS + 0.45)) - 0.2
-    fold = np.maximum(np.maximum(fold, front), np.maximum(np.abs(x) - 1.5, 0.2 - y))
-    d = union(d, lids, 0.7)
-    d = difference(d, fold, 0.3)
-    d = difference(d, almond, 0.1)
-    return union(d, ball, 0.04)
+    d = union(d, np.where(y > -0.2, reach - 0.26, reach - 0.2).astype(np.float32), 0.9)
+    d = union(d, np.maximum(np.hypot(upper - 0.14, reach - 0.2) - 0.2, np.abs(x) - 1.7), 0.3)
+    d = difference(d, np.maximum(np.hypot(upper - 0.52, reach - 0.42) - 0.08, np.abs(x) - 1.45), 0.4)
+    d = difference(d, almond, 0.16)
+    return union(d, reach, 0.05)
 
 
 def pupils(p: Points, d: Distance) -> Distance:
     """Drills the pupil and grooves the iris, as Roman sculptors did. p is mirrored."""
     x, y = p[:, 0] - (EYE[0] - 0.06), p[:, 1] - (EYE[1] + 0.1)
-    r = np.hypot(x, y)
-    front = EYE[2] - p[:, 2]
-    d = difference(d, np.maximum(np.abs(r - 0.6) - 0.05, front), 0.08)
-    drilled = ellipsoid(p, (EYE[0] - 0.06, EYE[1] + 0.16, EYE[2] + EYE_RADIUS), (0.26, 0.24, 0.3))
-    return difference(d, drilled, 0.08)
+    ring = np.maximum(np.abs(np.hypot(x, y) - 0.58) - 0.02, EYE[2] - p[:, 2])
+    groove = np.maximum(ring, EYE_RADIUS - 0.06 - length(p - np.asarray(EYE, np.float32)))
+    d = difference(d, groove, 0.16)
+    drilled = ellipsoid(p, (EYE[0] - 0.06, EYE[1] + 0.16, EYE[2] + EYE_RADIUS), (0.25, 0.22, 0.26))
+    return difference(d, drilled, 0.12)
 
 
 def ear(p: Points, d: Distance) -> Distance:
     """Adds the ear: a tilted dish with rim, inner fold, hollow and lobe. p is mirrored."""
-    q = turned(turned(p, (6.7, 9.6, 0.6), 1, -24), (6.7, 9.6, 0.6), 0, -12)
+    q = turned(turned(turned(p, (6.9, 10.6, 0.6), 2, -15), (6.7, 9.6, 0.6), 1, -20), (6.7, 9.6, 0.6), 0, -12)
     v, w = q[:, 1] - 9.6, q[:, 2] + 0.6
     outline = np.hypot(v / 3.1, (w + 0.1 * v * 0.3) / 1.75)
     rim = np.hypot((outline - 0.86) * 1.9, q[:, 0] - 7.45) - 0.34
@@ -160,6 +161,6 @@ def neck(p: Points, face: Face) -> Distance:
     m = mirrored(p)
     w = face.neck
     slim = ellipsoid(m, (0, -2, -2.6), (w, 24, w + 0.6))
-    column = intersection(slim, np.abs(m[:, 1] + 4) - 9, 0.5)
-    strap = rod(m, (5.3, 4.6, -2.4), (1.0, -7.5, 2.0), 1.0, 0.8)
+    column = intersection(slim, np.abs(m[:, 1] + 2) - 11, 0.5)
+    strap = rod(m, (5.0, 7.0, -2.6), (1.0, -7.5, 1.8), 1.0, 0.8)
     return union(column, strap, 1.6)

@@ -30,10 +30,10 @@ from depthwalk.demo.sdf import (
 
 VENUS_TRIANGLES = 67_170
 MAN_TRIANGLES = 78_157
-CELL = 0.13  # centimetres
+CELL = 0.11  # centimetres
 
-VENUS = Face(jaw=4.2, chin=1.35, brow=0.15, lips=1.1, opening=2.2, nose=0.68, cheek=1.1, neck=4.4)
-MAN = Face(jaw=4.9, chin=1.9, brow=1.0, lips=0.95, opening=2.4, nose=0.82, cheek=0.9, neck=5.6)
+VENUS = Face(jaw=4.2, chin=1.35, brow=0.15, lips=1.1, opening=2.15, nose=0.68, cheek=1.1, neck=4.4)
+MAN = Face(jaw=4.9, chin=1.9, brow=1.0, lips=0.95, opening=2.3, nose=0.82, cheek=0.9, neck=5.6)
 FLOOR = -22.5  # the socle stands here
 CHEST_UP = 3.5  # the chest's own frame lies this far above the head's
 
@@ -44,9 +44,10 @@ def chest(p: Points, face: Face, broad: float) -> Distance:
     m = mirrored(q)
     body = ellipsoid(m, (0, -17.0, -2.6), (11.5 * broad, 8.0, 6.6 * broad))
     body = union(body, rod(m, (3.5, -9.8, -3.0), (13.0 * broad, -12.8, -3.2), 2.6, 3.4 * broad), 5.0)
-    body = union(body, ellipsoid(m, (4.2, -16.8, 1.2), (4.6, 4.4, 3.6)), 3.0)
+    for side in (-4.2, 4.2):
+        body = union(body, ellipsoid(q, (side, -16.8, 1.2), (4.6, 4.4, 3.6)), 4.0)
     d = union(neck(p, face), body, 4.5)
-    d = difference(d, ellipsoid(m, (0, -10.9, 4.0), (0.9, 0.9, 1.0)), 1.8)
+    d = difference(d, ellipsoid(q, (0, -10.6, 4.1), (0.8, 0.8, 0.7)), 1.8)
     d = union(d, rod(m, (1.2, -11.2, 2.7), (10.0 * broad, -10.6, -0.6), 0.42, 0.3), 1.5)
     cut = ellipsoid(m, (0, -3.5, -1.5), (12.2 * broad, 16.8, 14.0))
     return socle(q, intersection(d, cut, 0.35))
@@ -70,16 +71,16 @@ def posed(p: Points, turn: float, tilt: float) -> Points:
 def venus_hair(p: Points) -> Distance:
     """Parted in the middle, swept back in waves over the temples to a knot; a fillet holds it."""
     m = mirrored(p)
-    cap = ellipsoid(m, (0, 14.5, -1.2), (8.2, 8.9, 10.0))
+    cap = ellipsoid(m, (0, 14.5, -0.7), (8.2, 8.9, 10.4))
     cap = union(cap, ellipsoid(m, (5.6, 12.0, 0.6), (2.3, 3.6, 4.6)), 2.2)
-    face = ellipsoid(m, (0, 8.6, 9.6), (6.35, 8.1, 9.0))
+    face = ellipsoid(m, (0, 8.8, 9.9), (6.5, 8.2, 8.4))
     below = box(p, (0, 2.0, 2.0), (30, 7.2, 11))
-    cap = difference(difference(cap, face, 1.6), below, 1.6)
+    cap = difference(difference(cap, face, 1.2), below, 1.6)
     cap = difference(cap, rod(p, (0, 24.2, 6.5), (0, 24.6, -4), 0.9, 0.9), 1.4)
     angle = np.arctan2(m[:, 0], p[:, 1] - 12.4).astype(np.float32)
     along = np.hypot(p[:, 2] - 8, 0.35 * (p[:, 1] - 18))
-    cap = cap - np.float32(0.62) * (strands(angle, along, m, 3.4, 0.32, 5) - 0.4)
-    return union(union(cap, _knot(p), 0.5), _fillet(p, cap), 0.12)
+    locks = cap - np.float32(0.62) * (strands(angle, along, m, 3.4, 0.32, 5) - 0.4)
+    return union(union(locks, _knot(p), 0.5), _fillet(p, cap), 0.15)
 
 
 def _knot(p: Points) -> Distance:
@@ -94,11 +95,11 @@ def _knot(p: Points) -> Distance:
 def _fillet(p: Points, hair: Distance) -> Distance:
     """A flat band around the hair, in a tilted plane."""
     plane = np.abs(0.86 * (p[:, 1] - 18.2) + 0.5 * (p[:, 2] - 1.0)) - 0.55
-    return intersection(hair - np.float32(0.28), plane.astype(np.float32), 0.15)
+    return intersection(hair - np.float32(0.5), plane.astype(np.float32), 0.2)
 
 
 def venus_head(p: Points) -> Distance:
-    return union(bare_head(p, VENUS), venus_hair(p), 0.25)
+    return union(pupils(mirrored(p), bare_head(p, VENUS)), venus_hair(p), 0.25)
 
 
 def venus_field(p: Points) -> Distance:
@@ -110,8 +111,8 @@ def venus_field(p: Points) -> Distance:
 def man_mass(p: Points) -> Distance:
     """The smooth mass of hair and beard, before curls."""
     m = mirrored(p)
-    hair = ellipsoid(m, (0, 14.4, -1.3), (8.0, 8.9, 10.0))
-    hair = difference(hair, ellipsoid(m, (0, 8.6, 9.8), (6.5, 9.0, 8.4)), 1.5)
+    hair = ellipsoid(m, (0, 14.4, -0.8), (8.0, 8.9, 10.4))
+    hair = difference(hair, ellipsoid(m, (0, 8.6, 9.8), (6.6, 8.6, 8.0)), 1.2)
     hair = difference(hair, box(p, (0, 0.0, 4.0), (30, 8.0, 14.0)), 1.5)
     hair = difference(hair, ellipsoid(m, (7.6, 9.6, 0.4), (2.4, 3.0, 1.9)), 0.8)
     beard = rod(m, (6.3, 9.0, 1.5), (5.0, 4.2, 2.2), 0.9, 1.7)

@@ -95,7 +95,7 @@ def oak() -> Model:
     centres, radii = crown_clumps(rng, heart, extent, 30)
     stem = trunk([[0, 0, 0], [0.06, 0.8, 0.03], [-0.02, 1.6, -0.04], [0.1, 2.7, 0]], 0.17, 0.09, 5)
     wood = bark(merged([stem, limbs(rng, np.array([0.04, 2.0, 0.0]), centres, 0.07)]), (0.46, 0.38, 0.29), (0.2, 0.16, 0.12), 3)
-    leaves, clump = foliage(rng, centres, radii, 8800, 0.18, 0.62, heart)
+    leaves, clump = foliage(rng, centres, radii, 8000, 0.185, 0.62, heart)
     green = leaf_colours(rng, leaves, (0.62, 0.69, 0.22), (0.22, 0.37, 0.10), clump)
     return shaded(assembled(wood, green), 1.2, 0.6)
 
@@ -105,12 +105,12 @@ def fir() -> Model:
     rng = np.random.default_rng(23)
     stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 24), np.linspace(0.13, 0.012, 24), 12)
     wood = bark(stem, (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
-    level = np.sort(rng.uniform(0, 1, 150)) ** 0.85
-    root = np.stack([np.zeros(150), 0.55 + 4.7 * level, np.zeros(150)], axis=1)
-    angle = np.arange(150) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 150)
-    reach = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 150)
-    out = np.stack([np.cos(angle), np.zeros(150), np.sin(angle)], axis=1)
-    base, tip, width, tone = boughs(rng, root, out, reach, 44)
+    level = np.sort(rng.uniform(0, 1, 140)) ** 0.85
+    root = np.stack([np.zeros(140), 0.55 + 4.7 * level, np.zeros(140)], axis=1)
+    angle = np.arange(140) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 140)
+    reach = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 140)
+    out = np.stack([np.cos(angle), np.zeros(140), np.sin(angle)], axis=1)
+    base, tip, width, tone = boughs(rng, root, out, reach, 42)
     needles = spindles(base, tip, width)
     needles = needles.painted(mix((0.10, 0.23, 0.15), (0.42, 0.56, 0.36), np.repeat(tone, 5) + np.tile([-0.15, 0.3, 0, 0, 0], len(tone))))
     return shaded(assembled(wood, needles), 1.0, 0.7)
@@ -138,11 +138,11 @@ def topiary() -> Model:
     rng = np.random.default_rng(31)
     centres, radii = np.array([[0, 0.86, 0], [0, 1.38, 0]]), np.array([0.31, 0.21])
     cores = [lathe(_ball(r * 0.9, 10), 20).moved(c).painted((0.07, 0.12, 0.05)) for c, r in zip(centres, radii, strict=True)]
-    ball = rng.choice(2, 3600, p=radii**2 / (radii**2).sum())
-    out = scattered_directions(rng, 3600)
-    base = centres[ball] + out * (radii[ball] * rng.uniform(0.86, 0.97, 3600))[:, None]
-    heading = unit(out * 0.55 + scattered_directions(rng, 3600))
-    leaves = blades(base, heading, out, 0.055 * rng.uniform(0.75, 1.2, 3600), 0.6, unit(out + 0.3 * heading))
+    ball = rng.choice(2, 2900, p=radii**2 / (radii**2).sum())
+    out = scattered_directions(rng, 2900)
+    base = centres[ball] + out * (radii[ball] * rng.uniform(0.86, 0.97, 2900))[:, None]
+    heading = unit(out * 0.55 + scattered_directions(rng, 2900))
+    leaves = blades(base, heading, out, 0.055 * rng.uniform(0.75, 1.2, 2900), 0.6, unit(out + 0.3 * heading))
     green = leaf_colours(rng, leaves, (0.48, 0.60, 0.22), (0.13, 0.28, 0.09), ball)
     stem = bark(tube([[0, 0.3, 0], [0.01, 0.8, 0], [0, 1.4, 0]], 0.022, 10), (0.4, 0.33, 0.26), (0.2, 0.16, 0.12), 8)
     return shaded(assembled(pot(), stem, *cores, green), 0.25, 0.6)

@@ -87,7 +87,7 @@ def hedge() -> Model:
     rng = np.random.default_rng(71)
     half = np.array([1.0, 0.35, 0.225])
     core = block(-half * 0.95, half * 0.95, (0.08, 0.13, 0.05))
-    count = 1500
+    count = 1200
     areas = np.array([half[1] * half[2], half[0] * half[2], half[0] * half[1]])
     axis = rng.choice(3, count, p=areas / areas.sum())
     base = rng.uniform(-1, 1, (count, 3)) * half

@@ -25,7 +25,7 @@ from depthwalk.demo.sdf import (
 
 CHIN = 147.0  # the head frame's origin
 PLINTH = 9.0  # its height; it lies below y = 0
-FACES = 36_000
+FACES = 32_000
 
 TORSO = [
     Blob((0, 122, -0.5), (14.2, 19, 10), 3.0),

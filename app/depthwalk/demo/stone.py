@@ -50,11 +50,11 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, faces: int) -
 
 
 def boulder() -> Model:
-    return rock((0.75, 0.6, 0.62), 9, 3, 20000)
+    return rock((0.75, 0.6, 0.62), 9, 3, 16000)
 
 
 def slab_rock() -> Model:
-    return rock((0.8, 0.34, 0.5), 12, 8, 14000)
+    return rock((0.8, 0.34, 0.5), 12, 8, 10000)
 
 
 def urn() -> Model:
@@ -64,7 +64,7 @@ def urn() -> Model:
         [0.13, 0.28], [0.24, 0.38], [0.285, 0.50], [0.275, 0.60], [0.20, 0.70], [0.17, 0.76], [0.185, 0.82],
         [0.25, 0.885], [0.268, 0.91], [0.26, 0.935], [0.235, 0.93], [0.17, 0.86], [0.14, 0.78], [0.16, 0.7], [0, 0.62],
     ]  # fmt: skip
-    body = lathe(rounded_profile(outline, 92), 130, _urn_relief)
+    body = lathe(rounded_profile(outline, 84), 120, _urn_relief)
     handle = curve([[0.26, 0.58, 0], [0.36, 0.64, 0], [0.38, 0.75, 0], [0.32, 0.83, 0], [0.25, 0.78, 0], [0.19, 0.75, 0]], 40)
     handles = [tube(handle, 0.021 + 0.006 * np.cos(np.linspace(0, 2 * np.pi, 40)), 16).turned(1, a) for a in (0, 180)]
     urn = assembled(body, *handles)
@@ -85,9 +85,9 @@ def column() -> Model:
     base = lathe(
         bevelled_profile([[0, 0.14], [0.29, 0.14], [0.29, 0.2], [0.25, 0.225], [0.27, 0.26], [0.255, 0.3], [0.22, 0.31], [0, 0.31]], 0.012), 64
     )
-    y = np.linspace(0.3, 2.62, 26)
+    y = np.linspace(0.3, 2.62, 24)
     swell = 0.205 - 0.035 * ((y - 0.3) / 2.32) ** 1.6
-    shaft = lathe(np.concatenate([[[0, 0.3]], np.stack([swell, y], axis=1), [[0, 2.62]]]), 200, _flutes)
+    shaft = lathe(np.concatenate([[[0, 0.3]], np.stack([swell, y], axis=1), [[0, 2.62]]]), 160, _flutes)
     bell = lathe([[0, 2.6], [0.175, 2.6], [0.19, 2.63], [0.175, 2.66], [0.165, 2.7], [0.185, 2.9], [0.27, 3.06], [0, 3.06]], 48)
     plates = [block([-0.31, 0, -0.31], [0.31, 0.14, 0.31]), block([-0.29, 3.06, -0.29], [0.29, 3.17, 0.29])]
     marble = stone(merged([base, shaft, bell, *plates, *_acanthus()]), *LIMESTONE, 0.5, 21)
@@ -104,17 +104,17 @@ def _acanthus() -> list[Model]:
     """Two rows of eight curling leaves and four corner scrolls, each a closed shell."""
     lower = [_curled_leaf(0.19, 2.66, 0.17, 0.15).turned(1, 45 * k) for k in range(8)]
     upper = [_curled_leaf(0.185, 2.7, 0.29, 0.14).turned(1, 45 * k + 22.5) for k in range(8)]
-    t = np.linspace(0, 1, 36)
+    t = np.linspace(0, 1, 30)
     turns, radius = 2 * np.pi * (0.25 + 1.6 * t), 0.07 * (1 - 0.8 * t)
     scroll = np.stack([0.315 - radius * np.sin(turns - 1.9), 2.975 + radius * np.cos(turns - 1.9), 0 * t], axis=1)
     stalk = np.concatenate([curve([[0.2, 2.75, 0], [0.225, 2.9, 0], scroll[0]], 10)[:-1], scroll])
-    scrolls = [tube(stalk, np.linspace(0.028, 0.016, len(stalk)), 10).turned(1, 45 + 90 * k) for k in range(4)]
+    scrolls = [tube(stalk, np.linspace(0.028, 0.016, len(stalk)), 8).turned(1, 45 + 90 * k) for k in range(4)]
     return lower + upper + scrolls
 
 
 def _curled_leaf(radius: float, y: float, height: float, width: float) -> Model:
     """A toothed leaf that stands against a bell and rolls over at the top; on the +X side."""
-    rows, columns = 18, 13
+    rows, columns = 14, 9
     v, u = np.meshgrid(np.linspace(0, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     lobes = 0.82 + 0.18 * np.abs(np.sin(4.5 * np.pi * v))
     half = 0.5 * width * np.sqrt(np.clip(1.02 - v**3, 0, 1)) * lobes
@@ -151,7 +151,7 @@ def _ivy() -> list[Model]:
     radius = 0.235 - 0.045 * t + 0.13 * np.exp(-t * 30)
     path = np.stack([radius * np.cos(angle), y, radius * np.sin(angle)], axis=1)
     stem = tube(path, np.linspace(0.014, 0.005, 160), 6).painted((0.33, 0.26, 0.17))
-    count = 1500
+    count = 1250
     at = np.sort(rng.beta(1.0, 1.35, count))
     here = np.stack([np.interp(at, t, path[:, k]) for k in range(3)], axis=1)
     turn = rng.normal(0, 0.34 * (1.1 - at), count)
@@ -174,9 +174,9 @@ def fountain() -> Model:
     )  # fmt: skip
     stem = rounded_profile(
         [[0, 0.1], [0.3, 0.1], [0.3, 0.3], [0.2, 0.36], [0.13, 0.5], [0.19, 0.68], [0.12, 0.84], [0.16, 0.9], [0.1, 1.0],
-         [0.08, 1.15], [0.12, 1.28], [0.07, 1.36], [0.05, 1.5], [0.075, 1.58], [0.055, 1.66], [0.02, 1.74], [0, 1.75]], 90
+         [0.08, 1.15], [0.12, 1.28], [0.07, 1.36], [0.05, 1.5], [0.075, 1.58], [0.055, 1.66], [0.02, 1.74], [0, 1.75]], 64
     )  # fmt: skip
-    parts = [basin, lathe(stem, 64), _bowl(0.62, 0.9), _bowl(0.36, 1.34)]
+    parts = [basin, lathe(stem, 48), _bowl(0.62, 0.9), _bowl(0.36, 1.34)]
     carved = mossy(stone(merged(parts), *LIMESTONE, 0.6, 33), 0.1, 0.3, 34)
     waters = [_water(1.02, 0.37), _water(0.575, 1.015), _water(0.33, 1.405)]
     return shaded(assembled(carved, *waters), 0.4, 0.3)
@@ -190,20 +190,20 @@ def _panels(theta: Array, y: Array) -> Array:
 
 def _bowl(radius: float, y: float) -> Model:
     outline = np.array([[0, -0.06], [0.2, -0.05], [0.6, 0.02], [0.9, 0.16], [1.0, 0.24], [1.02, 0.27], [0.97, 0.28], [0.85, 0.17], [0.5, 0.08], [0, 0.06]])
-    profile = rounded_profile(outline * [radius, 0.55 * radius + 0.2], 40) + [0, y]
+    profile = rounded_profile(outline * [radius, 0.55 * radius + 0.2], 30) + [0, y]
 
     def lobes(theta: Array, height: Array) -> Array:
         share = (height - y) / (0.55 * radius + 0.2)
         return 1 + 0.05 * smoothstep(-0.05, 0.05, share) * smoothstep(0.24, 0.18, share) * (np.abs(np.sin(12 * theta)) - 0.5)
 
-    return lathe(profile, 120, lobes)
+    return lathe(profile, 96, lobes)
 
 
 def _water(radius: float, y: float) -> Model:
     """A thin disc with rings, as falling drops draw them."""
-    r = np.concatenate([[0], np.linspace(0.05, 1, 26)]) * radius
+    r = np.concatenate([[0], np.linspace(0.05, 1, 20)]) * radius
     top = np.stack([r, y + 0.004 * np.sin(r * 60) * np.exp(-r * 1.5)], axis=1)[::-1]
-    disc = lathe(np.concatenate([[[0, y - 0.02], [radius, y - 0.02]], top]), 64)
+    disc = lathe(np.concatenate([[[0, y - 0.02], [radius, y - 0.02]], top]), 48)
     share = np.hypot(disc.positions[:, 0], disc.positions[:, 2]) / radius
     return disc.painted(mix((0.42, 0.60, 0.64), (0.17, 0.38, 0.44), share + 0.3 * fractal(disc.positions, 0.2, 3)))
 
@@ -212,7 +212,7 @@ def sundial() -> Model:
     """A dial plate with gnomon on a baluster, 1.05 m."""
     foot = block([-0.26, 0, -0.26], [0.26, 0.09, 0.26])
     outline = [[0, 0.08], [0.2, 0.08], [0.2, 0.14], [0.12, 0.2], [0.1, 0.28], [0.16, 0.46], [0.11, 0.72], [0.09, 0.8], [0.17, 0.88], [0.24, 0.9], [0.24, 0.95], [0, 0.95]]
-    shaft = lathe(rounded_profile(outline, 70), 96, lambda a, y: 1 + 0.03 * smoothstep(0.24, 0.32, y) * smoothstep(0.74, 0.66, y) * np.cos(12 * a))
+    shaft = lathe(rounded_profile(outline, 50), 72, lambda a, y: 1 + 0.03 * smoothstep(0.24, 0.32, y) * smoothstep(0.74, 0.66, y) * np.cos(12 * a))
     pedestal = mossy(stone(merged([foot, shaft]), *LIMESTONE, 0.3, 41), 0.08, 0.2, 42)
     bronze = (0.45, 0.40, 0.24)
     plate = lathe(bevelled_profile([[0, 0.945], [0.2, 0.945], [0.2, 0.96], [0, 0.962]], 0.004), 64).painted(bronze)

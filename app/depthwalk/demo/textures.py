@@ -30,7 +30,6 @@ def halved(picture: Picture) -> Picture:
 def grass() -> Picture:
     """(512, 512, 3) sRGB 0–1: a lawn from above, blade by blade; meant for about 1.5 m."""
     rng = np.random.default_rng(101)
-    patches = tiling_noise(_FINE, 60, 102)
     picture = np.broadcast_to(np.float32([0.17, 0.21, 0.08]), (_FINE, _FINE, 3)).copy()
     count, steps = 16000, 26
     root = rng.uniform(0, _FINE, (count, 2))
@@ -38,8 +37,7 @@ def grass() -> Picture:
     bend = rng.normal(0, 0.6, count)
     length = rng.uniform(18, 44, count)
     tone = np.sort(0.5 + 0.25 * rng.normal(size=count))  # darker blades lie below
-    local = patches[root[:, 0].astype(int), root[:, 1].astype(int)]
-    colour = mix((0.21, 0.30, 0.10), (0.50, 0.58, 0.24), tone + 0.1 * local)
+    colour = mix((0.24, 0.33, 0.12), (0.52, 0.60, 0.27), tone)
     dry = rng.random(count) < 0.04
     colour[dry] = mix((0.55, 0.52, 0.30), (0.66, 0.62, 0.38), tone[dry])
     for t in np.linspace(0, 1, steps):  # a step of all blades at once
@@ -47,7 +45,7 @@ def grass() -> Picture:
         at = root + (t * length)[:, None] * np.stack([np.sin(angle), np.cos(angle)], axis=1)
         pixel = (at % _FINE).astype(int)
         lit = np.clip(colour * (0.78 + 0.3 * t), 0, 1)
-        for offset in (0, 1) if t < 0.7 else (0,):
+        for offset in (0, 1, 2) if t < 0.7 else (0, 1):
             picture[pixel[:, 0], (pixel[:, 1] + offset) % _FINE] = lit
     return np.clip(halved(picture), 0, 1)
 

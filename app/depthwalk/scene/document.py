@@ -20,7 +20,7 @@ Loc = tuple[str | int, ...]
 
 MAX_YAML_DEPTH = 3 * MAX_GROUP_DEPTH + 32  # a nested group is a list, its item and the group's own mapping
 MAX_ALIASED_NODES = 10_000  # what aliases may add to the text; a "billion laughs" file adds 10^9
-_LONGEST_LABEL = 80  # 64 nested groups would fill a screen
+_LONGEST_LABEL = 68  # 64 nested groups would fill a screen
 _MAX_INTEGER = 2**53  # beyond it a double is no longer exact
 
 _TAG = "tag:yaml.org,2002:"
