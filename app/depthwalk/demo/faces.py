@@ -35,7 +35,7 @@ class Face:
     """The measures in which faces differ, centimetres.
 
     jaw: half width at the jaw's angle. brow: height of the brow ridge over the socket. lips: fullness, 1 is medium.
-    opening: radius of the two arcs that bound the eye's opening; larger is narrower. nose: half width of its back.
+    mouth: its width, 1 is medium. opening: radius of the two arcs that bound the eye's opening; larger is narrower. nose: half width of its back.
     """
 
     jaw: float = 4.6
@@ -45,6 +45,7 @@ class Face:
     opening: float = 2.35
     nose: float = 0.72
     cheek: float = 1.0
+    mouth: float = 1.0
     neck: float = 4.9
 
 
@@ -88,16 +89,16 @@ def nose(face: Face) -> list[Stroke]:
 
 
 def mouth(face: Face) -> list[Stroke]:
-    f = face.lips
+    f, w = face.lips, face.mouth
     return [
         Blob((0, 5.2, 6.8), (3.0, 2.6, 2.6), 1.8),
-        Rod((0.42, 5.32, 9.42), (2.2, 4.86, 8.5), 0.42 * f, 0.14, 0.5),
+        Rod((0.42, 5.32, 9.42), (2.2 * w, 4.86, 8.5), 0.42 * f, 0.14, 0.5),
         Blob((0, 5.15, 9.45), (0.55, 0.36 * f, 0.4), 0.35),
-        Rod((0, 4.1, 9.25), (0.8, 4.14, 9.15), 0.55 * f, 0.52 * f, 0.45),
-        Rod((0.8, 4.14, 9.15), (2.0, 4.6, 8.55), 0.52 * f, 0.14, 0.5),
-        Rod((0, 4.68, 10.0), (1.2, 4.76, 9.68), 0.12, 0.1, 0.3, cut=True),
-        Rod((1.2, 4.76, 9.68), (2.35, 4.74, 8.9), 0.1, 0.02, 0.3, cut=True),
-        Blob((2.6, 4.75, 9.0), (0.3, 0.35, 0.3), 0.9, cut=True),
+        Rod((0, 4.1, 9.25), (0.8 * w, 4.14, 9.15), 0.55 * f, 0.52 * f, 0.45),
+        Rod((0.8 * w, 4.14, 9.15), (2.0 * w, 4.6, 8.55), 0.52 * f, 0.14, 0.5),
+        Rod((0, 4.68, 10.0), (1.2 * w, 4.76, 9.68), 0.12, 0.1, 0.3, cut=True),
+        Rod((1.2 * w, 4.76, 9.68), (2.35 * w, 4.74, 8.9), 0.1, 0.02, 0.3, cut=True),
+        Blob((2.6 * w, 4.75, 9.0), (0.3, 0.35, 0.3), 0.9, cut=True),
         Rod((0, 6.6, 9.9), (0, 5.8, 9.9), 0.16, 0.22, 0.5, cut=True),
         Blob((0, 3.05, 9.7), (1.5, 0.4, 0.75), 1.0, cut=True),
     ]

@@ -32,7 +32,7 @@ VENUS_TRIANGLES = 67_170
 MAN_TRIANGLES = 78_157
 CELL = 0.11  # centimetres
 
-VENUS = Face(jaw=4.2, chin=1.35, brow=0.15, lips=1.1, opening=2.15, nose=0.68, cheek=1.1, neck=4.4)
+VENUS = Face(jaw=4.0, chin=1.1, brow=0.05, lips=1.15, mouth=0.84, opening=2.05, nose=0.6, cheek=1.15, neck=4.3)
 MAN = Face(jaw=4.9, chin=1.9, brow=1.0, lips=0.95, opening=2.3, nose=0.82, cheek=0.9, neck=5.6)
 FLOOR = -22.5  # the socle stands here
 CHEST_UP = 3.5  # the chest's own frame lies this far above the head's
@@ -162,7 +162,7 @@ def head_venus() -> Model:
     p = model.positions
     marble = mix((0.90, 0.87, 0.81), (0.82, 0.78, 0.71), 0.5 + 0.7 * fractal(p, 9.0, 61))
     marble = veined(marble, p, (0.63, 0.59, 0.55), 11.0, 62)
-    free = np.clip(ambient_occlusion(model, 7.0, 64) * 1.15, 0, 1)
+    free = np.clip(ambient_occlusion(model, 7.0, 64, ground=False) * 1.15, 0, 1)
     return _finished(model, mix(marble, (0.42, 0.34, 0.25), 0.8 * (1 - free) ** 1.2))
 
 
@@ -172,7 +172,7 @@ def head_man() -> Model:
     model = with_exact_count(raw, MAN_TRIANGLES)
     p = model.positions
     bronze = mix((0.56, 0.40, 0.23), (0.40, 0.27, 0.16), 0.5 + 0.8 * fractal(p, 5.0, 71))
-    free = np.clip(ambient_occlusion(model, 6.0, 64) * 1.15, 0, 1)
+    free = np.clip(ambient_occlusion(model, 6.0, 64, ground=False) * 1.15, 0, 1)
     patina = mix((0.33, 0.52, 0.44), (0.20, 0.36, 0.32), 0.5 + 0.8 * fractal(p, 2.0, 72))
     green = smoothstep(0.25, 0.95, 1.25 * (1 - free) + 0.35 * fractal(p, 4.0, 73))
     colours = mix(bronze, patina, 0.85 * green) * (0.55 + 0.45 * free[:, None])

@@ -93,11 +93,12 @@ def oak() -> Model:
     rng = np.random.default_rng(11)
     heart, extent = np.array([0.1, 3.35, 0.0]), np.array([1.75, 1.45, 1.7])
     centres, radii = crown_clumps(rng, heart, extent, 30)
+    centres[::8] = heart + 0.45 * (centres[::8] - heart)  # some fill the middle
     stem = trunk([[0, 0, 0], [0.06, 0.8, 0.03], [-0.02, 1.6, -0.04], [0.1, 2.7, 0]], 0.17, 0.09, 5)
     wood = bark(merged([stem, limbs(rng, np.array([0.04, 2.0, 0.0]), centres, 0.07)]), (0.46, 0.38, 0.29), (0.2, 0.16, 0.12), 3)
     leaves, clump = foliage(rng, centres, radii, 8000, 0.185, 0.62, heart)
-    green = leaf_colours(rng, leaves, (0.62, 0.69, 0.22), (0.22, 0.37, 0.10), clump)
-    return shaded(assembled(wood, green), 1.2, 0.6)
+    green = leaf_colours(rng, leaves, (0.58, 0.68, 0.25), (0.21, 0.37, 0.12), clump)
+    return shaded(assembled(wood, green), 1.2, 0.52)
 
 
 def fir() -> Model:
@@ -105,15 +106,15 @@ def fir() -> Model:
     rng = np.random.default_rng(23)
     stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 24), np.linspace(0.13, 0.012, 24), 12)
     wood = bark(stem, (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
-    level = np.sort(rng.uniform(0, 1, 140)) ** 0.85
-    root = np.stack([np.zeros(140), 0.55 + 4.7 * level, np.zeros(140)], axis=1)
-    angle = np.arange(140) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 140)
-    reach = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 140)
-    out = np.stack([np.cos(angle), np.zeros(140), np.sin(angle)], axis=1)
-    base, tip, width, tone = boughs(rng, root, out, reach, 42)
+    level = np.sort(rng.uniform(0, 1, 165)) ** 0.85
+    root = np.stack([np.zeros(165), 0.55 + 4.7 * level, np.zeros(165)], axis=1)
+    angle = np.arange(165) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 165)
+    reach = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 165)
+    out = np.stack([np.cos(angle), np.zeros(165), np.sin(angle)], axis=1)
+    base, tip, width, tone = boughs(rng, root, out, reach, 36)
     needles = spindles(base, tip, width)
-    needles = needles.painted(mix((0.10, 0.23, 0.15), (0.42, 0.56, 0.36), np.repeat(tone, 5) + np.tile([-0.15, 0.3, 0, 0, 0], len(tone))))
-    return shaded(assembled(wood, needles), 1.0, 0.7)
+    needles = needles.painted(mix((0.10, 0.23, 0.15), (0.40, 0.55, 0.36), np.repeat(tone, 5) + np.tile([-0.15, 0.3, 0, 0, 0], len(tone))))
+    return shaded(assembled(wood, needles), 1.0, 0.5)
 
 
 def boughs(
@@ -130,7 +131,7 @@ def boughs(
     size = (0.11 + 0.34 * reach[:, None] * (1.15 - t) * 0.62) * rng.uniform(0.8, 1.25, t.shape)
     tone = 0.25 + 0.3 * t + 0.16 * rng.normal(size=t.shape)
     flat = [a.reshape(-1, 3) for a in (at, at + size[..., None] * heading)]
-    return flat[0], flat[1], (0.055 + 0.05 * size).reshape(-1), tone.reshape(-1)
+    return flat[0], flat[1], (0.062 + 0.055 * size).reshape(-1), tone.reshape(-1)
 
 
 def topiary() -> Model:

@@ -165,14 +165,14 @@ def room() -> Model:
         panel([-3, 0, 3], [0, 0, -6], [0, 3, 0], (12, 6)),
         panel([3, 0, -3], [0, 0, 6], [0, 3, 0], (12, 6)),
         panel([3, 0, 3], [-6, 0, 0], [0, 3, 0], (12, 6)),
-        *_window_wall(),
+        *_opened_wall(),
     ]
     plaster = merged(walls)
     plaster = plaster.painted(mix((0.87, 0.84, 0.76), (0.80, 0.76, 0.68), 0.5 + fractal(plaster.positions, 1.1, 97)))
     ceiling = panel([-3, 3, -3], [6, 0, 0], [0, 0, 6], (8, 8)).painted((0.93, 0.92, 0.89))
     skirting = [block([-3, 0, -3], [3, 0.12, -2.97]), block([-3, 0, 2.97], [3, 0.12, 3])]
     skirting += [block([-3, 0, -2.97], [-2.97, 0.12, 2.97]), block([2.97, 0, -2.97], [3, 0.12, 2.97])]
-    return assembled(shaded(merged([*_planks(), plaster, ceiling]), 1.2, 0.4), merged(skirting).painted((0.90, 0.88, 0.83)))
+    return assembled(shaded(merged([*_planks(), plaster, ceiling]), 0.9, 0.25), merged(skirting + _window()).painted((0.90, 0.88, 0.83)))
 
 
 def _planks() -> list[Model]:
@@ -187,22 +187,32 @@ def _planks() -> list[Model]:
     return boards
 
 
-def _window_wall() -> list[Model]:
-    """The wall at z = −3 around an opening of 1.8 × 1.4 m, its reveal, sill and bars."""
-    left, right, low, high = -0.9, 0.9, 0.95, 2.35
+OPENING = (-0.9, 0.9, 0.95, 2.35)  # left, right, lower and upper edge, metres
+
+
+def _opened_wall() -> list[Model]:
+    """The wall at z = −3 around the window's opening, and the opening's four inner sides."""
+    left, right, low, high = OPENING
+    width, height = right - left, high - low
     around = [
         panel([-3, 0, -3], [left + 3, 0, 0], [0, 3, 0], (5, 6)),
         panel([right, 0, -3], [3 - right, 0, 0], [0, 3, 0], (5, 6)),
-        panel([left, 0, -3], [right - left, 0, 0], [0, low, 0], (4, 2)),
-        panel([left, high, -3], [right - left, 0, 0], [0, 3 - high, 0], (4, 2)),
+        panel([left, 0, -3], [width, 0, 0], [0, low, 0], (4, 2)),
+        panel([left, high, -3], [width, 0, 0], [0, 3 - high, 0], (4, 2)),
     ]
-    reveal = [
-        panel([left, low, -3], [0, high - low, 0], [0, 0, -0.25], (2, 1)),
-        panel([right, high, -3], [0, low - high, 0], [0, 0, -0.25], (2, 1)),
-        panel([left, high, -3], [right - left, 0, 0], [0, 0, -0.25], (2, 1)),
-        panel([right, low, -3], [left - right, 0, 0], [0, 0, -0.25], (2, 1)),
+    sides = [
+        panel([left, low, -3], [0, height, 0], [0, 0, -0.25], (2, 1)),
+        panel([right, high, -3], [0, -height, 0], [0, 0, -0.25], (2, 1)),
+        panel([left, high, -3], [width, 0, 0], [0, 0, -0.25], (2, 1)),
+        panel([right, low, -3], [-width, 0, 0], [0, 0, -0.25], (2, 1)),
     ]
-    bars = [block([left - 0.08, low - 0.05, -3.05], [right + 0.08, low, -2.85])]
-    bars += [block([x - 0.03, low, -3.2], [x + 0.03, high, -3.14]) for x in (left + 0.03, 0.0, right - 0.03)]
-    bars += [block([left, y - 0.03, -3.195], [right, y + 0.03, -3.145]) for y in (low + 0.03, 0.5 * (low + high), high - 0.03)]
-    return around + reveal + bars
+    return around + sides
+
+
+def _window() -> list[Model]:
+    """Sill, frame and bars."""
+    left, right, low, high = OPENING
+    sill = block([left - 0.08, low - 0.05, -3.05], [right + 0.08, low, -2.85])
+    upright = [block([x - 0.03, low, -3.2], [x + 0.03, high, -3.14]) for x in (left + 0.03, 0.0, right - 0.03)]
+    level = (low + 0.03, 0.5 * (low + high), high - 0.03)
+    return [sill, *upright, *(block([left, y - 0.03, -3.195], [right, y + 0.03, -3.145]) for y in level)]

@@ -23,7 +23,7 @@ from depthwalk.demo.sdf import (
     union,
 )
 
-CHIN = 147.0  # the head frame's origin
+CHIN = 144.5  # the head frame's origin
 PLINTH = 9.0  # its height; it lies below y = 0
 FACES = 32_000
 
@@ -31,8 +31,8 @@ TORSO = [
     Blob((0, 122, -0.5), (14.2, 19, 10), 3.0),
     Rod((8, 136.5, -2), (16.5, 133.5, -1.5), 4.2, 5.0, 4.0),
     Rod((-8, 136.5, -2), (-16.5, 133.5, -1.5), 4.2, 5.0, 4.0),
-    Blob((6.6, 123, 8.2), (5.6, 5.8, 5.2), 2.5),
-    Blob((-6.6, 123, 8.2), (5.6, 5.8, 5.2), 2.5),
+    Blob((6.6, 123, 8.2), (5.2, 5.4, 4.6), 3.5),
+    Blob((-6.6, 123, 8.2), (5.2, 5.4, 4.6), 3.5),
     Blob((0, 104, 0), (12, 15, 9.2), 4.0),
 ]
 RIGHT_ARM = [
@@ -83,7 +83,7 @@ def overfold(p: Points) -> Distance:
     cloth = union(intersection(cloth, 101 - p[:, 1], 3), intersection(flare, np.abs(p[:, 1] - 98) - 14, 1), 3.0)
     cloth = union(cloth, sculpt(p, cloth, TORSO[3:5]) - 0.4, 1.0)
     girdle = np.exp(-(((p[:, 1] - 111) / 2.2) ** 2)).astype(np.float32)
-    cloth = cloth + 1.2 * girdle - (0.3 + 1.5 * fall) * (folds(p, 11, 1.3, 9) - 0.6)
+    cloth = cloth + 1.2 * girdle - (0.75 + 1.05 * fall) * (folds(p, 11, 1.3, 9) - 0.6)
     hem = 85.5 + 2.2 * np.sin(5 * np.arctan2(p[:, 0], p[:, 2])) + 1.2 * noise(p, 5, 11)
     neckline = ellipsoid(p, (0, 143, 6), (11, 10.5, 9))
     return difference(intersection(cloth, hem.astype(np.float32) - p[:, 1], 0.8), neckline, 1.0)
@@ -91,7 +91,7 @@ def overfold(p: Points) -> Distance:
 
 def bowl(p: Points) -> Distance:
     """A shallow offering bowl on the left palm."""
-    q = p - np.array([7, 111, 28.5], np.float32)
+    q = p - np.array([7, 109.6, 28], np.float32)
     outer = ellipsoid(q, (0, 1.5, 0), (8, 4, 8))
     inner = ellipsoid(q, (0, 2.4, 0), (7.2, 3.6, 7.2))
     return difference(intersection(outer, q[:, 1] - 1.4, 0.3), inner, 0.3)
@@ -113,7 +113,7 @@ def figure(p: Points) -> Distance:
 
 def statue() -> Model:
     """The figure in weathered limestone, 1.8 m with its plinth, closed."""
-    raw = polygonise(figure, (-29, -PLINTH - 1, -27), (29, 172.5, 38), 0.45)
+    raw = polygonise(figure, (-29, -PLINTH - 1, -27), (29, 170, 38), 0.3)
     model = simplified(raw, FACES).scaled(0.01).grounded()
     weathered = stone(model, (0.80, 0.77, 0.69), (0.66, 0.62, 0.54), 0.4, 131)
     return mossy(weathered, 0.05, 0.25, 132)

@@ -39,12 +39,15 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, faces: int) -
         d = union(ellipsoid(q, (0, 0, 0), size), ellipsoid(q, (0.6 * size[0], -0.3 * size[1], 0.2), np.multiply(size, 0.6)), 0.1)
         for normal, offset in zip(normals, offsets, strict=True):
             d = intersection(d, q @ normal - offset, 0.05 * min(size))
-        d = d + 0.05 * min(size) * (ridged(p, 0.5 * min(size), seed, 4) - 0.6) * 2
+        d = d + 0.16 * min(size) * (ridged(p, 0.55 * min(size), seed, 5) - 0.6)
+        d = d + 0.05 * min(size) * smoothstep(0.9, 0.98, ridged(p, 0.8 * min(size), seed + 7, 2))
         return intersection(d, -0.35 * size[1] - p[:, 1], 0.02)
 
     extent = np.multiply(size, 1.45)
     mesh = simplified(polygonise(field, -extent, extent, float(extent.max()) / 75), faces).grounded()
     base = stone(mesh, *GRANITE, 0.35, seed)
+    lichen = smoothstep(0.35, 0.6, fractal(base.positions, 0.16, seed + 11, 3))
+    base = base.painted(mix(base.colours, (0.66, 0.66, 0.54), 0.7 * lichen))
     layered = 0.5 + 0.5 * fractal(base.positions * np.array([0.3, 2.5, 0.3]), 0.2, seed + 1, 3)
     return mossy(base.painted(mix(base.colours, (0.52, 0.44, 0.35), 0.5 * layered)), 0.5, 0.45, seed + 2)
 
@@ -64,20 +67,21 @@ def urn() -> Model:
         [0.13, 0.28], [0.24, 0.38], [0.285, 0.50], [0.275, 0.60], [0.20, 0.70], [0.17, 0.76], [0.185, 0.82],
         [0.25, 0.885], [0.268, 0.91], [0.26, 0.935], [0.235, 0.93], [0.17, 0.86], [0.14, 0.78], [0.16, 0.7], [0, 0.62],
     ]  # fmt: skip
-    body = lathe(rounded_profile(outline, 84), 120, _urn_relief)
+    body = lathe(rounded_profile(outline, 92), 144, _urn_relief)
     handle = curve([[0.26, 0.58, 0], [0.36, 0.64, 0], [0.38, 0.75, 0], [0.32, 0.83, 0], [0.25, 0.78, 0], [0.19, 0.75, 0]], 40)
-    handles = [tube(handle, 0.021 + 0.006 * np.cos(np.linspace(0, 2 * np.pi, 40)), 16).turned(1, a) for a in (0, 180)]
+    handles = [tube(handle, 0.018 + 0.007 * np.cos(np.linspace(0, 2 * np.pi, 40)), 12).turned(1, a) for a in (0, 180)]
     urn = assembled(body, *handles)
     return mossy(stone(urn, (0.82, 0.77, 0.68), (0.70, 0.63, 0.53), 0.2, 14), 0.12, 0.2, 15)
 
 
 def _urn_relief(theta: Array, y: Array) -> Array:
-    lobes = smoothstep(0.25, 0.3, y) * smoothstep(0.47, 0.44, y) * 0.06 * (np.abs(np.sin(10 * theta)) - 0.5)
-    drop = 0.575 - 0.055 * np.abs(np.cos(3 * theta)) ** 0.7  # six swags hang from knots
-    swag = np.exp(-(((y - drop) / 0.016) ** 2)) * (0.06 + 0.03 * np.sin(60 * theta) * np.sin(180 * (y - drop)))
-    beads = np.exp(-(((y - 0.635) / 0.008) ** 2)) * 0.03 * (0.5 + 0.5 * np.cos(36 * theta))
-    outer = y < 0.92
-    return 1 + np.where(outer, lobes + swag + beads, 0)
+    lobes = smoothstep(0.25, 0.3, y) * smoothstep(0.475, 0.44, y) * 0.1 * (np.abs(np.sin(10 * theta)) - 0.6)
+    drop = 0.62 - 0.085 * np.abs(np.cos(2 * theta)) ** 0.8  # four swags of fruit hang from the neck
+    fruit = 1 + 0.35 * np.sin(26 * theta) * np.sin(150 * (y - drop))
+    swag = 0.1 * np.exp(-(((y - drop) / 0.022) ** 2)) * fruit * np.abs(np.cos(2 * theta)) ** 0.3
+    beads = 0.06 * np.exp(-(((y - 0.455) / 0.012) ** 2)) * (0.6 + 0.4 * np.cos(36 * theta))
+    rim = 0.025 * np.exp(-(((y - 0.9) / 0.016) ** 2)) * np.cos(24 * theta)
+    return 1 + np.where(y < 0.925, lobes + swag + beads + rim, 0)
 
 
 def column() -> Model:
@@ -85,7 +89,7 @@ def column() -> Model:
     base = lathe(
         bevelled_profile([[0, 0.14], [0.29, 0.14], [0.29, 0.2], [0.25, 0.225], [0.27, 0.26], [0.255, 0.3], [0.22, 0.31], [0, 0.31]], 0.012), 64
     )
-    y = np.linspace(0.3, 2.62, 24)
+    y = np.concatenate([[0.3, 0.32], np.linspace(0.35, 0.43, 5), np.linspace(0.55, 2.45, 12), np.linspace(2.5, 2.62, 5)])
     swell = 0.205 - 0.035 * ((y - 0.3) / 2.32) ** 1.6
     shaft = lathe(np.concatenate([[[0, 0.3]], np.stack([swell, y], axis=1), [[0, 2.62]]]), 160, _flutes)
     bell = lathe([[0, 2.6], [0.175, 2.6], [0.19, 2.63], [0.175, 2.66], [0.165, 2.7], [0.185, 2.9], [0.27, 3.06], [0, 3.06]], 48)
@@ -178,7 +182,7 @@ def fountain() -> Model:
     )  # fmt: skip
     parts = [basin, lathe(stem, 48), _bowl(0.62, 0.9), _bowl(0.36, 1.34)]
     carved = mossy(stone(merged(parts), *LIMESTONE, 0.6, 33), 0.1, 0.3, 34)
-    waters = [_water(1.02, 0.37), _water(0.575, 1.015), _water(0.33, 1.405)]
+    waters = [_water(1.02, 0.37), _water(0.55, 1.0), _water(0.318, 1.41)]
     return shaded(assembled(carved, *waters), 0.4, 0.3)
 
 

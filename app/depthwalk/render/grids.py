@@ -41,9 +41,8 @@ class Grids:
 def build_grids(baked: BakedObject) -> Grids:
     """The arrays of all images and steps of `baked`."""
     levels = range(baked.steps)
-    triangles = {
-        (image_index, level): _triangles(image, level) for image_index, image in enumerate(baked.images) for level in levels
-    }
+    radius = baked.cylinder.radius
+    triangles = {(n, level): _triangles(image, level, radius) for n, image in enumerate(baked.images) for level in levels}
     vertices, numbering = [], []
     total = 0
     low, size = _box(baked.cylinder)
@@ -77,7 +76,7 @@ def build_grids(baked: BakedObject) -> Grids:
     return Grids(np.concatenate(vertices), np.concatenate(runs), first, count, low, size)
 
 
-def _triangles(image: DepthImage, level: int) -> NDArray[np.int64]:
+def _triangles(image: DepthImage, level: int, radius: float) -> NDArray[np.int64]:
     """Texel numbers (3 · triangles,) of the triangles of step 2^level that lie on the surface, block by block."""
     shape = image.depth.shape
     i0, j0, i1, j1 = grid_cells(shape, image.face, 1 << level)
@@ -88,7 +87,11 @@ def _triangles(image: DepthImage, level: int) -> NDArray[np.int64]:
     columns, rows = cell_triangles(image.face, i0[cells], j0[cells], i1[cells], j1[cells])
     texels = np.moveaxis(rows * shape[1] + columns, 0, 1)  # (cells, 2, 3)
     kept = np.stack([bits[cells] & 1, bits[cells] & 2], -1) > 0
-    return texels[kept].ravel()
+    corners = texels[kept]
+    if image.face is Face.SIDE:  # past the axis θ runs the other way: the winding turns round
+        past = image.depth.ravel()[corners].mean(-1) > radius
+        corners[past] = corners[past, ::-1]
+    return corners.ravel()
 
 
 def _blockwise(texels: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.int64]:
