@@ -23,12 +23,14 @@ layout(location = 1) out vec4 out_surface;
 layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the plane
 #endif
 
-// Neighbours are blended where they continue the surface: their λ differs by less than this many pixels' worth, i.e.
-// the surface is less than 8 times as deep as wide.
+// Texels are blended where they continue one surface: their λ differs by less than this many pixels' worth, i.e. the
+// surface is less than 8 times as deep as wide.
 const float STEEPEST = 8.0;
 
-float tile_depth(ivec2 nearest, float own) {
-    vec2 position = texel - 0.5;
+// Stored depth at `texel` between the four texels around it, 1 outside the silhouette, which runs where half of the
+// weight is on empty texels; `nearest` is the texel that owns the result.
+float tile_depth(out ivec2 nearest) {
+    vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
     ivec2 low = ivec2(floor(position));
     vec2 f = position - vec2(low);
     vec4 depth;     // (0,1) (1,1) (1,0) (0,0), the order of textureGather
@@ -41,15 +43,22 @@ float tile_depth(ivec2 nearest, float own) {
     depth.w = texelFetch(atlas_depth, low, 0).r;
 #endif
     vec4 weight = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
+    weight *= vec4(lessThan(depth, vec4(1.0)));
+    nearest = low;
+    if (dot(weight, vec4(1.0)) < 0.5) return 1.0;
+    vec4 best = step(max(max(weight.x, weight.y), max(weight.z, weight.w)), weight);
+    bool right = best.y + best.z > 0.0, upper = best.x + best.y > 0.0;
+    nearest += ivec2(right, upper);
+    float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(STEEPEST * pixel_angle * (1.0 - own)));
     return dot(weight, depth) / dot(weight, vec4(1.0));
 }
 
 void main() {
-    ivec2 nearest = ivec2(clamp(texel, tile.xy, tile.xy + tile.zw - 1.0));
-    float own = texelFetch(atlas_depth, nearest, 0).r;
-    if (own == 1.0) discard;
-    float lambda = 1.0 - tile_depth(nearest, own);
+    ivec2 nearest;
+    float depth = tile_depth(nearest);
+    if (depth == 1.0) discard;
+    float lambda = 1.0 - depth;
     vec3 from_viewer = ray / lambda;
     vec3 point = viewer + rotate_back(rotation, from_viewer) / scale;
     int image = int(texelFetch(atlas_owner, nearest, 0).r);

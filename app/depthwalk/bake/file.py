@@ -1,7 +1,7 @@
 """`NAME.dpci.exr`: a baked object as one multi-part OpenEXR file that any EXR viewer opens.
 
 One part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float, metres),
-N.x N.y N.z (half) and cells (uint). Geometry and the source key stand in the header of every part.
+N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key stand in the header of every part.
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
@@ -15,15 +15,15 @@ import OpenEXR
 from numpy.typing import NDArray
 
 from depthwalk import limits
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
+from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, grid_cells
 from depthwalk.errors import InputError
 
 SUFFIX = ".dpci.exr"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 _ATTRIBUTE = "depthwalk."
 _GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 _PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
-_CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "cells")
+_CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
 
 
 def write_baked(path: Path, baked: BakedObject) -> None:
@@ -51,7 +51,7 @@ def read_baked(path: Path) -> BakedObject:
     header = read_header(path)
     try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            images = [_image(part.name(), part.channels) for part in file.parts]
+            images = [_image(part.name(), part.channels, int(header[_ATTRIBUTE + "steps"])) for part in file.parts]
     except (RuntimeError, KeyError, ValueError) as error:
         raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
     images.sort(key=lambda image: (image.face, image.layer))
@@ -108,23 +108,46 @@ def _attribute(value: Any) -> Any:
 
 def _channels(image: DepthImage) -> dict[str, NDArray[Any]]:
     planes = [*np.moveaxis(image.albedo.astype(np.float16), -1, 0), image.depth]
-    planes += [*np.moveaxis(image.normal.astype(np.float16), -1, 0), image.cells]
-    return {name: np.ascontiguousarray(plane[::-1]) for name, plane in zip(_CHANNELS, planes, strict=True)}
+    planes += [*np.moveaxis(image.normal.astype(np.float16), -1, 0), image.owner.astype(np.uint32)]
+    named = dict(zip(_CHANNELS, planes, strict=True)) | _packed_cells(image)
+    return {name: np.ascontiguousarray(plane[::-1]) for name, plane in named.items()}
 
 
-def _image(name: str, channels: dict[str, Any]) -> DepthImage:
-    face, layer = name.split(".")
-    plane = {key: channels[key].pixels[::-1] for key in _CHANNELS}
+def _packed_cells(image: DepthImage) -> dict[str, NDArray[np.uint32]]:
+    """The cells at their lower left nodes: even levels in the low half of a channel, odd ones in the high half."""
+    shape = (image.depth.shape[0], image.depth.shape[1])
+    channels: dict[str, NDArray[np.uint32]] = {}
+    for level, cells in enumerate(image.cells):
+        channel = channels.setdefault(f"cells.{level // 2}", np.zeros(shape, np.uint32))
+        i, j, _, _ = grid_cells(shape, image.face, 1 << level)
+        channel[j, i] |= cells.astype(np.uint32) << 16 * (level % 2)
+    return channels
+
+
+def _unpacked_cells(face: Face, channels: dict[str, NDArray[np.uint32]], steps: int) -> tuple[NDArray[np.uint16], ...]:
+    cells = []
+    for level in range(steps):
+        channel = channels[f"cells.{level // 2}"]
+        i, j, _, _ = grid_cells((channel.shape[0], channel.shape[1]), face, 1 << level)
+        cells.append((channel[j, i] >> 16 * (level % 2)).astype(np.uint16))
+    return tuple(cells)
+
+
+def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
+    face_name, layer = name.split(".")
+    face = Face[face_name.upper()]
+    plane = {key: channel.pixels[::-1] for key, channel in channels.items()}
     depth = np.ascontiguousarray(plane["Z"], np.float32)
     if np.isnan(depth).any() or (depth < 0).any():
         raise ValueError(f"part {name} holds depths that are negative or not numbers")
     return DepthImage(
-        Face[face.upper()],
+        face,
         int(layer),
         depth,
         normal=np.stack([plane[k] for k in ("N.x", "N.y", "N.z")], -1).astype(np.float32),
         albedo=np.stack([plane[k] for k in ("R", "G", "B", "specular")], -1).astype(np.float32),
-        cells=np.ascontiguousarray(plane["cells"], np.uint32),
+        cells=_unpacked_cells(face, plane, steps),
+        owner=np.ascontiguousarray(plane["owner"], np.uint8),
     )
 
 

@@ -49,8 +49,10 @@ class DepthImage:
     depth:  (H, W) float32, metres inward from the face, +inf where empty.
     normal: (H, W, 3) float32, unit, object frame; zero where empty.
     albedo: (H, W, 4) float32, linear RGB and specular strength; zero where empty.
-    cells:  (H, W) uint32; bits 2k and 2k + 1 of the cell whose lower corner is node (i, j) of the grid of step 2ᵏ
-            say that its lower and its upper triangle lie on the surface.
+    cells:  one (cells,) uint16 array per level, the grid of step 2^level in the order of `grid_cells`. Bits 0–6 are the
+            lower, bits 7–13 the upper triangle whose first corner is on this layer: bit 0 says that it lies on the
+            surface, bits 1–3 and 4–6 on which layers its second and third corner are.
+    owner:  (H, W) uint8, the Face that samples this surface best.
     """
 
     face: Face
@@ -58,7 +60,8 @@ class DepthImage:
     depth: NDArray[np.float32]
     normal: NDArray[np.float32]
     albedo: NDArray[np.float32]
-    cells: NDArray[np.uint32]
+    cells: tuple[NDArray[np.uint16], ...]
+    owner: NDArray[np.uint8]
 
     @property
     def name(self) -> str:
@@ -168,3 +171,17 @@ def cell_triangles(
     columns = np.stack([np.stack([corner[0] for corner in triangle], -1) for triangle in triangles])
     rows = np.stack([np.stack([corner[1] for corner in triangle], -1) for triangle in triangles])
     return columns, rows
+
+
+def layer_triangles(image: DepthImage, level: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`."""
+    height, width = image.depth.shape
+    codes = image.cells[level]
+    filled = np.flatnonzero(codes)
+    columns, rows = cell_triangles(image.face, *(axis[filled] for axis in grid_cells((height, width), image.face, 1 << level)))
+    code = np.stack([codes[filled] & 127, codes[filled] >> 7])  # (2, filled)
+    kept = (code & 1) > 0
+    texels = (rows * width + columns)[kept]
+    anchor = np.full(int(kept.sum()), image.layer)
+    layers = np.stack([anchor, code[kept] >> 1 & 7, code[kept] >> 4 & 7], -1).astype(np.int64)
+    return layers, texels

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import CUT_TOLERANCE
+from depthwalk.bake.connectivity import CUT_TOLERANCE
 from depthwalk.bake.images import (
     BakedObject,
     Cylinder,
@@ -37,18 +37,19 @@ def bake_planar(image: PlanarImage, key: str) -> BakedObject:
     albedo = np.where(solid[..., None], np.concatenate([colour, np.full_like(colour[..., :1], _SPECULAR)], -1), 0)
     steps = usable_steps((depth.shape[0], depth.shape[1]))
     cells = _connect(depth, cylinder, steps)
-    picture = DepthImage(Face.TOP, 0, depth, normal.astype(np.float32), albedo.astype(np.float32), cells)
+    owner = np.full(depth.shape, Face.TOP, np.uint8)
+    picture = DepthImage(Face.TOP, 0, depth, normal.astype(np.float32), albedo.astype(np.float32), cells, owner)
     return BakedObject(cylinder, (picture,), _SHININESS, steps, key, (0.0, height / 2, 0.0), _UPRIGHT)
 
 
-def _connect(depth: NDArray[np.float32], cylinder: Cylinder, steps: int) -> NDArray[np.uint32]:
+def _connect(depth: NDArray[np.float32], cylinder: Cylinder, steps: int) -> tuple[NDArray[np.uint16], ...]:
     """Grid triangles that lie on the surface, judged from the image alone.
 
     A surface that is steep goes on being steep: the depth at the middle of a triangle, interpolated from the texels
     around it, must agree with the triangle's own (as the ray through its centre does for a mesh), or the step be small.
     """
     shape = (depth.shape[0], depth.shape[1])
-    cells = np.zeros(shape, np.uint32)
+    cells = []
     for level in range(steps):
         step = 1 << level
         i0, j0, i1, j1 = grid_cells(shape, Face.TOP, step)
@@ -62,5 +63,5 @@ def _connect(depth: NDArray[np.float32], cylinder: Cylinder, steps: int) -> NDAr
             smooth = spread <= _STEEP * step * max(texel_size(cylinder, Face.TOP, shape))
             # At step 1 the nearest texel is a corner and says nothing; there only the slope decides.
             kept = complete & (smooth | ((level > 0) & (off <= CUT_TOLERANCE * spread)))
-        cells[j0, i0] |= ((kept[0] | (kept[1].astype(np.uint32) << 1)) << (2 * level)).astype(np.uint32)
-    return cells
+        cells.append(kept[0].astype(np.uint16) | kept[1].astype(np.uint16) << 7)
+    return tuple(cells)

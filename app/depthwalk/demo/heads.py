@@ -59,7 +59,7 @@ def socle(q: Points, d: Distance) -> Distance:
     floor = FLOOR - CHEST_UP
     d = union(d, rod(q, (0, -24, 0), (0, -17.5, 0), 2.6, 3.6), 1.6)
     d = union(d, disc(q, -21.4, 4.0, 0.45, 0.4), 0.25)
-    foot = union(disc(q, floor + 0.4, 6.4, 1.4, 0.3), disc(q, floor + 2.2, 5.4, 0.6, 0.55), 0.4)
+    foot = union(disc(q, floor + 0.9, 6.4, 0.9, 0.3), disc(q, floor + 2.2, 5.4, 0.6, 0.55), 0.4)
     return union(d, foot, 0.8)
 
 
@@ -103,9 +103,8 @@ def venus_head(p: Points) -> Distance:
 
 
 def venus_field(p: Points) -> Distance:
-    """Distance to the whole bust, centimetres, cut flat at the floor so that the foot is closed."""
-    d = union(chest(p, VENUS, 0.9), venus_head(posed(p, 9, -4)), 1.4)
-    return intersection(d, FLOOR - p[:, 1], 0.1)
+    """Distance to the whole bust, centimetres."""
+    return union(chest(p, VENUS, 0.9), venus_head(posed(p, 9, -4)), 1.4)
 
 
 def man_mass(p: Points) -> Distance:
@@ -145,7 +144,7 @@ def moustache(p: Points, d: Distance) -> Distance:
 
 
 def man_field(p: Points) -> Distance:
-    """Distance to the whole bust, centimetres; its foot goes on below the floor, so that it is cut open there."""
+    """Distance to the whole bust, centimetres."""
     h = posed(p, -8, 2)
     head = moustache(h, union(pupils(mirrored(h), bare_head(h, MAN)), man_hair(h), 0.2))
     return union(chest(p, MAN, 1.06), head, 1.0)
@@ -156,7 +155,7 @@ def _finished(model: Model, colours: NDArray[np.float32]) -> Model:
 
 
 def head_venus() -> Model:
-    """A woman's bust in marble, closed, 67,170 triangles, 0.5 m."""
+    """A woman's bust in marble, closed, 67,170 triangles, 0.46 m."""
     raw = polygonise(venus_field, (-14, FLOOR - 0.6, -16.5), (14, 25.5, 13), CELL)
     model = with_exact_count(raw, VENUS_TRIANGLES)
     p = model.positions
@@ -167,8 +166,8 @@ def head_venus() -> Model:
 
 
 def head_man() -> Model:
-    """A bearded man's bust in patinated bronze, open below, 78,157 triangles, 0.51 m."""
-    raw = polygonise(man_field, (-16, FLOOR + 0.05, -13), (16, 25.5, 13), CELL)
+    """A bearded man's bust in patinated bronze, closed but for one face below, 78,157 triangles, 0.46 m."""
+    raw = polygonise(man_field, (-16, FLOOR - 0.6, -13), (16, 25.5, 13), CELL)
     model = with_exact_count(raw, MAN_TRIANGLES)
     p = model.positions
     bronze = mix((0.56, 0.40, 0.23), (0.40, 0.27, 0.16), 0.5 + 0.8 * fractal(p, 5.0, 71))

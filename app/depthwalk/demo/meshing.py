@@ -1,14 +1,18 @@
 """From a signed distance field to a mesh: sampling, marching cubes, decimation to a count, ambient occlusion."""
 
+from dataclasses import replace
+
 import fast_simplification
 import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import zoom
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from skimage.measure import marching_cubes
 
-from depthwalk.demo.model import Model, boundary_edges, vertex_normals
+from depthwalk.demo.model import Model, vertex_normals
 from depthwalk.demo.sdf import Field
 
 _COARSE = 4  # fine cells per coarse cell
@@ -28,9 +32,11 @@ def polygonise(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) ->
     volume = zoom(coarse, fine_shape / (blocks + 1), order=1, mode="nearest")
     near = np.abs(volume) < 3.0 * cell * _COARSE
     volume[near] = _evaluate(field, np.argwhere(near), lower, cell)
+    clearance = np.float32(0.03 * cell)  # a surface through a lattice point would give faces without area
+    volume = np.where(np.abs(volume) < clearance, np.copysign(clearance, volume), volume)
     vertices, faces, _, _ = marching_cubes(volume, 0.0, gradient_direction="descent")
     positions = (vertices * np.float32(cell) + lower).astype(np.float32)
-    return tidy(Model(positions, faces.astype(np.int32), np.ones_like(positions)))
+    return largest_part(Model(positions, faces.astype(np.int32), np.ones_like(positions)))
 
 
 def _evaluate(field: Field, cells: NDArray[np.intp], lower: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
@@ -50,46 +56,51 @@ def tidy(model: Model) -> Model:
     return Model(model.positions[used], faces.reshape(-1, 3).astype(np.int32), model.colours[used], normals)
 
 
+def largest_part(model: Model) -> Model:
+    """The connected part with the most vertices: drops crumbs and enclosed hollows."""
+    a, b = model.faces[:, [0, 1, 2]].ravel(), model.faces[:, [1, 2, 0]].ravel()
+    count = len(model.positions)
+    _, part = connected_components(coo_array((np.ones(len(a), bool), (a, b)), (count, count)), directed=False)
+    keep = part[model.faces[:, 0]] == np.bincount(part).argmax()
+    return tidy(replace(model, faces=model.faces[keep]))
+
+
 def simplified(model: Model, count: int) -> Model:
     """Decimated by quadric error to at most `count` faces; colours are lost (white)."""
-    for target in (count, count - 8, count - 64, count - 512):
-        positions, faces = fast_simplification.simplify(model.positions, model.faces, target_count=target, agg=4)
-        result = tidy(Model(positions.astype(np.float32), faces.astype(np.int32), np.ones_like(positions, np.float32)))
+    result = model
+    for slack in (0, 8, 64, 512, 512):  # a pass may stop a little above its target
+        arrays = fast_simplification.simplify(result.positions, result.faces, target_count=count - slack, agg=4)
+        positions, faces = arrays[0].astype(np.float32), arrays[1].astype(np.int32)
+        result = tidy(Model(positions, faces, np.ones_like(positions)))
         if len(result.faces) <= count:
             return result
     raise ValueError(f"decimation stopped at {len(result.faces)} faces, above {count}")
 
 
 def with_exact_count(model: Model, count: int) -> Model:
-    """`count` faces exactly: decimated to just below it, then edges are halved.
+    """A closed model with `count` faces exactly: decimated to just below it, then its longest edges are halved.
 
-    Halving an inner edge adds two faces, halving a boundary edge one; a closed surface therefore has an even count.
-    Raises ValueError where an odd number is missing and the surface has no boundary.
+    A closed surface has an even number of faces; an odd count is met by leaving out one of its underside's.
     """
-    result = simplified(model, count)
-    missing = count - len(result.faces)
-    if missing % 2:
-        rim = boundary_edges(result)
-        if not len(rim):
-            raise ValueError(f"{count} faces are impossible: the surface is closed and has {len(result.faces)}")
-        result = halved(result, _longest(result, rim))
-    for _ in range(missing // 2):
-        result = halved(result, _longest(result, result.faces[:, [0, 1]], inner=True))
-    return result
+    result = simplified(model, count + count % 2)
+    for _ in range((count + 1 - len(result.faces)) // 2):
+        ends = result.positions[result.faces[:, :2]]
+        longest = np.argmax(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1))
+        result = halved(result, result.faces[longest, 0], result.faces[longest, 1])
+    return punctured(result) if count % 2 else result
 
 
-def _longest(model: Model, edges: NDArray[np.int32], inner: bool = False) -> tuple[int, int]:
-    if inner:
-        rim = boundary_edges(model)
-        edges = edges[~np.isin(edges, rim).any(axis=1)]
-    ends = model.positions[edges]
-    a, b = edges[np.argmax(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1))]
-    return int(a), int(b)
+def punctured(model: Model) -> Model:
+    """Without the smallest of the faces that look straight down."""
+    a, b, c = (model.positions[model.faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    area = np.linalg.norm(normal, axis=1)
+    below = np.flatnonzero(normal[:, 1] < -0.999 * area)
+    return replace(model, faces=np.delete(model.faces, below[np.argmin(area[below])], axis=0))
 
 
-def halved(model: Model, edge: tuple[int, int]) -> Model:
-    """With a vertex in the middle of the edge; each face at the edge becomes two."""
-    a, b = edge
+def halved(model: Model, a: int, b: int) -> Model:
+    """With a vertex in the middle of the edge a–b; each face at the edge becomes two."""
     touched = ((model.faces == a).sum(axis=1) + (model.faces == b).sum(axis=1)) == 2
     old = model.faces[touched]
     middle = len(model.positions)

@@ -96,7 +96,7 @@ def oak() -> Model:
     centres[::8] = heart + 0.45 * (centres[::8] - heart)  # some fill the middle
     stem = trunk([[0, 0, 0], [0.06, 0.8, 0.03], [-0.02, 1.6, -0.04], [0.1, 2.7, 0]], 0.17, 0.09, 5)
     wood = bark(merged([stem, limbs(rng, np.array([0.04, 2.0, 0.0]), centres, 0.07)]), (0.46, 0.38, 0.29), (0.2, 0.16, 0.12), 3)
-    leaves, clump = foliage(rng, centres, radii, 8000, 0.185, 0.62, heart)
+    leaves, clump = foliage(rng, centres, radii, 7500, 0.19, 0.62, heart)
     green = leaf_colours(rng, leaves, (0.58, 0.68, 0.25), (0.21, 0.37, 0.12), clump)
     return shaded(assembled(wood, green), 1.2, 0.52)
 
@@ -106,11 +106,11 @@ def fir() -> Model:
     rng = np.random.default_rng(23)
     stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 24), np.linspace(0.13, 0.012, 24), 12)
     wood = bark(stem, (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
-    level = np.sort(rng.uniform(0, 1, 165)) ** 0.85
-    root = np.stack([np.zeros(165), 0.55 + 4.7 * level, np.zeros(165)], axis=1)
-    angle = np.arange(165) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 165)
-    reach = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 165)
-    out = np.stack([np.cos(angle), np.zeros(165), np.sin(angle)], axis=1)
+    level = np.sort(rng.uniform(0, 1, 158)) ** 0.85
+    root = np.stack([np.zeros(158), 0.55 + 4.7 * level, np.zeros(158)], axis=1)
+    angle = np.arange(158) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 158)
+    reach = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 158)
+    out = np.stack([np.cos(angle), np.zeros(158), np.sin(angle)], axis=1)
     base, tip, width, tone = boughs(rng, root, out, reach, 36)
     needles = spindles(base, tip, width)
     needles = needles.painted(mix((0.10, 0.23, 0.15), (0.40, 0.55, 0.36), np.repeat(tone, 5) + np.tile([-0.15, 0.3, 0, 0, 0], len(tone))))

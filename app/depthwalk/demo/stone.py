@@ -67,7 +67,10 @@ def urn() -> Model:
         [0.13, 0.28], [0.24, 0.38], [0.285, 0.50], [0.275, 0.60], [0.20, 0.70], [0.17, 0.76], [0.185, 0.82],
         [0.25, 0.885], [0.268, 0.91], [0.26, 0.935], [0.235, 0.93], [0.17, 0.86], [0.14, 0.78], [0.16, 0.7], [0, 0.62],
     ]  # fmt: skip
-    body = lathe(rounded_profile(outline, 92), 144, _urn_relief)
+    fine = rounded_profile(outline, 1000)
+    relief = (np.arange(1000) < 600) & (fine[:, 1] > 0.4) & (fine[:, 1] < 0.68)
+    rings = np.interp(np.linspace(0, 1, 90), np.cumsum(1 + 4 * relief) / np.sum(1 + 4 * relief), np.arange(1000))
+    body = lathe(fine[np.round(rings).astype(int)], 120, _urn_relief)
     handle = curve([[0.26, 0.58, 0], [0.36, 0.64, 0], [0.38, 0.75, 0], [0.32, 0.83, 0], [0.25, 0.78, 0], [0.19, 0.75, 0]], 40)
     handles = [tube(handle, 0.018 + 0.007 * np.cos(np.linspace(0, 2 * np.pi, 40)), 12).turned(1, a) for a in (0, 180)]
     urn = assembled(body, *handles)
@@ -76,12 +79,12 @@ def urn() -> Model:
 
 def _urn_relief(theta: Array, y: Array) -> Array:
     lobes = smoothstep(0.25, 0.3, y) * smoothstep(0.475, 0.44, y) * 0.1 * (np.abs(np.sin(10 * theta)) - 0.6)
-    drop = 0.62 - 0.085 * np.abs(np.cos(2 * theta)) ** 0.8  # four swags of fruit hang from the neck
-    fruit = 1 + 0.35 * np.sin(26 * theta) * np.sin(150 * (y - drop))
-    swag = 0.1 * np.exp(-(((y - drop) / 0.022) ** 2)) * fruit * np.abs(np.cos(2 * theta)) ** 0.3
+    drop = 0.635 - 0.08 * np.abs(np.cos(2 * theta)) ** 1.2  # four swags hang from knots
+    swag = np.exp(-(((y - drop) / 0.017) ** 2)) * (0.085 + 0.02 * np.sin(30 * theta)) * np.abs(np.cos(2 * theta)) ** 0.4
+    knots = 0.09 * np.exp(-(((y - 0.64) / 0.022) ** 2)) * np.exp(-((np.sin(2 * (theta - np.pi / 4)) / 0.17) ** 2))
     beads = 0.06 * np.exp(-(((y - 0.455) / 0.012) ** 2)) * (0.6 + 0.4 * np.cos(36 * theta))
     rim = 0.025 * np.exp(-(((y - 0.9) / 0.016) ** 2)) * np.cos(24 * theta)
-    return 1 + np.where(y < 0.925, lobes + swag + beads + rim, 0)
+    return 1 + np.where(y < 0.925, lobes + swag + knots + beads + rim, 0)
 
 
 def column() -> Model:
@@ -155,7 +158,7 @@ def _ivy() -> list[Model]:
     radius = 0.235 - 0.045 * t + 0.13 * np.exp(-t * 30)
     path = np.stack([radius * np.cos(angle), y, radius * np.sin(angle)], axis=1)
     stem = tube(path, np.linspace(0.014, 0.005, 160), 6).painted((0.33, 0.26, 0.17))
-    count = 1250
+    count = 1150
     at = np.sort(rng.beta(1.0, 1.35, count))
     here = np.stack([np.interp(at, t, path[:, k]) for k in range(3)], axis=1)
     turn = rng.normal(0, 0.34 * (1.1 - at), count)
@@ -182,7 +185,7 @@ def fountain() -> Model:
     )  # fmt: skip
     parts = [basin, lathe(stem, 48), _bowl(0.62, 0.9), _bowl(0.36, 1.34)]
     carved = mossy(stone(merged(parts), *LIMESTONE, 0.6, 33), 0.1, 0.3, 34)
-    waters = [_water(1.02, 0.37), _water(0.55, 1.0), _water(0.318, 1.41)]
+    waters = [_water(1.02, 0.37), _water(0.54, 1.0), _water(0.306, 1.412)]
     return shaded(assembled(carved, *waters), 0.4, 0.3)
 
 
@@ -207,7 +210,7 @@ def _water(radius: float, y: float) -> Model:
     """A thin disc with rings, as falling drops draw them."""
     r = np.concatenate([[0], np.linspace(0.05, 1, 20)]) * radius
     top = np.stack([r, y + 0.004 * np.sin(r * 60) * np.exp(-r * 1.5)], axis=1)[::-1]
-    disc = lathe(np.concatenate([[[0, y - 0.02], [radius, y - 0.02]], top]), 48)
+    disc = lathe(np.concatenate([[[0, y - 0.006], [radius, y - 0.006]], top]), 48)
     share = np.hypot(disc.positions[:, 0], disc.positions[:, 2]) / radius
     return disc.painted(mix((0.42, 0.60, 0.64), (0.17, 0.38, 0.44), share + 0.3 * fractal(disc.positions, 0.2, 3)))
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject, Face, texel_size
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
 from depthwalk.render.plan import AssetTable
 from depthwalk.render.planes import Volumes
@@ -42,7 +43,6 @@ def place_objects(scene: "Scene", library: Library, wanted: Representation | Non
 def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
     """Rows of the assets that `objects` use, loaded for it; rows of others stay zero."""
     count = len(library)
-    cases = len(Case)
     numbers = {name: np.zeros(count) for name in ("radius", "bottom", "top", "half_width", "half_depth")}
     has_side = np.zeros(count, bool)
     texel, reach, centre = np.ones(count), np.zeros(count), np.zeros((count, 3))
@@ -64,7 +64,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         if mesh is not None and asset not in runs:
             centre[asset], reach[asset] = _mesh_sphere(mesh)
     most = max((first.shape[0] for first, _ in runs.values()), default=1)
-    index_first = np.zeros((count, most, cases), np.int64)
+    index_first = np.zeros((count, most, len(Case), RUNS_PER_CASE), np.int64)
     index_count = np.zeros_like(index_first)
     for asset, (first, length) in runs.items():
         index_first[asset, : len(first)], index_count[asset, : len(length)] = first, length

@@ -4,30 +4,45 @@ Nothing that is empty or cut is in a list, so it costs nothing (DESIGN §4).
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, cell_triangles, grid_cells, image_points
+from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, image_points, layer_triangles
 from depthwalk.render.lod import Case
 
 _BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
 GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
 PAST_AXIS = 256  # added to a vertex's image number where depth exceeds the radius: its θ is half a turn off
 
-_FACES_OF_CASE = {
-    Case.SIDE: (Face.SIDE, Face.SIDE),
-    Case.SIDE_AND_TOP: (Face.TOP, Face.SIDE),
-    Case.SIDE_AND_BOTTOM: (Face.SIDE, Face.BOTTOM),
-    Case.ALL: (Face.TOP, Face.BOTTOM),
+
+class Run(IntEnum):
+    """The order of triangles in an index list. What another face samples better is kept apart, so that it is drawn only
+    where that face is not."""
+
+    TOP = 0  # the top cap's own
+    SIDE_OF_TOP = 1  # on the side image, but better on the top cap
+    SIDE = 2
+    SIDE_OF_BOTTOM = 3
+    BOTTOM = 4
+
+
+_RUNS_OF_CASE = {
+    Case.SIDE: (Run.SIDE_OF_TOP, Run.SIDE, Run.SIDE_OF_BOTTOM),
+    Case.SIDE_AND_TOP: (Run.TOP, Run.SIDE, Run.SIDE_OF_BOTTOM),
+    Case.SIDE_AND_BOTTOM: (Run.SIDE_OF_TOP, Run.SIDE, Run.BOTTOM),
+    Case.ALL: (Run.TOP, Run.SIDE, Run.BOTTOM),
 }
+RUNS_PER_CASE = 3
 
 
 @dataclass(frozen=True)
 class Grids:
     """vertices: (V, 4) uint16: x, y, z over the box of `box_low` + [0, 1] · `box_size` (metres), and image number.
 
-    indices: (I,) uint32, triangles. first, count: (levels, cases) runs of `indices`.
+    indices: (I,) uint32, triangles. first, count: (levels, cases, RUNS_PER_CASE) runs of `indices`; a run that adjoins
+    the one before it is merged into that, and has count 0 itself.
     """
 
     vertices: NDArray[np.uint16]
@@ -40,63 +55,85 @@ class Grids:
 
 def build_grids(baked: BakedObject) -> Grids:
     """The arrays of all images and steps of `baked`."""
-    levels = range(baked.steps)
-    radius = baked.cylinder.radius
-    triangles = {(n, level): _triangles(image, level, radius) for n, image in enumerate(baked.images) for level in levels}
-    vertices, numbering = [], []
-    total = 0
     low, size = _box(baked.cylinder)
-    for image_index, image in enumerate(baked.images):
-        used = np.zeros(image.depth.size, bool)
-        for level in levels:
-            used[triangles[image_index, level]] = True
-        texels = _blockwise(used.nonzero()[0], image.depth.shape)
-        number = np.zeros(image.depth.size, np.uint32)
-        number[texels] = total + np.arange(len(texels), dtype=np.uint32)
-        total += len(texels)
-        numbering.append(number)
-        vertices.append(_vertices(baked.cylinder, image, image_index, texels, low, size))
-    first = np.zeros((baked.steps, len(Case)), np.int64)
+    vertices: list[NDArray[np.uint16]] = []
+    runs: dict[tuple[int, Run], list[NDArray[np.uint32]]] = {}
+    total = 0
+    for face in Face:
+        images = [image for image in baked.images if image.face is face]
+        if not images:
+            continue
+        first_image = baked.images.index(images[0])
+        triangles = [_face_triangles(images, level, baked.cylinder.radius) for level in range(baked.steps)]
+        used = np.zeros(len(images) * images[0].depth.size, bool)
+        for corners, _ in triangles:
+            used[corners] = True
+        samples = _blockwise(used.nonzero()[0], images[0].depth.shape)
+        number = np.zeros(used.size, np.uint32)
+        number[samples] = total + np.arange(len(samples), dtype=np.uint32)
+        total += len(samples)
+        vertices.append(_vertices(baked.cylinder, images, first_image, samples, low, size))
+        for level, (corners, run) in enumerate(triangles):
+            for kind in Run:
+                runs.setdefault((level, kind), []).append(number[corners[run == kind]].ravel())
+    lists = {key: np.concatenate(parts) for key, parts in sorted(runs.items())}
+    first, count = _ranges(lists, baked.steps)
+    return Grids(np.concatenate(vertices), np.concatenate(list(lists.values())), first, count, low, size)
+
+
+def _ranges(
+    lists: dict[tuple[int, Run], NDArray[np.uint32]], levels: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Grids.first and Grids.count of the index lists, laid out one after another."""
+    ends = np.cumsum([len(part) for part in lists.values()])
+    starts = dict(zip(lists, np.concatenate([[0], ends[:-1]]).tolist(), strict=True))
+    first = np.zeros((levels, len(Case), RUNS_PER_CASE), np.int64)
     count = np.zeros_like(first)
-    runs: list[NDArray[np.uint32]] = []
-    position = 0
-    for level in levels:
-        starts = {}
-        for face in Face:
-            starts[face] = position
-            for image_index, image in enumerate(baked.images):
-                if image.face is face:
-                    run = numbering[image_index][triangles[image_index, level]]
-                    runs.append(run)
-                    position += len(run)
-        ends = {face: starts[Face(face + 1)] if face < Face.BOTTOM else position for face in Face}
-        for case, (head, tail) in _FACES_OF_CASE.items():
-            first[level, case] = starts[head]
-            count[level, case] = ends[tail] - starts[head]
-    return Grids(np.concatenate(vertices), np.concatenate(runs), first, count, low, size)
+    for level in range(levels):
+        for case, kinds in _RUNS_OF_CASE.items():
+            slot = -1
+            for kind in kinds:
+                start, length = starts[level, kind], len(lists[level, kind])
+                if slot >= 0 and first[level, case, slot] + count[level, case, slot] == start:
+                    count[level, case, slot] += length
+                else:
+                    slot += 1
+                    first[level, case, slot], count[level, case, slot] = start, length
+    return first, count
 
 
-def _triangles(image: DepthImage, level: int, radius: float) -> NDArray[np.int64]:
-    """Texel numbers (3 · triangles,) of the triangles of step 2^level that lie on the surface, block by block."""
-    shape = image.depth.shape
-    i0, j0, i1, j1 = grid_cells(shape, image.face, 1 << level)
-    bits = image.cells[j0, i0] >> np.uint32(2 * level)
-    cells = np.flatnonzero(bits & 3)
-    block = _BLOCK << level
-    cells = cells[np.lexsort((i0[cells] // block, j0[cells] // block))]
-    columns, rows = cell_triangles(image.face, i0[cells], j0[cells], i1[cells], j1[cells])
-    texels = np.moveaxis(rows * shape[1] + columns, 0, 1)  # (cells, 2, 3)
-    kept = np.stack([bits[cells] & 1, bits[cells] & 2], -1) > 0
-    corners = texels[kept]
-    if image.face is Face.SIDE:  # past the axis θ runs the other way: the winding turns round
-        past = image.depth.ravel()[corners].mean(-1) > radius
+def _face_triangles(
+    images: list[DepthImage], level: int, radius: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sample numbers (n, 3), layer · H · W + texel, of the surface triangles of step 2^level, and the Run (n,) of each.
+
+    Caps leave out what another face owns: the side is always drawn.
+    """
+    height, width = images[0].depth.shape
+    depth = np.stack([image.depth for image in images]).ravel()
+    owner = np.stack([image.owner for image in images]).ravel()
+    parts = [layer_triangles(image, level) for image in images]
+    corners = np.concatenate([layers * height * width + texels for layers, texels in parts])
+    face = images[0].face
+    owners = owner[corners]
+    # A triangle belongs to another face only with all its corners, so that neighbours overlap where owners meet.
+    shared = np.where((owners == owners[:, :1]).all(1), owners[:, 0], face)
+    if face is Face.SIDE:
+        past = depth[corners].mean(-1) > radius  # past the axis θ runs the other way: the winding turns round
         corners[past] = corners[past, ::-1]
-    return corners.ravel()
+        run = np.array([Run.SIDE_OF_TOP, Run.SIDE, Run.SIDE_OF_BOTTOM])[shared]
+    else:
+        corners = corners[shared == face]
+        run = np.full(len(corners), Run.TOP if face is Face.TOP else Run.BOTTOM)
+    row, column = np.divmod(corners[:, 0] % (height * width), width)
+    block = _BLOCK << level
+    order = np.lexsort((column // block, row // block))
+    return corners[order], run[order]
 
 
-def _blockwise(texels: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.int64]:
-    row, column = np.divmod(texels, shape[1])
-    return texels[np.lexsort((column // _BLOCK, row // _BLOCK))]
+def _blockwise(samples: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.int64]:
+    row, column = np.divmod(samples % (shape[0] * shape[1]), shape[1])
+    return samples[np.lexsort((column // _BLOCK, row // _BLOCK))]
 
 
 def _box(cylinder: Cylinder) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -107,15 +144,16 @@ def _box(cylinder: Cylinder) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
 
 def _vertices(
     cylinder: Cylinder,
-    image: DepthImage,
-    image_index: int,
-    texels: NDArray[np.int64],
+    images: list[DepthImage],
+    first_image: int,
+    samples: NDArray[np.int64],
     low: NDArray[np.float32],
     size: NDArray[np.float32],
 ) -> NDArray[np.uint16]:
-    points = image_points(cylinder, image).reshape(-1, 3)[texels]
-    out = np.empty((len(texels), 4), np.uint16)
+    points = np.concatenate([image_points(cylinder, image).reshape(-1, 3) for image in images])[samples]
+    depth = np.concatenate([image.depth.ravel() for image in images])[samples]
+    out = np.empty((len(samples), 4), np.uint16)
     out[:, :3] = np.round(np.clip((points - low) / size, 0, 1) * 65535)
-    past = (image.face is Face.SIDE) & (image.depth.ravel()[texels] > cylinder.radius)
-    out[:, 3] = image_index + PAST_AXIS * past
+    past = (images[0].face is Face.SIDE) & (depth > cylinder.radius)
+    out[:, 3] = first_image + samples // images[0].depth.size + PAST_AXIS * past
     return out

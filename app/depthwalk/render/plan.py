@@ -51,7 +51,7 @@ class AssetTable:
     """What the plan must know of each of a assets; arrays (a,) unless said otherwise.
 
     volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
-    sphere about the asset's own centre, object frame; index_first, index_count: (a, levels, cases).
+    sphere about the asset's own centre, object frame; index_first, index_count: (a, levels, cases, runs), see Grids.
     """
 
     volumes: Volumes
@@ -70,8 +70,7 @@ class Group:
     asset: int
     first: int
     count: int
-    index_first: int = 0
-    index_count: int = 0
+    indices: tuple[tuple[int, int], ...] = ()  # first index and number of indices of each run
 
 
 @dataclass
@@ -230,8 +229,11 @@ def _groups(
     groups = []
     for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
         key = tuple(int(k[start]) for k in keys)
-        indices = (int(table.index_first[key]), int(table.index_count[key])) if table is not None else (0, 0)
-        groups.append(Group(key[0], start, count, *indices))
+        runs: tuple[tuple[int, int], ...] = ()
+        if table is not None:
+            pairs = zip(table.index_first[key].tolist(), table.index_count[key].tolist(), strict=True)
+            runs = tuple((first, length) for first, length in pairs if length)
+        groups.append(Group(key[0], start, count, runs))
     return groups
 
 
@@ -300,8 +302,8 @@ def _counts(
     case: NDArray[np.int64],
 ) -> dict[str, int | float]:
     drawn = {"objects": total, "dpci": len(composite.records), "dmesh": len(dmesh.records), "mesh": len(mesh.records)}
-    indices = sum(group.count * group.index_count for group in warp.groups + dmesh.groups)
-    drawn |= {"warped_triangles": indices // 3, "draw_groups": len(warp.groups)}
+    warped = sum(group.count * length for group in warp.groups + dmesh.groups for _, length in group.indices) // 3
+    drawn |= {"warped_triangles": warped, "draw_groups": len(warp.groups)}
     steps = {f"step_{1 << k}": int(n) for k, n in enumerate(np.bincount(level)) if n}
     cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(case)) if n}
     return drawn | steps | cases

@@ -33,7 +33,8 @@ class DmeshPass(Pass):
             self._program.set(**asset.geometry)
             asset.use_surface(self._program, (0, 1))
             self._instances.bind(array, group.first)
-            array.render(vertices=group.index_count, first=group.index_first, instances=group.count)
+            for first, length in group.indices:
+                array.render(vertices=length, first=first, instances=group.count)
         context.wireframe = False
 
     def forget_assets(self) -> None:

@@ -40,7 +40,8 @@ class WarpPass(Pass):
             array = self._arrays.get(group.asset, asset.vertices, asset.indices)
             self._program.set(**asset.geometry)
             self._instances.bind(array, group.first)
-            array.render(vertices=group.index_count, first=group.index_first, instances=group.count)
+            for first, length in group.indices:
+                array.render(vertices=length, first=first, instances=group.count)
         context.wireframe = False
 
     def forget_assets(self) -> None:

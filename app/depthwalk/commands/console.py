@@ -1,0 +1,104 @@
+"""What every command does the same way: logging and progress on stderr, results on stdout, exit codes."""
+
+import functools
+import logging
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NoReturn, TypeVar
+
+import typer
+
+from depthwalk.errors import InputError
+
+log = logging.getLogger("depthwalk")
+
+OK, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+Report = Callable[[str, str], None]  # what is worked on, which stage of it
+Command = TypeVar("Command", bound=Callable[..., None])
+
+
+def guarded(command: Command) -> Command:
+    """Gives a command the contract's exit codes: 2 and the bare message for an InputError, 130 for Ctrl-C, 1 for the
+    rest, without a traceback unless --verbose asks for it. `verbose` and `quiet` of the command set up logging."""
+
+    @functools.wraps(command)
+    def run(*args: Any, **options: Any) -> None:
+        verbose = bool(options.get("verbose"))
+        _configure_logging(verbose, bool(options.get("quiet")))
+        try:
+            command(*args, **options)
+            sys.stdout.flush()  # here, so that a reader that went away is noticed here
+        except (typer.Exit, typer.BadParameter):
+            raise
+        except InputError as error:
+            print(error, file=sys.stderr)
+            raise typer.Exit(BAD_INPUT) from None
+        except KeyboardInterrupt:
+            raise typer.Exit(INTERRUPTED) from None
+        except BrokenPipeError:
+            _drop_stdout()
+            raise typer.Exit(FAILURE) from None
+        except Exception as error:
+            _fail(error, verbose)
+
+    return run  # type: ignore[return-value]
+
+
+def show_progress() -> bool:
+    """Whether live progress is wanted: stderr is a terminal and --quiet was not given."""
+    return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR
+
+
+@contextmanager
+def asset_progress() -> Iterator[Report]:
+    """A line on stderr that says which asset is being read or baked, while there is something to wait for."""
+    if not show_progress():
+        yield lambda name, stage: log.info("%s: %s", name, stage)
+        return
+    from rich.console import Console
+    from rich.markup import escape
+
+    with Console(stderr=True).status("") as status:
+        yield lambda name, stage: status.update(f"{escape(name)}: {stage}")
+
+
+@contextmanager
+def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
+    """A bar on stderr over `total` frames; what it yields is called after each."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    hidden = total < 2 or not show_progress()
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=hidden) as progress:
+        task = progress.add_task(label, total=total)
+        yield lambda: progress.advance(task)
+
+
+def _configure_logging(verbose: bool, quiet: bool) -> None:
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    log.handlers = [handler]
+    log.propagate = False
+    log.setLevel(logging.DEBUG if verbose else logging.ERROR if quiet else logging.WARNING)
+
+
+def _fail(error: Exception, verbose: bool) -> NoReturn:
+    if verbose:
+        import traceback
+
+        traceback.print_exc()
+    else:
+        lines = str(error).strip().splitlines()
+        print(f"depthwalk: {type(error).__name__}: {lines[0] if lines else 'no message'}", file=sys.stderr)
+        print("run with --verbose for the traceback", file=sys.stderr)
+    raise typer.Exit(FAILURE) from None
+
+
+def _drop_stdout() -> None:
+    """Whoever read stdout is gone: let what is still buffered vanish instead of failing again at exit."""
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())

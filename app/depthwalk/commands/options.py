@@ -1,0 +1,136 @@
+"""The options that commands share, declared once, and what their text means."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from depthwalk.errors import InputError
+from depthwalk.limits import MAX_FRAMES, MAX_IMAGE_SIDE
+
+if TYPE_CHECKING:  # the scene package takes half a second to import, --help does not need it
+    from depthwalk.scene.arrays import Camera, Representation
+    from depthwalk.scene.scene import Scene
+
+Point = tuple[float, float, float]
+
+MIN_ANGLE, MAX_ANGLE = 1.0, 170.0  # as the scene file's camera
+MAX_COORDINATE = 1e6
+
+
+class RepresentationName(StrEnum):
+    """How to draw what the assets allow it for; `scene` leaves it to the scene file."""
+
+    SCENE = "scene"
+    DPCI = "dpci"
+    MESH = "mesh"
+    DMESH = "dmesh"
+
+
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file.", show_default=False)]
+Resolution = Annotated[str, typer.Option("--resolution", metavar="W,H", help="Size of the picture in pixels.")]
+CameraPosition = Annotated[
+    str | None, typer.Option("--camera-position", metavar="X,Y,Z", help="Where the camera stands, metres.")
+]
+CameraTarget = Annotated[str | None, typer.Option("--camera-target", metavar="X,Y,Z", help="What it looks at, metres.")]
+CameraAngle = Annotated[
+    float | None, typer.Option("--camera-view-angle", metavar="DEG", help="Vertical angle of view, degrees.")
+]
+RepresentationOption = Annotated[
+    RepresentationName, typer.Option("--representation", help="How to draw what the assets allow it for.")
+]
+PathOption = Annotated[Path | None, typer.Option("--path", metavar="P", help="Camera path file.", show_default=False)]
+Frames = Annotated[int | None, typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames.")]
+NoBackground = Annotated[bool, typer.Option("--no-background", help="Alpha 0 where nothing is.")]
+AssetRoots = Annotated[
+    list[Path] | None,
+    typer.Option("--asset-root", metavar="DIR", help="Folder besides the scene's in which its files may lie."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the scene file: render.lod.bias=1."),
+]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Say what is done, show tracebacks.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
+
+DEFAULT_RESOLUTION = "1024,768"
+
+
+@dataclass(frozen=True)
+class CameraOptions:
+    """What the --camera options ask for; None leaves a value as it is. angle: vertical, radians."""
+
+    position: Point | None = None
+    target: Point | None = None
+    angle: float | None = None
+
+    def apply(self, camera: "Camera") -> "Camera":
+        """`camera` with the values asked for."""
+        wanted = {"position": self.position, "target": self.target, "fov": self.angle}
+        return replace(camera, **{name: value for name, value in wanted.items() if value is not None})
+
+    @property
+    def given(self) -> bool:
+        return self != CameraOptions()
+
+
+def parse_camera(position: str | None, target: str | None, angle: float | None) -> CameraOptions:
+    """The values of the --camera options. Raises InputError."""
+    if angle is not None and not MIN_ANGLE <= angle <= MAX_ANGLE:
+        raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees")
+    return CameraOptions(
+        _point("--camera-position", position),
+        _point("--camera-target", target),
+        None if angle is None else math.radians(angle),
+    )
+
+
+def parse_resolution(text: str) -> tuple[int, int]:
+    """Width and height in pixels. Raises InputError."""
+    parts = text.split(",")
+    if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
+        raise InputError(f"--resolution {text}: must be W,H, two whole numbers of pixels")
+    if any(len(part) > 9 or not 1 <= int(part) <= MAX_IMAGE_SIDE for part in parts):
+        raise InputError(f"--resolution {text}: each side must be 1 to {MAX_IMAGE_SIDE} pixels")
+    return int(parts[0]), int(parts[1])
+
+
+def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
+    """The --set options as `load_scene` takes them. Raises InputError."""
+    overrides = {}
+    for text in settings or ():
+        key, equals, value = text.partition("=")
+        if not equals or not key:
+            raise InputError(f"--set {text}: must be KEY=VALUE")
+        overrides[key] = value
+    return overrides
+
+
+def representation(name: RepresentationName) -> "Representation | None":
+    """As `Renderer.representation` takes it: None leaves it to the scene."""
+    from depthwalk.scene.arrays import Representation
+
+    return None if name is RepresentationName.SCENE else Representation[name.name]
+
+
+def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None) -> "Scene":
+    """Loads the scene file with the options laid over it. Raises InputError."""
+    from depthwalk.scene.loader import load_scene
+
+    return load_scene(path, asset_roots or (), parse_settings(settings))
+
+
+def _point(option: str, text: str | None) -> Point | None:
+    if text is None:
+        return None
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{option} {text}: must be X,Y,Z, three numbers of metres") from None
+    if not all(abs(value) <= MAX_COORDINATE for value in (x, y, z)):  # also false for NaN
+        raise InputError(f"{option} {text}: each coordinate must be within ±{MAX_COORDINATE:g} m")
+    return x, y, z

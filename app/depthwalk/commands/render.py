@@ -1,0 +1,148 @@
+"""`depthwalk render`: a scene, or a walk along a path, to pictures."""
+
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from depthwalk.commands.console import asset_progress, frame_progress
+from depthwalk.commands.options import CameraOptions
+from depthwalk.errors import InputError
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.library import SceneLibrary
+from depthwalk.output import check_folder, png_bytes, video, write_bytes, write_exr
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.path import CameraPath
+from depthwalk.scene.scene import DepthImageAsset, Scene
+
+SUFFIXES = (".png", ".exr", ".mp4")
+_FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
+
+Take = Callable[[HeadlessRenderer, View], None]  # writes the frame that the renderer drew last
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where frames go. name: OUT as the user gave it; transparent: alpha 0 where nothing is."""
+
+    name: str
+    transparent: bool = False
+
+    @property
+    def to_stdout(self) -> bool:
+        return self.name == "-"
+
+    @property
+    def suffix(self) -> str:
+        return ".png" if self.to_stdout else Path(self.name).suffix.lower()
+
+    @property
+    def is_series(self) -> bool:
+        return _FRAME.search(self.name) is not None
+
+    def file(self, frame: int) -> Path:
+        """The file of frame number `frame`."""
+        return Path(_FRAME.sub(lambda match: str(frame).zfill(int(match[1] or 0)), self.name))
+
+
+def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[Path]) -> None:
+    """Makes sure that `frames` frames can go to `output` without touching any of `inputs`. Raises InputError."""
+    name = output.name
+    if output.suffix not in SUFFIXES:
+        raise InputError(f"{name}: must end in {', '.join(SUFFIXES)}, or be - for a PNG on standard output")
+    if braces := re.search(r"\{[^}]*\}", _FRAME.sub("", name)):
+        raise InputError(f"{name}: {braces[0]} is unknown; {{frame}} and {{frame:4}} stand for the frame's number")
+    if output.suffix == ".mp4":
+        if not has_path:
+            raise InputError(f"{name}: a video needs --path")
+        if output.transparent:
+            raise InputError(f"{name}: --no-background: a video has no alpha; write .png or .exr")
+        if output.is_series:
+            raise InputError(f"{name}: a video is one file, without {{frame}}")
+    elif frames > 1 and not output.is_series:
+        raise InputError(f"{name}: the path has {frames} frames; put {{frame:4}} into the name, or give --frames 1")
+    if output.to_stdout:
+        return
+    check_folder(output.file(0))
+    files = {output.file(frame).resolve() for frame in range(frames if output.is_series else 1)}
+    if hit := files & {path.resolve() for path in inputs}:
+        raise InputError(f"{hit.pop()}: would overwrite what is rendered; choose another name")
+
+
+def input_files(scene: Scene, path: Path | None) -> list[Path]:
+    """Every file named by the scene or by the user, none of which a picture may overwrite."""
+    files = [scene.path, path]
+    for asset in scene.assets:
+        shown = (asset.depth, asset.colour, asset.normal) if isinstance(asset, DepthImageAsset) else ()
+        files += shown or (asset.mesh, asset.texture)  # type: ignore[union-attr]
+    ground = scene.environment.ground
+    files.append(ground.texture if ground else None)
+    return [file for file in files if file is not None]
+
+
+def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
+    """The cameras of the path's frames, of the first `frames` where that is given."""
+    return [path.sample(time) for time in path.frames()[:frames]]
+
+
+def render_frames(
+    scene: Scene,
+    cameras: Sequence[Camera] | CameraOptions,
+    output: Output,
+    size: tuple[int, int],
+    representation: Representation | None,
+    fps: float,
+) -> None:
+    """Renders a frame per camera, or one by the scene's camera with the options' values, and says what was written.
+
+    size: (width, height), pixels; fps: frames per second of a video.
+    """
+    with asset_progress() as report:
+        headless = HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation)
+        with headless:
+            headless.renderer.table()  # loads and bakes what the frames need, while the progress is shown
+            if isinstance(cameras, CameraOptions):
+                cameras = [cameras.apply(scene.camera or headless.renderer.frame_all())]
+            _draw_all(headless, cameras, output, fps)
+
+
+def _draw_all(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:
+    with frame_progress("rendering", len(cameras)) as advance, _writer(output, headless.size, fps) as take:
+        for camera in cameras:
+            view = View(camera, headless.size)
+            headless.draw(view, output.transparent)
+            take(headless, view)
+            advance()
+
+
+@contextmanager
+def _writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[Take]:
+    """What stores the frames, in order."""
+    if output.suffix == ".mp4":
+        with video(output.file(0), size, fps) as encoder:
+            yield lambda headless, view: encoder.send(headless.pixels()[..., :3].copy())
+        print(output.file(0))
+        return
+    frame = 0
+
+    def take(headless: HeadlessRenderer, view: View) -> None:
+        nonlocal frame
+        _write_still(headless, view, output, frame)
+        frame += 1
+
+    yield take
+
+
+def _write_still(headless: HeadlessRenderer, view: View, output: Output, frame: int) -> None:
+    if output.suffix == ".exr":
+        write_exr(output.file(frame), headless.linear_image(view))
+    else:
+        picture = png_bytes(headless.pixels()[..., : 4 if output.transparent else 3])
+        if output.to_stdout:
+            sys.stdout.buffer.write(picture)
+            return
+        write_bytes(output.file(frame), picture)
+    print(output.file(frame))

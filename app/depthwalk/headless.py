@@ -1,0 +1,77 @@
+"""Pictures without a window."""
+
+from dataclasses import dataclass
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import headless_device
+from depthwalk.render.assets import Library
+from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Representation
+from depthwalk.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class LinearImage:
+    """A picture before its encoding for the screen, row 0 at the top.
+
+    colour: (H, W, 4) float32, linear RGB and alpha.
+    distance: (H, W) float32, metres along the view axis, +inf where nothing is.
+    """
+
+    colour: NDArray[np.float32]
+    distance: NDArray[np.float32]
+
+
+class HeadlessRenderer:
+    """Draws one scene into memory. Use it in a `with` block, which frees the GL context and all in it.
+
+    Raises GpuError where no OpenGL 3.3 context can be had.
+    """
+
+    def __init__(
+        self, scene: Scene, library: Library, size: tuple[int, int], representation: Representation | None = None
+    ) -> None:
+        self.device = headless_device()
+        self.size = size
+        self._scope = self.device.scope("headless")
+        self._screen = self._scope.framebuffer([self._scope.texture(size, 4)])
+        self.renderer = Renderer(self.device, scene, library)
+        self.renderer.representation = representation
+
+    def __enter__(self) -> "HeadlessRenderer":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.renderer.release()
+        self._scope.release()
+        self.device.context.release()
+
+    def draw(self, view: View, transparent: bool = False) -> None:
+        """Draws a frame; transparent: alpha 0 instead of sky and background."""
+        self.renderer.render(view, self._screen, transparent)
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """The frame drawn last, (H, W, 4) uint8, sRGB and alpha, row 0 at the top."""
+        return read_pixels(self._screen)
+
+    def linear_image(self, view: View) -> LinearImage:
+        """The frame drawn last, which `view` saw, in linear light and with distances."""
+        targets = self.renderer.targets
+        assert targets is not None  # `draw` made them
+        width, height = self.size
+        colour = np.frombuffer(targets.lit_texture.read(alignment=1), np.float16).reshape(height, width, 4)[::-1]
+        depth = np.frombuffer(targets.depth.read(alignment=1), np.float32).reshape(height, width)[::-1]
+        return LinearImage(colour.astype(np.float32), view_distance(depth, view.near, view.far))
+
+
+def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
+    """Metres along the view axis, float32, of a depth buffer's values 0–1; +inf for 1, which is where nothing is."""
+    with np.errstate(divide="ignore"):
+        distance = near * far / (far - depth.astype(np.float64) * (far - near))
+    return np.where(depth < 1, distance, np.inf).astype(np.float32)

@@ -1,0 +1,33 @@
+"""The intermediate images as a picture for the panel."""
+
+import moderngl
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.program import Program
+from depthwalk.render.targets import Targets
+
+_SIZE = 1024, 512  # texels; the atlas is several times as large
+
+
+class AtlasView:
+    """Paints the used part of the atlas into `texture`, near surfaces bright."""
+
+    def __init__(self, device: Device) -> None:
+        self._context = device.context
+        self.gl = device.scope("atlas view")
+        self._program = Program(self.gl, "common/fullscreen.vert", "imgui/atlas.frag")
+        self._array = self.gl.vertex_array(self._program.gl, [])
+        self.texture = self.gl.texture(_SIZE, 4)
+        self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        self._framebuffer = self.gl.framebuffer([self.texture])
+
+    def draw(self, targets: Targets, rows: int) -> None:
+        """rows: of the atlas, in use."""
+        self._framebuffer.use()
+        self._context.enable_only(moderngl.NOTHING)
+        targets.atlas_depth.use(0)
+        self._program.set(atlas_depth=0, used=(1.0, max(rows, 1) / targets.atlas_size[1]))
+        self._array.render(moderngl.TRIANGLES, vertices=3)
+
+    def release(self) -> None:
+        self.gl.release()

@@ -1,0 +1,148 @@
+"""From keys, wheel and mouse to a camera. Pure mathematics: no window, no clock.
+
+Motion is integrated in closed form, so that a second of it ends at the same place at 3 and at 300 frames a second.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.scene.arrays import Camera
+
+EYE_HEIGHT = 1.7  # metres above the ground, walking
+MAX_PITCH = math.radians(89.0)
+RADIANS_PER_PIXEL = math.radians(0.12)
+SPEED_PER_NOTCH = 1.2  # factor, per notch of the wheel
+SPEED_RANGE = 0.05, 200.0  # m/s
+FAST = 4.0  # factor while Shift is held
+LONGEST_STEP = 1.0  # s: after a stop (a moved window, a sleeping computer) the camera must not leap
+TAP = 0.08  # s: taken for a key whose press and release arrive together; the events carry no times
+_RESPONSE = 14.0  # 1/s: how fast velocity and walking height follow what is asked for
+
+
+class Move(IntEnum):
+    """What a key asks for; opposite moves are neighbours."""
+
+    RIGHT = 0
+    LEFT = 1
+    UP = 2
+    DOWN = 3
+    FORWARD = 4
+    BACK = 5
+
+
+class HeldKeys:
+    """How long each move was asked for within a frame."""
+
+    def __init__(self) -> None:
+        self._down: set[Move] = set()
+        self._tapped: set[Move] = set()
+        self._fresh: set[Move] = set()
+
+    def press(self, move: Move) -> None:
+        self._down.add(move)
+        self._fresh.add(move)
+
+    def release(self, move: Move) -> None:
+        if move in self._fresh:
+            self._tapped.add(move)
+        self._down.discard(move)
+
+    def clear(self) -> None:
+        """Lets go of everything: the window lost the keyboard."""
+        self._down.clear()
+        self._tapped.clear()
+        self._fresh.clear()
+
+    def take(self, dt: float) -> dict[Move, float]:
+        """Seconds, 0 to dt, that each move was held in the last dt seconds; starts the next frame."""
+        held = {move: min(dt, TAP) for move in self._tapped} | {move: dt for move in self._down}
+        self._tapped.clear()
+        self._fresh.clear()
+        return held
+
+
+@dataclass
+class Walker:
+    """A viewer who walks or flies.
+
+    position: (3,) float64, metres, world; yaw: radians about +Y, 0 looks along −z, positive to the left; pitch: radians
+    above the horizon; fov: vertical angle, radians; speed: m/s; walking: eyes EYE_HEIGHT above the ground, else flying;
+    velocity: (3,) m/s, world.
+    """
+
+    position: NDArray[np.float64]
+    yaw: float
+    pitch: float
+    fov: float
+    speed: float = 3.0
+    walking: bool = False
+    velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+
+    @classmethod
+    def at(cls, camera: Camera) -> "Walker":
+        walker = cls(np.zeros(3), 0.0, 0.0, camera.fov)
+        walker.place(camera)
+        return walker
+
+    def place(self, camera: Camera) -> None:
+        """Stand still where `camera` is; speed and mode stay."""
+        self.position = np.array(camera.position, float)
+        look = np.subtract(camera.target, camera.position)
+        if np.hypot(look[0], look[2]) > 1e-9:
+            self.yaw = math.atan2(-look[0], -look[2])
+        self.pitch = _clamp(math.atan2(look[1], math.hypot(look[0], look[2])), -MAX_PITCH, MAX_PITCH)
+        self.fov = camera.fov
+        self.velocity = np.zeros(3)
+
+    @property
+    def camera(self) -> Camera:
+        """The target is one metre ahead."""
+        x, y, z = self.position.tolist()
+        u, v, w = (self.position + self._forward(self.pitch)).tolist()
+        return Camera((x, y, z), (u, v, w), self.fov)
+
+    def look(self, right: float, down: float) -> None:
+        """Turn by a motion of the mouse, in pixels."""
+        self.yaw = math.remainder(self.yaw - right * RADIANS_PER_PIXEL, math.tau)
+        self.pitch = _clamp(self.pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
+
+    def change_speed(self, notches: float) -> None:
+        self.speed = _clamp(self.speed * SPEED_PER_NOTCH**notches, *SPEED_RANGE)
+
+    def advance(self, held: Mapping[Move, float], dt: float, *, fast: bool = False, ground: float = 0.0) -> None:
+        """Move for `dt` seconds, in which each move was held for `held[move]` seconds, on the ground at y = `ground`."""
+        if dt <= 0:
+            return
+        seconds = np.array([min(held.get(move, 0.0), dt) for move in Move])
+        step = min(dt, LONGEST_STEP)
+        wanted = self._direction(seconds / dt) * self.speed * (FAST if fast else 1.0)
+        decay = math.exp(-_RESPONSE * step)
+        excess = self.velocity - wanted  # fades: v(t) = wanted + excess · e^(−kt), and the path is its integral
+        self.position = self.position + wanted * step + excess * ((1 - decay) / _RESPONSE)
+        self.velocity = wanted + excess * decay
+        if self.walking:
+            eye = ground + EYE_HEIGHT
+            self.position[1] = eye + (self.position[1] - eye) * decay
+
+    def _direction(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The world direction of moves held for these shares of the frame (6,): at most of length 1."""
+        right, up, ahead = shares[0::2] - shares[1::2]
+        if self.walking:
+            up = 0.0
+        forward = self._forward(0.0 if self.walking else self.pitch)
+        sideways = np.array([math.cos(self.yaw), 0.0, -math.sin(self.yaw)])
+        direction = right * sideways + up * np.array([0.0, 1.0, 0.0]) + ahead * forward
+        return direction / max(1.0, float(np.linalg.norm(direction)))
+
+    def _forward(self, pitch: float) -> NDArray[np.float64]:
+        level = math.cos(pitch)
+        return np.array([-math.sin(self.yaw) * level, math.sin(pitch), -math.cos(self.yaw) * level])
+
+
+def _clamp(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)

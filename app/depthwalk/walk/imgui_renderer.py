@@ -1,0 +1,111 @@
+"""Draws what imgui made of a frame. moderngl-window's own integration ends at imgui-bundle 1.92 (new textures API)."""
+
+import ctypes
+
+import moderngl
+import numpy as np
+from imgui_bundle import imgui
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.program import Program
+
+_VERTEX_LAYOUT = "2f 2f 4f1"
+_FIRST_SIZE = 1 << 16  # bytes
+
+
+class ImguiRenderer:
+    """Serves imgui's textures and draws its lists. `show` makes a texture of ours known to `imgui.image`."""
+
+    def __init__(self, device: Device) -> None:
+        self._context = device.context
+        self.gl = device.scope("imgui")
+        self._program = Program(self.gl, "imgui/imgui.vert", "imgui/imgui.frag")
+        self._textures: dict[int, moderngl.Texture] = {}
+        self._owned: set[int] = set()
+        self._allocate(_FIRST_SIZE, _FIRST_SIZE)
+        imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
+
+    def show(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
+        """The name of `texture` for imgui, valid until `hide` or the texture's release."""
+        self._textures[texture.glo] = texture
+        return imgui.ImTextureRef(texture.glo)
+
+    def hide(self, texture: moderngl.Texture) -> None:
+        self._textures.pop(texture.glo, None)
+
+    def draw(self, data: imgui.ImDrawData, screen: moderngl.Framebuffer) -> None:
+        """Draws over what is in `screen`. Leaves blending off and no scissor."""
+        for texture in imgui.get_platform_io().textures:
+            self._serve(texture)
+        scale = data.framebuffer_scale
+        height = round(data.display_size.y * scale.y)
+        screen.use()
+        self._context.enable_only(moderngl.BLEND)
+        self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        self._program.set(image=0, display_size=(data.display_size.x, data.display_size.y))
+        for commands in data.cmd_lists:
+            self._upload(commands)
+            for command in commands.cmd_buffer:
+                box = command.clip_rect
+                left, top = max(0, int(box.x * scale.x)), max(0, int(box.y * scale.y))
+                right, bottom = int(box.z * scale.x), int(box.w * scale.y)
+                if right <= left or bottom <= top or not command.elem_count:
+                    continue
+                screen.scissor = left, height - bottom, right - left, bottom - top
+                self._textures[command.tex_ref.get_tex_id()].use(0)
+                self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
+        screen.scissor = None
+        self._context.enable_only(moderngl.NOTHING)
+
+    def release(self) -> None:
+        for texture in imgui.get_platform_io().textures:
+            if texture.tex_id in self._owned:
+                self._destroy(texture)
+        self.gl.release()
+
+    def _serve(self, texture: imgui.ImTextureData) -> None:
+        """Makes, updates or destroys a texture that imgui owns (the font's glyphs)."""
+        status = texture.status
+        if status == imgui.ImTextureStatus.want_create:
+            made = self.gl.texture((texture.width, texture.height), 4, data=texture.get_pixels_array().tobytes())
+            made.filter = moderngl.LINEAR, moderngl.LINEAR
+            self._textures[made.glo] = made
+            self._owned.add(made.glo)
+            texture.set_tex_id(made.glo)
+            texture.status = imgui.ImTextureStatus.ok
+        elif status == imgui.ImTextureStatus.want_updates:
+            pixels = texture.get_pixels_array().reshape(texture.height, texture.width, 4)
+            for part in texture.updates:
+                block = np.ascontiguousarray(pixels[part.y : part.y + part.h, part.x : part.x + part.w])
+                self._textures[texture.tex_id].write(block, viewport=(part.x, part.y, part.w, part.h))
+            texture.status = imgui.ImTextureStatus.ok
+        elif status == imgui.ImTextureStatus.want_destroy and texture.unused_frames > 0:
+            self._destroy(texture)
+
+    def _destroy(self, texture: imgui.ImTextureData) -> None:
+        self._owned.discard(texture.tex_id)
+        self.gl.free(self._textures.pop(texture.tex_id))
+        texture.set_tex_id(0)
+        texture.status = imgui.ImTextureStatus.destroyed
+
+    def _upload(self, commands: imgui.ImDrawList) -> None:
+        vertices = commands.vtx_buffer.size() * imgui.VERTEX_SIZE
+        indices = commands.idx_buffer.size() * imgui.INDEX_SIZE
+        if vertices > self._vertices.size or indices > self._indices.size:
+            self.gl.free(self._array, self._vertices, self._indices)
+            self._allocate(2 * vertices, 2 * indices)
+        for buffer, source, size in (
+            (self._vertices, commands.vtx_buffer, vertices),
+            (self._indices, commands.idx_buffer, indices),
+        ):
+            buffer.orphan()
+            if size:
+                buffer.write(ctypes.string_at(source.data_address(), size))
+
+    def _allocate(self, vertices: int, indices: int) -> None:
+        self._vertices = self.gl.buffer(reserve=vertices, dynamic=True)
+        self._indices = self.gl.buffer(reserve=indices, dynamic=True)
+        content = [(self._vertices, _VERTEX_LAYOUT, "in_position", "in_uv", "in_colour")]
+        self._array = self.gl.vertex_array(
+            self._program.gl, content, index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE
+        )

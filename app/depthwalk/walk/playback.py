@@ -1,0 +1,41 @@
+"""A camera path being played."""
+
+from dataclasses import dataclass
+
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.path import CameraPath
+
+
+@dataclass
+class Playback:
+    """time: seconds into the path; it advances while `playing`."""
+
+    path: CameraPath
+    time: float = 0.0
+    playing: bool = False
+    loop: bool = False
+
+    @property
+    def duration(self) -> float:
+        """Seconds to the last keyframe."""
+        return float(self.path.times[-1])
+
+    @property
+    def camera(self) -> Camera:
+        return self.path.sample(self.time)
+
+    def toggle(self) -> None:
+        """Stop; or play on, from the start where the end was reached."""
+        self.playing = not self.playing
+        if self.playing and self.time >= self.duration:
+            self.time = 0.0
+
+    def advance(self, dt: float) -> None:
+        """Play `dt` seconds on; at the end start again, or stop there."""
+        if not self.playing:
+            return
+        self.time += dt
+        if self.time >= self.duration:
+            again = self.loop and self.duration > 0
+            self.time = self.time % self.duration if again else self.duration
+            self.playing = again

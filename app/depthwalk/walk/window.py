@@ -1,0 +1,30 @@
+"""Opening the window. GLFW through moderngl-window: its keys are places on the keyboard, it tells press from repeat and
+lets go of keys when the focus goes; moderngl-window's pyglet window fails in full screen with pyglet 2.1."""
+
+import warnings
+
+from imgui_bundle import imgui as _imgui  # noqa: F401 - first: it names the GLFW library that both then share
+
+# isort: split
+import moderngl_window.context.glfw.window as glfw_window
+
+Window = glfw_window.Window
+
+
+class NoDisplay(Exception):
+    """No window can be opened here; the message says why in one line."""
+
+
+def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> Window:
+    """A window with an OpenGL 3.3 core context, which is current. Raises NoDisplay."""
+    with warnings.catch_warnings(record=True) as notes:  # GLFW tells its reasons as warnings
+        warnings.simplefilter("always")
+        try:
+            window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
+        except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
+            reasons = [" ".join(str(note.message).split()) for note in notes] or [str(error)]
+            raise NoDisplay(f"cannot open a window: {reasons[-1]}") from error
+        if fullscreen:
+            window.fullscreen = True
+    window.exit_key = None  # Esc releases the mouse first
+    return window
