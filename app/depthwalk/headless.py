@@ -29,7 +29,8 @@ class LinearImage:
 class HeadlessRenderer:
     """Draws one scene into memory. Use it in a `with` block, which frees the GL context and all in it.
 
-    Raises GpuError where no OpenGL 3.3 context can be had.
+    Its making loads the assets that are drawn, and bakes where that is needed. Raises GpuError where no OpenGL 3.3
+    context can be had, InputError for assets that cannot be used.
     """
 
     def __init__(
@@ -41,6 +42,11 @@ class HeadlessRenderer:
         self._screen = self._scope.framebuffer([self._scope.texture(size, 4)])
         self.renderer = Renderer(self.device, scene, library)
         self.renderer.representation = representation
+        try:
+            self.renderer.table()
+        except BaseException:
+            self.release()
+            raise
 
     def __enter__(self) -> "HeadlessRenderer":
         return self
@@ -48,6 +54,9 @@ class HeadlessRenderer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.release()
+
+    def release(self) -> None:
         self.renderer.release()
         self._scope.release()
         self.device.context.release()

@@ -24,11 +24,14 @@ Report = Callable[[str, str], None]  # asset's name, what is being done
 
 
 class SceneLibrary:
-    """`baked` and `mesh` by asset number; each is read once. Raises InputError for files that cannot be used."""
+    """`baked` and `mesh` by asset number; each is read once. Raises InputError for files that cannot be used.
+
+    report: told what is being done; may be replaced.
+    """
 
     def __init__(self, assets: tuple[Asset, ...], report: Report = lambda name, stage: None) -> None:
         self._assets = assets
-        self._report = report
+        self.report = report
         self._baked: dict[int, BakedObject | None] = {}
         self._meshes: dict[int, Mesh | None] = {}
 
@@ -57,7 +60,7 @@ class SceneLibrary:
         return load_texture(path)
 
     def _read_mesh(self, spec: MeshAsset) -> Mesh:
-        self._report(spec.name, "reading")
+        self.report(spec.name, "reading")
         return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
 
     def _make_baked(self, asset: int) -> BakedObject | None:
@@ -76,7 +79,7 @@ class SceneLibrary:
             start = time.perf_counter()
             mesh = self.mesh(asset)
             assert mesh is not None  # a MeshAsset has a mesh or raises
-            baked = bake_object(mesh, params, key, lambda stage: self._report(spec.name, stage))
+            baked = bake_object(mesh, params, key, lambda stage: self.report(spec.name, stage))
             log.info("baked %s in %.1f s", spec.name, time.perf_counter() - start)
             try:
                 keep_baked(baked)

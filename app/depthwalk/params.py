@@ -16,5 +16,4 @@ class Params(BaseModel):
 
 def param(default: Any, help: str, *, unit: str = "", ge: float | None = None, le: float | None = None) -> Any:
     """A field of a `Params` class: its default, one line of help, its unit and its closed range."""
-    extra = {"unit": unit} if unit else None
-    return Field(default, description=help, ge=ge, le=le, json_schema_extra=extra)
+    return Field(default, description=help, ge=ge, le=le, json_schema_extra={"unit": unit} if unit else None)

@@ -1,12 +1,14 @@
 """`NAME.dpci.exr`: a baked object as one multi-part OpenEXR file that any EXR viewer opens.
 
 One part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float, metres),
-N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key stand in the header of every part.
+N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key stand in the
+header of every part.
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
 import os
 import tempfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,9 @@ def write_baked(path: Path, baked: BakedObject) -> None:
     handle, temporary = tempfile.mkstemp(suffix=".exr", prefix=".bake-", dir=path.parent)
     os.close(handle)
     try:
-        parts = [OpenEXR.Part(_header(baked), _channels(image), image.name) for image in baked.images]
+        channels = [_channels(image) for image in baked.images]
+        header = _header(baked) | {_ATTRIBUTE + "checksum": _checksum(channels)}
+        parts = [OpenEXR.Part(dict(header), c, image.name) for c, image in zip(channels, baked.images, strict=True)]
         OpenEXR.File(parts).write(temporary)
         os.replace(temporary, path)
     except BaseException:
@@ -51,7 +55,10 @@ def read_baked(path: Path) -> BakedObject:
     header = read_header(path)
     try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            images = [_image(part.name(), part.channels, int(header[_ATTRIBUTE + "steps"])) for part in file.parts]
+            stored = [(part.name(), {k: channel.pixels for k, channel in part.channels.items()}) for part in file.parts]
+        if _checksum([channels for _, channels in stored]) != header[_ATTRIBUTE + "checksum"]:
+            raise ValueError("the pixels do not match their checksum")  # the library reads damaged ones without a word
+        images = [_image(name, channels, int(header[_ATTRIBUTE + "steps"])) for name, channels in stored]
     except (RuntimeError, KeyError, ValueError) as error:
         raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
     images.sort(key=lambda image: (image.face, image.layer))
@@ -87,7 +94,9 @@ def read_header(path: Path) -> dict[str, Any]:
         side = int(max(high[0] - low[0], high[1] - low[1])) + 1
         if side > limits.MAX_DPCI_RESOLUTION:
             raise InputError(f"{path}: image of {side} texels; at most {limits.MAX_DPCI_RESOLUTION} are allowed")
-    missing = [n for n in (*_GEOMETRY, *_PLACEMENT, "shininess", "steps", "key") if _ATTRIBUTE + n not in header]
+    missing = [
+        n for n in (*_GEOMETRY, *_PLACEMENT, "shininess", "steps", "key", "checksum") if _ATTRIBUTE + n not in header
+    ]
     if missing:
         raise InputError(f"{path}: damaged depth images: header lacks {', '.join(missing)}")
     return header
@@ -113,6 +122,15 @@ def _channels(image: DepthImage) -> dict[str, NDArray[Any]]:
     return {name: np.ascontiguousarray(plane[::-1]) for name, plane in named.items()}
 
 
+def _checksum(parts: list[dict[str, NDArray[Any]]]) -> str:
+    """CRC-32 in hex over all pixels, part by part, channels by name."""
+    checksum = 0
+    for channels in parts:
+        for name in sorted(channels):
+            checksum = zlib.crc32(np.ascontiguousarray(channels[name]).data, checksum)
+    return f"{checksum:08x}"
+
+
 def _packed_cells(image: DepthImage) -> dict[str, NDArray[np.uint32]]:
     """The cells at their lower left nodes: even levels in the low half of a channel, odd ones in the high half."""
     shape = (image.depth.shape[0], image.depth.shape[1])
@@ -136,7 +154,7 @@ def _unpacked_cells(face: Face, channels: dict[str, NDArray[np.uint32]], steps: 
 def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
     face_name, layer = name.split(".")
     face = Face[face_name.upper()]
-    plane = {key: channel.pixels[::-1] for key, channel in channels.items()}
+    plane = {key: pixels[::-1] for key, pixels in channels.items()}
     depth = np.ascontiguousarray(plane["Z"], np.float32)
     if np.isnan(depth).any() or (depth < 0).any():
         raise ValueError(f"part {name} holds depths that are negative or not numbers")

@@ -10,7 +10,6 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-
 MAX_STEPS = 7  # grids of step 1, 2, … 64: 512² shrinks to 8²
 
 
@@ -178,7 +177,9 @@ def layer_triangles(image: DepthImage, level: int) -> tuple[NDArray[np.int64], N
     height, width = image.depth.shape
     codes = image.cells[level]
     filled = np.flatnonzero(codes)
-    columns, rows = cell_triangles(image.face, *(axis[filled] for axis in grid_cells((height, width), image.face, 1 << level)))
+    columns, rows = cell_triangles(
+        image.face, *(axis[filled] for axis in grid_cells((height, width), image.face, 1 << level))
+    )
     code = np.stack([codes[filled] & 127, codes[filled] >> 7])  # (2, filled)
     kept = (code & 1) > 0
     texels = (rows * width + columns)[kept]

@@ -41,7 +41,7 @@ def assign_owners(cylinder: Cylinder, images: list[DepthImage]) -> list[NDArray[
 def footprints(
     cylinder: Cylinder, face: Face, shape: tuple[int, ...], point: Array, normal: Array
 ) -> NDArray[np.float64]:
-    """Footprint (n,) in metres of surface points (n, 3) with normals (n, 3) on `face`; +inf where it sees their back."""
+    """Footprint (n,) in metres of surface points (n, 3) with normals (n, 3); +inf where `face` sees their back."""
     u, v = _image_position(cylinder, face, point)
     _, direction = surface_rays(cylinder, face, u, v)
     width, height = texel_size(cylinder, face, (shape[0], shape[1]))
@@ -92,4 +92,3 @@ def _inner_texels(image: DepthImage, images: list[DepthImage]) -> NDArray[np.boo
         layer, texel = layer_triangles(anchor, 0)
         np.add.at(count, (layer.ravel(), texel.ravel()), 1)
     return (count[image.layer] >= _CORNERS).reshape(image.depth.shape)
-

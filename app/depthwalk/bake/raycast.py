@@ -45,7 +45,9 @@ class RayCaster:
         parts = [self._peel(origin[k : k + _BATCH], direction[k : k + _BATCH], layers, reach) for k in batches]
         return [_join([part[layer] for part in parts]) for layer in range(layers)]
 
-    def _peel(self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float) -> list[Hits]:
+    def _peel(
+        self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float
+    ) -> list[Hits]:
         count = len(origin)
         hits = [_no_hits(count) for _ in range(layers)]
         active = np.arange(count)

@@ -9,7 +9,7 @@ from depthwalk.ingest.mesh import Material, Mesh
 
 
 def surface_at(mesh: Mesh, hits: Hits) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Normal (n, 3), unit, and albedo (n, 4), linear RGB + specular strength, at each hit; zeros where there is none."""
+    """Normal (n, 3), unit, and albedo (n, 4), linear RGB + specular strength, at each hit; zeros without."""
     normal = np.zeros((len(hits.face), 3), np.float32)
     albedo = np.zeros((len(hits.face), 4), np.float32)
     rays = np.flatnonzero(hits.face >= 0)

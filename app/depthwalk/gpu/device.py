@@ -1,9 +1,13 @@
 """A GL context and everything made in it. Objects are created through a `Scope`, which owns and releases them."""
 
+import logging
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import moderngl
+
+log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
@@ -36,7 +40,8 @@ def headless_device() -> Device:
     Raises GpuError where no OpenGL 3.3 context can be had.
     """
     reasons = []
-    for settings in ({"backend": "egl"}, {}):
+    attempts: list[dict[str, Any]] = [{"backend": "egl"}, {}]
+    for settings in attempts:
         try:
             return Device(moderngl.create_context(require=330, standalone=True, **settings))
         except Exception as error:  # glcontext raises bare Exception
@@ -57,7 +62,8 @@ class Scope:
     ) -> moderngl.Texture:
         """A 2-D texture without filtering, clamped. dtype as moderngl names them ("f1" 8-bit, "f2" half, "nu2" …)."""
         self._check_size(size)
-        texture = self._made("texture", size, self.device.context.texture(size, components, data, dtype=dtype))
+        make = self.device.context.texture
+        texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
         texture.filter = moderngl.NEAREST, moderngl.NEAREST
         texture.repeat_x = texture.repeat_y = False
         return texture
@@ -66,18 +72,20 @@ class Scope:
         """An RGBA texture of 8-bit sRGB colours (alpha linear), repeating, with mip-maps."""
         self._check_size(size)
         make = self.device.context.texture
-        texture = self._made("texture", size, make(size, 4, data, internal_format=_SRGB8_ALPHA8))
+        texture = self._make("texture", size, lambda: make(size, 4, data, internal_format=_SRGB8_ALPHA8))
         texture.build_mipmaps()
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture
 
-    def texture_array(self, size: tuple[int, int, int], components: int, data: bytes, dtype: str) -> moderngl.TextureArray:
+    def texture_array(
+        self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
+    ) -> moderngl.TextureArray:
         """Layers (width, height, count) with mip-maps, trilinear, repeating."""
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
-        array = self.device.context.texture_array(size, components, data, dtype=dtype)
-        self._made("texture_array", size, array)
+        make = self.device.context.texture_array
+        array = self._make("texture_array", size, lambda: make(size, components, data, dtype=dtype))
         array.build_mipmaps()
         array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return array
@@ -85,39 +93,49 @@ class Scope:
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
         """A 24-bit depth texture that shaders read as plain numbers."""
         self._check_size(size)
-        texture = self._made("texture", size, self.device.context.depth_texture(size))
+        texture = self._make("texture", size, lambda: self.device.context.depth_texture(size))
         texture.compare_func = ""
         texture.filter = moderngl.NEAREST, moderngl.NEAREST
         texture.repeat_x = texture.repeat_y = False
         return texture
 
-    def framebuffer(self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None) -> moderngl.Framebuffer:
-        return self._made("framebuffer", None, self.device.context.framebuffer(colours, depth))
+    def framebuffer(
+        self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None
+    ) -> moderngl.Framebuffer:
+        return self._make("framebuffer", None, lambda: self.device.context.framebuffer(colours, depth))
 
     def buffer(self, data: Any = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
         """A buffer with `data` in it, or of `reserve` bytes."""
         size = reserve if data is None else len(memoryview(data).cast("B"))
         if not size:
             raise GpuError(f"{self.owner}: empty buffer")
-        return self._made("buffer", size, self.device.context.buffer(data, reserve=reserve, dynamic=dynamic))
+        make = self.device.context.buffer
+        return self._make("buffer", size, lambda: make(data, reserve=reserve, dynamic=dynamic))
 
     def program(self, vertex: str, fragment: str) -> moderngl.Program:
-        return self._made("program", None, self.device.context.program(vertex_shader=vertex, fragment_shader=fragment))
+        make = self.device.context.program
+        return self._make("program", None, lambda: make(vertex_shader=vertex, fragment_shader=fragment))
 
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
-        return self._made("vertex_array", None, self.device.context.vertex_array(program, content, **options))
+        make = self.device.context.vertex_array
+        return self._make("vertex_array", None, lambda: make(program, content, **options))
 
     def free(self, *objects: Any) -> None:
         """Releases single objects of this scope before the scope itself."""
         for gl_object in objects:
             kind, _ = self._objects.pop(id(gl_object))
+            if gl_object is self.device.context.fbo:  # moderngl binds the last one again whenever it creates another
+                self.device.context.detect_framebuffer(0).use()
             gl_object.release()
             self.device.live[kind] -= 1
 
     def release(self) -> None:
         self.free(*[gl_object for _, gl_object in reversed(self._objects.values())])
 
-    def _made(self, kind: str, size: Any, gl_object: Any) -> Any:
+    def _make(self, kind: str, size: Any, create: Callable[[], Any]) -> Any:
+        if (stale := self.device.context.error) != "GL_NO_ERROR":
+            log.warning("%s: an earlier GL call failed: %s", self.owner, stale)
+        gl_object = create()
         self._objects[id(gl_object)] = kind, gl_object
         self.device.live[kind] += 1
         error = self.device.context.error

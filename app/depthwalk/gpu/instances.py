@@ -1,5 +1,7 @@
 """Instanced drawing: per-instance records as vertex attributes, and one vertex array per asset."""
 
+from typing import Any
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +16,9 @@ class InstanceStream:
         self._scope = scope
         self._stride = dtype.itemsize
         self._fields = []
+        fields: Any = dtype.fields
         for name in dtype.names or ():
-            field, offset = (dtype.fields or {})[name][:2]
+            field, offset = fields[name][:2]
             components = int(np.prod(field.shape)) if field.shape else 1
             self._fields.append((f"in_{name}", f"{components}f", int(offset)))
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
@@ -32,8 +35,10 @@ class InstanceStream:
         """Instance 0 of the next draw is record `first` (GL 3.3 has no base instance)."""
         for name, layout, offset in self._fields:
             if name in array.program:
-                location = array.program[name].location
-                array.bind(location, "f", self._buffer, layout, offset + first * self._stride, self._stride, 1)
+                attribute: Any = array.program[name]
+                array.bind(
+                    attribute.location, "f", self._buffer, layout, offset + first * self._stride, self._stride, 1
+                )
 
 
 class AssetArrays:

@@ -68,7 +68,7 @@ class Program:
         """Sets uniforms. One that the compiler removed is passed over; one that no source declares raises KeyError."""
         for name, value in values.items():
             if name in self.gl:
-                uniform = self.gl[name]
+                uniform: Any = self.gl[name]
                 if isinstance(value, bytes):
                     uniform.write(value)
                 else:

@@ -1,0 +1,1 @@
+"""NumPy twins of the shaders' mathematics: plain, slow, and what the tests compare the GPU with."""

@@ -68,9 +68,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     index_count = np.zeros_like(index_first)
     for asset, (first, length) in runs.items():
         index_first[asset, : len(first)], index_count[asset, : len(length)] = first, length
-    return AssetTable(
-        Volumes(**numbers, has_side=has_side), texel, levels, centre, reach, index_first, index_count
-    )
+    return AssetTable(Volumes(**numbers, has_side=has_side), texel, levels, centre, reach, index_first, index_count)
 
 
 def _finest_texel(baked: BakedObject) -> float:
@@ -88,5 +86,5 @@ def _bounding_sphere(baked: BakedObject) -> tuple[NDArray[np.float64], float]:
 
 def _mesh_sphere(mesh: Mesh) -> tuple[NDArray[np.float64], float]:
     low, high = mesh.bounds
-    middle = (low + high) / 2.0
+    middle = np.asarray((low + high) / 2, np.float64)
     return middle, float(np.linalg.norm(mesh.positions - middle, axis=1).max())

@@ -102,9 +102,7 @@ def _ranges(
     return first, count
 
 
-def _face_triangles(
-    images: list[DepthImage], level: int, radius: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _face_triangles(images: list[DepthImage], level: int, radius: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Sample numbers (n, 3), layer · H · W + texel, of the surface triangles of step 2^level, and the Run (n,) of each.
 
     Caps leave out what another face owns: the side is always drawn.

@@ -14,7 +14,9 @@ Array = NDArray[np.floating]
 class LodParams(Params):
     """Which resolution and which depth images an object is warped with."""
 
-    bias: float = param(0.0, "Added to the level of detail: +1 halves the grid's resolution", unit="levels", ge=-4, le=8)
+    bias: float = param(
+        0.0, "Added to the level of detail: +1 halves the grid's resolution", unit="levels", ge=-4, le=8
+    )
     max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
     freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
     cases: Literal["paper", "all"] = param("paper", "Depth images per view: the paper's three cases, or always all")

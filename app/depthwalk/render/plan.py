@@ -100,12 +100,20 @@ class Planner:
         self._frozen: dict[str, NDArray[np.int64]] | None = None
 
     def plan(
-        self, view: View, objects: Objects, table: AssetTable, lod: LodParams, atlas_size: tuple[int, int], tile_scale: float
+        self,
+        view: View,
+        objects: Objects,
+        table: AssetTable,
+        lod: LodParams,
+        atlas_size: tuple[int, int],
+        tile_scale: float,
     ) -> FramePlan:
         visible = visible_objects(view, objects, table)
         level, case = self._levels_and_cases(view, objects, table, lod)
         kind = objects.representation[visible]
-        warped, planes, tiles = _place_tiles(view, objects, table, visible[kind == Representation.DPCI], tile_scale, atlas_size)
+        warped, planes, tiles = _place_tiles(
+            view, objects, table, visible[kind == Representation.DPCI], tile_scale, atlas_size
+        )
         near = _too_near(objects, table, view, visible[kind == Representation.DPCI])
         direct = np.concatenate([visible[kind == Representation.DMESH], near])
         case[near] = Case.ALL  # from inside, any image may be seen
@@ -177,7 +185,12 @@ def _too_near(objects: Objects, table: AssetTable, view: View, chosen: NDArray[n
 
 
 def _place_tiles(
-    view: View, objects: Objects, table: AssetTable, chosen: NDArray[np.intp], tile_scale: float, atlas_size: tuple[int, int]
+    view: View,
+    objects: Objects,
+    table: AssetTable,
+    chosen: NDArray[np.intp],
+    tile_scale: float,
+    atlas_size: tuple[int, int],
 ) -> tuple[NDArray[np.intp], Planes, NDArray[np.int64]]:
     """Which of `chosen` are warped onto a plane (m,), their planes cut to the frustum, and tile sizes (m, 2)."""
     planes = _planes_of(view, objects, table, chosen)
@@ -205,7 +218,7 @@ def _pack(tiles: NDArray[np.int64], atlas_size: tuple[int, int]) -> tuple[NDArra
         shrink *= min(0.97, (atlas_size[1] / used) ** 0.5)
 
 
-def _group_order(*keys: NDArray[np.int64]) -> NDArray[np.intp]:
+def _group_order(*keys: NDArray[np.integer]) -> NDArray[np.intp]:
     """Sorts by asset, then level, then case; equal ones stay nearest first."""
     return np.lexsort(keys[::-1])
 
@@ -220,7 +233,7 @@ def _groups(
     """Runs of equal asset, and of equal level and case where they are given. The loop is over groups."""
     if not len(chosen):
         return []
-    keys = [objects.asset[chosen]]
+    keys: list[NDArray[np.integer]] = [objects.asset[chosen]]
     if level is not None and case is not None:
         keys += [level[chosen], case[chosen]]
     changed = np.logical_or.reduce([np.diff(key) != 0 for key in keys])
@@ -261,9 +274,7 @@ def _composite_records(
 ) -> NDArray[np.void]:
     records = np.zeros(len(chosen), COMPOSITE_RECORD)
     rotation, scale = objects.rotation[chosen], objects.scale[chosen]
-    corner = (
-        planes.low[:, :1] * planes.right + planes.low[:, 1:] * planes.up - planes.distance[:, None] * planes.normal
-    )
+    corner = planes.low[:, :1] * planes.right + planes.low[:, 1:] * planes.up - planes.distance[:, None] * planes.normal
     extent = planes.high - planes.low
     vectors = (("corner", corner), ("edge_u", extent[:, :1] * planes.right), ("edge_v", extent[:, 1:] * planes.up))
     for name, vector in vectors:
@@ -282,7 +293,7 @@ def _placed_drawing(
     level: NDArray[np.int64] | None = None,
     case: NDArray[np.int64] | None = None,
 ) -> Drawing:
-    keys = [objects.asset[chosen]]
+    keys: list[NDArray[np.integer]] = [objects.asset[chosen]]
     if level is not None and case is not None:
         keys += [level[chosen], case[chosen]]
     chosen = chosen[_group_order(*keys)]
@@ -301,7 +312,12 @@ def _counts(
     level: NDArray[np.int64],
     case: NDArray[np.int64],
 ) -> dict[str, int | float]:
-    drawn = {"objects": total, "dpci": len(composite.records), "dmesh": len(dmesh.records), "mesh": len(mesh.records)}
+    drawn: dict[str, int | float] = {
+        "objects": total,
+        "dpci": len(composite.records),
+        "dmesh": len(dmesh.records),
+        "mesh": len(mesh.records),
+    }
     warped = sum(group.count * length for group in warp.groups + dmesh.groups for _, length in group.indices) // 3
     drawn |= {"warped_triangles": warped, "draw_groups": len(warp.groups)}
     steps = {f"step_{1 << k}": int(n) for k, n in enumerate(np.bincount(level)) if n}

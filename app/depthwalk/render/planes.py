@@ -101,7 +101,9 @@ def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: A
     distance = np.maximum(distance, 1e-9)
     behind = np.where(side, 2 * v.radius, v.top - v.bottom)
     far = (distance / (distance + behind))[:, None]
-    first = np.where(side[:, None], np.stack([0 * v.bottom, v.bottom], -1), np.stack([-v.half_width, -v.half_depth], -1))
+    first = np.where(
+        side[:, None], np.stack([0 * v.bottom, v.bottom], -1), np.stack([-v.half_width, -v.half_depth], -1)
+    )
     last = np.where(side[:, None], np.stack([0 * v.top, v.top], -1), np.stack([v.half_width, v.half_depth], -1))
     low = np.minimum(first, epipole + far * (first - epipole))
     high = np.maximum(last, epipole + far * (last - epipole))
@@ -138,7 +140,9 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes
         slack = 1e-6 * (high - low)[cut][:, None] + 1e-12
         inside = ((candidates >= low[cut][:, None] - slack) & (candidates <= high[cut][:, None] + slack)).all(-1)
         scale = np.abs(lines[cut]).max(-1)[:, None] + 1e-12
-        inside &= (_evaluate(lines[cut], candidates) >= -1e-6 * scale * (1 + np.abs(candidates).sum(-1))[..., None]).all(-1)
+        inside &= (
+            _evaluate(lines[cut], candidates) >= -1e-6 * scale * (1 + np.abs(candidates).sum(-1))[..., None]
+        ).all(-1)
         low, high = low.copy(), high.copy()
         low[cut] = np.where(inside[..., None], candidates, np.inf).min(1)
         high[cut] = np.where(inside[..., None], candidates, -np.inf).max(1)
@@ -156,7 +160,7 @@ def _edge_crossings(lines: Array, low: Array, high: Array) -> Array:
     """Where the four lines meet the rectangle's four edge lines: (n, 16, 2); far away where they are parallel."""
     a, b, c = lines[..., 0], lines[..., 1], lines[..., 2]  # (n, 4)
     points = []
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):
         for bound in (low, high):
             s = np.broadcast_to(bound[:, :1], a.shape)
             v = np.broadcast_to(bound[:, 1:], a.shape)

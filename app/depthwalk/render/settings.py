@@ -1,6 +1,6 @@
 """`render:` of the scene file, the panel's sections and `--set render.…`: gathered from the passes' declarations."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, create_model
 
@@ -13,6 +13,14 @@ for _pass in PASSES:
     if _pass.Params.model_fields:
         _groups[_pass.name] = (_pass.Params, Field(default_factory=_pass.Params))
 
-RenderSettings = create_model(
-    "RenderSettings", __base__=Params, __doc__="Everything that changes the picture but not the scene.", **_groups
-)
+if TYPE_CHECKING:
+
+    class RenderSettings(Params):
+        """Everything that changes the picture but not the scene: `lod`, and a group per pass, by its name."""
+
+        def __getattr__(self, name: str) -> Any: ...
+
+else:
+    RenderSettings = create_model(
+        "RenderSettings", __base__=Params, __doc__="Everything that changes the picture but not the scene.", **_groups
+    )

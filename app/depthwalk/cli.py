@@ -1,0 +1,282 @@
+"""The command line: what each command takes. The work is in `commands`, imported when its command runs, so that
+`depthwalk --help` and `depthwalk check` wait for no graphics library."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from depthwalk import limits
+from depthwalk.commands.console import BAD_INPUT, guarded
+from depthwalk.commands.options import (
+    DEFAULT_RESOLUTION,
+    AssetRoots,
+    CameraAngle,
+    CameraPosition,
+    CameraTarget,
+    Frames,
+    NoBackground,
+    PathOption,
+    Quiet,
+    RepresentationName,
+    RepresentationOption,
+    Resolution,
+    SceneArgument,
+    Settings,
+    Verbose,
+    open_scene,
+    parse_camera,
+    parse_resolution,
+    parse_settings,
+    representation,
+)
+from depthwalk.errors import InputError
+
+app = typer.Typer(
+    name="depthwalk",
+    help="Walk through scenes too heavy to draw, by depth images warped on the GPU.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # errors are one plain line, not a box that breaks paths
+    pretty_exceptions_enable=False,
+)
+
+
+class Method(StrEnum):
+    """How depth images are made."""
+
+    RAYCAST = "raycast"
+
+
+class Axis(StrEnum):
+    """A mesh file's upward axis."""
+
+    Y = "y"
+    Z = "z"
+
+
+def main() -> None:
+    """The program `depthwalk`."""
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def _common(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
+    if version:
+        import depthwalk
+
+        print(depthwalk.__version__)
+        raise typer.Exit
+
+
+@app.command()
+@guarded
+def demo(
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")] = False,
+    representation_name: RepresentationOption = RepresentationName.SCENE,
+    frames: Frames = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """A window on the garden; with no display, its tour is rendered to files in ./depthwalk-demo."""
+    size = parse_resolution(resolution)
+    from depthwalk.commands import walk
+    from depthwalk.scene.path import load_path
+
+    scene = open_scene(walk.garden(), None, None)
+    tour = load_path(walk.garden_tour())
+    shown = walk.Walk(scene, tour, size, representation(representation_name), fullscreen=fullscreen)
+    walk.demo(shown, tour, frames)
+
+
+@app.command()
+@guarded
+def view(
+    scene: Annotated[Path | None, typer.Argument(metavar="SCENE", help="Scene file; the garden, if absent.")] = None,
+    path: PathOption = None,
+    fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")] = False,
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    camera_position: CameraPosition = None,
+    camera_target: CameraTarget = None,
+    camera_view_angle: CameraAngle = None,
+    representation_name: RepresentationOption = RepresentationName.SCENE,
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """A window to walk through a scene in."""
+    size = parse_resolution(resolution)
+    camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    from depthwalk.commands import walk
+    from depthwalk.scene.path import load_path
+
+    loaded = open_scene(scene or walk.garden(), asset_root, settings)
+    shown = walk.Walk(
+        loaded,
+        load_path(path) if path else None,
+        size,
+        representation(representation_name),
+        walk.start_camera(loaded, camera),
+        fullscreen,
+    )
+    reason = walk.open_walk(shown)
+    if reason is not None:
+        typer.echo(f"{reason}; `depthwalk render` needs no display", err=True)
+        raise typer.Exit(1)
+
+
+@app.command()
+@guarded
+def render(
+    scene: SceneArgument,
+    out: Annotated[
+        str,
+        typer.Option("-o", "--output", metavar="OUT", help="PNG, EXR or MP4 file; may hold {frame:4}; - is stdout."),
+    ],
+    path: PathOption = None,
+    frames: Frames = None,
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    camera_position: CameraPosition = None,
+    camera_target: CameraTarget = None,
+    camera_view_angle: CameraAngle = None,
+    representation_name: RepresentationOption = RepresentationName.SCENE,
+    no_background: NoBackground = False,
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Render a scene, or the frames of a camera path, to files."""
+    size = parse_resolution(resolution)
+    camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    _check_camera_source(path, camera.given)
+    if frames is not None and path is None:
+        raise InputError("--frames: needs --path")
+    from depthwalk.commands import render as work
+    from depthwalk.scene.path import load_path
+
+    loaded = open_scene(scene, asset_root, settings)
+    walk = load_path(path) if path else None
+    cameras = work.path_cameras(walk, frames) if walk else None
+    output = work.Output(out, no_background)
+    work.check_output(output, len(cameras or [None]), walk is not None, work.input_files(loaded, path))
+    look = size, representation(representation_name), walk.fps if walk else 1.0
+    work.render_frames(loaded, cameras or camera, output, *look)
+
+
+@app.command()
+@guarded
+def bake(
+    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE_OR_DIR", help="Where to; beside the mesh, where absent."),
+    ] = None,
+    dpci_resolution: Annotated[
+        int,
+        typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
+    ] = 512,
+    layers: Annotated[int, typer.Option(min=1, max=limits.MAX_DPCI_LAYERS, help="Surfaces along each ray.")] = 3,
+    method: Annotated[Method, typer.Option(help="How depth images are made.")] = Method.RAYCAST,
+    up: Annotated[Axis, typer.Option(help="The files' upward axis.")] = Axis.Y,
+    height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
+    texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Bake meshes to depth images, NAME.dpci.exr; scenes that name the mesh with the same values use them."""
+    from depthwalk.bake.baker import BakeParams
+    from depthwalk.commands import bake as work
+
+    files = work.output_files(meshes, out)
+    specs = [work.mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
+    if work.bake_meshes(specs, BakeParams(dpci_resolution, layers), files):
+        raise typer.Exit(BAD_INPUT)
+
+
+@app.command()
+@guarded
+def bench(
+    scene: SceneArgument,
+    path: PathOption = None,
+    frames: Frames = None,
+    warmup: Annotated[
+        int, typer.Option(metavar="N", min=0, max=limits.MAX_FRAMES, help="Frames before the measured ones.")
+    ] = 5,
+    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as JSON.")] = None,
+    html: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as a page.")] = None,
+    representations: Annotated[
+        list[str] | None,
+        typer.Option("--representation", metavar="R,...", help="What to compare: scene, dpci, mesh, dmesh."),
+    ] = None,
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    camera_position: CameraPosition = None,
+    camera_target: CameraTarget = None,
+    camera_view_angle: CameraAngle = None,
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure what a scene costs per frame and per pass, standing still or along a camera path."""
+    size = parse_resolution(resolution)
+    camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    _check_camera_source(path, camera.given)
+    from depthwalk.commands import bench as work
+    from depthwalk.scene.path import load_path
+
+    names = work.parse_representations(representations)
+    loaded = open_scene(scene, asset_root, settings)
+    walk = load_path(path) if path else None
+    plan = work.Plan(loaded, path, walk, camera, frames, warmup, size, names)
+    work.check_report_files([json, html], plan)
+    work.run_bench(plan, json, html)
+
+
+@app.command()
+@guarded
+def check(
+    scenes: Annotated[list[Path], typer.Argument(metavar="SCENE", help="Scene and path files.")],
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Validate scene and path files and what they name; render nothing."""
+    overrides = parse_settings(settings)
+    from depthwalk.commands.check import check_file
+
+    bad = False
+    for scene in scenes:
+        try:
+            print(check_file(scene, asset_root or [], overrides))
+        except InputError as error:
+            bad = True
+            typer.echo(str(error), err=True)
+    if bad:
+        raise typer.Exit(BAD_INPUT)
+
+
+@app.command()
+@guarded
+def info(
+    file: Annotated[Path | None, typer.Argument(metavar="FILE", help="Scene, path, baked file or mesh.")] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Versions, GL renderer and limits; or what a file holds."""
+    from depthwalk.commands.info import describe_file, installation, print_rows
+
+    print_rows(describe_file(file) if file else installation())
+
+
+def _check_camera_source(path: Path | None, camera_given: bool) -> None:
+    if path is not None and camera_given:
+        raise InputError("--path: already says where the camera is; leave out the --camera options")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,170 @@
+"""Depth images of known shapes, the cut, ownership, the file and the cache."""
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.cache import bake_key, find_baked, keep_baked, sidecar
+from depthwalk.bake.file import read_baked, write_baked
+from depthwalk.bake.images import Face, grid_cells, grid_nodes, image_points, layer_triangles, texel_centres
+from depthwalk.errors import InputError
+from shapes import bake, box, joined, sphere
+
+
+def images_of(baked, face):
+    return [image for image in baked.images if image.face is face]
+
+
+def test_a_sphere_has_known_depth():
+    baked = bake(sphere(columns=512, rows=256), resolution=128, layers=1)
+    radius = baked.cylinder.radius
+    side = images_of(baked, Face.SIDE)[0]
+    y = baked.cylinder.bottom + texel_centres(128) * baked.cylinder.height - 1
+    expected = radius - np.sqrt(np.maximum(1 - y**2, 0))
+    assert np.abs(side.depth - expected[:, None]).max() < 2e-3
+    top = images_of(baked, Face.TOP)[0]
+    x = (2 * texel_centres(128) - 1) * radius
+    squared = x[None] ** 2 + x[:, None] ** 2
+    solid = squared < 0.98
+    depth = baked.cylinder.top - (1 + np.sqrt(np.maximum(1 - squared, 0)))
+    assert np.abs(top.depth - depth)[solid].max() < 5e-3
+    assert np.isinf(top.depth[squared > 1.01]).all()
+
+
+def test_points_lie_on_the_surface_and_normals_point_out():
+    baked = bake(sphere(), resolution=64, layers=3)
+    for image in baked.images:
+        solid = np.isfinite(image.depth)
+        points = image_points(baked.cylinder, image)[solid] - [0, 1, 0]
+        assert np.abs(np.linalg.norm(points, axis=1) - 1).max() < 2e-3
+        assert np.einsum("ni,ni->n", points, image.normal[solid]).min() > 0.99
+
+
+def test_layers_are_front_faces_in_order():
+    shelves = joined(*[box(1.0, 0.1, 1.0, (0, y, 0)) for y in (0.05, 0.55, 1.05)])
+    top = images_of(bake(shelves, resolution=32, layers=3), Face.TOP)
+    depths = [image.depth[16, 16] for image in top]
+    assert depths == pytest.approx([0.0, 0.5, 1.0], abs=2e-3)
+
+
+def corners_of(baked, face, level):
+    """3-D corners (n, 3, 3) of the triangles of one face."""
+    images = images_of(baked, face)
+    points = np.stack([image_points(baked.cylinder, image).reshape(-1, 3) for image in images])
+    return np.concatenate([points[layer_triangles(image, level)] for image in images])
+
+
+@pytest.mark.parametrize("level", [0, 1, 2, 3])
+def test_a_step_is_cut_at_every_level(level):
+    """A post before a plate: no triangle may bridge the air between them."""
+    post = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
+    baked = bake(post, resolution=128)
+    corners = corners_of(baked, Face.SIDE, level)
+    assert len(corners) > 10
+    z = corners[..., 2]
+    bridging = (z.max(1) > 0.8) & (z.min(1) < 0.0)
+    assert not bridging.any()
+
+
+def test_a_slope_is_not_cut():
+    """Every cell of a sphere's side image is surface, at every step, except at the poles."""
+    baked = bake(sphere(), resolution=128, layers=1)
+    side = images_of(baked, Face.SIDE)[0]
+    for level in range(3):
+        _, j0, _, j1 = grid_cells((128, 128), Face.SIDE, 1 << level)
+        middle = (j0 > 12) & (j1 < 116)
+        assert (side.cells[level][middle] == (1 | 1 << 7)).all()
+
+
+def test_a_surface_goes_on_behind_an_edge():
+    """Where the post hides the plate from above, plate triangles continue on the second layer."""
+    step = joined(box(2.0, 0.2, 2.0, (0, 0.1, 0)), box(0.8, 0.1, 0.8, (0, 1.0, 0)))
+    baked = bake(step, resolution=128, layers=2)
+    top = images_of(baked, Face.TOP)
+    crossing = [np.ptp(layer_triangles(image, 0)[0], axis=1) > 0 for image in top]
+    assert sum(part.sum() for part in crossing) > 100
+    heights = corners_of(baked, Face.TOP, 0)[..., 1]
+    assert np.ptp(heights, axis=1).max() < 0.3  # no triangle from lid to plate
+    plate = np.abs(heights - 0.2).max(1) < 0.01
+    area = 0.5 * (2 * baked.cylinder.radius / 128) ** 2
+    assert plate.sum() * area == pytest.approx(4.0, rel=0.06)  # whole, under the lid too
+
+
+def test_each_surface_belongs_to_the_face_that_sees_it_squarely():
+    baked = bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=128, layers=1)
+    side, top = images_of(baked, Face.SIDE)[0], images_of(baked, Face.TOP)[0]
+    up = top.normal[..., 1] > 0.9
+    assert (top.owner[up] == Face.TOP).mean() > 0.97
+    walls = np.isfinite(side.depth) & (np.abs(side.normal[..., 1]) < 0.1)
+    assert (side.owner[walls] == Face.SIDE).all()
+
+
+@pytest.mark.parametrize(
+    ("count", "step", "wraps", "last"), [(16, 4, True, 12), (16, 4, False, 15), (17, 4, False, 16)]
+)
+def test_grids_reach_the_border(count, step, wraps, last):
+    assert grid_nodes(count, step, wraps)[-1] == last
+
+
+def test_a_file_gives_back_what_was_written(tmp_path):
+    baked = bake(joined(box(1, 1, 1, (0, 0.5, 0)), box(0.2, 0.2, 0.2, (0.9, 0.5, 0))), resolution=64)
+    path = tmp_path / "x.dpci.exr"
+    write_baked(path, baked)
+    again = read_baked(path)
+    assert again.key == baked.key and again.steps == baked.steps
+    assert [image.name for image in again.images] == [image.name for image in baked.images]
+    for old, new in zip(baked.images, again.images, strict=True):
+        assert np.array_equal(old.depth, new.depth) and np.array_equal(old.owner, new.owner)
+        assert all(np.array_equal(a, b) for a, b in zip(old.cells, new.cells, strict=True))
+        assert np.abs(old.normal - new.normal).max() < 1e-3 and np.abs(old.albedo - new.albedo).max() < 1e-3
+    with OpenEXR.File(str(path)) as file:  # upright in any viewer: row 0 of the file is the top
+        assert file.parts[0].header["name"] == "top.0"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "not an OpenEXR file"),
+        (b"\x76\x2f\x31\x01" + b"\0" * 60, "not an OpenEXR file"),
+        (b"hello", "not an OpenEXR file"),
+    ],
+)
+def test_damaged_files_are_refused(tmp_path, content, message):
+    path = tmp_path / "x.dpci.exr"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=f"x.dpci.exr: {message}"):
+        read_baked(path)
+
+
+def test_truncated_files_are_refused(tmp_path):
+    path = tmp_path / "x.dpci.exr"
+    write_baked(path, bake(sphere(columns=32, rows=16), resolution=32))
+    data = path.read_bytes()
+    for part in (0.3, 0.6, 0.9):
+        path.write_bytes(data[: int(len(data) * part)])
+        with pytest.raises(InputError, match=r"x\.dpci\.exr"):
+            read_baked(path)
+
+
+def test_a_foreign_exr_is_refused(tmp_path):
+    path = tmp_path / "x.exr"
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, {"R": np.zeros((4, 4), np.float32)}).write(str(path))
+    with pytest.raises(InputError, match="not one of baked depth images"):
+        read_baked(path)
+
+
+def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path, monkeypatch):
+    monkeypatch.setattr("depthwalk.bake.cache.cache_folder", lambda: tmp_path / "cache")
+    mesh = sphere(columns=32, rows=16)
+    key = bake_key("source", resolution=32)
+    assert key != bake_key("source", resolution=33) != bake_key("other", resolution=33)
+    source = tmp_path / "ball.ply"
+    assert find_baked(source, key) is None
+    path = keep_baked(bake_object(mesh, BakeParams(32, 1), key))
+    assert find_baked(source, key).key == key
+    path.write_bytes(b"damaged")
+    assert find_baked(source, key) is None
+    write_baked(sidecar(source), bake_object(mesh, BakeParams(32, 1), key))
+    assert find_baked(source, key).key == key

@@ -1,0 +1,113 @@
+"""Meshes of known shape and a library of them, for tests that need no files."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.environment import Environment
+
+
+def mesh_of(positions, faces, normals, colour=(200, 120, 80), specular=0.15):
+    count = len(positions)
+    return Mesh(
+        np.asarray(positions, np.float32),
+        np.asarray(normals, np.float32),
+        np.tile(np.uint8(colour), (count, 1)),
+        np.zeros((count, 2), np.float32),
+        np.asarray(faces, np.int32),
+        (Part(0, len(faces), 0),),
+        (Material((1.0, 1.0, 1.0), specular=specular),),
+    )
+
+
+def _lattice(columns, rows):
+    """Quads of a (rows + 1) × (columns + 1) lattice as triangles, counter-clockwise where column × row points out."""
+    i, j = np.meshgrid(np.arange(columns), np.arange(rows))
+    a = (j * (columns + 1) + i).ravel()
+    b, c, d = a + 1, a + columns + 1, a + columns + 2
+    return np.concatenate([np.stack([a, b, d], -1), np.stack([a, d, c], -1)])
+
+
+def sphere(radius=1.0, columns=256, rows=128, **look):
+    """A sphere that stands on the origin."""
+    phi, theta = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(-np.pi / 2, np.pi / 2, rows + 1))
+    normals = np.stack([np.cos(theta) * np.sin(phi), np.sin(theta), np.cos(theta) * np.cos(phi)], -1).reshape(-1, 3)
+    faces = _lattice(columns, rows)
+    corners = normals[faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return mesh_of(normals * radius + [0, radius, 0], faces[area > 1e-9], normals, **look)
+
+
+def box(width, height, depth, centre=(0.0, 0.0, 0.0), **look):
+    """A box around `centre` with hard edges."""
+    positions, normals, faces = [], [], []
+    for axis in range(3):
+        for sign in (-1, 1):
+            normal = np.zeros(3)
+            normal[axis] = sign
+            u = np.roll([1.0, 0, 0], axis + 1)
+            v = np.cross(normal, u)
+            first = len(positions)
+            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+                positions.append((normal + a * u + b * v) * np.array([width, height, depth]) / 2 + centre)
+                normals.append(normal)
+            faces += [[first, first + 1, first + 2], [first, first + 2, first + 3]]
+    return mesh_of(positions, faces, normals, **look)
+
+
+def joined(*meshes):
+    """Several meshes as one, with the first one's material."""
+    starts = np.cumsum([0] + [len(m.positions) for m in meshes[:-1]])
+    faces = np.concatenate([m.faces + start for m, start in zip(meshes, starts, strict=True)])
+    whole = mesh_of(np.concatenate([m.positions for m in meshes]), faces, np.concatenate([m.normals for m in meshes]))
+    whole.colours[:] = np.concatenate([m.colours for m in meshes])
+    return whole
+
+
+def bake(mesh, resolution=128, layers=2):
+    return bake_object(mesh, BakeParams(resolution, layers), "test")
+
+
+class ShapeLibrary:
+    """Meshes and their depth images by number; either may be None."""
+
+    def __init__(self, meshes, baked=None, **params):
+        self._meshes = meshes
+        self._baked = baked or [bake(mesh, **params) for mesh in meshes]
+
+    def __len__(self):
+        return len(self._baked)
+
+    def has_baked(self, asset):
+        return self._baked[asset] is not None
+
+    def has_mesh(self, asset):
+        return self._meshes[asset] is not None
+
+    def baked(self, asset):
+        return self._baked[asset]
+
+    def mesh(self, asset):
+        return self._meshes[asset]
+
+    def texture(self, path):
+        raise AssertionError(f"no texture in this test: {path}")
+
+
+def scene_of(*placed, representation=Representation.DPCI, **environment):
+    """A scene of (asset, position, yaw, scale) with default lights."""
+    asset, position, yaw, scale = zip(*placed, strict=True)
+    yaw = np.asarray(yaw, np.float32)
+    rotation = np.stack([0 * yaw, np.sin(yaw / 2), 0 * yaw, np.cos(yaw / 2)], -1)
+    objects = Objects(
+        np.asarray(asset, np.int32),
+        np.asarray(position, np.float32).reshape(-1, 3),
+        rotation.astype(np.float32),
+        np.asarray(scale, np.float32),
+        np.full(len(asset), representation, np.uint8),
+    )
+    return SimpleNamespace(objects=objects, environment=Environment(**environment), render=RenderSettings())
