@@ -1,14 +1,15 @@
 // Colour and normal of a depth-image object at a point of its surface. Geometry comes from the warp; shading is looked
 // up here at full resolution, whatever the grid's step was.
 uniform sampler2DArray albedo_images;   // square roots of linear colour, a = specular strength
-uniform sampler2DArray normal_images;   // xyz, object frame
+uniform sampler2DArray normal_images;   // xyz, object frame; a = depth, metres
 uniform vec4 cylinder;                  // radius, bottom, half width, half depth
 uniform float cylinder_height;
 uniform vec2 texels;                    // per metre: on the side image, on the caps
 uniform ivec2 first_images;             // number of the first side image and of the first bottom image
 uniform float shininess;
 
-const int PAST_AXIS = 256;
+const int PAST_AXIS = 256;  // flags in the number of an image, see grids.py
+const int BORDER = 512;
 const float TURN = 6.283185307179586;
 
 struct Surface {
@@ -17,16 +18,51 @@ struct Surface {
     vec3 normal;
 };
 
+// Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface.
+void sample_border(vec3 at, float depth, float texel, out vec4 albedo, out vec3 normal) {
+    ivec2 size = textureSize(normal_images, 0).xy;
+    vec2 position = at.xy * vec2(size) - 0.5;
+    ivec2 low = ivec2(floor(position));
+    vec2 f = position - vec2(low);
+    albedo = vec4(0.0);
+    normal = vec3(0.0);
+    float total = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 corner = ivec2(k & 1, k >> 1);
+        ivec2 at_texel = low + corner;
+        at_texel = ivec2((at_texel.x + size.x) % size.x, clamp(at_texel.y, 0, size.y - 1));
+        vec4 stored = texelFetch(normal_images, ivec3(at_texel, int(at.z)), 0);
+        vec2 near = 1.0 - abs(f - vec2(corner));
+        float off = (stored.a - depth) / texel;
+        float weight = (near.x * near.y + 1e-3) / (1e-3 + off * off);
+        albedo += weight * texelFetch(albedo_images, ivec3(at_texel, int(at.z)), 0);
+        normal += weight * stored.xyz;
+        total += weight;
+    }
+    albedo /= total;
+}
+
 // p: object frame, metres; image: number of the image that p was warped from; footprint: metres that a pixel covers.
 Surface surface_at(vec3 p, int image, float footprint) {
-    bool past_axis = image >= PAST_AXIS;
-    int layer = past_axis ? image - PAST_AXIS : image;
+    bool border = (image & BORDER) != 0;
+    bool past_axis = (image & PAST_AXIS) != 0;
+    int layer = image & (PAST_AXIS - 1);
     bool side = layer >= first_images.x && layer < first_images.y;
     float theta = past_axis ? atan(-p.z, -p.x) : atan(p.z, p.x);  // wraps: the sampler repeats
     vec2 uv = side ? vec2(theta / TURN, (p.y - cylinder.y) / cylinder_height) : p.xz / (2.0 * cylinder.zw) + 0.5;
     float lod = max(log2(footprint * (side ? texels.x : texels.y)), 0.0);
     vec3 at = vec3(uv, float(layer));
-    vec4 albedo = textureLod(albedo_images, at, lod);
-    vec3 normal = textureLod(normal_images, at, lod).xyz;
+    vec4 albedo;
+    vec3 normal;
+    if (border && lod < 1.0) {
+        float radial = length(p.xz);
+        float top = cylinder.y + cylinder_height;
+        float cap = layer < first_images.x ? top - p.y : p.y - cylinder.y;
+        float depth = side ? cylinder.x - (past_axis ? -radial : radial) : cap;
+        sample_border(at, depth, 1.0 / (side ? texels.x : texels.y), albedo, normal);
+    } else {
+        albedo = textureLod(albedo_images, at, lod);
+        normal = textureLod(normal_images, at, lod).xyz;
+    }
     return Surface(albedo.rgb * albedo.rgb, albedo.a, normal / max(length(normal), 1e-6));
 }

@@ -1,6 +1,7 @@
 #include "common/gbuffer.glsl"
 uniform sampler2D ground_texture;
 uniform vec3 colour;        // linear
+uniform vec3 mean;          // of the texture, linear
 uniform float tile;         // metres
 
 in vec3 from_viewer;
@@ -14,8 +15,7 @@ void main() {
     vec2 uv = at / tile;
     vec3 near = texture(ground_texture, uv).rgb;
     vec3 far = texture(ground_texture, mat2(0.8, 0.6, -0.6, 0.8) * uv * 0.23).rgb;
-    vec3 mean = textureLod(ground_texture, uv, 16.0).rgb;
-    vec3 albedo = colour * near * mix(vec3(1.0), far / max(mean, 1e-3), 0.5);
+    vec3 albedo = colour * near * mix(vec3(1.0), far / mean, 0.5);
     out_albedo = encode_albedo(min(albedo, 1.0), 0.0);
     out_surface = encode_surface(vec3(0.0, 1.0, 0.0), 1.0);
 }

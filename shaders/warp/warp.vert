@@ -8,9 +8,11 @@ in vec4 in_right;       // plane axes, object frame; w: the epipole in them
 in vec4 in_up;
 in vec4 in_normal;      // toward the viewer; w: plane · normal
 in vec4 in_to_clip;     // scale and offset from plane coordinates, relative to the epipole, to the tile in the atlas
+in vec4 in_bounds;      // of the tile: a near object's samples reach beyond what the camera sees of it
 in float in_distance;   // D_t, of the viewer to the plane
 
 flat out uint image;
+out float gl_ClipDistance[4];
 
 void main() {
     vec3 sample_point = sample_position(in_sample);
@@ -20,5 +22,9 @@ void main() {
     vec2 warped = lambda * from_epipole;
     // Stored depth is 1 − λ: affine over the plane for a flat triangle, nearest is smallest.
     gl_Position = vec4(warped * in_to_clip.xy + in_to_clip.zw, 1.0 - 2.0 * lambda, 1.0);
+    gl_ClipDistance[0] = gl_Position.x - in_bounds.x;
+    gl_ClipDistance[1] = gl_Position.y - in_bounds.y;
+    gl_ClipDistance[2] = in_bounds.z - gl_Position.x;
+    gl_ClipDistance[3] = in_bounds.w - gl_Position.y;
     image = in_sample.w;
 }

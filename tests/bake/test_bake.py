@@ -7,7 +7,15 @@ import pytest
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import bake_key, find_baked, keep_baked, sidecar
 from depthwalk.bake.file import read_baked, write_baked
-from depthwalk.bake.images import Face, grid_cells, grid_nodes, image_points, layer_triangles, texel_centres
+from depthwalk.bake.images import (
+    Face,
+    border_points,
+    grid_cells,
+    grid_nodes,
+    image_points,
+    layer_triangles,
+    texel_centres,
+)
 from depthwalk.errors import InputError
 from shapes import bake, box, joined, sphere
 
@@ -168,3 +176,32 @@ def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path, monkeypatch):
     assert find_baked(source, key) is None
     write_baked(sidecar(source), bake_object(mesh, BakeParams(32, 1), key))
     assert find_baked(source, key).key == key
+
+
+def border_area(baked, face, level):
+    """Surface covered by one face's triangles, border included."""
+    images = images_of(baked, face)
+    points = np.concatenate([image_points(baked.cylinder, image).reshape(-1, 3) for image in images])
+    border = next(border for border in baked.borders if (border.face, border.level) == (face, level))
+    points = np.concatenate([points, border_points(baked.cylinder, images, border)[0]])[border.triangles]
+    corners = np.concatenate([points, corners_of(baked, face, level)])
+    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+
+
+@pytest.mark.parametrize("level", [0, 1, 2])
+def test_borders_complete_a_surface_to_its_edge(level):
+    """The lid of a box, 1.0 × 0.7 m, covers a whole number of cells only by chance."""
+    baked = bake(box(1.0, 0.3, 0.7, (0, 0.15, 0)), resolution=64, layers=1)
+    cell = 2 * baked.cylinder.radius / 64 * 2**level
+    assert border_area(baked, Face.TOP, level) == pytest.approx(0.7, abs=0.2 * cell)  # corners are cut, edges are not
+
+
+def test_thin_things_do_not_fall_through_the_grid():
+    """A rod thinner than a texel of the cap, hit by one row of rays."""
+    rod = joined(box(1.0, 0.02, 0.015, (0, 0.5, 0.011)), box(1.0, 0.1, 1.0, (0, 0.05, 0)))
+    baked = bake(rod, resolution=64, layers=2)
+    images = images_of(baked, Face.TOP)
+    border = next(border for border in baked.borders if (border.face, border.level) == (Face.TOP, 0))
+    _, depth = border_points(baked.cylinder, images, border)
+    on_rod = depth < 0.1
+    assert on_rod.sum() > 2 * 64 / 2**0.5

@@ -39,7 +39,7 @@ def test_pass_one_matches_its_twin(gl_device):
     program = gl_device.context.program(vertex_shader=Source("warp/warp.vert", "").text, varyings=["gl_Position"])
     program["box_low"], program["box_size"] = tuple(low), tuple(size)
     vertices, instances = scope.buffer(samples), scope.buffer(records)
-    layout = "4f 4f 4f 4f 1f/i"
+    layout = "4f 4f 4f 4f 16x 1f/i"
     names = ["in_right", "in_up", "in_normal", "in_to_clip", "in_distance"]
     array = gl_device.context.vertex_array(program, [(vertices, "4u2", "in_sample"), (instances, layout, *names)])
     out = scope.buffer(reserve=16 * count * 100)
@@ -148,7 +148,7 @@ def test_a_step_is_cut_not_bridged(studio):
     imaged, meshed = pictures
     assert meshed.sum() > 500
     assert (imaged & ~meshed).sum() < 0.02 * meshed.sum()
-    assert (imaged & meshed).sum() > 0.85 * meshed.sum()
+    assert (imaged & meshed).sum() > 0.97 * meshed.sum()
 
 
 @pytest.mark.parametrize(

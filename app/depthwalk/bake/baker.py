@@ -6,8 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from depthwalk.bake.border import Samples, trace_borders
 from depthwalk.bake.connectivity import connect
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, surface_rays, texel_centres, usable_steps
+from depthwalk.bake.images import (
+    BakedObject,
+    Border,
+    Cylinder,
+    DepthImage,
+    Face,
+    surface_rays,
+    texel_centres,
+    usable_steps,
+)
 from depthwalk.bake.ownership import assign_owners
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.surface import mean_shininess, surface_at
@@ -39,19 +49,23 @@ def bake_object(mesh: Mesh, params: BakeParams, key: str, progress: Progress = l
     caster = RayCaster(mesh)
     steps = usable_steps((params.resolution, params.resolution))
     images: list[DepthImage] = []
+    borders: list[Border] = []
     for face in Face:
         progress(face.name.lower())
-        images += bake_face(mesh, caster, cylinder, face, params, steps)
+        seen, edges = bake_face(mesh, caster, cylinder, face, params, steps)
+        images += seen
+        borders += edges
     progress("owners")
     owners = assign_owners(cylinder, images)
     images = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
-    return BakedObject(cylinder, tuple(images), mean_shininess(mesh), steps, key)
+    return BakedObject(cylinder, tuple(images), tuple(borders), mean_shininess(mesh), steps, key)
 
 
 def bake_face(
     mesh: Mesh, caster: RayCaster, cylinder: Cylinder, face: Face, params: BakeParams, steps: int
-) -> list[DepthImage]:
-    """The layers of one face that see anything at all; each owns all it sees until owners are assigned."""
+) -> tuple[list[DepthImage], list[Border]]:
+    """The layers of one face that see anything at all, and their borders; each owns all it sees until owners are
+    assigned."""
     size = params.resolution
     reach = 2 * cylinder.radius if face is Face.SIDE else cylinder.height
     centres = texel_centres(size)
@@ -59,10 +73,17 @@ def bake_face(
     hits = caster.peel(origin.reshape(-1, 3), direction.reshape(-1, 3), params.layers, reach)
     depths = [hit.distance.reshape(size, size) for hit in hits]
     used = 1 + max((layer for layer, depth in enumerate(depths) if np.isfinite(depth).any()), default=-1)
-    cells = connect(caster, cylinder, face, np.stack(depths[:used]), steps) if used else []
+    if not used:
+        return [], []
+    samples = Samples(
+        np.stack(depths[:used]),
+        np.stack([hit.normal.reshape(size, size, 3) for hit in hits[:used]]),
+        np.stack([hit.flipped.reshape(size, size) for hit in hits[:used]]),
+    )
+    cells = connect(caster, cylinder, face, samples.depth, steps)
     owner = np.full((size, size), face, np.uint8)
     images = []
     for layer in range(used):
         normal, albedo = (channel.reshape(size, size, -1) for channel in surface_at(mesh, hits[layer]))
         images.append(DepthImage(face, layer, depths[layer], normal, albedo, tuple(cells[layer]), owner))
-    return images
+    return images, trace_borders(caster, cylinder, face, samples, cells)

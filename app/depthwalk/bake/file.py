@@ -2,13 +2,13 @@
 
 One part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float, metres),
 N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key stand in the
-header of every part.
+header of every part. The borders of each face and level are two more parts, lists folded to 1024 columns.
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
 import os
-import tempfile
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +17,16 @@ import OpenEXR
 from numpy.typing import NDArray
 
 from depthwalk import limits
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, grid_cells
+from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Face, grid_cells
 from depthwalk.errors import InputError
 
 SUFFIX = ".dpci.exr"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 4
 _ATTRIBUTE = "depthwalk."
 _GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 _PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_LISTS = ("border", "triangles")  # names of the parts that hold a border: border.side.0, triangles.side.0
+_LIST_WIDTH = 1024
 _CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
 
 
@@ -34,17 +36,23 @@ def write_baked(path: Path, baked: BakedObject) -> None:
     Raises OSError where the folder cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(suffix=".exr", prefix=".bake-", dir=path.parent)
-    os.close(handle)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.exr")
     try:
+        names = [image.name for image in baked.images]
         channels = [_channels(image) for image in baked.images]
-        header = _header(baked) | {_ATTRIBUTE + "checksum": _checksum(channels)}
-        parts = [OpenEXR.Part(dict(header), c, image.name) for c, image in zip(channels, baked.images, strict=True)]
-        OpenEXR.File(parts).write(temporary)
+        for border in baked.borders:
+            samples = _samples(baked.images, border.face)
+            for kind, lists in _border_lists(border, samples).items():
+                names.append(f"{kind}.{border.face.name.lower()}.{border.level}")
+                channels.append(lists)
+        header = _header(baked) | {_ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
+        parts = [
+            OpenEXR.Part(header | {"dataWindow": _window(c)}, c, name) for c, name in zip(channels, names, strict=True)
+        ]
+        OpenEXR.File(parts).write(str(temporary))
         os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def read_baked(path: Path) -> BakedObject:
@@ -58,7 +66,14 @@ def read_baked(path: Path) -> BakedObject:
             stored = [(part.name(), {k: channel.pixels for k, channel in part.channels.items()}) for part in file.parts]
         if _checksum([channels for _, channels in stored]) != header[_ATTRIBUTE + "checksum"]:
             raise ValueError("the pixels do not match their checksum")  # the library reads damaged ones without a word
-        images = [_image(name, channels, int(header[_ATTRIBUTE + "steps"])) for name, channels in stored]
+        steps = int(header[_ATTRIBUTE + "steps"])
+        lists = {name: channels for name, channels in stored if name.startswith(_LISTS)}
+        images = [_image(name, channels, steps) for name, channels in stored if name not in lists]
+        borders = [
+            _border(name, lists, _samples(images, Face[name.split(".")[1].upper()]))
+            for name in lists
+            if name.startswith(_LISTS[0])
+        ]
     except (RuntimeError, KeyError, ValueError) as error:
         raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
     images.sort(key=lambda image: (image.face, image.layer))
@@ -67,6 +82,7 @@ def read_baked(path: Path) -> BakedObject:
     return BakedObject(
         cylinder,
         tuple(images),
+        tuple(borders),
         shininess=float(header[_ATTRIBUTE + "shininess"]),
         steps=int(header[_ATTRIBUTE + "steps"]),
         key=str(header[_ATTRIBUTE + "key"]),
@@ -111,6 +127,12 @@ def _header(baked: BakedObject) -> dict[str, Any]:
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 
 
+def _window(channels: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Corners of the pixels of a part. All parts of a file share the first one's as their display window."""
+    height, width = next(iter(channels.values())).shape
+    return np.zeros(2, np.int32), np.array([width - 1, height - 1], np.int32)
+
+
 def _attribute(value: Any) -> Any:
     return float(value) if isinstance(value, np.floating) else value
 
@@ -149,6 +171,63 @@ def _unpacked_cells(face: Face, channels: dict[str, NDArray[np.uint32]], steps: 
         i, j, _, _ = grid_cells((channel.shape[0], channel.shape[1]), face, 1 << level)
         cells.append((channel[j, i] >> 16 * (level % 2)).astype(np.uint16))
     return tuple(cells)
+
+
+def _samples(images: Iterable[DepthImage], face: Face) -> int:
+    """How many texels the images of one face have."""
+    return sum(image.depth.size for image in images if image.face is face)
+
+
+def _border_lists(border: Border, samples: int) -> dict[str, dict[str, NDArray[Any]]]:
+    """A border as two lists in the shape of images: its vertices and its triangles, as small numbers that compress.
+
+    Starts and first corners are differences to the one before; second and third corners are counted from the first
+    corner, or from the first border vertex that starts there.
+    """
+    if not len(border.triangles):
+        return {}
+    du, dv = border.offset.T
+    vertices = {"start": np.diff(border.start, prepend=0), "du": du, "dv": dv, "rise": border.rise}
+    first, *others = border.triangles.T
+    triangles = {"a": np.diff(first, prepend=0)}
+    for name, corner in zip("bc", others, strict=True):
+        is_end = corner >= samples
+        relative = np.where(is_end, corner - samples - np.searchsorted(border.start, first), corner - first)
+        triangles[name] = (relative << 1 ^ relative >> 31) << 1 | is_end  # zigzag: small magnitudes, small codes
+    return {_LISTS[0]: _folded(vertices), _LISTS[1]: _folded(triangles)}
+
+
+def _border(name: str, lists: dict[str, dict[str, NDArray[Any]]], samples: int) -> Border:
+    face, level = name.split(".")[1:]
+    vertices, triangles = ({k: v.ravel() for k, v in lists[f"{kind}.{face}.{level}"].items()} for kind in _LISTS)
+    count, faces = int(vertices["used"].sum()), int(triangles["used"].sum())
+    start = np.cumsum(vertices["start"][:count].astype(np.int64))
+    first = np.cumsum(triangles["a"][:faces].astype(np.int64))
+    corners = [first]
+    for channel in "bc":
+        code = triangles[channel][:faces].astype(np.int64)
+        relative = (code >> 2) ^ -(code >> 1 & 1)
+        corners.append(np.where(code & 1, samples + np.searchsorted(start, first) + relative, first + relative))
+    every = np.stack(corners, -1)
+    if not (every.min(initial=0) >= 0 and every.max(initial=0) < samples + count and start.max(initial=0) < samples):
+        raise ValueError(f"part {name} points outside its face")
+    return Border(
+        Face[face.upper()],
+        int(level),
+        start.astype(np.int32),
+        np.stack([vertices["du"][:count], vertices["dv"][:count]], -1),
+        vertices["rise"][:count],
+        every.astype(np.int32),
+    )
+
+
+def _folded(lists: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Lists (n,) as images of `_LIST_WIDTH` columns, integers as uint; channel `used` is 1 where there is an entry."""
+    lists = lists | {"used": np.ones(len(next(iter(lists.values()))), np.uint32)}
+    rows = -(-len(lists["used"]) // _LIST_WIDTH)
+    padding = rows * _LIST_WIDTH - len(lists["used"])
+    folded = {name: np.pad(values, (0, padding)).reshape(rows, _LIST_WIDTH) for name, values in lists.items()}
+    return {k: v if v.dtype == np.float16 else v.astype(np.uint32) for k, v in folded.items()}
 
 
 def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:

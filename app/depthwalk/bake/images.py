@@ -68,16 +68,35 @@ class DepthImage:
 
 
 @dataclass(frozen=True)
+class Border:
+    """What completes the grid of one face and level up to the edges of its surfaces.
+
+    start:     (b,) int32, ascending: the sample (layer · H · W + texel) whose surface each border vertex ends.
+    offset:    (b, 2) float16, from that sample, in texels along u and v.
+    rise:      (b,) float16, depth less that sample's, metres.
+    triangles: (t, 3) int32; numbers below L·H·W are samples, the rest border vertices. The first is a sample.
+    """
+
+    face: Face
+    level: int
+    start: NDArray[np.int32]
+    offset: NDArray[np.float16]
+    rise: NDArray[np.float16]
+    triangles: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
 class BakedObject:
     """Everything the renderer needs of one object.
 
-    images: ordered by face, then layer. shininess: Phong exponent. steps: number of grids, steps 1, 2, … 2^(steps−1).
-    key: hex digest of what it was made from. position, rotation (quaternion x, y, z, w): where the cylinder stands in
-    the asset's frame; asset point = position + rotate(rotation, object point).
+    images: ordered by face, then layer. borders: of some faces and levels. shininess: Phong exponent. steps: number of
+    grids, steps 1, 2, … 2^(steps−1). key: hex digest of what it was made from. position, rotation (quaternion
+    x, y, z, w): the cylinder's place in the asset's frame; asset point = position + rotate(rotation, object point).
     """
 
     cylinder: Cylinder
     images: tuple[DepthImage, ...]
+    borders: tuple[Border, ...]
     shininess: float
     steps: int
     key: str
@@ -120,6 +139,19 @@ def image_points(cylinder: Cylinder, image: DepthImage) -> NDArray[np.float32]:
     origin, direction = surface_rays(cylinder, image.face, texel_centres(width), texel_centres(height)[:, None])
     with np.errstate(invalid="ignore"):
         return origin + image.depth[..., None] * direction
+
+
+def border_points(
+    cylinder: Cylinder, images: list[DepthImage], border: Border
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """The 3-D points (b, 3), object frame, and depths (b,) of a border's vertices; images: the layers of its face."""
+    height, width = images[0].depth.shape
+    row, column = np.divmod(border.start % (height * width), width)
+    u = (column + 0.5 + border.offset[:, 0]) / width
+    v = (row + 0.5 + border.offset[:, 1]) / height
+    depth = np.concatenate([image.depth.ravel() for image in images])[border.start] + border.rise
+    origin, direction = surface_rays(cylinder, border.face, u, v)
+    return (origin + depth[:, None] * direction).astype(np.float32), depth.astype(np.float32)
 
 
 def texel_size(cylinder: Cylinder, face: Face, shape: tuple[int, int]) -> tuple[float, float]:

@@ -39,7 +39,7 @@ def bake_planar(image: PlanarImage, key: str) -> BakedObject:
     cells = _connect(depth, cylinder, steps)
     owner = np.full(depth.shape, Face.TOP, np.uint8)
     picture = DepthImage(Face.TOP, 0, depth, normal.astype(np.float32), albedo.astype(np.float32), cells, owner)
-    return BakedObject(cylinder, (picture,), _SHININESS, steps, key, (0.0, height / 2, 0.0), _UPRIGHT)
+    return BakedObject(cylinder, (picture,), (), _SHININESS, steps, key, (0.0, height / 2, 0.0), _UPRIGHT)
 
 
 def _connect(depth: NDArray[np.float32], cylinder: Cylinder, steps: int) -> tuple[NDArray[np.uint16], ...]:

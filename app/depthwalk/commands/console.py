@@ -52,6 +52,14 @@ def show_progress() -> bool:
     return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR
 
 
+def live_options() -> dict[str, Any]:
+    """How rich's live displays are made here: on stderr, and gone when they are done."""
+    from rich.console import Console
+
+    # Results on stdout are printed above the display only where they share its terminal; else they go their own way.
+    return {"console": Console(stderr=True), "transient": True, "redirect_stdout": sys.stdout.isatty()}
+
+
 @contextmanager
 def asset_progress() -> Iterator[Report]:
     """A line on stderr that says which asset is being read or baked, while there is something to wait for."""
@@ -68,12 +76,11 @@ def asset_progress() -> Iterator[Report]:
 @contextmanager
 def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
     """A bar on stderr over `total` frames; what it yields is called after each."""
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     hidden = total < 2 or not show_progress()
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=hidden) as progress:
+    with Progress(*columns, **live_options(), disable=hidden) as progress:
         task = progress.add_task(label, total=total)
         yield lambda: progress.advance(task)
 

@@ -70,8 +70,8 @@ class CameraOptions:
 
     def apply(self, camera: "Camera") -> "Camera":
         """`camera` with the values asked for."""
-        wanted = {"position": self.position, "target": self.target, "fov": self.angle}
-        return replace(camera, **{name: value for name, value in wanted.items() if value is not None})
+        position, target = self.position or camera.position, self.target or camera.target
+        return replace(camera, position=position, target=target, fov=self.angle or camera.fov)
 
     @property
     def given(self) -> bool:

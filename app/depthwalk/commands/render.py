@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from depthwalk.commands.console import asset_progress, frame_progress
@@ -67,9 +68,11 @@ def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[P
     if output.to_stdout:
         return
     check_folder(output.file(0))
-    files = {output.file(frame).resolve() for frame in range(frames if output.is_series else 1)}
-    if hit := files & {path.resolve() for path in inputs}:
-        raise InputError(f"{hit.pop()}: would overwrite what is rendered; choose another name")
+    folder = cache(Path.resolve)  # of a series, the same one for a million files
+    files = [output.file(frame) for frame in range(frames if output.is_series else 1)]
+    taken = {path.resolve() for path in inputs} | {path.parent.resolve() / path.name for path in inputs}
+    if hit := next((file for file in files if folder(file.parent) / file.name in taken), None):
+        raise InputError(f"{hit}: would overwrite what is rendered; choose another name")
 
 
 def input_files(scene: Scene, path: Path | None) -> list[Path]:
@@ -100,22 +103,21 @@ def render_frames(
 
     size: (width, height), pixels; fps: frames per second of a video.
     """
+    with open_headless(scene, size, representation) as headless:
+        if isinstance(cameras, CameraOptions):
+            cameras = [cameras.apply(scene.camera or headless.renderer.frame_all())]
+        with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as take:
+            for camera in cameras:
+                view = View(camera, size)
+                headless.draw(view, output.transparent)
+                take(headless, view)
+                advance()
+
+
+def open_headless(scene: Scene, size: tuple[int, int], representation: Representation | None) -> HeadlessRenderer:
+    """A renderer with its assets loaded; progress on stderr. size: (width, height), pixels."""
     with asset_progress() as report:
-        headless = HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation)
-        with headless:
-            headless.renderer.table()  # loads and bakes what the frames need, while the progress is shown
-            if isinstance(cameras, CameraOptions):
-                cameras = [cameras.apply(scene.camera or headless.renderer.frame_all())]
-            _draw_all(headless, cameras, output, fps)
-
-
-def _draw_all(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:
-    with frame_progress("rendering", len(cameras)) as advance, _writer(output, headless.size, fps) as take:
-        for camera in cameras:
-            view = View(camera, headless.size)
-            headless.draw(view, output.transparent)
-            take(headless, view)
-            advance()
+        return HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation)
 
 
 @contextmanager

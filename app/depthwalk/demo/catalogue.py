@@ -18,7 +18,9 @@ class Entry:
 
 MODELS: dict[str, Entry] = {
     "head_venus": Entry(heads.head_venus, "bust of a woman, marble; the paper's count for its Venus", closed=True),
-    "head_man": Entry(heads.head_man, "bust of a bearded man, bronze, one face open below; the paper's count for its man's head"),
+    "head_man": Entry(
+        heads.head_man, "bust of a bearded man, bronze, one face open below; the paper's count for its man's head"
+    ),
     "statue": Entry(statue.statue, "draped woman with a bowl, limestone", closed=True),
     "tree_oak": Entry(plants.oak, "broad-leaved tree", closed=True),
     "tree_fir": Entry(plants.fir, "conifer", closed=True),

@@ -34,8 +34,9 @@ EYE_RADIUS = 1.25
 class Face:
     """The measures in which faces differ, centimetres.
 
-    jaw: half width at the jaw's angle. brow: height of the brow ridge over the socket. lips: fullness, 1 is medium.
-    mouth: its width, 1 is medium. opening: radius of the two arcs that bound the eye's opening; larger is narrower. nose: half width of its back.
+    jaw: half width at the jaw's angle. chin: its half width. brow: how far the ridge over the socket stands out,
+    0–1. nose: half width of its back. neck: its half width. lips, cheek: fullness; mouth: width; 1 is medium.
+    opening: radius of the two arcs that bound the eye's opening; larger is narrower.
     """
 
     jaw: float = 4.6
@@ -114,10 +115,10 @@ def eyes(p: Points, d: Distance, face: Face) -> Distance:
     upper = np.hypot(x, y + (r - 0.68)) - r
     lower = np.hypot(x, y - (1.2 * r - 0.44)) - 1.2 * r
     almond = np.maximum(np.maximum(upper, lower), front)
-    d = union(d, np.where(y > -0.2, reach - 0.26, reach - 0.2).astype(np.float32), 0.9)
+    d = union(d, reach - 0.28, 0.9)
     d = union(d, np.maximum(np.hypot(upper - 0.14, reach - 0.2) - 0.2, np.abs(x) - 1.7), 0.3)
     d = difference(d, np.maximum(np.hypot(upper - 0.52, reach - 0.42) - 0.08, np.abs(x) - 1.45), 0.4)
-    d = difference(d, almond, 0.16)
+    d = difference(d, almond, 0.24)
     return union(d, reach, 0.05)
 
 

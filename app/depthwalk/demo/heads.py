@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.demo.decimate import with_exact_count
 from depthwalk.demo.faces import Face, bare_head, neck, pupils
 from depthwalk.demo.hair import curls, spread, strands
-from depthwalk.demo.meshing import ambient_occlusion, polygonise, simplified, with_exact_count
+from depthwalk.demo.meshing import ambient_occlusion, polygonise
 from depthwalk.demo.model import Model
 from depthwalk.demo.noise import fractal
 from depthwalk.demo.paint import mix, smoothstep, veined
@@ -57,7 +58,7 @@ def socle(q: Points, d: Distance) -> Distance:
     """Adds a round foot with hollow stem under the bust, down to the floor. q: in the chest's frame."""
     q = q - np.array([0, 0, -1.6], np.float32)
     floor = FLOOR - CHEST_UP
-    d = union(d, rod(q, (0, -24, 0), (0, -17.5, 0), 2.6, 3.6), 1.6)
+    d = union(d, rod(q, (0, -22.8, 0), (0, -17.5, 0), 2.6, 3.6), 1.6)
     d = union(d, disc(q, -21.4, 4.0, 0.45, 0.4), 0.25)
     foot = union(disc(q, floor + 0.9, 6.4, 0.9, 0.3), disc(q, floor + 2.2, 5.4, 0.6, 0.55), 0.4)
     return union(d, foot, 0.8)
@@ -138,7 +139,9 @@ def man_hair(p: Points) -> Distance:
 
 def moustache(p: Points, d: Distance) -> Distance:
     m = mirrored(p)
-    body = union(rod(m, (0.55, 5.95, 9.6), (2.3, 5.2, 8.8), 0.5, 0.55), rod(m, (2.3, 5.2, 8.8), (3.6, 3.2, 7.6), 0.55, 0.35), 0.4)
+    body = union(
+        rod(m, (0.55, 5.95, 9.6), (2.3, 5.2, 8.8), 0.5, 0.55), rod(m, (2.3, 5.2, 8.8), (3.6, 3.2, 7.6), 0.55, 0.35), 0.4
+    )
     hairs = np.sin(9 * (m[:, 1] + 0.55 * m[:, 0]) + 1.5 * np.sin(1.3 * m[:, 0]))
     return union(d, body - np.float32(0.1) * hairs, 0.2)
 
@@ -170,7 +173,7 @@ def head_man() -> Model:
     raw = polygonise(man_field, (-16, FLOOR - 0.6, -13), (16, 25.5, 13), CELL)
     model = with_exact_count(raw, MAN_TRIANGLES)
     p = model.positions
-    bronze = mix((0.56, 0.40, 0.23), (0.40, 0.27, 0.16), 0.5 + 0.8 * fractal(p, 5.0, 71))
+    bronze = mix((0.64, 0.47, 0.28), (0.47, 0.33, 0.20), 0.5 + 0.8 * fractal(p, 5.0, 71))
     free = np.clip(ambient_occlusion(model, 6.0, 64, ground=False) * 1.15, 0, 1)
     patina = mix((0.33, 0.52, 0.44), (0.20, 0.36, 0.32), 0.5 + 0.8 * fractal(p, 2.0, 72))
     green = smoothstep(0.25, 0.95, 1.25 * (1 - free) + 0.35 * fractal(p, 4.0, 73))

@@ -1,8 +1,7 @@
-"""From a signed distance field to a mesh: sampling, marching cubes, decimation to a count, ambient occlusion."""
+"""From a signed distance field to a mesh, and the light that reaches it."""
 
 from dataclasses import replace
 
-import fast_simplification
 import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
@@ -65,54 +64,6 @@ def largest_part(model: Model) -> Model:
     return tidy(replace(model, faces=model.faces[keep]))
 
 
-def simplified(model: Model, count: int) -> Model:
-    """Decimated by quadric error to at most `count` faces; colours are lost (white)."""
-    result = model
-    for slack in (0, 8, 64, 512, 512):  # a pass may stop a little above its target
-        arrays = fast_simplification.simplify(result.positions, result.faces, target_count=count - slack, agg=4)
-        positions, faces = arrays[0].astype(np.float32), arrays[1].astype(np.int32)
-        result = tidy(Model(positions, faces, np.ones_like(positions)))
-        if len(result.faces) <= count:
-            return result
-    raise ValueError(f"decimation stopped at {len(result.faces)} faces, above {count}")
-
-
-def with_exact_count(model: Model, count: int) -> Model:
-    """A closed model with `count` faces exactly: decimated to just below it, then its longest edges are halved.
-
-    A closed surface has an even number of faces; an odd count is met by leaving out one of its underside's.
-    """
-    result = simplified(model, count + count % 2)
-    for _ in range((count + 1 - len(result.faces)) // 2):
-        ends = result.positions[result.faces[:, :2]]
-        longest = np.argmax(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1))
-        result = halved(result, result.faces[longest, 0], result.faces[longest, 1])
-    return punctured(result) if count % 2 else result
-
-
-def punctured(model: Model) -> Model:
-    """Without the smallest of the faces that look straight down."""
-    a, b, c = (model.positions[model.faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    area = np.linalg.norm(normal, axis=1)
-    below = np.flatnonzero(normal[:, 1] < -0.999 * area)
-    return replace(model, faces=np.delete(model.faces, below[np.argmin(area[below])], axis=0))
-
-
-def halved(model: Model, a: int, b: int) -> Model:
-    """With a vertex in the middle of the edge a–b; each face at the edge becomes two."""
-    touched = ((model.faces == a).sum(axis=1) + (model.faces == b).sum(axis=1)) == 2
-    old = model.faces[touched]
-    middle = len(model.positions)
-    faces = np.concatenate([model.faces[~touched], np.where(old == a, middle, old), np.where(old == b, middle, old)])
-    ends = np.array([a, b])
-    return Model(
-        np.vstack([model.positions, model.positions[ends].mean(axis=0, keepdims=True)]).astype(np.float32),
-        faces.astype(np.int32),
-        np.vstack([model.colours, model.colours[ends].mean(axis=0, keepdims=True)]).astype(np.float32),
-    )
-
-
 def ambient_occlusion(model: Model, reach: float, rays: int = 48, ground: bool = True) -> NDArray[np.float32]:
     """(V,) float32 in 0–1: the cosine-weighted share of directions that are free within `reach` metres.
 
@@ -120,8 +71,8 @@ def ambient_occlusion(model: Model, reach: float, rays: int = 48, ground: bool =
     """
     triangles = model.positions[model.faces]
     if ground:
-        far = 50 * np.float32(np.abs(model.positions).max())
-        corners = np.array([[-far, -1e-4, -far], [-far, -1e-4, far], [far, -1e-4, far], [far, -1e-4, -far]], np.float32)
+        far, low = 50 * float(np.abs(model.positions).max()), -3e-3 * reach  # below the rays' origins
+        corners = np.array([[-far, low, -far], [-far, low, far], [far, low, far], [far, low, -far]], np.float32)
         triangles = np.concatenate([triangles, corners[[[0, 1, 2], [0, 2, 3]]]])
     scene = rtcore_scene.EmbreeScene()
     TriangleMesh(scene, np.ascontiguousarray(triangles))
@@ -131,7 +82,9 @@ def ambient_occlusion(model: Model, reach: float, rays: int = 48, ground: bool =
     for direction in _sphere(rays):
         towards = normals + direction  # a unit vector plus the normal: cosine-distributed about the normal
         towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-6)
-        hit = scene.run(origins, towards.astype(np.float32), dists=np.full(len(origins), reach, np.float32), query="OCCLUDED")
+        hit = scene.run(
+            origins, towards.astype(np.float32), dists=np.full(len(origins), reach, np.float32), query="OCCLUDED"
+        )
         free += np.asarray(hit) < 0
     return free / np.float32(rays)
 

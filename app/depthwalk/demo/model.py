@@ -73,24 +73,12 @@ def vertex_normals(model: Model) -> NDArray[np.float32]:
     return (total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20)).astype(np.float32)
 
 
-def signed_volume(model: Model) -> float:
-    """Cubic metres; positive where the faces of a closed model look outward."""
-    a, b, c = (model.positions[model.faces[:, k]].astype(np.float64) for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
-
-
-def boundary_edges(model: Model) -> NDArray[np.int32]:
-    """(n, 2) directed edges without a partner of the opposite direction; none means watertight."""
-    edges = model.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
-    keys = edges[:, 0] * len(model.positions) + edges[:, 1]
-    partners = edges[:, 1] * len(model.positions) + edges[:, 0]
-    return edges[~np.isin(keys, partners)].astype(np.int32)
-
-
 def write_ply(path: Path, model: Model) -> None:
     """Binary little-endian PLY: float32 positions (and normals where the model has them), uchar sRGB colours."""
     names = ["x", "y", "z"] + (["nx", "ny", "nz"] if model.normals is not None else [])
-    vertices = np.empty(len(model.positions), [(n, "<f4") for n in names] + [(n, "u1") for n in ("red", "green", "blue")])
+    vertices = np.empty(
+        len(model.positions), [(n, "<f4") for n in names] + [(n, "u1") for n in ("red", "green", "blue")]
+    )
     reals = model.positions if model.normals is None else np.hstack([model.positions, model.normals])
     for k, name in enumerate(names):
         vertices[name] = reals[:, k]

@@ -6,9 +6,9 @@ from numpy.typing import ArrayLike, NDArray
 from depthwalk.demo.model import Model, merged
 from depthwalk.demo.noise import fractal
 from depthwalk.demo.paint import mix, shaded, smoothstep
-from depthwalk.demo.surfaces import assembled, blades, bevelled_profile, curve, lathe, spindles, tube
+from depthwalk.demo.surfaces import Polyline, assembled, bevelled_profile, blades, curve, lathe, spindles, tube
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 def unit(v: Array) -> Array:
@@ -28,7 +28,7 @@ def bark(model: Model, light: ArrayLike, dark: ArrayLike, seed: int) -> Model:
 
 def foliage(
     rng: np.random.Generator, centres: Array, radii: Array, count: int, size: float, slim: float, heart: Array
-) -> tuple[Model, Array]:
+) -> tuple[Model, NDArray[np.intp]]:
     """`count` leaves that clothe the clumps (n, 3), (n,); heart (3,) is the middle of the whole crown.
 
     Also returns which clump (count,) each leaf belongs to.
@@ -44,7 +44,9 @@ def foliage(
     return blades(base - 0.4 * sizes[:, None] * hanging, hanging, up, sizes, slim, shading), clump
 
 
-def leaf_colours(rng: np.random.Generator, model: Model, young: ArrayLike, old: ArrayLike, group: Array) -> Model:
+def leaf_colours(
+    rng: np.random.Generator, model: Model, young: ArrayLike, old: ArrayLike, group: NDArray[np.intp]
+) -> Model:
     """Colours from old to young green: each clump its own tone, each leaf a little off it, tips lighter."""
     leaves = len(model.positions) // 4
     tone = 0.3 * rng.normal(size=int(group.max()) + 1)[group] + 0.25 * rng.normal(size=leaves) + 0.45
@@ -66,14 +68,14 @@ def limbs(rng: np.random.Generator, fork: Array, ends: Array, thickness: float) 
     """Bent branches from the trunk's top region to each end (n, 3)."""
     parts = []
     for end in ends:
-        start = fork + [0, rng.uniform(-0.5, 0.35), 0]
+        start = fork + np.array([0, rng.uniform(-0.5, 0.35), 0])
         middle = 0.5 * (start + end) + [0, -0.12 * np.linalg.norm(end - start), 0] + rng.normal(0, 0.07, 3)
         path = curve([start, middle, end], 9)
         parts.append(tube(path, np.linspace(thickness, 0.18 * thickness, 9) * rng.uniform(0.7, 1.1), 6))
     return merged(parts)
 
 
-def trunk(points: ArrayLike, base: float, top: float, seed: int) -> Model:
+def trunk(points: Polyline, base: float, top: float, seed: int) -> Model:
     """A trunk through the points, flared and ribbed at the foot."""
     path = curve(points, 26)
     t = np.linspace(0, 1, 26)
@@ -85,6 +87,7 @@ def trunk(points: ArrayLike, base: float, top: float, seed: int) -> Model:
     roots = 0.22 * np.exp(-p[:, 1] * 3.0) * np.sin(5 * theta + 1) + 0.06 * np.sin(9 * theta + 3 * p[:, 1])
     grain = 0.1 * fractal(p * [1, 0.25, 1], 0.12, seed, 3)
     p[:, [0, 2]] = axis + out * (1 + roots + grain)[:, None]
+    p[:, 1] = np.maximum(p[:, 1], 0)  # the foot is level
     return Model(p.astype(np.float32), stem.faces, stem.colours)
 
 
@@ -94,8 +97,10 @@ def oak() -> Model:
     heart, extent = np.array([0.1, 3.35, 0.0]), np.array([1.75, 1.45, 1.7])
     centres, radii = crown_clumps(rng, heart, extent, 30)
     centres[::8] = heart + 0.45 * (centres[::8] - heart)  # some fill the middle
-    stem = trunk([[0, 0, 0], [0.06, 0.8, 0.03], [-0.02, 1.6, -0.04], [0.1, 2.7, 0]], 0.17, 0.09, 5)
-    wood = bark(merged([stem, limbs(rng, np.array([0.04, 2.0, 0.0]), centres, 0.07)]), (0.46, 0.38, 0.29), (0.2, 0.16, 0.12), 3)
+    stem = trunk([[0, -0.06, 0], [0.06, 0.8, 0.03], [-0.02, 1.6, -0.04], [0.1, 2.7, 0]], 0.17, 0.09, 5)
+    wood = bark(
+        merged([stem, limbs(rng, np.array([0.04, 2.0, 0.0]), centres, 0.07)]), (0.46, 0.38, 0.29), (0.2, 0.16, 0.12), 3
+    )
     leaves, clump = foliage(rng, centres, radii, 7500, 0.19, 0.62, heart)
     green = leaf_colours(rng, leaves, (0.58, 0.68, 0.25), (0.21, 0.37, 0.12), clump)
     return shaded(assembled(wood, green), 1.2, 0.52)
@@ -107,13 +112,15 @@ def fir() -> Model:
     stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 24), np.linspace(0.13, 0.012, 24), 12)
     wood = bark(stem, (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
     level = np.sort(rng.uniform(0, 1, 158)) ** 0.85
-    root = np.stack([np.zeros(158), 0.55 + 4.7 * level, np.zeros(158)], axis=1)
+    root = np.stack([np.zeros(158), 0.75 + 4.5 * level, np.zeros(158)], axis=1)
     angle = np.arange(158) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 158)
     reach = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 158)
     out = np.stack([np.cos(angle), np.zeros(158), np.sin(angle)], axis=1)
     base, tip, width, tone = boughs(rng, root, out, reach, 36)
     needles = spindles(base, tip, width)
-    needles = needles.painted(mix((0.10, 0.23, 0.15), (0.40, 0.55, 0.36), np.repeat(tone, 5) + np.tile([-0.15, 0.3, 0, 0, 0], len(tone))))
+    needles = needles.painted(
+        mix((0.10, 0.23, 0.15), (0.40, 0.55, 0.36), np.repeat(tone, 5) + np.tile([-0.15, 0.3, 0, 0, 0], len(tone)))
+    )
     return shaded(assembled(wood, needles), 1.0, 0.5)
 
 
@@ -138,7 +145,9 @@ def topiary() -> Model:
     """Two clipped balls on a stem in a terracotta pot, about 1.6 m."""
     rng = np.random.default_rng(31)
     centres, radii = np.array([[0, 0.86, 0], [0, 1.38, 0]]), np.array([0.31, 0.21])
-    cores = [lathe(_ball(r * 0.9, 10), 20).moved(c).painted((0.07, 0.12, 0.05)) for c, r in zip(centres, radii, strict=True)]
+    cores = [
+        lathe(_ball(r * 0.9, 10), 20).moved(c).painted((0.07, 0.12, 0.05)) for c, r in zip(centres, radii, strict=True)
+    ]
     ball = rng.choice(2, 2900, p=radii**2 / (radii**2).sum())
     out = scattered_directions(rng, 2900)
     base = centres[ball] + out * (radii[ball] * rng.uniform(0.86, 0.97, 2900))[:, None]
@@ -158,7 +167,17 @@ def _ball(radius: float, steps: int) -> Array:
 
 def pot() -> Model:
     """A terracotta pot with earth in it, 0.36 m high."""
-    outline = [[0, 0], [0.17, 0], [0.2, 0.1], [0.235, 0.27], [0.26, 0.27], [0.268, 0.36], [0.235, 0.36], [0.225, 0.315], [0, 0.32]]
+    outline: Polyline = [
+        [0, 0],
+        [0.17, 0],
+        [0.2, 0.1],
+        [0.235, 0.27],
+        [0.26, 0.27],
+        [0.268, 0.36],
+        [0.235, 0.36],
+        [0.225, 0.315],
+        [0, 0.32],
+    ]
     clay = lathe(bevelled_profile(outline, 0.008), 48)
     p = clay.positions
     warm = mix((0.70, 0.40, 0.27), (0.56, 0.31, 0.22), 0.5 + 0.8 * fractal(p, 0.12, 40))

@@ -1,5 +1,7 @@
 """Light polygon props: paving, bench, hedge, wall, teapot, room, table, pedestal."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -7,9 +9,19 @@ from depthwalk.demo.model import Model, merged
 from depthwalk.demo.noise import fractal
 from depthwalk.demo.paint import mix, shaded, smoothstep
 from depthwalk.demo.plants import leaf_colours, unit
-from depthwalk.demo.surfaces import assembled, bevelled_profile, blades, block, curve, lathe, panel, rounded_profile, tube
+from depthwalk.demo.surfaces import (
+    Polyline,
+    assembled,
+    blades,
+    block,
+    curve,
+    lathe,
+    panel,
+    rounded_profile,
+    tube,
+)
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 OAK_WOOD = ((0.60, 0.43, 0.27), (0.44, 0.29, 0.17))
 
 
@@ -47,9 +59,11 @@ def flagstone(lower: ArrayLike, upper: ArrayLike) -> Model:
     dx, dz = top_high[0] - top_low[0], top_high[2] - top_low[2]
     top = panel([top_low[0], high[1], top_low[2]], [0, 0, dz], [dx, 0, 0], (6, 8))
     ring_low = np.array([[low[0], low[2]], [low[0], high[2]], [high[0], high[2]], [high[0], low[2]]])
-    ring_top = np.array([[top_low[0], top_low[2]], [top_low[0], top_high[2]], [top_high[0], top_high[2]], [top_high[0], top_low[2]]])
+    ring_top = np.array(
+        [[top_low[0], top_low[2]], [top_low[0], top_high[2]], [top_high[0], top_high[2]], [top_high[0], top_low[2]]]
+    )
     rings = ((ring_low, low[1]), (ring_low, high[1] - edge), (ring_top, high[1]))
-    skirts = [quad_strip(a, b) for a, b in zip(rings[:-1], rings[1:], strict=True)]
+    skirts = [quad_strip(a, b) for a, b in pairwise(rings)]
     return merged([top, *skirts])
 
 
@@ -68,9 +82,13 @@ def quad_strip(lower: tuple[Array, float], upper: tuple[Array, float]) -> Model:
 def bench() -> Model:
     """A garden bench of five slats and a back on two iron frames, 1.6 m wide; it faces +z."""
     seat = [block([-0.8, 0.43, -0.21 + 0.095 * k], [0.8, 0.46, -0.13 + 0.095 * k]) for k in range(5)]
-    back = [block([-0.8, 0.56 + 0.13 * k, -0.285 - 0.02 * k], [0.8, 0.65 + 0.13 * k, -0.26 - 0.02 * k]) for k in range(3)]
+    back = [
+        block([-0.8, 0.56 + 0.13 * k, -0.285 - 0.02 * k], [0.8, 0.65 + 0.13 * k, -0.26 - 0.02 * k]) for k in range(3)
+    ]
     wood = [wooden(plank, 0, 60 + k) for k, plank in enumerate(seat + back)]
-    iron = merged([frame.moved([x, 0, 0]) for x in (-0.68, 0.68) for frame in _bench_frame()]).painted((0.13, 0.16, 0.15))
+    iron = merged([frame.moved([x, 0, 0]) for x in (-0.68, 0.68) for frame in _bench_frame()]).painted(
+        (0.13, 0.16, 0.15)
+    )
     return shaded(assembled(*wood, iron), 0.3, 0.45)
 
 
@@ -78,7 +96,9 @@ def _bench_frame() -> list[Model]:
     leg = curve([[0, 0, 0.24], [0, 0.2, 0.19], [0, 0.42, 0.2]], 10)
     rear = curve([[0, 0, -0.33], [0, 0.25, -0.22], [0, 0.45, -0.22], [0, 0.98, -0.34]], 16)
     seat = curve([[0, 0.41, -0.22], [0, 0.4, 0], [0, 0.415, 0.23]], 8)
-    arm = curve([[0, 0.66, -0.27], [0, 0.7, -0.05], [0, 0.68, 0.2], [0, 0.62, 0.25], [0, 0.5, 0.21], [0, 0.42, 0.2]], 20)
+    arm = curve(
+        [[0, 0.66, -0.27], [0, 0.7, -0.05], [0, 0.68, 0.2], [0, 0.62, 0.25], [0, 0.5, 0.21], [0, 0.42, 0.2]], 20
+    )
     return [tube(path, 0.018, 8) for path in (leg, rear, seat, arm)]
 
 
@@ -93,6 +113,7 @@ def hedge() -> Model:
     base = rng.uniform(-1, 1, (count, 3)) * half
     sign = np.where((axis == 1) | (rng.random(count) < 0.5), 1.0, -1.0)
     base[np.arange(count), axis] = sign * half[axis] * rng.uniform(0.9, 1, count)
+    base[:, 1] = np.maximum(base[:, 1], 0.13 - half[1])  # the tips stay above the ground
     out = np.zeros((count, 3))
     out[np.arange(count), axis] = sign
     heading = unit(0.5 * out + unit(rng.normal(size=(count, 3))))
@@ -111,16 +132,26 @@ def wall() -> Model:
             high = min(1.0, -1 + 0.25 * (k + 1 + 0.5 * (row % 2)))
             brick = block([low + 0.006, 0.08 * row + 0.006, -0.115], [high - 0.006, 0.08 * row + 0.074, 0.115])
             parts.append(brick.painted(toned(rng, (0.62, 0.34, 0.25), 0.12)))
-    coping = [block([-1 + 0.5 * k, 0.72, -0.15], [-0.505 + 0.5 * k, 0.8, 0.15], toned(rng, (0.70, 0.66, 0.58), 0.05)) for k in range(4)]
+    coping = [
+        block([-1 + 0.5 * k, 0.72, -0.15], [-0.505 + 0.5 * k, 0.8, 0.15], toned(rng, (0.70, 0.66, 0.58), 0.05))
+        for k in range(4)
+    ]
     return shaded(assembled(*parts, *coping), 0.2, 0.35)
 
 
 def teapot() -> Model:
     """A round-bellied pot with lid, hooped handle and spout, blue on white, 0.2 m."""
-    outline = [[0, 0], [0.055, 0], [0.06, 0.012], [0.085, 0.04], [0.098, 0.075], [0.09, 0.115], [0.06, 0.142], [0.052, 0.146],
-               [0.055, 0.152], [0.05, 0.16], [0.03, 0.172], [0.012, 0.176], [0.011, 0.184], [0.018, 0.192], [0.012, 0.202], [0, 0.204]]  # fmt: skip
+    outline: Polyline = [
+        [0, 0], [0.055, 0], [0.06, 0.012], [0.085, 0.04], [0.098, 0.075], [0.09, 0.115], [0.06, 0.142], [0.052, 0.146],
+        [0.055, 0.152], [0.05, 0.16], [0.03, 0.172], [0.012, 0.176], [0.011, 0.184], [0.018, 0.192], [0.012, 0.202],
+        [0, 0.204],
+    ]  # fmt: skip
     body = lathe(rounded_profile(outline, 46), 48)
-    handle = tube(curve([[-0.08, 0.115, 0], [-0.12, 0.13, 0], [-0.15, 0.1, 0], [-0.135, 0.055, 0], [-0.085, 0.04, 0]], 30), 0.0085, 12)
+    handle = tube(
+        curve([[-0.08, 0.115, 0], [-0.12, 0.13, 0], [-0.15, 0.1, 0], [-0.135, 0.055, 0], [-0.085, 0.04, 0]], 30),
+        0.0085,
+        12,
+    )
     spout_path = curve([[0.07, 0.05, 0], [0.115, 0.065, 0], [0.135, 0.105, 0], [0.165, 0.145, 0]], 26)
     spout = tube(spout_path, np.linspace(0.024, 0.011, 26) + 0.003 * np.linspace(0, 1, 26) ** 8, 16)
     pot = assembled(body, handle, spout)
@@ -144,7 +175,18 @@ def table() -> Model:
     top = wooden(block([-0.7, 0.71, -0.4], [0.7, 0.75, 0.4]), 0, 91)
     rails = [block([-0.6, 0.62, z - 0.012], [0.6, 0.71, z + 0.012]) for z in (-0.31, 0.31)]
     rails += [block([x - 0.012, 0.62, -0.31], [x + 0.012, 0.71, 0.31]) for x in (-0.6, 0.6)]
-    outline = [[0, 0], [0.022, 0], [0.03, 0.03], [0.018, 0.06], [0.03, 0.2], [0.036, 0.42], [0.022, 0.5], [0.036, 0.54], [0.036, 0.71], [0, 0.71]]
+    outline: Polyline = [
+        [0, 0],
+        [0.022, 0],
+        [0.03, 0.03],
+        [0.018, 0.06],
+        [0.03, 0.2],
+        [0.036, 0.42],
+        [0.022, 0.5],
+        [0.036, 0.54],
+        [0.036, 0.71],
+        [0, 0.71],
+    ]
     leg = lathe(rounded_profile(outline, 26), 16)
     legs = [leg.moved([x, 0, z]) for x in (-0.6, 0.6) for z in (-0.31, 0.31)]
     return shaded(assembled(top, wooden(merged(rails), 0, 92), wooden(merged(legs), 1, 93)), 0.3, 0.35)
@@ -156,7 +198,9 @@ def pedestal() -> Model:
     parts = [block([-h, low, -h], [h, high, h]) for h, low, high in steps]
     fields = [block([-0.13, 0.26, 0.185], [0.13, 0.82, 0.2]).turned(1, 90 * k) for k in range(4)]
     plinth = merged(parts + fields)
-    return shaded(plinth.painted(mix((0.80, 0.78, 0.74), (0.66, 0.64, 0.61), 0.5 + fractal(plinth.positions, 0.4, 95))), 0.25, 0.4)
+    return shaded(
+        plinth.painted(mix((0.80, 0.78, 0.74), (0.66, 0.64, 0.61), 0.5 + fractal(plinth.positions, 0.4, 95))), 0.25, 0.4
+    )
 
 
 def room() -> Model:
@@ -172,7 +216,10 @@ def room() -> Model:
     ceiling = panel([-3, 3, -3], [6, 0, 0], [0, 0, 6], (8, 8)).painted((0.93, 0.92, 0.89))
     skirting = [block([-3, 0, -3], [3, 0.12, -2.97]), block([-3, 0, 2.97], [3, 0.12, 3])]
     skirting += [block([-3, 0, -2.97], [-2.97, 0.12, 2.97]), block([2.97, 0, -2.97], [3, 0.12, 2.97])]
-    return assembled(shaded(merged([*_planks(), plaster, ceiling]), 0.9, 0.25), merged(skirting + _window()).painted((0.90, 0.88, 0.83)))
+    return assembled(
+        shaded(merged([*_planks(), plaster, ceiling]), 0.9, 0.25),
+        merged(skirting + _window()).painted((0.90, 0.88, 0.83)),
+    )
 
 
 def _planks() -> list[Model]:

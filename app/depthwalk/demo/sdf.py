@@ -19,7 +19,8 @@ MIRROR_WIDTH = 0.15  # rounds the crease that mirroring would leave in the plane
 
 def length(v: NDArray[np.float32]) -> NDArray[np.float32]:
     """Euclidean length over the last axis."""
-    return np.sqrt(np.einsum("...i,...i->...", v, v))
+    squared: NDArray[np.float32] = np.einsum("...i,...i->...", v, v)
+    return np.sqrt(squared)
 
 
 def ellipsoid(p: Points, centre: ArrayLike, radii: ArrayLike) -> Distance:
@@ -28,7 +29,8 @@ def ellipsoid(p: Points, centre: ArrayLike, radii: ArrayLike) -> Distance:
     q = (p - np.asarray(centre, np.float32)) / r
     k0 = length(q)
     k1 = length(q / r)
-    return k0 * (k0 - 1) / np.maximum(k1, 1e-6)
+    scale = np.where(k1 > 1e-6, k0 / np.maximum(k1, 1e-6), r.min())  # undefined in the very centre
+    return scale * (k0 - 1)
 
 
 def rod(p: Points, a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Distance:

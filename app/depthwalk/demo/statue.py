@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from depthwalk.demo.decimate import with_exact_count
 from depthwalk.demo.heads import venus_head
-from depthwalk.demo.meshing import polygonise, simplified
+from depthwalk.demo.meshing import polygonise
 from depthwalk.demo.model import Model
 from depthwalk.demo.noise import fractal, noise
 from depthwalk.demo.paint import mossy, stone
@@ -12,6 +13,7 @@ from depthwalk.demo.sdf import (
     Distance,
     Points,
     Rod,
+    Stroke,
     box,
     difference,
     disc,
@@ -27,7 +29,7 @@ CHIN = 144.5  # the head frame's origin
 PLINTH = 9.0  # its height; it lies below y = 0
 FACES = 32_000
 
-TORSO = [
+TORSO: list[Stroke] = [
     Blob((0, 122, -0.5), (14.2, 19, 10), 3.0),
     Rod((8, 136.5, -2), (16.5, 133.5, -1.5), 4.2, 5.0, 4.0),
     Rod((-8, 136.5, -2), (-16.5, 133.5, -1.5), 4.2, 5.0, 4.0),
@@ -35,7 +37,7 @@ TORSO = [
     Blob((-6.6, 123, 8.2), (5.2, 5.4, 4.6), 3.5),
     Blob((0, 104, 0), (12, 15, 9.2), 4.0),
 ]
-RIGHT_ARM = [
+RIGHT_ARM: list[Stroke] = [
     Rod((-18, 133, -1.5), (-22.5, 108, -2.5), 4.7, 3.7, 2.0),
     Rod((-22.5, 108, -2.5), (-22, 85, 4), 3.8, 2.4, 1.5),
     Blob((-21.6, 79.5, 6), (2.0, 4.4, 3.2), 1.5, turn=(0, -20)),
@@ -43,7 +45,7 @@ RIGHT_ARM = [
     Rod((-22, 76, 6.5), (-21, 69, 7.5), 1.25, 0.8, 0.6),
     Rod((-22.4, 76, 5), (-21.8, 69.5, 5.4), 1.2, 0.75, 0.6),
 ]
-LEFT_ARM = [
+LEFT_ARM: list[Stroke] = [
     Rod((18, 133, -1.5), (22, 109, -1), 4.7, 3.8, 2.0),
     Rod((22, 109, -1), (14, 107, 20), 3.8, 2.5, 1.5),
     Blob((11.5, 106.6, 24), (4.2, 1.8, 3.8), 1.5),
@@ -66,9 +68,9 @@ def skirt(p: Points) -> Distance:
     fall = np.clip((98 - p[:, 1]) / 98, 0, 1)
     radius = 13.2 + 4.6 * np.sin(np.clip(fall * 4.2, 0, np.pi / 2)) - 1.5 * fall + 5.5 * fall**4
     depth = 0.78 + 0.12 * fall
-    shell = (np.hypot(p[:, 0], p[:, 2] / depth) - radius) * 0.75
+    cone = (np.hypot(p[:, 0], p[:, 2] / depth) - radius) * 0.75
     legs = union(rod(p, (7, 86, 3), (8.5, 50, 12), 8.2, 6.6), rod(p, (8.5, 50, 12), (8, 6, 4), 6.6, 5.2), 4.0)
-    shell = union(shell, legs, 5.0)
+    shell = union(cone.astype(np.float32), legs, 5.0)
     knee = np.exp(-(((p[:, 0] - 8.5) / 7) ** 2) - ((p[:, 1] - 56) / 26) ** 2) * (p[:, 2] > 0)
     relief = (0.5 + 2.6 * np.sqrt(fall)) * (1 - 0.85 * knee)
     shell = shell - relief.astype(np.float32) * (folds(p, 9, 1.7, 5) - 0.75)
@@ -79,7 +81,7 @@ def overfold(p: Points) -> Distance:
     """The peplos' upper cloth: hangs from the shoulders over the girdle and ends in a waved hem at the hips."""
     fall = np.clip((112 - p[:, 1]) / 26, 0, 1)
     cloth = ellipsoid(p, (0, 112, 0.3), (15.2, 32, 11.3))
-    flare = (np.hypot(p[:, 0] / 1.22, p[:, 2]) - (9.6 + 5.2 * fall**1.3)) * 0.8
+    flare = ((np.hypot(p[:, 0] / 1.22, p[:, 2]) - (9.6 + 5.2 * fall**1.3)) * 0.8).astype(np.float32)
     cloth = union(intersection(cloth, 101 - p[:, 1], 3), intersection(flare, np.abs(p[:, 1] - 98) - 14, 1), 3.0)
     cloth = union(cloth, sculpt(p, cloth, TORSO[3:5]) - 0.4, 1.0)
     girdle = np.exp(-(((p[:, 1] - 111) / 2.2) ** 2)).astype(np.float32)
@@ -114,6 +116,6 @@ def figure(p: Points) -> Distance:
 def statue() -> Model:
     """The figure in weathered limestone, 1.8 m with its plinth, closed."""
     raw = polygonise(figure, (-29, -PLINTH - 1, -27), (29, 170, 38), 0.3)
-    model = simplified(raw, FACES).scaled(0.01).grounded()
+    model = with_exact_count(raw, FACES).scaled(0.01).grounded()
     weathered = stone(model, (0.80, 0.77, 0.69), (0.66, 0.62, 0.54), 0.4, 131)
     return mossy(weathered, 0.05, 0.25, 132)

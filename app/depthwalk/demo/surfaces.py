@@ -1,6 +1,6 @@
 """Meshes built directly: surfaces of revolution, tubes, boxes, blades. All are closed and look outward."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,18 +8,20 @@ from scipy.interpolate import PchipInterpolator
 
 from depthwalk.demo.model import Model, merged
 
-Relief = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+Array = NDArray[np.floating]
+Polyline = Sequence[Sequence[float]] | Array  # points on a line, in order
+Relief = Callable[[Array, Array], Array]
 WHITE = (1.0, 1.0, 1.0)
 
 
-def rounded_profile(points: ArrayLike, steps: int) -> NDArray[np.float64]:
+def rounded_profile(points: Polyline, steps: int) -> NDArray[np.float64]:
     """(steps, 2) points on a smooth curve through the (radius, y) corners, evenly spaced; ends stay."""
     corners = np.asarray(points, np.float64)
     at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     return PchipInterpolator(at, corners)(np.linspace(0, at[-1], steps))
 
 
-def bevelled_profile(points: ArrayLike, bevel: float) -> NDArray[np.float64]:
+def bevelled_profile(points: Polyline, bevel: float) -> NDArray[np.float64]:
     """The (radius, y) polyline with each inner corner replaced by two points `bevel` away: keeps edges crisp."""
     corners = np.asarray(points, np.float64)
     before = corners[:-2] - corners[1:-1]
@@ -29,7 +31,7 @@ def bevelled_profile(points: ArrayLike, bevel: float) -> NDArray[np.float64]:
     return np.concatenate([corners[:1], pairs.reshape(-1, 2), corners[-1:]])
 
 
-def lathe(profile: ArrayLike, segments: int, relief: Relief | None = None) -> Model:
+def lathe(profile: Polyline, segments: int, relief: Relief | None = None) -> Model:
     """The profile (n, 2) of (radius, y), turned about +Y; it must begin and end on the axis, bottom first.
 
     relief: (θ, y) arrays → factor on the radius, for flutes and lobes.
@@ -62,7 +64,7 @@ def _fans(rings: int, segments: int) -> NDArray[np.int32]:
     return np.concatenate([bottom, top]).astype(np.int32)
 
 
-def tube(path: ArrayLike, radii: ArrayLike, sides: int) -> Model:
+def tube(path: Polyline, radii: ArrayLike, sides: int) -> Model:
     """A round tube along the path (n, 3) with a radius (n,) or one for all, closed at both ends."""
     points = np.asarray(path, np.float64)
     radius = np.broadcast_to(np.asarray(radii, np.float64), len(points))
@@ -83,7 +85,7 @@ def tube(path: ArrayLike, radii: ArrayLike, sides: int) -> Model:
     return Model(positions.astype(np.float32), faces, np.ones_like(positions, np.float32))
 
 
-def curve(points: ArrayLike, steps: int) -> NDArray[np.float64]:
+def curve(points: Polyline, steps: int) -> NDArray[np.float64]:
     """(steps, 3) points on a smooth curve through the given ones."""
     knots = np.asarray(points, np.float64)
     at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
@@ -92,6 +94,7 @@ def curve(points: ArrayLike, steps: int) -> NDArray[np.float64]:
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
 _SIDES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+_QUAD = np.array([[0, 1, 2], [0, 2, 3]])
 _SIDE_NORMALS = np.array([[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]], np.float32)
 
 
@@ -99,8 +102,7 @@ def block(lower: ArrayLike, upper: ArrayLike, colour: ArrayLike = WHITE) -> Mode
     """A box with sharp edges: corners repeat on each side, and it carries the sides' normals."""
     low, high = np.asarray(lower, np.float32), np.asarray(upper, np.float32)
     positions = (low + _CORNERS * (high - low))[_SIDES].reshape(-1, 3)
-    first = 4 * np.arange(6)[:, None]
-    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]]).astype(np.int32)
+    faces = (4 * np.arange(6)[:, None, None] + _QUAD).reshape(-1, 3).astype(np.int32)
     model = Model(positions, faces, np.ones_like(positions), np.repeat(_SIDE_NORMALS, 4, axis=0))
     return model.painted(colour)
 
@@ -122,8 +124,8 @@ _BLADE_FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
 def blades(
-    base: NDArray[np.float64], along: NDArray[np.float64], up: NDArray[np.float64],
-    size: NDArray[np.float64], slim: float, shading: NDArray[np.float64],
+    base: Array, along: Array, up: Array,
+    size: Array, slim: float, shading: Array,
 ) -> Model:  # fmt: skip
     """n thick leaves, each a closed tetrahedron folded along its midrib.
 
@@ -143,7 +145,7 @@ def blades(
     return Model(positions, faces, np.ones_like(positions), np.repeat(shading, 4, axis=0).astype(np.float32))
 
 
-def spindles(base: NDArray[np.float64], tip: NDArray[np.float64], width: NDArray[np.float64]) -> Model:
+def spindles(base: Array, tip: Array, width: Array) -> Model:
     """n slender closed double pyramids from base to tip (n, 3), three-sided, of the given width (n,)."""
     axis = tip - base
     length = np.linalg.norm(axis, axis=1, keepdims=True)

@@ -30,7 +30,7 @@ def halved(picture: Picture) -> Picture:
 def grass() -> Picture:
     """(512, 512, 3) sRGB 0–1: a lawn from above, blade by blade; meant for about 1.5 m."""
     rng = np.random.default_rng(101)
-    picture = np.broadcast_to(np.float32([0.17, 0.21, 0.08]), (_FINE, _FINE, 3)).copy()
+    picture = np.full((_FINE, _FINE, 3), [0.17, 0.21, 0.08], np.float32)
     count, steps = 16000, 26
     root = rng.uniform(0, _FINE, (count, 2))
     heading = rng.uniform(0, 2 * np.pi, count)

@@ -101,7 +101,8 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
     normal = np.stack([_spread(image.normal, image.depth) for image in images])
     # Colours as square roots: 8 bits suffice, and moderngl offers no sRGB texture arrays.
     colours = _byte(np.concatenate([np.sqrt(np.maximum(albedo[..., :3], 0)), albedo[..., 3:]], -1))
-    padded = np.concatenate([normal, np.zeros_like(normal[..., :1])], -1).astype(np.float16)
+    depth = np.stack([np.where(np.isfinite(image.depth), image.depth, _NO_DEPTH) for image in images])
+    shading = np.concatenate([normal, depth[..., None]], -1).astype(np.float16)
     size = (width, height, len(images))
     cylinder = baked.cylinder
     shape = (height, width)
@@ -113,7 +114,7 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
         gl.buffer(grids.vertices),
         gl.buffer(grids.indices),
         gl.texture_array(size, 4, colours.tobytes(), "f1"),
-        gl.texture_array(size, 4, padded.tobytes(), "f2"),
+        gl.texture_array(size, 4, shading.tobytes(), "f2"),
         geometry={"box_low": tuple(grids.box_low.tolist()), "box_size": tuple(grids.box_size.tolist())},
         surface={
             "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
@@ -138,6 +139,7 @@ def _byte(values: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
+_NO_DEPTH = 65504.0  # the largest half: never near a surface
 _WHITE = np.full((1, 1, 4), 255, np.uint8)
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
 MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")

@@ -9,11 +9,21 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, image_points, layer_triangles
+from depthwalk.bake.images import (
+    BakedObject,
+    Border,
+    Cylinder,
+    DepthImage,
+    Face,
+    border_points,
+    image_points,
+    layer_triangles,
+)
 from depthwalk.render.lod import Case
 
 _BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
 GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
+BORDER = 512  # added to a border vertex's image number: texels beside it may show another surface
 PAST_AXIS = 256  # added to a vertex's image number where depth exceeds the radius: its θ is half a turn off
 
 
@@ -63,16 +73,20 @@ def build_grids(baked: BakedObject) -> Grids:
         images = [image for image in baked.images if image.face is face]
         if not images:
             continue
-        first_image = baked.images.index(images[0])
-        triangles = [_face_triangles(images, level, baked.cylinder.radius) for level in range(baked.steps)]
-        used = np.zeros(len(images) * images[0].depth.size, bool)
+        borders = {border.level: border for border in baked.borders if border.face is face}
+        triangles = [_face_triangles(images, level, borders.get(level)) for level in range(baked.steps)]
+        points, numbers = _face_points(baked.cylinder, images, borders, baked.images.index(images[0]))
+        for level, (corners, run) in enumerate(triangles):
+            corners = np.where(corners < numbers.samples, corners, corners + numbers.border_shift[level])
+            triangles[level] = _outward(corners, points.depth, baked.cylinder.radius, face), run
+        used = np.zeros(len(points.depth), bool)
         for corners, _ in triangles:
             used[corners] = True
-        samples = _blockwise(used.nonzero()[0], images[0].depth.shape)
+        kept = _blockwise(used.nonzero()[0], images[0].depth.shape)
         number = np.zeros(used.size, np.uint32)
-        number[samples] = total + np.arange(len(samples), dtype=np.uint32)
-        total += len(samples)
-        vertices.append(_vertices(baked.cylinder, images, first_image, samples, low, size))
+        number[kept] = total + np.arange(len(kept), dtype=np.uint32)
+        total += len(kept)
+        vertices.append(_pack(points, kept, low, size))
         for level, (corners, run) in enumerate(triangles):
             for kind in Run:
                 runs.setdefault((level, kind), []).append(number[corners[run == kind]].ravel())
@@ -102,23 +116,68 @@ def _ranges(
     return first, count
 
 
-def _face_triangles(images: list[DepthImage], level: int, radius: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Sample numbers (n, 3), layer · H · W + texel, of the surface triangles of step 2^level, and the Run (n,) of each.
+@dataclass(frozen=True)
+class _Points:
+    """All points of one face: samples, then border vertices level by level. position (n, 3); depth (n,);
+    image (n,) with its flags."""
 
-    Caps leave out what another face owns: the side is always drawn.
+    position: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    image: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """Points below `samples` are samples; other corners of a triangle are shifted by `border_shift` of its level."""
+
+    samples: int
+    border_shift: list[int]
+
+
+def _face_points(
+    cylinder: Cylinder, images: list[DepthImage], borders: dict[int, Border], first_image: int
+) -> tuple[_Points, _Numbers]:
+    samples = sum(image.depth.size for image in images)
+    position = [image_points(cylinder, image).reshape(-1, 3) for image in images]
+    depth = [image.depth.ravel() for image in images]
+    image_number = [np.full(image.depth.size, first_image + image.layer) for image in images]
+    shifts, total = [], 0
+    for level in range(1 + max(borders, default=-1)):
+        shifts.append(total)
+        border = borders.get(level)
+        if border is None:
+            continue
+        points, depths = border_points(cylinder, images, border)
+        position.append(points)
+        depth.append(depths)
+        image_number.append(first_image + border.start // images[0].depth.size + BORDER)
+        total += len(depths)
+    flat = np.concatenate(depth)
+    past = (images[0].face is Face.SIDE) & (flat > cylinder.radius)
+    every = _Points(np.concatenate(position), flat, np.concatenate(image_number) + PAST_AXIS * past)
+    return every, _Numbers(samples, shifts + [0] * images[0].depth.size.bit_length())
+
+
+def _face_triangles(
+    images: list[DepthImage], level: int, border: Border | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Corner numbers (n, 3) of the surface triangles of step 2^level, border included, and the Run (n,) of each.
+
+    Numbers are those of `Border.triangles`. Caps leave out what another face owns: the side is always drawn.
     """
     height, width = images[0].depth.shape
-    depth = np.stack([image.depth for image in images]).ravel()
-    owner = np.stack([image.owner for image in images]).ravel()
+    samples = len(images) * height * width
     parts = [layer_triangles(image, level) for image in images]
     corners = np.concatenate([layers * height * width + texels for layers, texels in parts])
+    if border is not None:
+        corners = np.concatenate([corners, border.triangles])
     face = images[0].face
-    owners = owner[corners]
-    # A triangle belongs to another face only with all its corners, so that neighbours overlap where owners meet.
+    owner = np.stack([image.owner for image in images]).ravel()
+    # The first corner always is a sample; border vertices go with it. A triangle belongs to another face only with all
+    # its corners, so that neighbours overlap where owners meet.
+    owners = owner[np.where(corners < samples, corners, corners[:, :1])]
     shared = np.where((owners == owners[:, :1]).all(1), owners[:, 0], face)
     if face is Face.SIDE:
-        past = depth[corners].mean(-1) > radius  # past the axis θ runs the other way: the winding turns round
-        corners[past] = corners[past, ::-1]
         run = np.array([Run.SIDE_OF_TOP, Run.SIDE, Run.SIDE_OF_BOTTOM])[shared]
     else:
         corners = corners[shared == face]
@@ -129,9 +188,20 @@ def _face_triangles(images: list[DepthImage], level: int, radius: float) -> tupl
     return corners[order], run[order]
 
 
-def _blockwise(samples: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.int64]:
-    row, column = np.divmod(samples % (shape[0] * shape[1]), shape[1])
-    return samples[np.lexsort((column // _BLOCK, row // _BLOCK))]
+def _outward(corners: NDArray[np.int64], depth: NDArray[np.float32], radius: float, face: Face) -> NDArray[np.int64]:
+    """Corners (n, 3), turned so that fronts are counter-clockwise and the last, provoking corner is a border vertex
+    where there is one."""
+    if face is Face.SIDE:  # past the axis θ runs the other way: the winding turns round
+        past = depth[corners].mean(-1) > radius
+        corners[past] = corners[past][:, [1, 0, 2]]
+    # Border vertices have the highest numbers: turn the triangle until its highest comes last.
+    shift = (corners.argmax(1) + 1) % 3
+    return np.take_along_axis(corners, (np.arange(3) + shift[:, None]) % 3, axis=1)
+
+
+def _blockwise(points: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.int64]:
+    row, column = np.divmod(points % (shape[0] * shape[1]), shape[1])
+    return points[np.lexsort((column // _BLOCK, row // _BLOCK))]
 
 
 def _box(cylinder: Cylinder) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -140,18 +210,10 @@ def _box(cylinder: Cylinder) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     return low, np.array([2 * half[0], cylinder.height, 2 * half[1]], np.float32)
 
 
-def _vertices(
-    cylinder: Cylinder,
-    images: list[DepthImage],
-    first_image: int,
-    samples: NDArray[np.int64],
-    low: NDArray[np.float32],
-    size: NDArray[np.float32],
+def _pack(
+    points: _Points, kept: NDArray[np.int64], low: NDArray[np.float32], size: NDArray[np.float32]
 ) -> NDArray[np.uint16]:
-    points = np.concatenate([image_points(cylinder, image).reshape(-1, 3) for image in images])[samples]
-    depth = np.concatenate([image.depth.ravel() for image in images])[samples]
-    out = np.empty((len(samples), 4), np.uint16)
-    out[:, :3] = np.round(np.clip((points - low) / size, 0, 1) * 65535)
-    past = (images[0].face is Face.SIDE) & (depth > cylinder.radius)
-    out[:, 3] = first_image + samples // images[0].depth.size + PAST_AXIS * past
+    out = np.empty((len(kept), 4), np.uint16)
+    out[:, :3] = np.round(np.clip((points.position[kept] - low) / size, 0, 1) * 65535)
+    out[:, 3] = points.image[kept]
     return out

@@ -27,8 +27,10 @@ from depthwalk.scene.arrays import Objects, Representation
 Array = NDArray[np.floating]
 
 # What warp.vert reads per object: plane axes with the epipole or the plane's offset in w, the viewer's distance to the
-# plane, and scale and offset from plane coordinates to the atlas in clip space.
-WARP_RECORD = np.dtype([("right", "4f4"), ("up", "4f4"), ("normal", "4f4"), ("to_clip", "4f4"), ("distance", "f4")])
+# plane, scale and offset from plane coordinates to the atlas in clip space, and the tile's corners there.
+WARP_RECORD = np.dtype(
+    [("right", "4f4"), ("up", "4f4"), ("normal", "4f4"), ("to_clip", "4f4"), ("bounds", "4f4"), ("distance", "f4")]
+)
 # What composite.vert reads per object: rays from the viewer to the rectangle's corner and along its edges (world),
 # the viewer in the object's frame, the object's rotation, the tile in texels and the object's scale.
 COMPOSITE_RECORD = np.dtype(
@@ -260,6 +262,7 @@ def _warp_records(
     atlas = np.asarray(atlas_size, float)
     scale = 2 * tiles / (atlas * (planes.high - planes.low))
     records["to_clip"] = np.column_stack([scale, 2 * corners / atlas - 1 - scale * planes.low])
+    records["bounds"] = np.column_stack([2 * corners / atlas - 1, 2 * (corners + tiles) / atlas - 1])
     records["distance"] = planes.distance
     return records
 

@@ -4,6 +4,7 @@ import moderngl
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
+from depthwalk.render.plan import FramePlan
 from depthwalk.render.targets import Targets
 
 _SIZE = 1024, 512  # texels; the atlas is several times as large
@@ -19,14 +20,18 @@ class AtlasView:
         self._array = self.gl.vertex_array(self._program.gl, [])
         self.texture = self.gl.texture(_SIZE, 4)
         self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        self.aspect = 1.0
         self._framebuffer = self.gl.framebuffer([self.texture])
 
-    def draw(self, targets: Targets, rows: int) -> None:
-        """rows: of the atlas, in use."""
+    def draw(self, targets: Targets, plan: FramePlan) -> None:
+        """Shows the corner of the atlas that holds the tiles of `plan`; `aspect` is then its width / height."""
+        tiles = plan.composite.records["tile"]
+        right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()
+        self.aspect = right / top
         self._framebuffer.use()
         self._context.enable_only(moderngl.NOTHING)
         targets.atlas_depth.use(0)
-        self._program.set(atlas_depth=0, used=(1.0, max(rows, 1) / targets.atlas_size[1]))
+        self._program.set(atlas_depth=0, used=(right / targets.atlas_size[0], top / targets.atlas_size[1]))
         self._array.render(moderngl.TRIANGLES, vertices=3)
 
     def release(self) -> None:

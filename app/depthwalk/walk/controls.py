@@ -52,15 +52,9 @@ class HeldKeys:
             self._tapped.add(move)
         self._down.discard(move)
 
-    def clear(self) -> None:
-        """Lets go of everything: the window lost the keyboard."""
-        self._down.clear()
-        self._tapped.clear()
-        self._fresh.clear()
-
     def take(self, dt: float) -> dict[Move, float]:
         """Seconds, 0 to dt, that each move was held in the last dt seconds; starts the next frame."""
-        held = {move: min(dt, TAP) for move in self._tapped} | {move: dt for move in self._down}
+        held = {move: min(dt, TAP) for move in self._tapped} | dict.fromkeys(self._down, dt)
         self._tapped.clear()
         self._fresh.clear()
         return held
@@ -115,7 +109,7 @@ class Walker:
         self.speed = _clamp(self.speed * SPEED_PER_NOTCH**notches, *SPEED_RANGE)
 
     def advance(self, held: Mapping[Move, float], dt: float, *, fast: bool = False, ground: float = 0.0) -> None:
-        """Move for `dt` seconds, in which each move was held for `held[move]` seconds, on the ground at y = `ground`."""
+        """Move for `dt` seconds, each move being held for `held[move]` of them, on the ground at y = `ground`."""
         if dt <= 0:
             return
         seconds = np.array([min(held.get(move, 0.0), dt) for move in Move])

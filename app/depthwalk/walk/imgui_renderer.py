@@ -26,12 +26,9 @@ class ImguiRenderer:
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def show(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """The name of `texture` for imgui, valid until `hide` or the texture's release."""
+        """The name of `texture` for imgui, valid until the texture's release."""
         self._textures[texture.glo] = texture
         return imgui.ImTextureRef(texture.glo)
-
-    def hide(self, texture: moderngl.Texture) -> None:
-        self._textures.pop(texture.glo, None)
 
     def draw(self, data: imgui.ImDrawData, screen: moderngl.Framebuffer) -> None:
         """Draws over what is in `screen`. Leaves blending off and no scissor."""
@@ -54,7 +51,7 @@ class ImguiRenderer:
                 screen.scissor = left, height - bottom, right - left, bottom - top
                 self._textures[command.tex_ref.get_tex_id()].use(0)
                 self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
-        screen.scissor = None
+        screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
         self._context.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:

@@ -6,7 +6,9 @@ import warnings
 from imgui_bundle import imgui as _imgui  # noqa: F401 - first: it names the GLFW library that both then share
 
 # isort: split
-import moderngl_window.context.glfw.window as glfw_window
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", PendingDeprecationWarning)  # moderngl-window imports PyGLM by its old name
+    import moderngl_window.context.glfw.window as glfw_window
 
 Window = glfw_window.Window
 
@@ -26,5 +28,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
             raise NoDisplay(f"cannot open a window: {reasons[-1]}") from error
         if fullscreen:
             window.fullscreen = True
+        else:
+            window.size = size  # on a scaled desktop GLFW made it larger, which moderngl-window has not noticed
     window.exit_key = None  # Esc releases the mouse first
     return window

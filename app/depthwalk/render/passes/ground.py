@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import moderngl
+import numpy as np
 
-from depthwalk.colour import linear_from_srgb
+from depthwalk.colour import linear_from_srgb, linear_from_srgb8
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.view import matrix_bytes
@@ -18,6 +19,7 @@ class GroundPass(Pass):
         self._program = Program(self.gl, "ground/ground.vert", "ground/ground.frag")
         self._array = self.gl.vertex_array(self._program.gl, [])
         self._texture = self.gl.srgb_texture((1, 1), b"\xff" * 4)
+        self._mean = np.ones(3, np.float32)
         self._path: Path | None = None
 
     def draw(self, frame: Frame) -> None:
@@ -29,7 +31,9 @@ class GroundPass(Pass):
             self.gl.free(self._texture)
             texels = frame.assets.texture(ground.texture)
             self._texture = self.gl.srgb_texture((texels.shape[1], texels.shape[0]), texels[::-1].tobytes())
-            self._texture.anisotropy = 8.0
+            if not self.gl.device.software:  # there it costs more than the rest of the frame
+                self._texture.anisotropy = 8.0
+            self._mean = np.maximum(linear_from_srgb8(texels[..., :3]).mean((0, 1)), 1e-3)
         context = self.gl.device.context
         frame.targets.gbuffer.use()
         context.enable_only(moderngl.DEPTH_TEST)
@@ -41,6 +45,7 @@ class GroundPass(Pass):
             height=ground.height,
             half_size=ground.size,
             colour=tuple(linear_from_srgb(ground.colour).tolist()),
+            mean=tuple(self._mean.tolist()),
             tile=ground.tile,
         )
         self._array.render(moderngl.TRIANGLE_STRIP, vertices=4)

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import moderngl
 
+from depthwalk.gpu.device import CLIP_DISTANCES
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
@@ -33,6 +34,8 @@ class WarpPass(Pass):
         # Only the rows in use are cleared: the whole atlas would cost as much as several objects.
         frame.targets.atlas.clear(depth=1.0, viewport=(0, 0, frame.targets.atlas_size[0], frame.plan.atlas_height))
         context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        for plane in CLIP_DISTANCES:
+            context.enable_direct(plane)
         context.wireframe = frame.settings.warp.wireframe
         self._instances.upload(frame.plan.warp.records)
         for group in frame.plan.warp.groups:
@@ -43,6 +46,8 @@ class WarpPass(Pass):
             for first, length in group.indices:
                 array.render(vertices=length, first=first, instances=group.count)
         context.wireframe = False
+        for plane in CLIP_DISTANCES:
+            context.disable_direct(plane)
 
     def forget_assets(self) -> None:
         self._arrays.forget()

@@ -1,0 +1,215 @@
+"""The surface between the last samples of a depth image and its true edge.
+
+A grid triangle needs three samples of one surface, so on its own a grid ends up to a cell before every silhouette and
+every cut, and thin things (a leaf, a finger) fall through it. From each sample whose neighbour does not continue its
+surface, the surface is followed along the grid's edge until it ends; the triangles between samples and end points
+complete the cells, as marching triangles complete an isosurface at a boundary.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import Border, Cylinder, Face, cell_triangles, grid_cells, surface_rays, texel_size
+from depthwalk.bake.raycast import RayCaster
+
+Array = NDArray[np.floating]
+
+_FIRST_STRIDE = 0.25  # of a cell: a gap narrower than this is stepped over
+_STRIDES = 10  # advances and halvings: the end is found to 1/64 cell or better
+_SLACK = 0.35  # cells: how far a surface may curve away from its tangent plane within one cell
+_LEAST_LENGTH = 1 / 32  # of a cell: a border nearer to its sample than this is not worth a triangle
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The hits of one face: depth (L, H, W), +inf where empty; facing (L, H, W, 3) geometric normals, unit, toward the
+    ray's origin; flipped (L, H, W), the surface was hit from behind."""
+
+    depth: NDArray[np.float32]
+    facing: NDArray[np.float32]
+    flipped: NDArray[np.bool_]
+
+
+def trace_borders(
+    caster: RayCaster, cylinder: Cylinder, face: Face, samples: Samples, cells: list[list[NDArray[np.uint16]]]
+) -> list[Border]:
+    """The border of each level; cells: [layer][level] as `connect` made them."""
+    return [
+        _trace_level(caster, cylinder, face, samples, level, [layer[level] for layer in cells])
+        for level in range(len(cells[0]))
+    ]
+
+
+def _trace_level(
+    caster: RayCaster, cylinder: Cylinder, face: Face, samples: Samples, level: int, codes: list[NDArray[np.uint16]]
+) -> Border:
+    _, height, width = samples.depth.shape
+    corners = grid_cells((height, width), face, 1 << level)
+    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
+    # Unwrapped, so that an edge across the seam is a short one.
+    unwrapped = np.where(columns < np.tile(corners[0], 2)[:, None], columns + width, columns)
+    texels = rows * width + columns
+    free = _free_corners(samples.depth.reshape(len(samples.depth), -1)[:, texels], codes)
+    layer, triangle, corner = free.nonzero()
+    start = layer * height * width + texels[triangle, corner]  # sample numbers
+    position = np.stack([(unwrapped + 0.5) / width, (rows + 0.5) / height], -1)  # (triangles, 3, 2) u, v
+
+    # The two edges of each free corner, most of them shared by two triangles: each is followed once.
+    turns = np.stack([(corner + 1) % 3, (corner + 2) % 3])
+    edges = np.stack([np.broadcast_to(start, turns.shape), texels[triangle, turns]], -1).reshape(-1, 2)
+    _, once, edge = np.unique(edges, axis=0, return_index=True, return_inverse=True)
+    begin, end = position[triangle, corner], position[triangle, turns].reshape(-1, 2)
+    cell = (1 << level) * max(texel_size(cylinder, face, (height, width)))
+    along, depth = _follow(
+        caster, cylinder, face, samples, edges[once, 0], np.tile(begin, (2, 1))[once], end[once], cell
+    )
+
+    edge = edge.reshape(2, -1)
+    partner = _partners(
+        samples.depth.reshape(len(samples.depth), -1),
+        free,
+        (triangle, turns),
+        texels,
+        along[edge] >= 1,
+        depth[edge],
+        cell,
+    )
+    triangles = _polygons(start, corner, partner, along[edge], samples.depth.size + edge)
+    ends = triangles >= samples.depth.size
+    used, number = np.unique(triangles[ends] - samples.depth.size, return_inverse=True)
+    triangles[ends] = samples.depth.size + number
+    chosen = once[used]
+    origin, from_sample = np.tile(begin, (2, 1))[chosen], edges[chosen, 0]
+    offset = along[used, None] * (end[chosen] - origin) * [width, height]
+    rise = depth[used] - samples.depth.ravel()[from_sample]
+    order = np.argsort(triangles[:, 0], kind="stable")
+    return Border(
+        face,
+        level,
+        from_sample.astype(np.int32),
+        offset.astype(np.float16),
+        rise.astype(np.float16),
+        triangles[order].astype(np.int32),
+    )
+
+
+def _free_corners(depth: NDArray[np.float32], codes: list[NDArray[np.uint16]]) -> NDArray[np.bool_]:
+    """Which samples (L, triangles, 3), at the triangles' corners with that `depth`, no surface triangle of theirs uses."""
+    free = np.isfinite(depth)
+    for anchor, code in enumerate(codes):
+        for half, offset in ((code & 127, 0), (code >> 7, code.size)):
+            filled = np.flatnonzero(half & 1)
+            free[anchor, filled + offset, 0] = False
+            free[half[filled] >> 1 & 7, filled + offset, 1] = False
+            free[half[filled] >> 4 & 7, filled + offset, 2] = False
+    return free
+
+
+def _follow(
+    caster: RayCaster,
+    cylinder: Cylinder,
+    face: Face,
+    samples: Samples,
+    start: NDArray[np.int64],
+    begin: Array,
+    end: Array,
+    cell: float,
+) -> tuple[Array, NDArray[np.float32]]:
+    """How far the surface of samples `start` (n,) goes on from (u, v) `begin` toward `end` (n, 2): the part of the way
+    (n,) in [0, 1] and the depth there (n,).
+
+    Each advance must meet the mesh within a slack of the tangent plane at the last point; where it does not, the
+    stride is halved.
+    """
+    depth = samples.depth.ravel()[start].copy()
+    normal = samples.facing.reshape(-1, 3)[start].copy()
+    from_behind = samples.flipped.ravel()[start]
+    origin, direction = surface_rays(cylinder, face, begin[:, 0], begin[:, 1])
+    point = origin + depth[:, None] * direction
+    along, stride = np.zeros(len(start)), np.full(len(start), _FIRST_STRIDE)
+    for _ in range(_STRIDES):
+        going = np.flatnonzero(along < 1)
+        target = np.minimum(along[going] + stride[going], 1)
+        spot = begin[going] + target[:, None] * (end[going] - begin[going])
+        origin, direction = surface_rays(cylinder, face, spot[:, 0], spot[:, 1])
+        slope = np.einsum("ni,ni->n", direction, normal[going])
+        steep = np.minimum(slope, -0.03)  # a surface along the rays has no depth to predict: about 88°
+        expected = np.einsum("ni,ni->n", point[going] - origin, normal[going]) / steep
+        slack = _SLACK * stride[going] * cell * (1 - 0.5 / steep)
+        first = np.maximum(expected - slack, 0).astype(np.float32)
+        hit = caster.first(origin + first[:, None] * direction, direction)
+        found = first + hit.distance
+        met = (slope < -0.03) & (found <= expected + slack) & (hit.flipped == from_behind[going])
+        on = going[met]
+        along[on], depth[on], normal[on] = target[met], found[met], hit.normal[met]
+        point[on] = origin[met] + found[met, None] * direction[met]
+        stride[going[~met]] /= 2
+    return along, depth
+
+
+def _partners(
+    depth: NDArray[np.float32],
+    free: NDArray[np.bool_],
+    ends: tuple[NDArray[np.int64], NDArray[np.int64]],
+    texels: NDArray[np.int64],
+    arrived: NDArray[np.bool_],
+    end_depth: NDArray[np.float32],
+    cell: float,
+) -> NDArray[np.int64]:
+    """For each turn and free corner (2, n) the free corner that its edge arrives at, −1 where there is none.
+
+    Only mutual arrivals count: the edge back must arrive at where this one began.
+    """
+    triangle, turns = ends
+    number = np.full(free.shape, -1, np.int64)
+    number[free] = np.arange(int(free.sum()))
+    partner = np.full(turns.shape, -1, np.int64)
+    nearest = np.full(turns.shape, 0.5 * cell)
+    for layer in range(len(depth)):
+        with np.errstate(invalid="ignore"):
+            gap = np.abs(depth[layer][texels[triangle, turns]] - end_depth)
+        better = arrived & free[layer, triangle, turns] & (gap < nearest)
+        partner[better] = number[layer, triangle, turns][better]
+        nearest[better] = gap[better]
+    here = np.arange(len(triangle))
+    for turn in (0, 1):  # the next corner's way back is its second turn, and the other way round
+        linked = partner[turn] >= 0
+        partner[turn, linked & (partner[1 - turn, partner[turn]] != here)] = -1
+    return partner
+
+
+def _polygons(
+    start: NDArray[np.int64],
+    corner: NDArray[np.int64],
+    partner: NDArray[np.int64],
+    along: Array,
+    ending: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Triangles (n, 3) of vertex numbers that fill each triangle's cell from its free corners to the border.
+
+    start (n,): vertex of each free corner; corner (n,): which of the triangle it is; partner (2, n): the free corner
+    after and before it on the same surface, or −1; along, ending (2, n): how far the surface goes toward the corner
+    after and before it, and the vertex there.
+    """
+    after, before = partner
+    follower = np.where(after >= 0, after[after], -1)  # of the one after
+    long_enough = along[0] * along[1] > _LEAST_LENGTH**2
+    alone = np.flatnonzero((after < 0) & (before < 0) & long_enough)
+    head = (after >= 0) & (before < 0)
+    pair = np.flatnonzero(head & (follower < 0))
+    chain = np.flatnonzero(head & (follower >= 0))
+    ring = np.flatnonzero((after >= 0) & (before >= 0) & (follower >= 0) & (corner == 0))
+    ring = ring[after[follower[ring]] == ring]
+    second, third = after, follower
+    pieces = [
+        (start[alone], ending[0, alone], ending[1, alone]),
+        (start[pair], start[second[pair]], ending[0, second[pair]]),
+        (start[pair], ending[0, second[pair]], ending[1, pair]),
+        (start[chain], start[second[chain]], ending[1, chain]),
+        (start[second[chain]], ending[0, third[chain]], ending[1, chain]),
+        (start[second[chain]], start[third[chain]], ending[0, third[chain]]),
+        (start[ring], start[second[ring]], start[third[ring]]),
+    ]
+    return np.concatenate([np.stack(piece, -1) for piece in pieces])

@@ -1,0 +1,143 @@
+"""`depthwalk info`: what this installation is and can do, or what a file holds."""
+
+import platform
+from collections.abc import Iterator
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+import depthwalk
+from depthwalk import limits
+from depthwalk.commands.check import is_path_file
+from depthwalk.errors import InputError
+
+_LIBRARIES = (
+    "numpy", "scipy", "moderngl", "moderngl-window", "imgui-bundle", "trimesh", "embreex", "OpenEXR", "Pillow",
+    "pydantic", "ruamel.yaml", "imageio-ffmpeg", "rich", "typer",
+)  # fmt: skip
+
+Row = tuple[str, str]
+
+
+def print_rows(rows: Iterator[Row]) -> None:
+    """Names and values in two columns; nothing where a row raises."""
+    print("\n".join(f"{name:<24} {value}" for name, value in rows))
+
+
+def installation() -> Iterator[Row]:
+    """Versions, the GL renderer with its limits, and the limits of inputs."""
+    yield "depthwalk", depthwalk.__version__
+    yield "Python", f"{platform.python_version()} on {platform.platform()}"
+    for name in _LIBRARIES:
+        yield name, _version(name)
+    yield from _opengl()
+    yield "largest picture", f"{limits.MAX_IMAGE_SIDE} pixels a side"
+    yield "largest depth image", f"{limits.MAX_DPCI_RESOLUTION} texels a side, {limits.MAX_DPCI_LAYERS} layers"
+    yield "most objects", str(limits.MAX_INSTANCES)
+    yield "most triangles", f"{limits.MAX_MESH_TRIANGLES} a mesh"
+
+
+def describe_file(path: Path) -> Iterator[Row]:
+    """What a scene, a path, a baked file or a mesh holds. Raises InputError."""
+    yield "file", str(path)
+    match path.suffix.lower():
+        case ".yaml" | ".yml":
+            yield from _path_rows(path) if is_path_file(path) else _scene_rows(path)
+        case ".exr":
+            yield from _baked_rows(path)
+        case _:
+            yield from _mesh_rows(path)
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def _opengl() -> Iterator[Row]:
+    from depthwalk.gpu.device import GpuError, headless_device
+
+    try:
+        device = headless_device()
+    except GpuError as error:
+        yield "OpenGL", str(error)
+        return
+    try:
+        yield "OpenGL renderer", device.renderer + (" (software)" if device.software else "")
+        yield "OpenGL version", device.context.info["GL_VERSION"]
+        yield "largest texture", f"{device.max_texture_size} texels a side, {device.max_layers} layers"
+        yield "conservative depth", "yes" if device.conservative_depth else "no"
+    finally:
+        device.context.release()
+
+
+def _scene_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.scene.arrays import Representation
+    from depthwalk.scene.loader import load_scene
+    from depthwalk.scene.scene import DepthImageAsset
+
+    scene = load_scene(path)
+    yield "kind", "scene"
+    yield "objects", str(len(scene.objects))
+    drawn = np.bincount(scene.objects.representation, minlength=len(Representation))
+    yield "drawn as", ", ".join(f"{kind.name.lower()} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
+    uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
+    for asset, count in zip(scene.assets, uses.tolist(), strict=True):
+        file = asset.depth if isinstance(asset, DepthImageAsset) else asset.mesh
+        yield f"asset {asset.name}", f"{file.name}, {count} objects"
+    if scene.camera is not None:
+        yield "camera", f"{_point(scene.camera.position)} to {_point(scene.camera.target)}"
+
+
+def _path_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.scene.path import load_path
+
+    walk = load_path(path)
+    yield "kind", "camera path"
+    yield "keyframes", str(len(walk.times))
+    yield "frames", f"{len(walk.frames())} at {walk.fps:g} a second, {walk.interpolation}"
+    yield "duration", f"{walk.times[-1]:g} s"
+
+
+def _baked_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.bake.file import read_baked
+
+    baked = read_baked(path)
+    cylinder = baked.cylinder
+    yield "kind", "depth images"
+    yield "bytes", str(path.stat().st_size)
+    yield "cylinder", f"radius {cylinder.radius:g} m, y from {cylinder.bottom:g} to {cylinder.top:g} m"
+    yield "grids", f"steps 1 to {1 << (baked.steps - 1)}"
+    yield "key", baked.key or "-"
+    for image in baked.images:
+        height, width = image.depth.shape
+        covered = np.isfinite(image.depth)
+        depths = image.depth[covered]
+        span = f", depths {depths.min():.4g} to {depths.max():.4g} m" if len(depths) else ""
+        yield f"part {image.name}", f"{width} × {height}, {100 * covered.mean():.1f} % covered{span}"
+
+
+def _mesh_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.ingest.loader import load_mesh
+
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder")
+    mesh = load_mesh(path)
+    low, high = mesh.bounds
+    yield "kind", "mesh"
+    yield "bytes", str(path.stat().st_size)
+    yield "triangles", str(len(mesh.faces))
+    yield "vertices", str(len(mesh.positions))
+    yield "size", " × ".join(f"{extent:g}" for extent in (high - low).tolist()) + " m"
+    for part in mesh.parts:
+        material = mesh.materials[part.material]
+        texture = material.texture
+        image = "no texture" if texture is None else f"texture {texture.shape[1]} × {texture.shape[0]}"
+        yield f"material {part.material}", f"{part.face_count} triangles, {image}"
+
+
+def _point(point: tuple[float, float, float]) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in point) + ")"

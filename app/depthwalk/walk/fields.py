@@ -1,0 +1,177 @@
+"""Widgets from declarations: a parameter's type, range, unit and help decide how the panel shows it."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal
+
+from imgui_bundle import imgui
+from pydantic import ValidationError
+
+from depthwalk.params import Params
+
+Kind = Literal["switch", "number", "integer", "choice", "colour", "vector", "other"]
+_KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "integer"}
+
+
+@dataclass(frozen=True)
+class Control:
+    """One parameter. low, high: closed range or None; optional: may be None (off); default: what a reset sets."""
+
+    name: str
+    kind: Kind
+    help: str
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[Any, ...] = ()
+    optional: bool = False
+    default: Any = None
+
+    @property
+    def label(self) -> str:
+        return self.name.replace("_", " ")
+
+    @property
+    def tooltip(self) -> str:
+        """What it does, its range, and how to get the default back."""
+        unit = f" {self.unit}" if self.unit else ""
+        bounded = self.low is not None and self.high is not None
+        span = f"\n{self.low:g} to {self.high:g}{unit}" if bounded else ""
+        return f"{self.help}.{span}\nRight click: default"
+
+
+@cache
+def controls_of(params: type[Params]) -> tuple[Control, ...]:
+    """The controls of a group's own parameters, in the order of their declaration."""
+    schema = params.model_json_schema()
+    specs, definitions = schema["properties"], schema.get("$defs", {})
+    return tuple(
+        _control(name, specs[name], definitions, field.get_default(call_default_factory=True))
+        for name, field in params.model_fields.items()
+    )
+
+
+def _control(name: str, spec: dict[str, Any], definitions: dict[str, Any], default: Any) -> Control:
+    branches = [_resolved(branch, definitions) for branch in spec.get("anyOf", [spec])]
+    value = next((branch for branch in branches if branch.get("type") != "null"), {})
+    choices = tuple(value.get("enum", ()))
+    numbers = value.get("type") == "array" and value.get("minItems") == 3
+    kind: Kind = "choice" if choices else _KINDS.get(value.get("type", ""), "other")
+    if any(branch.get("pattern", "").startswith("^#") for branch in branches):
+        kind = "colour"
+    elif numbers:
+        kind = "vector"
+    return Control(
+        name,
+        kind,
+        spec.get("description", name).rstrip("."),
+        spec.get("unit", ""),
+        value.get("minimum", value.get("exclusiveMinimum")),
+        value.get("maximum", value.get("exclusiveMaximum")),
+        choices,
+        any(branch.get("type") == "null" for branch in branches),
+        default,
+    )
+
+
+def _resolved(branch: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
+    reference = branch.get("$ref")
+    return definitions.get(reference.rsplit("/", 1)[-1], {}) if reference else branch
+
+
+def draw_group(group: Params) -> str:
+    """Draws and applies the controls of `group`; returns why a value was refused, or an empty string."""
+    refusal = ""
+    for control in controls_of(type(group)):
+        before = getattr(group, control.name)
+        after = _draw(control, before)
+        if after != before:
+            try:
+                setattr(group, control.name, after)
+            except ValidationError as error:
+                refusal = f"{control.label}: {error.errors()[0]['msg']}"
+    return refusal
+
+
+def _draw(control: Control, value: Any) -> Any:
+    imgui.push_id(control.name)
+    if control.optional:
+        value = _draw_presence(control, value)
+    if value is not None or not control.optional:
+        value = _DRAW[control.kind](control, value)
+    if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal):
+        imgui.set_tooltip(control.tooltip)
+    if imgui.is_item_clicked(imgui.MouseButton_.right):
+        value = control.default
+    imgui.pop_id()
+    return value
+
+
+def _draw_presence(control: Control, value: Any) -> Any:
+    """A check box before the control: off is None."""
+    changed, on = imgui.checkbox("##on" if value is not None else control.label, value is not None)
+    if value is not None:
+        imgui.same_line()
+    if not changed:
+        return value
+    return (control.default if control.default is not None else control.low or 0) if on else None
+
+
+def _draw_number(control: Control, value: Any) -> Any:
+    low, high = control.low, control.high
+    form = "%.3g" + (f" {control.unit}".replace("%", "%%") if control.unit else "")
+    if low is None or high is None:
+        return _changed(imgui.drag_float(control.label, value, 0.05, format=form), value)
+    wide = low > 0 and high / low >= 100
+    flags = imgui.SliderFlags_.always_clamp | (imgui.SliderFlags_.logarithmic if wide else 0)
+    return _changed(imgui.slider_float(control.label, value, low, high, form, flags), value)
+
+
+def _draw_integer(control: Control, value: Any) -> Any:
+    form = "%d" + (f" {control.unit}".replace("%", "%%") if control.unit else "")
+    if control.low is None or control.high is None:
+        return _changed(imgui.drag_int(control.label, value, format=form), value)
+    flags = imgui.SliderFlags_.always_clamp
+    return _changed(imgui.slider_int(control.label, value, int(control.low), int(control.high), form, flags), value)
+
+
+def _draw_choice(control: Control, value: Any) -> Any:
+    names = [str(choice) for choice in control.choices]
+    current = control.choices.index(value) if value in control.choices else 0
+    changed, index = imgui.combo(control.label, current, names)
+    return control.choices[index] if changed else value
+
+
+def _draw_colour(control: Control, value: Any) -> Any:
+    changed, colour = imgui.color_edit3(control.label, list(value), imgui.ColorEditFlags_.float)
+    return tuple(min(max(part, 0.0), 1.0) for part in colour) if changed else value
+
+
+def _draw_vector(control: Control, value: Any) -> Any:
+    changed, vector = imgui.drag_float3(control.label, list(value), 0.05)
+    return tuple(vector) if changed else value
+
+
+def _draw_switch(control: Control, value: Any) -> Any:
+    return _changed(imgui.checkbox(control.label, value), value)
+
+
+def _draw_other(control: Control, value: Any) -> Any:
+    imgui.text_disabled(f"{value}  {control.label}")
+    return value
+
+
+def _changed(answer: tuple[bool, Any], value: Any) -> Any:
+    """imgui keeps numbers as float32: take its value only where the user changed it."""
+    return answer[1] if answer[0] else value
+
+
+_DRAW = {
+    "switch": _draw_switch,
+    "number": _draw_number,
+    "integer": _draw_integer,
+    "choice": _draw_choice,
+    "colour": _draw_colour,
+    "vector": _draw_vector,
+    "other": _draw_other,
+}

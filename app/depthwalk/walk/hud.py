@@ -1,0 +1,177 @@
+"""Figures over the picture, the help overlay, short messages and the progress of loading."""
+
+import math
+import textwrap
+from collections.abc import Sequence
+
+from imgui_bundle import imgui
+
+from depthwalk.walk.state import State
+
+_MARGIN = 10.0
+_WIDTH = 255.0
+_LABELS = 84.0  # width of the column of names
+_NUMBERS = 48.0  # width of the column of right-aligned numbers
+_OVERLAY = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.no_inputs
+    | imgui.WindowFlags_.always_auto_resize
+    | imgui.WindowFlags_.no_saved_settings
+    | imgui.WindowFlags_.no_focus_on_appearing
+    | imgui.WindowFlags_.no_nav
+)
+_DIM = (0.62, 0.67, 0.74, 1.0)
+_BRIGHT = (1.0, 0.86, 0.55, 1.0)
+_CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
+_HELP = (
+    ("W A S D", "move"),
+    ("E / Q", "up / down"),
+    ("Right drag", "look around"),
+    ("Click or C", "capture the mouse; Esc lets go"),
+    ("Wheel", "speed"),
+    ("Shift", "fast"),
+    ("G", "walk / fly"),
+    ("R", "back to the scene's camera"),
+    ("P", "play / stop the path"),
+    ("1 2 3", "representation: scene, dpci, mesh"),
+    ("Tab", "panel"),
+    ("Z", "figures"),
+    ("H", "this help"),
+    ("F11", "full screen"),
+    ("F12", "screenshot"),
+    ("Esc", "close"),
+)
+
+
+def draw_hud(state: State) -> float:
+    """Draws the figures at the left edge; returns their right end in window coordinates."""
+    _begin("hud", (_MARGIN, _MARGIN), (0, 0))
+    _draw_rate(state)
+    _draw_passes(state)
+    _draw_counts(state)
+    _draw_viewer(state)
+    right = imgui.get_window_pos().x + imgui.get_window_size().x
+    imgui.end()
+    return right
+
+
+def draw_help() -> None:
+    display = imgui.get_io().display_size
+    _begin("help", (display.x / 2, display.y / 2), (0.5, 0.5), alpha=0.88)
+    _table("help", _HELP)
+    imgui.end()
+
+
+def draw_toast(message: str) -> None:
+    """A message at the bottom, over everything."""
+    display = imgui.get_io().display_size
+    text = textwrap.fill(message, max(20, int(display.x / 9)))
+    size = imgui.calc_text_size(text)
+    left, top = (display.x - size.x) / 2, display.y - size.y - 4 * _MARGIN
+    canvas = imgui.get_foreground_draw_list()
+    box = (left - _MARGIN, top - _MARGIN), (left + size.x + _MARGIN, top + size.y + _MARGIN)
+    canvas.add_rect_filled(*box, imgui.get_color_u32((0.14, 0.16, 0.20, 0.95)), 6.0)
+    canvas.add_text((left, top), imgui.get_color_u32(_BRIGHT), text)
+
+
+def draw_progress(title: str, lines: list[str]) -> None:
+    """What has been loaded so far; the last line is being worked on."""
+    display = imgui.get_io().display_size
+    imgui.set_next_window_size((min(460, display.x), 0))
+    _begin("progress", (display.x / 2, display.y / 2), (0.5, 0.5))
+    imgui.text(title)
+    imgui.separator()
+    for line in lines[:-1]:
+        imgui.text_colored(_DIM, line)
+    for line in lines[-1:]:
+        imgui.text_colored(_BRIGHT, line)
+    imgui.end()
+
+
+def _draw_rate(state: State) -> None:
+    seconds = state.times.smoothed
+    if seconds:
+        imgui.text_colored(_BRIGHT, f"{1 / seconds:5.1f} FPS")
+        imgui.same_line()
+        imgui.text(f"{seconds * 1e3:6.1f} ms")
+    times = state.times.milliseconds
+    if len(times) > 1:
+        imgui.same_line()
+        imgui.text_colored(_DIM, f"max {times.max():.0f} ms")
+        imgui.plot_lines("##frames", times, 0, None, 0.0, float(times.max()) * 1.15, (_WIDTH, 40))
+
+
+def _draw_passes(state: State) -> None:
+    timers = state.renderer.timers
+    imgui.text_colored(_DIM, f"passes, ms (timer: {timers.kind})")
+    _table("passes", [(name, f"{value:.2f}") for name, value in timers.milliseconds.items()], right=True)
+
+
+def _draw_counts(state: State) -> None:
+    plan = state.renderer.plan
+    if plan is None:
+        return
+    counts = plan.counts
+    cases = [f"{text} {counts[f'case_{name}']}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
+    steps = [(int(name[5:]), count) for name, count in counts.items() if name.startswith("step_")]
+    kinds = [f"{name} {counts[name]:,}" for name in ("dpci", "dmesh", "mesh") if counts.get(name)]
+    imgui.separator()
+    _table(
+        "counts",
+        [
+            ("objects", f"{counts['objects']:,}"),
+            ("drawn", _lines(kinds)),
+            ("case", _lines(cases)),
+            ("step", _lines([f"{step} on {count:,}" for step, count in sorted(steps)])),
+            ("warped", f"{counts['warped_triangles']:,} triangles"),
+            ("atlas", f"{counts['atlas_used']:.0%} used, tiles at {counts['tile_resolution']:.0%}"),
+        ],
+    )
+
+
+def _draw_viewer(state: State) -> None:
+    walker = state.walker
+    x, y, z = walker.position
+    imgui.separator()
+    rows = [
+        ("mode", f"{'walk' if walker.walking else 'fly'}, {walker.speed:.3g} m/s"),
+        ("position", f"{x:.2f}  {y:.2f}  {z:.2f}"),
+        ("looks", f"yaw {math.degrees(walker.yaw):z.0f}\u00b0, pitch {math.degrees(walker.pitch):z.0f}\u00b0"),
+    ]
+    playback = state.playback
+    if playback is not None:
+        rows.append(("path", f"{'playing' if playback.playing else 'P plays'}, {playback.time:.1f} s"))
+    _table("viewer", rows)
+    imgui.separator()
+    imgui.push_text_wrap_pos(_WIDTH)
+    imgui.text_colored(_DIM, state.renderer.device.renderer)
+    imgui.pop_text_wrap_pos()
+    imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
+
+
+def _begin(name: str, place: tuple[float, float], pivot: tuple[float, float], alpha: float = 0.82) -> None:
+    imgui.set_next_window_pos(place, imgui.Cond_.always, pivot)
+    imgui.set_next_window_bg_alpha(alpha)
+    imgui.begin(name, None, _OVERLAY)
+
+
+def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False) -> None:
+    """Names and values in two columns; right: the values are numbers."""
+    if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
+        imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, _LABELS)
+        for label, value in rows:
+            imgui.table_next_row()
+            imgui.table_next_column()
+            imgui.text_colored(_DIM, label)
+            imgui.table_next_column()
+            if right:
+                start = imgui.get_cursor_pos_x()
+                imgui.set_cursor_pos_x(start + max(0.0, _NUMBERS - imgui.calc_text_size(value).x))
+            imgui.text(value)
+        imgui.end_table()
+
+
+def _lines(parts: list[str], per_line: int = 3) -> str:
+    """The parts, some per line; a dash where there are none."""
+    lines = [", ".join(parts[k : k + per_line]) for k in range(0, len(parts), per_line)]
+    return "\n".join(lines) or "\u2013"

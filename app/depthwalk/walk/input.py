@@ -1,0 +1,137 @@
+"""Events of the window: to imgui where it wants them, else to the walk."""
+
+from collections.abc import Callable
+from typing import Any
+
+from imgui_bundle import imgui
+
+from depthwalk.walk.controls import Move
+from depthwalk.walk.panel import Area
+from depthwalk.walk.state import State
+from depthwalk.walk.window import Window
+
+_MOVES = {"D": Move.RIGHT, "A": Move.LEFT, "E": Move.UP, "Q": Move.DOWN, "W": Move.FORWARD, "S": Move.BACK}
+_IMGUI_KEYS = {
+    "TAB": imgui.Key.tab,
+    "LEFT": imgui.Key.left_arrow,
+    "RIGHT": imgui.Key.right_arrow,
+    "UP": imgui.Key.up_arrow,
+    "DOWN": imgui.Key.down_arrow,
+    "HOME": imgui.Key.home,
+    "END": imgui.Key.end,
+    "DELETE": imgui.Key.delete,
+    "BACKSPACE": imgui.Key.backspace,
+    "ENTER": imgui.Key.enter,
+    "ESCAPE": imgui.Key.escape,
+    "A": imgui.Key.a,
+    "C": imgui.Key.c,
+    "V": imgui.Key.v,
+    "X": imgui.Key.x,
+    "Z": imgui.Key.z,
+}
+_NOWHERE = -3.4028234663852886e38  # −FLT_MAX, imgui's sign for "no mouse"
+_LEFT, _RIGHT = 1, 2  # moderngl-window's mouse buttons
+
+
+class Input:
+    """Connects a window's events. actions: what a key press does, by moderngl-window's name of the key."""
+
+    def __init__(self, window: Window, state: State, actions: dict[str, Callable[[], None]]) -> None:
+        self._window, self._state = window, state
+        self._io = imgui.get_io()
+        keys = window.keys
+        self._actions = {getattr(keys, name): action for name, action in actions.items()}
+        self._moves = {getattr(keys, name): move for name, move in _MOVES.items()}
+        self._imgui_keys = {getattr(keys, name): key for name, key in _IMGUI_KEYS.items()}
+        self._shifts = {keys.LEFT_SHIFT, keys.RIGHT_SHIFT}
+        self._areas: list[Area] = []
+        self._busy = False
+        self._dragging = False
+        self._last: tuple[float, float] | None = None  # where the mouse was; None after a jump
+        window.key_event_func = self._on_key
+        window.mouse_position_event_func = self._on_mouse
+        window.mouse_drag_event_func = self._on_mouse
+        window.mouse_press_event_func = self._on_press
+        window.mouse_release_event_func = self._on_release
+        window.mouse_scroll_event_func = self._on_wheel
+        window.unicode_char_entered_func = self._on_character
+
+    @property
+    def captured(self) -> bool:
+        """The mouse is hidden and turns the viewer."""
+        return bool(self._window.mouse_exclusivity)
+
+    def capture(self, on: bool) -> None:
+        self._window.mouse_exclusivity = on
+        self._last = None
+        if on:
+            self._state.tell("The mouse turns the view; Esc lets it go")
+            self._io.add_mouse_pos_event(_NOWHERE, _NOWHERE)
+
+    def set_areas(self, areas: list[Area]) -> None:
+        """Tells what the widgets cover; to be called within every frame of imgui.
+
+        imgui's own `want_capture_mouse` is that of the mouse's place a frame ago: too late for a quick click at 3 fps.
+        """
+        self._areas = areas
+        self._busy = imgui.is_any_item_active() or imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+    def _over_widgets(self, x: float, y: float) -> bool:
+        inside = (left <= x < right and top <= y < bottom for left, top, right, bottom in self._areas)
+        return self._busy or any(inside)
+
+    def _on_key(self, key: Any, action: Any, modifiers: Any) -> None:
+        pressed = action == self._window.keys.ACTION_PRESS
+        repeated = not pressed and action != self._window.keys.ACTION_RELEASE
+        self._io.add_key_event(imgui.Key.mod_ctrl, modifiers.ctrl)
+        self._io.add_key_event(imgui.Key.mod_shift, modifiers.shift)
+        if key in self._imgui_keys and not repeated:
+            self._io.add_key_event(self._imgui_keys[key], pressed)
+        if key in self._shifts:
+            self._state.fast = pressed or (repeated and self._state.fast)
+        if repeated:
+            return
+        if not pressed:  # also what was pressed before imgui took the keyboard
+            if key in self._moves:
+                self._state.held.release(self._moves[key])
+        elif not (self._io.want_text_input or modifiers.ctrl or modifiers.alt):
+            if key in self._moves:
+                self._state.held.press(self._moves[key])
+            elif key in self._actions:
+                self._actions[key]()
+
+    def _on_character(self, character: str) -> None:
+        self._io.add_input_character(ord(character))
+
+    def _on_mouse(self, x: float, y: float, dx: float, dy: float) -> None:
+        # Own differences: moderngl-window's leap when the mouse is let go.
+        if self._last is not None and (self.captured or self._dragging):
+            self._state.look(x - self._last[0], y - self._last[1])
+        self._last = x, y
+        if not self.captured:
+            self._io.add_mouse_pos_event(x, y)
+
+    def _on_press(self, x: float, y: float, button: int) -> None:
+        if self.captured:
+            return
+        # The place of the last motion: on X11, GLFW names where the mouse is by now, several events later at 3 fps.
+        self._last = self._last or (x, y)
+        self._io.add_mouse_pos_event(*self._last)
+        self._io.add_mouse_button_event(button - 1, True)
+        if self._over_widgets(*self._last):
+            return
+        if button == _RIGHT:
+            self._dragging = True
+        elif button == _LEFT:
+            self.capture(True)
+
+    def _on_release(self, x: float, y: float, button: int) -> None:
+        self._io.add_mouse_button_event(button - 1, False)
+        if button == _RIGHT:
+            self._dragging = False
+
+    def _on_wheel(self, right: float, up: float) -> None:
+        if not self.captured and self._over_widgets(*(self._last or (0.0, 0.0))):
+            self._io.add_mouse_wheel_event(right, up)
+        else:
+            self._state.change_speed(up)

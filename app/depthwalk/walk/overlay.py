@@ -1,0 +1,79 @@
+"""imgui's context: font, style, and a frame of it drawn over the screen."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import imgui_bundle
+import moderngl
+from imgui_bundle import imgui
+
+from depthwalk.gpu.device import Device
+from depthwalk.walk.imgui_renderer import ImguiRenderer
+
+_FONT = "assets/fonts/Roboto/Roboto-Regular.ttf"  # comes with imgui-bundle; has Greek and Cyrillic
+_FONT_PIXELS = 16.0
+
+
+class Overlay:
+    """One imgui context and what draws it. `release` ends both."""
+
+    def __init__(self, device: Device) -> None:
+        self._imgui = imgui.create_context()
+        self.io = imgui.get_io()
+        self.io.set_ini_filename("")  # no imgui.ini in the user's folder
+        font = Path(imgui_bundle.__file__).parent / _FONT
+        if font.is_file():
+            self.io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)
+        _set_style()
+        self.renderer = ImguiRenderer(device)
+
+    def draw(
+        self,
+        screen: moderngl.Framebuffer,
+        window_size: tuple[int, int],
+        buffer_size: tuple[int, int],
+        dt: float,
+        widgets: Callable[[], None],
+    ) -> None:
+        """A frame of `widgets` over `screen`. Sizes in window coordinates and pixels, both not 0; dt in seconds."""
+        self.io.display_size = imgui.ImVec2(*window_size)
+        scale = (pixels / size for pixels, size in zip(buffer_size, window_size, strict=True))
+        self.io.display_framebuffer_scale = imgui.ImVec2(*scale)
+        self.io.delta_time = max(dt, 1e-5)
+        imgui.new_frame()
+        try:
+            widgets()
+        finally:
+            imgui.render()
+        self.renderer.draw(imgui.get_draw_data(), screen)
+
+    def release(self) -> None:
+        self.renderer.release()
+        imgui.destroy_context(self._imgui)
+
+
+def _set_style() -> None:
+    imgui.style_colors_dark()
+    style = imgui.get_style()
+    style.window_rounding = 6.0
+    style.frame_rounding = 4.0
+    style.grab_rounding = 4.0
+    style.window_border_size = 0.0
+    style.window_padding = imgui.ImVec2(12, 10)
+    style.item_spacing = imgui.ImVec2(8, 5)
+    colours = {
+        imgui.Col_.window_bg: (0.09, 0.10, 0.12, 0.92),
+        imgui.Col_.title_bg: (0.09, 0.10, 0.12, 1.0),
+        imgui.Col_.title_bg_active: (0.14, 0.16, 0.20, 1.0),
+        imgui.Col_.frame_bg: (0.19, 0.21, 0.25, 1.0),
+        imgui.Col_.frame_bg_hovered: (0.25, 0.28, 0.34, 1.0),
+        imgui.Col_.header: (0.18, 0.21, 0.26, 1.0),
+        imgui.Col_.header_hovered: (0.25, 0.29, 0.36, 1.0),
+        imgui.Col_.slider_grab: (0.85, 0.66, 0.33, 0.7),
+        imgui.Col_.slider_grab_active: (1.0, 0.80, 0.45, 0.8),
+        imgui.Col_.check_mark: (1.0, 0.80, 0.45, 1.0),
+        imgui.Col_.plot_lines: (1.0, 0.80, 0.45, 1.0),
+        imgui.Col_.button: (0.28, 0.32, 0.40, 1.0),
+    }
+    for colour, value in colours.items():
+        style.set_color_(colour, imgui.ImVec4(*value))

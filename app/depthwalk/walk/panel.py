@@ -1,0 +1,106 @@
+"""The panel: representation, path, sun, one section per group of render settings, intermediate images."""
+
+import math
+
+import numpy as np
+from imgui_bundle import imgui
+
+from depthwalk.scene.arrays import Representation
+from depthwalk.walk.controls import SPEED_RANGE
+from depthwalk.walk.fields import draw_group
+from depthwalk.walk.playback import Playback
+from depthwalk.walk.state import State, representation_name
+
+_WIDTH = 340.0
+_MARGIN = 10.0
+_CHOICES: tuple[Representation | None, ...] = (None, Representation.DPCI, Representation.MESH, Representation.DMESH)
+_SUN_MAX = 5.0  # the slider's end; Ctrl+click takes more
+
+
+Area = tuple[float, float, float, float]  # left, top, right, bottom, window coordinates
+
+
+def draw_panel(state: State) -> Area:
+    """Draws the panel at the right edge and applies what is changed in it; returns what it covers."""
+    display = imgui.get_io().display_size
+    imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
+    imgui.set_next_window_size_constraints((_WIDTH, 0), (_WIDTH, max(display.y - 2 * _MARGIN, 60)))
+    flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
+    imgui.begin("Panel", None, flags)
+    imgui.push_item_width(-120)
+    _draw_view(state)
+    if state.playback is not None and imgui.collapsing_header("path", imgui.TreeNodeFlags_.default_open):
+        _draw_path(state, state.playback)
+    if imgui.collapsing_header("environment", imgui.TreeNodeFlags_.default_open):
+        _draw_environment(state)
+    settings = state.renderer.settings
+    for name, group in settings:
+        if imgui.collapsing_header(name, imgui.TreeNodeFlags_.default_open):
+            imgui.push_id(name)
+            refusal = draw_group(group)
+            imgui.pop_id()
+            if refusal:
+                state.tell(refusal)
+    imgui.pop_item_width()
+    return _end()
+
+
+def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
+    """The intermediate images at the bottom, right of `left`; returns what they cover.
+
+    aspect: width / height of `picture`.
+    """
+    display = imgui.get_io().display_size
+    width = max(160.0, min(600.0, display.x - left - _WIDTH - 6 * _MARGIN))
+    height = max(40.0, min(width / aspect, display.y * 0.3))
+    imgui.set_next_window_pos((left + _MARGIN, display.y - _MARGIN), imgui.Cond_.always, (0, 1))
+    flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_nav
+    imgui.begin("Intermediate images", None, flags | imgui.WindowFlags_.no_collapse)
+    imgui.image(picture, (height * aspect, height))
+    return _end()
+
+
+def _end() -> Area:
+    left_top, size = imgui.get_window_pos(), imgui.get_window_size()
+    imgui.end()
+    return left_top.x, left_top.y, left_top.x + size.x, left_top.y + size.y
+
+
+def _draw_view(state: State) -> None:
+    current = _CHOICES.index(state.renderer.representation)
+    names = [representation_name(choice) for choice in _CHOICES]
+    changed, index = imgui.combo("representation", current, names)
+    if changed:
+        state.represent(_CHOICES[index])
+    _, state.atlas = imgui.checkbox("show intermediate images", state.atlas)
+    walker = state.walker
+    _, walker.walking = imgui.checkbox("walk on the ground", walker.walking)
+    flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp
+    _, walker.speed = imgui.slider_float("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
+
+
+def _draw_path(state: State, playback: Playback) -> None:
+    if imgui.button("Stop" if playback.playing else "Play", (90, 0)):
+        state.toggle_path()
+    imgui.same_line()
+    _, playback.loop = imgui.checkbox("loop", playback.loop)
+    moved, seconds = imgui.slider_float("time", playback.time, 0.0, playback.duration, "%.2f s")
+    if moved:
+        state.seek(min(max(seconds, 0.0), playback.duration))
+
+
+def _draw_environment(state: State) -> None:
+    """The sun by where it stands, not by where its light goes."""
+    sun, ambient = state.scene.environment.sun, state.scene.environment.ambient
+    x, y, z = -np.asarray(sun.direction, float) / np.linalg.norm(sun.direction)
+    azimuth, elevation = math.degrees(math.atan2(x, z)), math.degrees(math.asin(float(np.clip(y, -1, 1))))
+    turned, azimuth = imgui.slider_float("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
+    raised, elevation = imgui.slider_float("sun elevation", elevation, -89, 89, "%.0f\u00b0")
+    if turned or raised:
+        a, e = math.radians(azimuth), math.radians(elevation)
+        level = math.cos(e)
+        sun.direction = (-math.sin(a) * level, -math.sin(e), -math.cos(a) * level)
+    for label, light in (("sun intensity", sun), ("ambient intensity", ambient)):
+        changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
+        if changed:
+            light.intensity = min(max(intensity, 0.0), 100.0)

@@ -1,0 +1,129 @@
+"""The benchmark: its report, and that times belong to the frames they are said to."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+import depthwalk
+from depthwalk.bench import measure as bench
+from depthwalk.bench.report import to_html, to_json
+from depthwalk.cli import app
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.path import load_path
+
+SPREAD = {"p50", "p95", "p99", "max", "mean"}
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_json_is_the_public_contract(tiny_scene, tmp_path):
+    out, page = tmp_path / "b.json", tmp_path / "b.html"
+    walk = tiny_scene.with_name("walk.yaml")
+    files = ("--path", walk, "--json", out, "--html", page)
+    shape = ("--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh")
+    result = run("bench", tiny_scene, *files, *shape)
+    assert result.exit_code == 0, result.stderr
+    report = json.loads(out.read_text())
+    assert list(report) == ["version", "commit", "renderer", "timer", "resolution", "scene", "path", "runs"]
+    assert report["version"] == depthwalk.__version__
+    assert report["timer"] in ("finish", "gpu")
+    assert (report["resolution"], report["scene"], report["path"]) == ([96, 64], str(tiny_scene), str(walk))
+    assert [each["representation"] for each in report["runs"]] == ["dpci", "mesh"]
+    for each in report["runs"]:
+        assert set(each) == {"representation", "frames", "frame_ms", "passes_ms", "counts"}
+        assert each["frames"] == 4
+        assert each["counts"]["objects"] == 1 and each["counts"][each["representation"]] == 1
+        assert {"plan", "warp", "composite", "mesh", "light", "output"} <= set(each["passes_ms"])
+        for times in (each["frame_ms"], *each["passes_ms"].values()):
+            assert set(times) == SPREAD
+            assert 0 <= times["p50"] <= times["p95"] <= times["p99"] <= times["max"]
+        if report["timer"] == "finish":
+            assert sum(times["mean"] for times in each["passes_ms"].values()) <= each["frame_ms"]["mean"]
+    assert "dpci, 4 frames" in result.stdout and "composite" in result.stdout
+    html = page.read_text()
+    assert html.count("<polyline") == 2 and "http" not in html and html.endswith("</body></html>\n")
+
+
+def test_a_still_camera_needs_no_path(tiny_scene, tmp_path):
+    out = tmp_path / "b.json"
+    result = run("bench", tiny_scene, "--json", out, "--resolution", "32,32", "--frames", 2, "--warmup", 0)
+    assert result.exit_code == 0, result.stderr
+    report = json.loads(out.read_text())
+    assert report["path"] is None
+    assert [(each["representation"], each["frames"]) for each in report["runs"]] == [("scene", 2)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--representation", "dpci,teapot"], "--representation teapot: must be one of scene, dpci, mesh, dmesh"),
+        (["--json", "{d}/no/b.json"], "{d}/no/b.json: the folder '{d}/no' does not exist"),
+        (["--json", "{d}/b", "--html", "{d}/b"], "{d}/b: would overwrite what is measured, or the other report"),
+        (["--html", "{d}/scene.yaml"], "{d}/scene.yaml: would overwrite what is measured, or the other report"),
+    ],
+)
+def test_bench_refuses(tiny_scene, arguments, message):
+    folder = tiny_scene.parent
+    result = run("bench", tiny_scene, *(argument.format(d=folder) for argument in arguments))
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", message.format(d=folder) + "\n")
+
+
+class LateTimers:
+    """Publishes a frame's times, its number, `lag` frames later, as timer queries do."""
+
+    def __init__(self, lag):
+        self.lag, self.frame, self.milliseconds = lag, -1, {}
+
+    def draw(self, view):
+        self.frame += 1
+        if self.frame >= self.lag:
+            self.milliseconds = {"warp": float(self.frame - self.lag)}
+
+
+@pytest.mark.parametrize("lag", [0, 4])
+def test_times_belong_to_the_measured_frames(lag):
+    timers = LateTimers(lag)
+    plan = SimpleNamespace(counts={"objects": 3})
+    headless = SimpleNamespace(
+        size=(8, 8),
+        draw=timers.draw,
+        device=SimpleNamespace(context=SimpleNamespace(finish=lambda: None)),
+        renderer=SimpleNamespace(timers=timers, plan=plan),
+    )
+    ticks = []
+    run = bench.measure(headless, "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 3, 2, lambda: ticks.append(1))
+    assert len(ticks) == run.frames == len(run.frame_times) == 3
+    assert run.passes_ms["warp"].max == 4 and run.passes_ms["warp"].mean == 3  # frames 2, 3 and 4
+    assert run.counts == {"objects": 3}
+
+
+def test_spread_of_known_times():
+    assert bench.spread([float(k) for k in range(1, 102)]) == bench.Spread(51, 96, 100, 101, 51)
+
+
+def test_a_pass_that_some_frames_lack_counts_as_nothing():
+    assert bench._columns([{"a": 1.0}, {"a": 3.0, "b": 2.0}]) == {"a": [1, 3], "b": [0, 2]}
+
+
+def test_frames_spread_over_the_whole_path(tiny_scene):
+    path = load_path(tiny_scene.with_name("walk.yaml"))
+    assert bench.sample_path(path, None) == [path.sample(time) for time in (0, 1, 2)]
+    assert bench.sample_path(path, 5) == [path.sample(time) for time in (0, 0.5, 1, 1.5, 2)]
+    assert bench.sample_path(path, 1) == [path.sample(0)]
+
+
+def test_commit_is_that_of_our_own_checkout_only(tmp_path, monkeypatch):
+    monkeypatch.setattr(depthwalk, "__file__", str(tmp_path / "depthwalk" / "__init__.py"))
+    assert bench.commit() is None
+
+
+def test_names_are_escaped_in_the_page():
+    spread = bench.Spread(1, 1, 1, 1, 1)
+    run = bench.Run("<dpci>", 1, spread, {"<warp>": spread}, {"<objects>": 1}, (1.0,))
+    report = bench.Report("0", None, "<gl>", "gpu", (8, 8), "<scene>.yaml", None, (run,))
+    assert "<dpci>" not in (page := to_html(report)) and "<scene>" not in page and "&lt;warp&gt;" in page
+    assert json.loads(to_json(report))["runs"][0]["representation"] == "<dpci>"

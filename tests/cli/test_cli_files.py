@@ -1,0 +1,158 @@
+"""`depthwalk check`, `bake` and `info`."""
+
+import re
+
+import pytest
+
+import depthwalk
+import shapes
+from depthwalk.bake.file import read_baked, read_header
+from files import write_ply
+
+
+def test_check_counts_what_good_files_hold(run, tiny_scene):
+    walk = tiny_scene.with_name("walk.yaml")
+    result = run("check", tiny_scene, walk)
+    assert result.exit_code == 0
+    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n{walk}: ok, 3 keyframes, 3 frames\n"
+    assert result.stderr == ""
+
+
+def test_check_lists_every_error_of_every_file(run, tiny_scene, tmp_path):
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("version: 1\nobjects:\n  - {asset: none}\nrender: {lood: {}}\n")
+    walk = tmp_path / "bad-walk.yaml"
+    walk.write_text("version: 1\nkeyframes: [{time: 0, position: [0, 0], target: [0, 0, 0]}]\n")
+    result = run("check", bad, tiny_scene, walk, tmp_path / "none.yaml")
+    assert result.exit_code == 2
+    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n"
+    assert result.stderr.splitlines() == [
+        f"{bad}:4:10: render.lood: unknown key; did you mean 'lod'?",
+        f"{walk}:2:33: keyframes[0].position: must be [x, y, z]",
+        f"{tmp_path / 'none.yaml'}: No such file or directory",
+    ]
+
+
+def test_check_reads_the_meshes(run, tiny_scene):
+    mesh = tiny_scene.with_name("ball.ply")
+    mesh.write_text("ply\nformat ascii 1.0\nelement vertex 0\nend_header\n")
+    result = run("check", tiny_scene)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"{mesh}: ")
+
+
+@pytest.fixture
+def meshes(tmp_path):
+    good = write_ply(tmp_path / "ball.ply", shapes.sphere(1.0, columns=32, rows=16))
+    bad = tmp_path / "bad.ply"
+    bad.write_bytes(b"ply\n")
+    return good, bad
+
+
+def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
+    good, bad = meshes
+    other = write_ply(tmp_path / "box.ply", shapes.box(1.0, 2.0, 1.0))
+    result = run("bake", bad, good, other, "--dpci-resolution", 64, "--layers", 1)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"{bad}: ") and result.stderr.count("\n") == 1
+    lines = sorted(result.stdout.splitlines())
+    line = r"{}: {} triangles, \d+ images of 64², \d+\.\d MB; \d+\.\d\d s \(read .*, top .*, side .*, write \S+\)"
+    assert re.fullmatch(line.format(re.escape(str(tmp_path / "ball.dpci.exr")), 960), lines[0])
+    assert re.fullmatch(line.format(re.escape(str(tmp_path / "box.dpci.exr")), 12), lines[1])
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "bad.ply", "ball.dpci.exr", "ball.ply", "box.dpci.exr", "box.ply",
+    ]  # fmt: skip
+    assert read_baked(tmp_path / "ball.dpci.exr").images[0].depth.shape == (64, 64)
+
+
+def test_a_scene_uses_what_bake_wrote_beside_the_mesh(run, tiny_scene, tmp_path, monkeypatch):
+    mesh = tiny_scene.with_name("ball.ply")
+    run("bake", mesh, "--dpci-resolution", 64, "--layers", 1)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    monkeypatch.setattr("depthwalk.library.bake_object", None)  # baking once more would fail
+    result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--resolution", "96,64")
+    assert result.exit_code == 0, result.stderr
+
+
+def test_bake_writes_where_it_is_told(run, meshes, tmp_path):
+    out = tmp_path / "baked"
+    out.mkdir()
+    arguments = ("bake", meshes[0], "--dpci-resolution", 16, "--layers", 1, "--height", 3, "-o")
+    assert run(*arguments, out).exit_code == 0
+    assert run(*arguments, tmp_path / "named.dpci.exr").exit_code == 0
+    assert [path.name for path in out.iterdir()] == ["ball.dpci.exr"]
+    baked = read_baked(tmp_path / "named.dpci.exr")
+    assert baked.cylinder.top == pytest.approx(3.0, abs=0.01)
+    assert baked.key == read_header(out / "ball.dpci.exr")["depthwalk.key"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["{d}/ball.ply", "{d}/bad.ply", "-o", "{d}/x.exr"], "{d}/x.exr: several meshes need an existing folder"),
+        (
+            ["{d}/ball.ply", "-o", "{d}/x.png"],
+            "{d}/x.png: must be an existing folder, or a file that ends in .dpci.exr",
+        ),
+        (["{d}/ball.ply", "-o", "{d}/no/x.exr"], "{d}/no/x.exr: the folder '{d}/no' does not exist"),
+        (["{d}/ball.ply", "--height", "0"], "--height 0: must be above 0 and at most 1000000 metres"),
+        (["{d}/ball.ply", "--height", "nan"], "--height nan: must be above 0 and at most 1000000 metres"),
+        (
+            ["{d}/ball.ply", "{d}/ball.obj"],
+            "{d}/ball.dpci.exr: {d}/ball.ply and {d}/ball.obj would both be baked to it",
+        ),
+        (["{d}/none.ply"], "{d}/none.ply: no such file"),
+        (["{d}/no/none.ply"], "{d}/no/none.ply: no such file"),
+    ],
+)
+def test_bake_refuses(run, meshes, tmp_path, arguments, message):
+    before = sorted(tmp_path.iterdir())
+    result = run("bake", *(argument.format(d=tmp_path) for argument in arguments))
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", message.format(d=tmp_path) + "\n")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def rows(text):
+    """The table that `info` prints, by its first column of 24 characters."""
+    return {line[:24].rstrip(): line[25:] for line in text.splitlines()}
+
+
+def test_info_names_versions_and_renderer(run):
+    result = run("info")
+    assert result.exit_code == 0
+    table = rows(result.stdout)
+    assert table["depthwalk"] == depthwalk.__version__
+    assert table["most objects"] == "4000000"
+    assert "OpenGL renderer" in table
+
+
+def test_info_says_so_where_there_is_no_opengl(run, monkeypatch):
+    from depthwalk.gpu.device import GpuError
+
+    def no_device():
+        raise GpuError("no OpenGL 3.3 context: none")
+
+    monkeypatch.setattr("depthwalk.gpu.device.headless_device", no_device)
+    result = run("info")
+    assert result.exit_code == 0
+    assert rows(result.stdout)["OpenGL"] == "no OpenGL 3.3 context: none"
+
+
+def test_info_describes_files(run, meshes, tiny_scene, tmp_path):
+    mesh = rows(run("info", meshes[0]).stdout)
+    assert (mesh["kind"], mesh["triangles"], mesh["size"]) == ("mesh", "960", "2 × 2 × 2 m")
+    scene = rows(run("info", tiny_scene).stdout)
+    assert (scene["objects"], scene["drawn as"], scene["asset ball"]) == ("1", "dpci 1", "ball.ply, 1 objects")
+    walk = rows(run("info", tiny_scene.with_name("walk.yaml")).stdout)
+    assert (walk["keyframes"], walk["frames"], walk["duration"]) == ("3", "3 at 1 a second, step", "2 s")
+    run("bake", meshes[0], "--dpci-resolution", 64, "--layers", 1)
+    baked = rows(run("info", tmp_path / "ball.dpci.exr").stdout)
+    assert baked["kind"] == "depth images"
+    assert re.fullmatch(r"radius 1\.000\d* m, y from -0\.000\d* to 2\.000\d* m", baked["cylinder"])
+    assert re.fullmatch(r"64 × 64, 78\.\d % covered, depths \S+ to \S+ m", baked["part top.0"])  # π / 4
+
+
+@pytest.mark.parametrize("name", ["none.ply", "none.exr"])
+def test_info_of_a_missing_file(run, tmp_path, name):
+    result = run("info", tmp_path / name)
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", f"{tmp_path / name}: no such file\n")

@@ -1,0 +1,57 @@
+"""What only a process of its own shows: start-up, Ctrl-C, a reader that goes away."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+COMMAND = [sys.executable, "-c", "from depthwalk.cli import main; main()"]
+
+
+@pytest.fixture
+def environment(cache_home):
+    return os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "PYTHONUNBUFFERED": "1"}
+
+
+def test_help_and_check_load_no_graphics(environment, tiny_scene):
+    code = (
+        "import sys\nfrom depthwalk.cli import app\n"
+        "try:\n    app(sys.argv[1:])\nexcept SystemExit as end:\n    assert not end.code\n"
+        "print(*sorted({'moderngl_window', 'imgui_bundle', 'rich.progress', 'numpy', 'glfw'} & set(sys.modules)))\n"
+    )
+    for arguments, loaded in ((["--help"], ""), (["check", str(tiny_scene)], "numpy")):
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments], env=environment, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.splitlines()[-1] == loaded
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a single process")
+def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(environment, tiny_scene, tmp_path):
+    walk = tiny_scene.with_name("long.yaml")
+    walk.write_text(tiny_scene.with_name("walk.yaml").read_text().replace("time: 2", "time: 3000"))
+    out = tmp_path / "out"
+    out.mkdir()
+    arguments = ["render", tiny_scene, "-o", out / "f{frame}.png", "--path", walk, "--resolution", "96,64"]
+    with subprocess.Popen(
+        [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline() == f"{out / 'f0.png'}\n"
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (130, "")
+    assert all(path.name.startswith("f") for path in out.iterdir())
+
+
+def test_a_reader_that_goes_away_is_no_error_message(environment, tiny_scene):
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        done = subprocess.run(
+            [*COMMAND, "check", str(tiny_scene)], env=environment, stdout=write, stderr=subprocess.PIPE, text=True
+        )
+    finally:
+        os.close(write)
+    assert (done.returncode, done.stderr) == (1, "")

@@ -1,0 +1,66 @@
+"""What tests of several parts share: a GL device, a cache of their own, and a small scene on disk."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import shapes
+from files import write_ply
+
+
+@pytest.fixture(scope="session")
+def gl_device():
+    """The headless device that all GL tests share; without one they are skipped, and say so."""
+    from depthwalk.gpu.device import GpuError, headless_device
+
+    try:
+        return headless_device()
+    except GpuError as error:
+        pytest.skip(f"no OpenGL here: {error}")
+
+
+@pytest.fixture(autouse=True)
+def _current_context(request) -> Iterator[None]:
+    """Makes the shared device's context current again: a command run in between has made and dropped its own."""
+    if "gl_device" not in request.fixturenames:
+        yield
+        return
+    with request.getfixturevalue("gl_device").context:
+        yield
+
+
+@pytest.fixture(scope="session")
+def cache_home(tmp_path_factory) -> Path:
+    """Where baked objects are kept during the tests."""
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(cache_home, monkeypatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache_home))
+
+
+@pytest.fixture
+def tiny_scene(tmp_path) -> Path:
+    """A scene file in a folder of its own with a ball of radius 1 (depth images of 64²) that stands on the origin,
+    seen from 4 m, and beside it a path file `walk.yaml` of three frames."""
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    write_ply(folder / "ball.ply", shapes.sphere(1.0, columns=64, rows=32))
+    (folder / "walk.yaml").write_text(
+        "version: 1\nfps: 1\ninterpolation: step\nkeyframes:\n"
+        "  - {time: 0, position: [0, 1, 4], target: [0, 1, 0], fov: 45}\n"
+        "  - {time: 1, position: [4, 1, 0], target: [0, 1, 0], fov: 45}\n"
+        "  - {time: 2, position: [0, 3, 4], target: [0, 1, 0], fov: 45}\n"
+    )
+    scene = folder / "scene.yaml"
+    scene.write_text(
+        "version: 1\n"
+        "assets:\n"
+        "  ball: {mesh: ball.ply, dpci: {resolution: 64, layers: 1}}\n"
+        "objects:\n"
+        "  - {asset: ball}\n"
+        "camera: {position: [0, 1, 4], target: [0, 1, 0], fov: 45}\n"
+    )
+    return scene

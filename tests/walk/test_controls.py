@@ -1,0 +1,158 @@
+import math
+
+import numpy as np
+import pytest
+
+from depthwalk.scene.arrays import Camera
+from depthwalk.walk.controls import EYE_HEIGHT, FAST, LONGEST_STEP, MAX_PITCH, SPEED_RANGE, TAP, HeldKeys, Move, Walker
+
+AHEAD = Camera((1.0, 2.0, 3.0), (1.0, 2.0, 0.0), 1.0)
+
+
+def walk(*moves, steps=300, seconds=1.0, camera=AHEAD, walking=False, settle=3.0, **options):
+    """Where a second of holding the keys for these moves, in so many steps, and the run-out after it end."""
+    walker = Walker.at(camera)
+    walker.walking = walking
+    dt = seconds / steps
+    for _ in range(steps):
+        walker.advance(dict.fromkeys(moves, dt), dt, **options)
+    for _ in range(math.ceil(settle)):
+        walker.advance({}, 1.0, **options)
+    return walker
+
+
+def shift(walker, camera=AHEAD):
+    return walker.position - camera.position
+
+
+@pytest.mark.parametrize(
+    ("move", "direction"),
+    [
+        (Move.FORWARD, (0, 0, -1)),
+        (Move.BACK, (0, 0, 1)),
+        (Move.RIGHT, (1, 0, 0)),
+        (Move.LEFT, (-1, 0, 0)),
+        (Move.UP, (0, 1, 0)),
+        (Move.DOWN, (0, -1, 0)),
+    ],
+)
+def test_a_second_of_a_key_moves_by_the_speed_in_its_direction(move, direction):
+    walker = walk(move)
+    assert shift(walker) == pytest.approx(np.multiply(direction, walker.speed), abs=1e-6)
+
+
+@pytest.mark.parametrize("walking", [False, True])
+@pytest.mark.parametrize("moves", [(Move.FORWARD,), (Move.FORWARD, Move.LEFT), (Move.BACK, Move.RIGHT, Move.UP)])
+@pytest.mark.parametrize("settle", [0.0, 3.0])
+def test_three_frames_a_second_move_like_three_hundred(moves, walking, settle):
+    down = Camera((1.0, 2.0, 3.0), (4.0, 1.0, 1.0), 1.0)
+    fine, coarse = (
+        walk(*moves, steps=steps, camera=down, walking=walking, settle=settle).position for steps in (300, 3)
+    )
+    moved = np.linalg.norm(fine - down.position)
+    assert moved > 1
+    assert np.linalg.norm(fine - coarse) < 0.01 * moved
+
+
+@pytest.mark.parametrize(
+    "moves",
+    [(Move.FORWARD, Move.RIGHT), (Move.BACK, Move.LEFT, Move.UP), (Move.FORWARD, Move.UP), (Move.DOWN, Move.LEFT)],
+)
+def test_diagonals_are_not_faster(moves):
+    walker = walk(*moves, camera=Camera((0.0, 0.0, 0.0), (1.0, 1.0, -1.0), 1.0))
+    assert np.linalg.norm(walker.position) == pytest.approx(walker.speed, rel=1e-6)
+
+
+def test_opposite_keys_cancel():
+    assert shift(walk(Move.FORWARD, Move.BACK, Move.UP, Move.DOWN)) == pytest.approx(np.zeros(3))
+
+
+def test_shift_is_fast():
+    walker = walk(Move.FORWARD, fast=True)
+    assert np.linalg.norm(shift(walker)) == pytest.approx(FAST * walker.speed)
+
+
+def test_an_absurd_step_is_cut():
+    walker = walk(Move.FORWARD, steps=1, seconds=3600.0)
+    assert np.linalg.norm(shift(walker)) == pytest.approx(walker.speed * LONGEST_STEP)
+
+
+def test_nothing_moves_in_no_time():
+    walker = walk(Move.FORWARD, steps=1, seconds=0.0)
+    assert shift(walker) == pytest.approx(np.zeros(3))
+
+
+def test_walking_keeps_the_eyes_above_the_ground_whatever_the_pitch():
+    down = Camera((0.0, 30.0, 0.0), (0.0, 0.0, -5.0), 1.0)
+    walker = walk(Move.FORWARD, Move.UP, camera=down, walking=True, ground=4.0)
+    assert walker.position == pytest.approx([0.0, 4.0 + EYE_HEIGHT, -walker.speed], abs=1e-4)
+
+
+def test_flying_follows_the_look():
+    down = Camera((0.0, 0.0, 0.0), (0.0, -1.0, -1.0), 1.0)
+    walker = walk(Move.FORWARD, camera=down)
+    assert walker.position == pytest.approx(np.array([0, -1, -1]) / math.sqrt(2) * walker.speed)
+
+
+@pytest.mark.parametrize(("down", "pitch"), [(1e5, -MAX_PITCH), (-1e5, MAX_PITCH)])
+def test_pitch_stops_short_of_the_vertical(down, pitch):
+    walker = Walker.at(AHEAD)
+    walker.look(0.0, down)
+    assert walker.pitch == pitch == pytest.approx(math.copysign(math.radians(89), pitch))
+    look = np.subtract(walker.camera.target, walker.camera.position)
+    assert np.hypot(look[0], look[2]) > 0.01
+
+
+def test_the_mouse_to_the_right_turns_to_the_right():
+    walker = Walker.at(AHEAD)
+    walker.look(100.0, 0.0)
+    assert walker.camera.target[0] > AHEAD.position[0]
+
+
+def test_the_wheel_multiplies_the_speed_and_turns_back():
+    walker = Walker.at(AHEAD)
+    first = walker.speed
+    walker.change_speed(2)
+    assert walker.speed == pytest.approx(1.44 * first)
+    walker.change_speed(-2)
+    assert walker.speed == pytest.approx(first)
+    walker.change_speed(1000)
+    assert walker.speed == SPEED_RANGE[1]
+    walker.change_speed(-1000)
+    assert walker.speed == SPEED_RANGE[0]
+
+
+@pytest.mark.parametrize("target", [(4.0, 2.0, -3.0), (1.0, 8.0, 2.0), (-3.0, -1.0, 9.0)])
+def test_a_camera_survives(target):
+    camera = Walker.at(Camera((1.0, 2.0, 3.0), target, 0.7)).camera
+    looks = [np.subtract(each, (1.0, 2.0, 3.0)) for each in (camera.target, target)]
+    assert camera.position == (1.0, 2.0, 3.0) and camera.fov == 0.7
+    assert np.dot(*looks) == pytest.approx(np.linalg.norm(looks[0]) * np.linalg.norm(looks[1]))
+
+
+def test_looking_straight_down_keeps_a_heading():
+    walker = Walker.at(Camera((0.0, 5.0, 0.0), (0.0, 0.0, 0.0), 1.0))
+    assert walker.pitch == -MAX_PITCH and walker.yaw == 0.0
+
+
+def test_held_keys_count_the_frame_until_they_are_released():
+    held = HeldKeys()
+    held.press(Move.FORWARD)
+    assert held.take(0.25) == {Move.FORWARD: 0.25}
+    assert held.take(0.5) == {Move.FORWARD: 0.5}
+    held.release(Move.FORWARD)
+    assert held.take(0.25) == {}
+
+
+@pytest.mark.parametrize(("dt", "seconds"), [(1 / 3, TAP), (1 / 300, 1 / 300)])
+def test_a_key_pressed_and_released_within_a_frame_still_moves(dt, seconds):
+    held = HeldKeys()
+    held.press(Move.FORWARD)
+    held.release(Move.FORWARD)
+    share = held.take(dt)
+    assert share == {Move.FORWARD: seconds}
+    assert held.take(dt) == {}
+    walker = Walker.at(AHEAD)
+    walker.advance(share, dt)
+    walker.advance({}, 1.0)
+    assert np.linalg.norm(shift(walker)) == pytest.approx(seconds * walker.speed, rel=1e-4)

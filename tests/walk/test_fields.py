@@ -1,0 +1,55 @@
+from typing import Literal
+
+import pytest
+
+from depthwalk.params import Params, param
+from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.environment import SunParams
+from depthwalk.walk.fields import controls_of
+
+
+class Sample(Params):
+    on: bool = param(True, "A switch")
+    radius: float = param(0.5, "How far", unit="m", ge=0.1, le=4)
+    count: int = param(3, "How many", ge=1, le=8)
+    method: Literal["fast", "good"] = param("good", "Which way")
+    focus: float | None = param(None, "Where it is sharp; none: in the middle", unit="m", ge=0.1, le=100)
+    free: float = param(1.0, "Without a range")
+
+
+def control(name):
+    return next(each for each in controls_of(Sample) if each.name == name)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "low", "high", "optional"),
+    [
+        ("on", "switch", None, None, False),
+        ("radius", "number", 0.1, 4, False),
+        ("count", "integer", 1, 8, False),
+        ("method", "choice", None, None, False),
+        ("focus", "number", 0.1, 100, True),
+        ("free", "number", None, None, False),
+    ],
+)
+def test_a_declaration_decides_the_widget(name, kind, low, high, optional):
+    found = control(name)
+    assert (found.kind, found.low, found.high, found.optional) == (kind, low, high, optional)
+
+
+def test_units_choices_defaults_and_help_come_along():
+    assert control("method").choices == ("fast", "good")
+    assert control("radius").unit == "m" and control("radius").default == 0.5
+    assert control("radius").tooltip.startswith("How far.\n0.1 to 4 m")
+
+
+def test_colours_and_vectors_have_widgets():
+    kinds = {each.name: each.kind for each in controls_of(SunParams)}
+    assert kinds == {"direction": "vector", "colour": "colour", "intensity": "number"}
+
+
+def test_every_render_setting_can_be_changed_in_the_panel():
+    for name, group in RenderSettings():
+        for each in controls_of(type(group)):
+            assert each.kind != "other", f"{name}.{each.name}"
+            assert len(each.help) > 5

@@ -1,0 +1,42 @@
+import json
+import math
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from depthwalk.scene.arrays import Camera
+from depthwalk.walk.screenshot import save_screenshot
+
+CAMERA = Camera((0.1, 2.0, -3.5), (0.0, 1.0, 0.0), math.radians(50))
+
+
+def picture(value):
+    return np.full((4, 6, 3), value, np.uint8)
+
+
+def test_screenshots_never_overwrite(tmp_path):
+    files = [save_screenshot(picture(value), tmp_path / "s.yaml", CAMERA, tmp_path) for value in range(4)]
+    assert len(set(files)) == 4
+    assert [np.asarray(Image.open(file))[0, 0, 0] for file in files] == [0, 1, 2, 3]
+
+
+def test_a_screenshot_knows_its_camera(tmp_path):
+    texts = Image.open(save_screenshot(picture(9), tmp_path / "müsli.yaml", CAMERA, tmp_path)).text
+    assert json.loads(texts["Camera"]) == {"position": [0.1, 2.0, -3.5], "target": [0, 1, 0], "fov": pytest.approx(50)}
+    assert texts["Scene"].endswith("müsli.yaml")
+    assert texts["Options"] == "--camera-position 0.1,2,-3.5 --camera-target 0,1,0 --camera-view-angle 50"
+
+
+def test_it_falls_back_to_the_pictures_folder(tmp_path, monkeypatch):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    monkeypatch.setattr("depthwalk.walk.screenshot.Path.cwd", lambda: tmp_path / "gone")
+    monkeypatch.setattr("depthwalk.walk.screenshot.user_pictures_path", lambda: tmp_path)
+    assert save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA).parent == tmp_path
+
+
+def test_no_folder_raises(tmp_path):
+    with pytest.raises(OSError, match="nowhere"):
+        save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA, tmp_path / "nowhere")

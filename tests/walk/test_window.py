@@ -1,0 +1,199 @@
+"""A real window, driven by real key and mouse events, in a virtual X server."""
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.library import SceneLibrary
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.loader import load_scene
+from depthwalk.walk import NoDisplay
+from depthwalk.walk.window import open_window
+
+missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
+linux = pytest.mark.skipif(sys.platform != "linux", reason="X11")
+
+SCENE = """
+version: 1
+assets:
+  ball: {mesh: ball.ply, dpci: {resolution: 64, layers: 1}}
+  crate: {mesh: crate.ply}
+objects:
+  - {asset: ball, position: [-0.8, 0, 0]}
+  - {asset: crate, position: [0.8, 0, 0], yaw: 30}
+environment: {sky: {}, ground: {}}
+camera: {position: [0, 1.2, 6], target: [0, 0.8, 0], fov: 50}
+"""
+DRIVER = """
+import json, sys
+import depthwalk.walk.app as app
+from depthwalk.library import SceneLibrary
+from depthwalk.scene.loader import load_scene
+
+class Watched(app.Device):
+    def __init__(self, context):
+        super().__init__(context)
+        devices.append(self)
+
+devices = []
+app.Device = Watched
+scene = load_scene(sys.argv[1])
+app.run(scene, SceneLibrary(scene.assets), size=(480, 360))
+print(json.dumps([device.live for device in devices]))
+"""
+
+
+@pytest.fixture
+def display():
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)}")
+    read, write = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write), "-screen", "0", "800x600x24"], pass_fds=[write], stderr=subprocess.DEVNULL
+    )
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        number = pipe.readline().strip()
+    yield f":{number}"
+    server.terminate()
+    server.wait(10)
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    ball, crate = trimesh.creation.icosphere(4, 0.8), trimesh.creation.box((1.0, 1.2, 1.0))
+    for name, mesh, colour in (("ball", ball, (210, 80, 50, 255)), ("crate", crate, (60, 110, 190, 255))):
+        mesh.visual.vertex_colors = np.tile(np.uint8(colour), (len(mesh.vertices), 1))
+        mesh.export(tmp_path / f"{name}.ply")
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+class Program:
+    """The walk in a process of its own."""
+
+    def __init__(self, scene_file, folder, environment):
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", DRIVER, str(scene_file)],
+            env=environment, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.process.kill()
+        self.process.communicate()
+
+    def check_running(self):
+        if self.process.poll() is not None:
+            raise AssertionError(self.process.communicate()[1])
+
+    def end(self):
+        """What it printed, once it ended well."""
+        output, errors = self.process.communicate(timeout=10)
+        assert self.process.returncode == 0, errors
+        return json.loads(output)
+
+
+class User:
+    """Works the keyboard and the mouse of a display."""
+
+    def __init__(self, environment, folder, program):
+        self.environment, self.folder, self.program = environment, folder, program
+
+    def do(self, *commands):
+        command = ["xdotool", *map(str, commands)]
+        return subprocess.run(command, env=self.environment, check=True, capture_output=True, timeout=20).stdout
+
+    def find_window(self):
+        """The number of the program's window, focused."""
+        end = time.monotonic() + 20
+        while time.monotonic() < end:
+            self.program.check_running()
+            search = ["xdotool", "search", "--name", "depthwalk"]
+            found = subprocess.run(search, env=self.environment, capture_output=True, text=True, timeout=20).stdout
+            if found:
+                self.do("windowfocus", "--sync", found.split()[0])
+                return found.split()[0]
+            time.sleep(0.1)
+        raise AssertionError("no window")
+
+    def screenshot(self, size=None):
+        """The next screenshot, taken again until it is of `size`: (H, W, 3) int, and its Camera."""
+        end = time.monotonic() + 20
+        before = set(self.folder.glob("*.png"))
+        while time.monotonic() < end:
+            self.program.check_running()
+            self.do("key", "F12")
+            time.sleep(0.4)
+            for file in sorted(set(self.folder.glob("*.png")) - before):
+                before.add(file)
+                with Image.open(file) as image:
+                    if size is None or image.size == size:
+                        return np.asarray(image, int), camera_of(image.text["Camera"])
+        raise AssertionError("no screenshot")
+
+
+def camera_of(text):
+    read = json.loads(text)
+    return Camera(tuple(read["position"]), tuple(read["target"]), math.radians(read["fov"]))
+
+
+def headless_picture(scene_file, camera, size):
+    scene = load_scene(scene_file)
+    with HeadlessRenderer(scene, SceneLibrary(scene.assets), size) as headless:
+        headless.draw(View(camera, size))
+        return headless.pixels()[..., :3].astype(int)
+
+
+@linux
+def test_a_walk_with_keys_and_mouse(display, scene_file, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with Program(scene_file, folder, environment) as program:
+        user = User(environment, folder, program)
+        window = user.find_window()
+        with_hud, start = user.screenshot()
+        assert start.position == (0.0, 1.2, 6.0) and with_hud.shape == (360, 480, 3)
+        assert np.abs(with_hud - headless_picture(scene_file, start, (480, 360))).mean() > 5  # the HUD is there
+
+        user.do("mousemove", 240, 200, "click", 4, "keydown", "w", "sleep", 0.5, "keyup", "w")
+        user.do("mousedown", 3, "mousemove_relative", "--", 50, 10, "mousemove_relative", 50, 10, "mouseup", 3)
+        user.do("key", "z", "windowsize", window, 400, 300, "sleep", 0.6)
+        picture, end = user.screenshot((400, 300))
+        assert 0.5 < start.position[2] - end.position[2] < 5.5  # half a second at 3.6 m/s, more on a busy machine
+        assert end.target[0] - end.position[0] > 0.1  # the mouse went to the right
+        expected = headless_picture(scene_file, end, (400, 300))
+        assert expected.std() > 20  # something is seen
+        assert np.abs(picture - expected).mean() < 1.0
+
+        user.do("key", "c", "sleep", 0.5, "key", "Escape", "sleep", 0.5)
+        program.check_running()  # Esc let the mouse go
+        user.do("key", "Escape")
+        (live,) = program.end()
+    assert live["texture"] == 0 and not any(live.values())
+
+
+@linux
+def test_without_a_display_the_reason_is_told(monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(NoDisplay, match=r"cannot open a window: .*DISPLAY"):
+        open_window("none", (64, 64))
