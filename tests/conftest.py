@@ -1,5 +1,6 @@
 """What tests of several parts share: a GL device, a cache of their own, and a small scene on disk."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -7,6 +8,10 @@ import pytest
 
 import shapes
 from files import write_ply
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--update-goldens", action="store_true", help="replace tests/images and write difference sheets")
 
 
 @pytest.fixture(scope="session")
@@ -39,6 +44,16 @@ def cache_home(tmp_path_factory) -> Path:
 @pytest.fixture(autouse=True)
 def _own_cache(cache_home, monkeypatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache_home))
+
+
+@pytest.fixture(scope="session")
+def real_scenes() -> Path:
+    """The folder of real models and scenes beside the checkout, which is not part of it."""
+    beside = Path(__file__).resolve().parents[2] / "shared" / "scenes"
+    folder = Path(os.environ.get("DEPTHWALK_TEST_SCENES", beside))
+    if not (folder / "bust.yaml").is_file():
+        pytest.skip(f"no real scenes in {folder}")
+    return folder
 
 
 @pytest.fixture

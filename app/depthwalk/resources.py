@@ -22,3 +22,8 @@ def shader_root() -> Path:
 
 def scene_root() -> Path:
     return data_root() / "scenes"
+
+
+def asset_root() -> Path:
+    """Meshes and textures of the shipped scenes; every scene may name them."""
+    return data_root() / "assets"

@@ -19,7 +19,9 @@ class LodParams(Params):
     )
     max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
     freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
-    cases: Literal["paper", "all"] = param("paper", "Depth images per view: the paper's three cases, or always all")
+    cases: Literal["complete", "paper"] = param(
+        "complete", "Depth images beside an object: side and both caps, or the side alone as in the paper"
+    )
 
 
 class Case(IntEnum):
@@ -31,10 +33,14 @@ class Case(IntEnum):
     ALL = 3
 
 
-def choose_cases(viewer_height: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
-    """Case (n,) of viewers at `viewer_height` (n,) beside, above or below cylinders from `bottom` to `top` (n,)."""
+def choose_cases(viewer_height: Array, bottom: Array, top: Array, beside: Case = Case.SIDE) -> NDArray[np.intp]:
+    """Case (n,) of viewers at `viewer_height` (n,) beside, above or below cylinders from `bottom` to `top` (n,).
+
+    beside: the case of a viewer between the planes. The paper draws the side alone; but a step below eye height, a
+    shoulder, the water of a fountain are seen from there and only a cap samples them: ALL draws them.
+    """
     above, below = viewer_height > top, viewer_height < bottom
-    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.SIDE))
+    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, beside))
 
 
 def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height: int) -> Array:

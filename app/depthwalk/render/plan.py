@@ -145,12 +145,10 @@ class Planner:
         step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
         max_level = np.minimum(table.levels[asset], int(np.log2(lod.max_step)))
         level = grid_level(step, lod.bias, max_level)
-        if lod.cases == "all":
-            case = np.full(len(objects), int(Case.ALL))
-        else:
-            volumes = select_volumes(table.volumes, asset)
-            viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-            case = choose_cases(viewer[:, 1], volumes.bottom, volumes.top).astype(np.int64)
+        volumes = select_volumes(table.volumes, asset)
+        viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
+        beside = Case.SIDE if lod.cases == "paper" else Case.ALL
+        case = choose_cases(viewer[:, 1], volumes.bottom, volumes.top, beside).astype(np.int64)
         self._frozen = {"level": level.copy(), "case": case.copy()} if lod.freeze else None
         return level, case
 

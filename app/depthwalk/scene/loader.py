@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.files import FileFinder, make_finder
@@ -19,14 +20,14 @@ def load_scene(
     """Load a scene file. Opens no asset, but makes sure that each is there.
 
     path:        the file; errors cite it as given.
-    asset_roots: folders besides the scene's own in which its files may lie.
+    asset_roots: folders besides the scene's own in which its files may lie; the program's own assets come last.
     overrides:   dotted path in the file → YAML text of the value, as `--set` gives them.
     Raises InputError with one located line per mistake.
     """
     path = Path(path)
     file, source = load_model(path, SceneFile, overrides)
     rows = list_rows(file.objects, source)
-    finder = make_finder(path, asset_roots, source)
+    finder = make_finder(path, (*asset_roots, asset_root()), source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder)
     raise_all(reference_errors(rows, file.assets, source) + finder.errors)

@@ -1,0 +1,31 @@
+"""Pictures kept in tests/images. `pytest --update-goldens` replaces them and writes sheets of what changed to out/."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+FOLDER = Path(__file__).parent / "images"
+SHEETS = Path(__file__).parent.parent / "out" / "goldens"
+MEAN, MOST = 0.004, 0.02  # of full scale: mean difference, and the part of pixels that differ by more than 0.1
+
+
+def compare(name: str, pixels: np.ndarray, update: bool, software: bool) -> None:
+    """Compares `pixels` (H, W, 4) in [0, 1] with the golden picture `name`."""
+    if not software:
+        pytest.skip("goldens are made by a software rasteriser")
+    path = FOLDER / f"{name}.png"
+    found = np.round(pixels[..., :3] * 255).astype(np.uint8)
+    golden = np.asarray(Image.open(path).convert("RGB")) if path.exists() else np.zeros_like(found)
+    difference = np.abs(found.astype(float) - golden) / 255
+    if difference.max() > 0:
+        SHEETS.mkdir(parents=True, exist_ok=True)
+        shown = np.round(np.clip(difference * 4, 0, 1) * 255).astype(np.uint8)
+        Image.fromarray(np.concatenate([golden, found, shown], 1)).save(SHEETS / f"{name}.png")
+    if update:
+        Image.fromarray(found).save(path, optimize=True)
+        return
+    assert path.exists(), f"no golden picture {name}: run pytest --update-goldens"
+    wrong = (difference.max(-1) > 0.1).mean()
+    assert difference.mean() < MEAN and wrong < MOST, f"{name} differs: see {SHEETS / name}.png (golden, found, 4 × both)"

@@ -1,0 +1,51 @@
+"""Small pictures of everything that is drawn, against the ones kept in tests/images."""
+
+import numpy as np
+import pytest
+
+import goldens
+from depthwalk.bake.planar import bake_planar
+from depthwalk.ingest.image import PlanarImage
+from depthwalk.scene.arrays import Camera, Representation
+from shapes import ShapeLibrary, box, joined, scene_of, sphere
+
+SKY = {"sky": {}, "ground": {"height": 0.0, "colour": (0.5, 0.6, 0.4)}}
+
+
+def still_life():
+    """A ball, a step pyramid with overhangs, and a relief."""
+    steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
+    y, x = np.mgrid[0:64, 0:64] / 63 * 2 - 1.0
+    depth = (0.2 * (1 + np.sin(7 * x) * np.sin(5 * y))).astype(np.float32)
+    colour = (np.stack([x, y, 0 * x], -1) * 60 + 150).astype(np.uint8)
+    normal = np.zeros((64, 64, 3), np.float32)
+    normal[..., 2] = 1
+    relief = bake_planar(PlanarImage(depth, colour, normal, (1.2, 1.2)), "relief")
+    balls = ShapeLibrary([sphere(0.7, 64, 32, colour=(210, 90, 60)), steps], resolution=128)
+    return ShapeLibrary([balls.mesh(0), balls.mesh(1), None], [balls.baked(0), balls.baked(1), relief])
+
+
+PLACES = ((0, (-1.4, 0, 0), 0.0, 1.0), (1, (0.2, 0, 0.3), 0.5, 1.0), (2, (1.7, 0, -0.4), -0.4, 1.0))
+
+
+@pytest.fixture(scope="module")
+def library():
+    return still_life()
+
+
+@pytest.mark.parametrize(
+    ("name", "representation", "position"),
+    [
+        ("dpci-front", Representation.DPCI, (0.3, 1.2, 4.2)),
+        ("dpci-above", Representation.DPCI, (0.5, 4.0, 1.5)),
+        ("dpci-far", Representation.DPCI, (3.0, 6.0, 30.0)),
+        ("dpci-near", Representation.DPCI, (0.2, 0.9, 1.3)),
+        ("dmesh-front", Representation.DMESH, (0.3, 1.2, 4.2)),
+        ("mesh-front", Representation.MESH, (0.3, 1.2, 4.2)),
+    ],
+)
+def test_golden(studio, library, request, name, representation, position):
+    placed = [place for place in PLACES if representation is not Representation.MESH or place[0] < 2]
+    scene = scene_of(*placed, representation=representation, **SKY)
+    pixels = studio.picture(scene, library, Camera(position, (0.2, 0.6, 0), 0.8), size=(192, 128))
+    goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software)
