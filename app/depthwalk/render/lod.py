@@ -11,6 +11,9 @@ from depthwalk.params import Params, param
 Array = NDArray[np.floating]
 
 
+_CAP_TANGENT = 1.75  # tan 60°
+
+
 class LodParams(Params):
     """Which resolution and which depth images an object is warped with."""
 
@@ -20,7 +23,7 @@ class LodParams(Params):
     max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
     freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
     cases: Literal["complete", "paper"] = param(
-        "complete", "Depth images beside an object: side and both caps, or the side alone as in the paper"
+        "complete", "Depth images per view: all that may be seen, or the paper's three cases"
     )
 
 
@@ -33,14 +36,21 @@ class Case(IntEnum):
     ALL = 3
 
 
-def choose_cases(viewer_height: Array, bottom: Array, top: Array, beside: Case = Case.SIDE) -> NDArray[np.intp]:
-    """Case (n,) of viewers at `viewer_height` (n,) beside, above or below cylinders from `bottom` to `top` (n,).
+def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
+    """The paper's Case (n,) of viewers (n, 3) beside, above or below cylinders from `bottom` to `top` (n,)."""
+    above, below = viewer[:, 1] > top, viewer[:, 1] < bottom
+    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.SIDE))
 
-    beside: the case of a viewer between the planes. The paper draws the side alone; but a step below eye height, a
-    shoulder, the water of a fountain are seen from there and only a cap samples them: ALL draws them.
+
+def complete_cases(viewer: Array, bottom: Array, top: Array, radius: Array) -> NDArray[np.intp]:
+    """The Case (n,) that misses nothing: both caps, unless the view is so steep that the far one faces away.
+
+    The paper draws the side alone for viewers between the planes. But a step below eye height, a shoulder, the water
+    of a fountain are seen from there, and only a cap samples them. What a cap owns faces it within 60°.
     """
-    above, below = viewer_height > top, viewer_height < bottom
-    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, beside))
+    steepest = _CAP_TANGENT * (np.hypot(viewer[:, 0], viewer[:, 2]) + radius)
+    above, below = viewer[:, 1] - top > steepest, bottom - viewer[:, 1] > steepest
+    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.ALL))
 
 
 def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height: int) -> Array:

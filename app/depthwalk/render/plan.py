@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.atlas import pack_shelves
-from depthwalk.render.lod import Case, LodParams, choose_cases, grid_level, iter_step
+from depthwalk.render.lod import Case, LodParams, complete_cases, grid_level, iter_step, paper_cases
 from depthwalk.render.planes import (
     MIN_PLANE_DISTANCE,
     Planes,
@@ -147,8 +147,11 @@ class Planner:
         level = grid_level(step, lod.bias, max_level)
         volumes = select_volumes(table.volumes, asset)
         viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-        beside = Case.SIDE if lod.cases == "paper" else Case.ALL
-        case = choose_cases(viewer[:, 1], volumes.bottom, volumes.top, beside).astype(np.int64)
+        if lod.cases == "paper":
+            case = paper_cases(viewer, volumes.bottom, volumes.top)
+        else:
+            case = complete_cases(viewer, volumes.bottom, volumes.top, volumes.radius)
+        case = case.astype(np.int64)
         self._frozen = {"level": level.copy(), "case": case.copy()} if lod.freeze else None
         return level, case
 
