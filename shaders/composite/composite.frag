@@ -4,18 +4,18 @@
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
 
-uniform sampler2D atlas_depth;      // 1 − λ, 1 where empty
+uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
 uniform usampler2D atlas_owner;
 uniform mat4 clip_from_eye;
 uniform float pixel_angle;          // metres a pixel covers at one metre
 uniform int show_tiles;             // the panel's view of the intermediate images
 
 in vec3 ray;
-in vec2 texel;
+in vec3 in_tile_texel;
 flat in vec3 viewer;
 flat in vec4 rotation;
 flat in vec4 tile;
-flat in float scale;
+flat in vec2 scales;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
@@ -27,9 +27,9 @@ layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the p
 // surface is less than 8 times as deep as wide.
 const float STEEPEST = 8.0;
 
-// Stored depth at `texel` between the four texels around it, 1 outside the silhouette, which runs where half of the
+// Stored depth at `texel`, between the four texels around it, 1 outside the silhouette, which runs where half of the
 // weight is on empty texels; `nearest` is the texel that owns the result.
-float tile_depth(out ivec2 nearest) {
+float tile_depth(vec2 texel, out ivec2 nearest) {
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
     ivec2 low = ivec2(floor(position));
     vec2 f = position - vec2(low);
@@ -56,9 +56,10 @@ float tile_depth(out ivec2 nearest) {
 
 void main() {
     ivec2 nearest;
-    float depth = tile_depth(nearest);
+    float scale = scales.x;
+    float depth = tile_depth(tile.xy + in_tile_texel.xy / in_tile_texel.z, nearest);
     if (depth == 1.0) discard;
-    float lambda = 1.0 - depth;
+    float lambda = (1.0 - depth) * in_tile_texel.z / scales.y;
     vec3 from_viewer = ray / lambda;
     vec3 point = viewer + rotate_back(rotation, from_viewer) / scale;
     int image = int(texelFetch(atlas_owner, nearest, 0).r);

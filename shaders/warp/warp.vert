@@ -7,9 +7,11 @@ in uvec4 in_sample;      // position within the box, number of the image
 in vec4 in_right;       // plane axes, object frame; w: the epipole in them
 in vec4 in_up;
 in vec4 in_normal;      // toward the viewer; w: plane · normal
-in vec4 in_to_clip;     // scale and offset from plane coordinates, relative to the epipole, to the tile in the atlas
-in vec4 in_bounds;      // of the tile: a near object's samples reach beyond what the camera sees of it
-in float in_distance;   // D_t, of the viewer to the plane
+in vec2 in_depths;      // D_t, of the viewer to the plane; the least w / λ of the object
+in vec3 in_to_x;        // homography from plane coordinates, relative to the epipole, to the atlas in clip space
+in vec3 in_to_y;
+in vec3 in_to_w;
+in vec4 in_bounds;      // of the tile there: a near object's samples reach beyond what the camera sees of it
 
 flat out uint image;
 out float gl_ClipDistance[4];
@@ -17,14 +19,15 @@ out float gl_ClipDistance[4];
 void main() {
     vec3 sample_point = sample_position(in_sample);
     float depth = in_normal.w - dot(in_normal.xyz, sample_point);   // behind the plane
-    float lambda = in_distance / (in_distance + depth);
+    float lambda = in_depths.x / (in_depths.x + depth);
     vec2 from_epipole = vec2(dot(in_right.xyz, sample_point) - in_right.w, dot(in_up.xyz, sample_point) - in_up.w);
-    vec2 warped = lambda * from_epipole;
-    // Stored depth is 1 − λ: affine over the plane for a flat triangle, nearest is smallest.
-    gl_Position = vec4(warped * in_to_clip.xy + in_to_clip.zw, 1.0 - 2.0 * lambda, 1.0);
-    gl_ClipDistance[0] = gl_Position.x - in_bounds.x;
-    gl_ClipDistance[1] = gl_Position.y - in_bounds.y;
-    gl_ClipDistance[2] = in_bounds.z - gl_Position.x;
-    gl_ClipDistance[3] = in_bounds.w - gl_Position.y;
+    vec3 warped = vec3(lambda * from_epipole, 1.0);
+    float w = dot(in_to_w, warped);
+    // Stored depth is 1 − nearest·λ/w: affine over the tile for a flat triangle, nearest is smallest.
+    gl_Position = vec4(dot(in_to_x, warped), dot(in_to_y, warped), w - 2.0 * in_depths.y * lambda, w);
+    gl_ClipDistance[0] = gl_Position.x - in_bounds.x * w;
+    gl_ClipDistance[1] = gl_Position.y - in_bounds.y * w;
+    gl_ClipDistance[2] = in_bounds.z * w - gl_Position.x;
+    gl_ClipDistance[3] = in_bounds.w * w - gl_Position.y;
     image = in_sample.w;
 }

@@ -58,10 +58,10 @@ def test_cropping_keeps_what_the_camera_sees(viewer, point, heading, pitch):
     tan_x, tan_y = view.half_extent
     if ahead > 1e-3 and abs(right) < tan_x * ahead and abs(up) < tan_y * ahead:
         position, _ = warp(point[None], planes)
-        assert seen[0]
+        assert seen.visible[0]
         slack = 1e-7 * (1 + np.abs(position))
         assert (position >= cropped.low - slack).all() and (position <= cropped.high + slack).all()
-    assert (cropped.low >= planes.low - 1e-6).all() or not seen[0]
+    assert (cropped.low >= planes.low - 1e-6).all() or not seen.visible[0]
 
 
 def test_the_papers_shift_on_the_tangent_plane():

@@ -31,7 +31,9 @@ def test_pass_one_matches_its_twin(gl_device):
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
     records["normal"] = np.column_stack([planes.normal, planes.offset])
-    records["to_clip"], records["distance"] = [0.1, 0.2, 0.3, 0.4], planes.distance
+    records["depths"] = np.column_stack([planes.distance, one])
+    homography = np.array([[0.1, 0.02, 0.3], [0.03, 0.2, 0.4], [0.01, 0.02, 1.0]])
+    records["to_x"], records["to_y"], records["to_w"] = homography
     samples = rng.integers(0, 65536, (100, 4)).astype(np.uint16)
     low, size = np.array([-0.8, -0.5, -0.8]), np.array([1.6, 2.0, 1.6])
 
@@ -39,8 +41,8 @@ def test_pass_one_matches_its_twin(gl_device):
     program = gl_device.context.program(vertex_shader=Source("warp/warp.vert", "").text, varyings=["gl_Position"])
     program["box_low"], program["box_size"] = tuple(low), tuple(size)
     vertices, instances = scope.buffer(samples), scope.buffer(records)
-    layout = "4f 4f 4f 4f 16x 1f/i"
-    names = ["in_right", "in_up", "in_normal", "in_to_clip", "in_distance"]
+    layout = "4f 4f 4f 2f 3f 3f 3f 16x/i"
+    names = ["in_right", "in_up", "in_normal", "in_depths", "in_to_x", "in_to_y", "in_to_w"]
     array = gl_device.context.vertex_array(program, [(vertices, "4u2", "in_sample"), (instances, layout, *names)])
     out = scope.buffer(reserve=16 * count * 100)
     scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own
@@ -53,8 +55,8 @@ def test_pass_one_matches_its_twin(gl_device):
     points = low + samples[:, :3] / 65535 * size
     for sample, point in enumerate(points):
         position, lam = warp(np.tile(point, (count, 1)), planes)
-        assert found[:, sample, :2] == pytest.approx(position * [0.1, 0.2] + [0.3, 0.4], abs=2e-5)
-        assert found[:, sample, 2] == pytest.approx(1 - 2 * lam, abs=2e-6)
+        x, y, w = homography @ np.column_stack([position, one]).T
+        assert found[:, sample] == pytest.approx(np.stack([x, y, w - 2 * lam, w], -1), abs=2e-5)
 
 
 def rays(view):

@@ -17,31 +17,44 @@ from depthwalk.render.planes import (
     Volumes,
     choose_planes,
     crop_to_frustum,
-    tile_sizes,
     viewer_in_object,
 )
 from depthwalk.render.rotation import rotate
+from depthwalk.render.tiles import TileParams, Tiles, plane_tiles, screen_tiles
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
 
 Array = NDArray[np.floating]
 
-# What warp.vert reads per object: plane axes with the epipole or the plane's offset in w, the viewer's distance to the
-# plane, scale and offset from plane coordinates to the atlas in clip space, and the tile's corners there.
+# What warp.vert reads per object: plane axes with the epipole or the plane's offset in w; the viewer's distance to the
+# plane and the tile's nearest w / λ; rows that map plane coordinates to the atlas in clip space; its corners there.
 WARP_RECORD = np.dtype(
-    [("right", "4f4"), ("up", "4f4"), ("normal", "4f4"), ("to_clip", "4f4"), ("bounds", "4f4"), ("distance", "f4")]
+    [
+        ("right", "4f4"),
+        ("up", "4f4"),
+        ("normal", "4f4"),
+        ("depths", "2f4"),
+        ("to_x", "3f4"),
+        ("to_y", "3f4"),
+        ("to_w", "3f4"),
+        ("bounds", "4f4"),
+    ]
 )
-# What composite.vert reads per object: rays from the viewer to the rectangle's corner and along its edges (world),
-# the viewer in the object's frame, the object's rotation, the tile in texels and the object's scale.
+# What composite.vert reads per object: rays from the viewer to the rectangle's corner and along its edges (world), and
+# the tile's homogeneous texels there; the viewer in the object's frame, the object's rotation, the tile in texels,
+# the object's scale and the tile's nearest w / λ.
 COMPOSITE_RECORD = np.dtype(
     [
         ("corner", "3f4"),
         ("edge_u", "3f4"),
         ("edge_v", "3f4"),
+        ("texel", "3f4"),
+        ("texel_u", "3f4"),
+        ("texel_v", "3f4"),
         ("viewer", "3f4"),
         ("rotation", "4f4"),
         ("tile", "4f4"),
-        ("scale", "f4"),
+        ("scales", "2f4"),
     ]
 )
 # What mesh.vert and dmesh.vert read per object: where it stands relative to the viewer, and how it is turned.
@@ -73,6 +86,7 @@ class Group:
     first: int
     count: int
     indices: tuple[tuple[int, int], ...] = ()  # first index and number of indices of each run
+    clipped: bool = False  # samples may fall outside their tile
 
 
 @dataclass
@@ -107,26 +121,25 @@ class Planner:
         objects: Objects,
         table: AssetTable,
         lod: LodParams,
+        layout: TileParams,
         atlas_size: tuple[int, int],
-        tile_scale: float,
     ) -> FramePlan:
         visible = visible_objects(view, objects, table)
         level, case = self._levels_and_cases(view, objects, table, lod)
         kind = objects.representation[visible]
-        warped, planes, tiles = _place_tiles(
-            view, objects, table, visible[kind == Representation.DPCI], tile_scale, atlas_size
-        )
-        near = _too_near(objects, table, view, visible[kind == Representation.DPCI])
-        direct = np.concatenate([visible[kind == Representation.DMESH], near])
+        imaged = visible[kind == Representation.DPCI]
+        near = _too_near(objects, table, view, imaged)
         case[near] = Case.ALL  # from inside, any image may be seen
-        corners, used, shrink = _pack(tiles, atlas_size)
-        tiles = np.maximum((tiles * shrink).astype(np.int64), 1)
+        direct = np.concatenate([visible[kind == Representation.DMESH], near])
+        warped, planes, tiles, clipped = _place_tiles(view, objects, table, imaged, layout, atlas_size)
+        tiles, corners, used, shrink = _pack(tiles, atlas_size)
 
-        order = _group_order(objects.asset[warped], level[warped], case[warped])
-        warped, planes, tiles, corners = warped[order], planes.select(order), tiles[order], corners[order]
-        warp = Drawing(_warp_records(planes, tiles, corners, atlas_size), _groups(warped, objects, table, level, case))
-        placed = _composite_records(view, objects, warped, planes, tiles, corners)
-        composite = Drawing(placed, _groups(warped, objects))
+        order = _group_order(objects.asset[warped], level[warped], case[warped], clipped)
+        warped, planes, tiles, corners = warped[order], planes.select(order), tiles.select(order), corners[order]
+        groups = _groups(warped, objects, table, level, case, clipped[order])
+        warp = Drawing(_warp_records(planes, tiles, corners, atlas_size), groups)
+        rectangles = _composite_records(view, objects, warped, planes, tiles, corners)
+        composite = Drawing(rectangles, _groups(warped, objects))
         dmesh = _placed_drawing(view, objects, direct, table, level, case)
         mesh = _placed_drawing(view, objects, visible[kind == Representation.MESH])
         counts = _counts(len(objects), warp, composite, dmesh, mesh, level[warped], case[warped])
@@ -192,37 +205,41 @@ def _place_tiles(
     objects: Objects,
     table: AssetTable,
     chosen: NDArray[np.intp],
-    tile_scale: float,
+    layout: TileParams,
     atlas_size: tuple[int, int],
-) -> tuple[NDArray[np.intp], Planes, NDArray[np.int64]]:
-    """Which of `chosen` are warped onto a plane (m,), their planes cut to the frustum, and tile sizes (m, 2)."""
+) -> tuple[NDArray[np.intp], Planes, Tiles, NDArray[np.bool_]]:
+    """Which of `chosen` are warped onto a plane (m,), their planes cut to the frustum, their tiles, and which were cut
+    (m,)."""
     planes = _planes_of(view, objects, table, chosen)
     usable = np.flatnonzero(planes.distance >= MIN_PLANE_DISTANCE * table.volumes.radius[objects.asset[chosen]])
     planes, seen = crop_to_frustum(planes.select(usable), view, objects.rotation[chosen[usable]])
-    warped, planes = chosen[usable][seen], planes.select(np.flatnonzero(seen))
-    tiles = tile_sizes(planes, view.focal_pixels * tile_scale, min(atlas_size) - 2)
-    return warped, *_with_border(planes, tiles)
+    kept = np.flatnonzero(seen.visible)
+    warped, planes, seen = chosen[usable][kept], planes.select(kept), seen.select(kept)
+    limit = min(atlas_size)
+    if layout.tiles == "plane":
+        return warped, *plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit), ~seen.whole
+    centre = objects.position[warped] + rotate(
+        objects.rotation[warped], table.centre[objects.asset[warped]] * objects.scale[warped, None]
+    )
+    reach = table.reach[objects.asset[warped]] * objects.scale[warped]
+    depth = np.maximum((centre - view.position) @ view.axes[2] - reach, view.near) / objects.scale[warped]
+    return warped, planes, screen_tiles(planes, seen, view, depth, layout.tile_scale, limit), ~seen.whole
 
 
-def _with_border(planes: Planes, tiles: NDArray[np.int64]) -> tuple[Planes, NDArray[np.int64]]:
-    """One more texel on every side, so that the silhouette's last texel has a neighbour."""
-    texel = (planes.high - planes.low) / tiles
-    fields = {name: getattr(planes, name) for name in planes.__dataclass_fields__}
-    return Planes(**fields | {"low": planes.low - texel, "high": planes.high + texel}), tiles + 2
-
-
-def _pack(tiles: NDArray[np.int64], atlas_size: tuple[int, int]) -> tuple[NDArray[np.int64], int, float]:
-    """Corners (n, 2), rows used, and the factor by which all tiles shrink to fit."""
+def _pack(tiles: Tiles, atlas_size: tuple[int, int]) -> tuple[Tiles, NDArray[np.int64], int, float]:
+    """The tiles, shrunk by a common factor if they would not fit; their corners (n, 2); rows used; that factor."""
     shrink = 1.0
+    packed = tiles
     while True:
-        corners, used = pack_shelves(np.maximum((tiles * shrink).astype(np.int64), 1), atlas_size[0])
+        corners, used = pack_shelves(packed.size, atlas_size[0])
         if used <= atlas_size[1]:
-            return corners, used, shrink
+            return packed, corners, used, shrink
         shrink *= min(0.97, (atlas_size[1] / used) ** 0.5)
+        packed = tiles.shrunk(shrink)
 
 
 def _group_order(*keys: NDArray[np.integer]) -> NDArray[np.intp]:
-    """Sorts by asset, then level, then case; equal ones stay nearest first."""
+    """Sorts by the first key, then the second and so on; equal ones stay nearest first."""
     return np.lexsort(keys[::-1])
 
 
@@ -232,14 +249,20 @@ def _groups(
     table: AssetTable | None = None,
     level: NDArray[np.int64] | None = None,
     case: NDArray[np.int64] | None = None,
+    clipped: NDArray[np.bool_] | None = None,
 ) -> list[Group]:
-    """Runs of equal asset, and of equal level and case where they are given. The loop is over groups."""
+    """Runs of equal asset, and of equal level and case (of all objects) and clipped (of `chosen`) where they are given.
+
+    The loop is over groups.
+    """
     if not len(chosen):
         return []
+    if clipped is None:
+        clipped = np.zeros(len(chosen), bool)
     keys: list[NDArray[np.integer]] = [objects.asset[chosen]]
     if level is not None and case is not None:
         keys += [level[chosen], case[chosen]]
-    changed = np.logical_or.reduce([np.diff(key) != 0 for key in keys])
+    changed = np.logical_or.reduce([key[1:] != key[:-1] for key in (*keys, clipped)])
     starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
     counts = np.diff(np.append(starts, len(chosen)))
     groups = []
@@ -249,32 +272,29 @@ def _groups(
         if table is not None:
             pairs = zip(table.index_first[key].tolist(), table.index_count[key].tolist(), strict=True)
             runs = tuple((first, length) for first, length in pairs if length)
-        groups.append(Group(key[0], start, count, runs))
+        groups.append(Group(key[0], start, count, runs, bool(clipped[start])))
     return groups
 
 
 def _warp_records(
-    planes: Planes, tiles: NDArray[np.int64], corners: NDArray[np.int64], atlas_size: tuple[int, int]
+    planes: Planes, tiles: Tiles, corners: NDArray[np.int64], atlas_size: tuple[int, int]
 ) -> NDArray[np.void]:
-    records = np.zeros(len(tiles), WARP_RECORD)
+    records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
     records["normal"] = np.column_stack([planes.normal, planes.offset])
+    records["depths"] = np.column_stack([planes.distance, tiles.nearest])
     atlas = np.asarray(atlas_size, float)
-    scale = 2 * tiles / (atlas * (planes.high - planes.low))
-    records["to_clip"] = np.column_stack([scale, 2 * corners / atlas - 1 - scale * planes.low])
-    records["bounds"] = np.column_stack([2 * corners / atlas - 1, 2 * (corners + tiles) / atlas - 1])
-    records["distance"] = planes.distance
+    w = tiles.texel[:, 2]
+    for axis, name in enumerate(("to_x", "to_y")):
+        records[name] = 2 * (tiles.texel[:, axis] + corners[:, axis, None] * w) / atlas[axis] - w
+    records["to_w"] = w
+    records["bounds"] = np.column_stack([2 * corners / atlas - 1, 2 * (corners + tiles.size) / atlas - 1])
     return records
 
 
 def _composite_records(
-    view: View,
-    objects: Objects,
-    chosen: NDArray[np.intp],
-    planes: Planes,
-    tiles: NDArray[np.int64],
-    corners: NDArray[np.int64],
+    view: View, objects: Objects, chosen: NDArray[np.intp], planes: Planes, tiles: Tiles, corners: NDArray[np.int64]
 ) -> NDArray[np.void]:
     records = np.zeros(len(chosen), COMPOSITE_RECORD)
     rotation, scale = objects.rotation[chosen], objects.scale[chosen]
@@ -283,9 +303,13 @@ def _composite_records(
     vectors = (("corner", corner), ("edge_u", extent[:, :1] * planes.right), ("edge_v", extent[:, 1:] * planes.up))
     for name, vector in vectors:
         records[name] = rotate(rotation, vector) * scale[:, None]
+    records["texel"] = np.einsum("nij,nj->ni", tiles.texel, np.column_stack([planes.low, np.ones(len(chosen))]))
+    records["texel_u"] = tiles.texel[..., 0] * extent[:, :1]
+    records["texel_v"] = tiles.texel[..., 1] * extent[:, 1:]
     records["viewer"] = viewer_in_object(view, objects.position[chosen], rotation, scale)
-    records["rotation"], records["scale"] = rotation, scale
-    records["tile"] = np.column_stack([corners, tiles])
+    records["rotation"] = rotation
+    records["tile"] = np.column_stack([corners, tiles.size])
+    records["scales"] = np.column_stack([scale, tiles.nearest])
     return records
 
 

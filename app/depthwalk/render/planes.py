@@ -3,7 +3,7 @@
 All arrays over n objects, float64, object frame unless said otherwise. DESIGN §3; Liu et al. 2007, §3.2 and §3.3.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,10 @@ class Planes:
     offset: Array
     low: Array
     high: Array
+
+    def widened(self, margin: Array) -> "Planes":
+        """With rectangles larger by `margin` (n, 2) on every side."""
+        return replace(self, low=self.low - margin, high=self.high + margin)
 
     def select(self, chosen: NDArray[np.intp]) -> "Planes":
         return Planes(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
@@ -113,15 +117,30 @@ def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: A
     return low, high
 
 
-def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes, NDArray[np.bool_]]:
-    """The rectangles cut down to what the camera sees, and which (n,) are seen at all.
+@dataclass(frozen=True)
+class Seen:
+    """What the camera sees of n rectangles. camera: (n, 3, 3), camera coordinates (right, up, forward) of plane
+    coordinates (s, v, −D); visible: (n,) bool; whole: (n,) bool, nothing was cut away; pixel_low, pixel_high: (n, 2),
+    bounds on the screen in pixels."""
+
+    camera: Array
+    visible: NDArray[np.bool_]
+    whole: NDArray[np.bool_]
+    pixel_low: Array
+    pixel_high: Array
+
+    def select(self, chosen: NDArray[np.intp]) -> "Seen":
+        return Seen(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
+
+def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes, Seen]:
+    """The rectangles cut down to what the camera sees.
 
     The seen part is a convex polygon: its corners are corners of the rectangle, crossings of an edge with a side of
     the frustum, or the frustum's own corner rays. Its bounding box is kept.
     """
     axes = rotate(conjugate(rotation)[:, None], view.axes[None])  # (n, 3, 3) right, up, forward in the object frame
-    basis = np.stack([planes.right, planes.up, planes.normal], -1)  # (n, 3, 3), columns
-    camera = axes @ basis  # camera coordinates of plane coordinates (s, v, −D)
+    camera = axes @ np.stack([planes.right, planes.up, planes.normal], -1)
     tan_x, tan_y = (_GUARD * t for t in view.half_extent)
     right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
     sides = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
@@ -130,8 +149,9 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes
 
     low, high = planes.low, planes.high
     corners = np.stack([np.stack([s[:, 0], v[:, 1]], -1) for s in (low, high) for v in (low, high)], 1)  # (n, 4, 2)
-    whole = (_evaluate(lines, corners) >= 0).all((1, 2))
-    seen = np.ones(len(low), bool)
+    whole = np.asarray((_evaluate(lines, corners) >= 0).all((1, 2)))
+    visible = whole.copy()
+    pixel_low, pixel_high = _pixel_bounds(view, camera, planes.distance, corners, whole[:, None].repeat(4, 1))
     cut = np.flatnonzero(~whole)
     if len(cut):
         crossings = _edge_crossings(lines[cut], low[cut], high[cut])
@@ -146,9 +166,22 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes
         low, high = low.copy(), high.copy()
         low[cut] = np.where(inside[..., None], candidates, np.inf).min(1)
         high[cut] = np.where(inside[..., None], candidates, -np.inf).max(1)
-        seen[cut] = (high[cut] > low[cut]).all(-1)
-    fields = {name: getattr(planes, name) for name in planes.__dataclass_fields__} | {"low": low, "high": high}
-    return Planes(**fields), seen
+        visible[cut] = (high[cut] > low[cut]).all(-1)
+        pixel_low[cut], pixel_high[cut] = _pixel_bounds(view, camera[cut], planes.distance[cut], candidates, inside)
+    return replace(planes, low=low, high=high), Seen(camera, visible, whole, pixel_low, pixel_high)
+
+
+def _pixel_bounds(
+    view: View, camera: Array, distance: Array, points: Array, valid: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """Bounds (n, 2) on the screen, widened by the guard at most, of the `valid` ones of the plane points (n, k, 2)."""
+    behind = np.broadcast_to(-distance[:, None, None], (*points.shape[:2], 1))
+    x, y, z = np.moveaxis(np.concatenate([points, behind], -1) @ np.swapaxes(camera, 1, 2), -1, 0)
+    z = np.maximum(z, 1e-9)
+    pixels = np.stack([x / z / view.half_extent[0], y / z / view.half_extent[1]], -1)
+    pixels = (np.clip(pixels, -_GUARD, _GUARD) + 1) / 2 * np.asarray(view.size)
+    low = np.where(valid[..., None], pixels, np.inf).min(1)
+    return low, np.where(valid[..., None], pixels, -np.inf).max(1)
 
 
 def _evaluate(lines: Array, points: Array) -> Array:

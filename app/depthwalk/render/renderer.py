@@ -46,9 +46,7 @@ class Renderer:
         objects = self.objects()
         with self.timers.measure("plan"):
             settings = self.settings
-            plan = self._planner.plan(
-                view, objects, self.table(), settings.lod, targets.atlas_size, settings.warp.tile_scale
-            )
+            plan = self._planner.plan(view, objects, self.table(), settings.lod, settings.warp, targets.atlas_size)
         self.plan = plan
         targets.gbuffer.use()
         targets.gbuffer.clear(depth=1.0)

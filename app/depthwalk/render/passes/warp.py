@@ -11,10 +11,10 @@ from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.plan import WARP_RECORD
+from depthwalk.render.tiles import TileParams
 
 
-class WarpParams(Params):
-    tile_scale: float = param(1.2, "Texels of an intermediate image per pixel of the screen", ge=0.1, le=4)
+class WarpParams(TileParams):
     wireframe: bool = param(False, "Draw the warped grids as lines")
 
 
@@ -34,8 +34,6 @@ class WarpPass(Pass):
         # Only the rows in use are cleared: the whole atlas would cost as much as several objects.
         frame.targets.atlas.clear(depth=1.0, viewport=(0, 0, frame.targets.atlas_size[0], frame.plan.atlas_height))
         context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        for plane in CLIP_DISTANCES:
-            context.enable_direct(plane)
         context.wireframe = frame.settings.warp.wireframe
         self._instances.upload(frame.plan.warp.records)
         for group in frame.plan.warp.groups:
@@ -43,11 +41,13 @@ class WarpPass(Pass):
             array = self._arrays.get(group.asset, asset.vertices, asset.indices)
             self._program.set(**asset.geometry)
             self._instances.bind(array, group.first)
+            for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
+                context.enable_direct(plane)
             for first, length in group.indices:
                 array.render(vertices=length, first=first, instances=group.count)
+            for plane in CLIP_DISTANCES if group.clipped else ():
+                context.disable_direct(plane)
         context.wireframe = False
-        for plane in CLIP_DISTANCES:
-            context.disable_direct(plane)
 
     def forget_assets(self) -> None:
         self._arrays.forget()

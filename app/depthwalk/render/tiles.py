@@ -1,0 +1,77 @@
+"""How an intermediate image is laid out: the map from its plane to the texels of its tile.
+
+`plane` is the paper's: texels are squares on the plane. `screen` composes that with the perspective in which the
+camera sees the plane, so that each texel is the pixel it will fill and pass 2 resamples nothing. Both are homographies.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.params import Params, param
+from depthwalk.render.planes import Planes, Seen, tile_sizes
+from depthwalk.render.view import View
+
+Array = NDArray[np.floating]
+
+
+class TileParams(Params):
+    """Layout of the intermediate images."""
+
+    tiles: Literal["screen", "plane"] = param("screen", "Texels: the screen's pixels, or squares on the plane (paper)")
+    tile_scale: float = param(1.0, "Texels of an intermediate image per pixel of the screen", ge=0.1, le=4)
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """n tiles. texel: (n, 3, 3) homography: texel · (s, v, 1) = (x·w, y·w, w), x and y from the tile's corner;
+    nearest: (n,), the least w / λ of the object; size: (n, 2) texels.
+
+    Pass 1 stores 1 − nearest · λ / w, which is affine over the tile for a flat triangle, and 1 where nothing is.
+    """
+
+    texel: Array
+    nearest: Array
+    size: NDArray[np.int64]
+
+    def select(self, chosen: NDArray[np.intp]) -> "Tiles":
+        return Tiles(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
+    def shrunk(self, factor: float) -> "Tiles":
+        """The same with fewer texels."""
+        size = np.maximum((self.size * factor).astype(np.int64), 1)
+        scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
+        return Tiles(self.texel * scale[..., None], self.nearest, size)
+
+
+def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes, Tiles]:
+    """Square texels on the plane, and the planes with one more texel on every side, so that the silhouette's last
+    texel has a neighbour."""
+    size = tile_sizes(planes, focal_pixels, limit - 2)
+    texel = (planes.high - planes.low) / size
+    planes = planes.widened(texel)
+    return planes, Tiles(_scaling(1 / texel, -planes.low / texel), np.ones(len(size)), size + 2)
+
+
+def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: float, limit: int) -> Tiles:
+    """Texels that are the screen's pixels, `scale` of them per pixel. depth: (n,), the least distance of each object
+    along the view axis, in its own frame's metres."""
+    low, high = np.floor(seen.pixel_low), np.ceil(seen.pixel_high)
+    to_camera = seen.camera * np.stack([np.ones(len(low)), np.ones(len(low)), -planes.distance], -1)[:, None]
+    x, y, forward = np.moveaxis(to_camera, 1, 0)  # each (n, 3): times (s, v, 1) gives a camera coordinate
+    width, height = view.size
+    tan_x, tan_y = view.half_extent
+    pixel = np.stack([(x / tan_x + forward) * width / 2, (y / tan_y + forward) * height / 2], 1)  # (n, 2, 3)
+    factor = np.minimum(scale, limit / np.maximum(high - low, 1))
+    texel = (pixel - low[..., None] * forward[:, None]) * factor[..., None]
+    size = np.clip(np.ceil((high - low) * factor), 1, limit).astype(np.int64)
+    return Tiles(np.concatenate([texel, forward[:, None]], 1), depth, size)
+
+
+def _scaling(scale: Array, offset: Array) -> Array:
+    """Homographies (n, 3, 3) of x ↦ scale · x + offset, both (n, 2)."""
+    matrix = np.zeros((len(scale), 3, 3))
+    matrix[:, (0, 1), (0, 1)], matrix[:, :2, 2], matrix[:, 2, 2] = scale, offset, 1
+    return matrix
