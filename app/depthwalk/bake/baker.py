@@ -21,7 +21,9 @@ from depthwalk.bake.images import (
 from depthwalk.bake.ownership import assign_owners
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.surface import mean_shininess, surface_at
+from depthwalk.bake.visibility import prune_hidden
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.limits import MAX_DPCI_LAYERS
 
 Progress = Callable[[str], None]
 
@@ -69,21 +71,21 @@ def bake_face(
     size = params.resolution
     reach = 2 * cylinder.radius if face is Face.SIDE else cylinder.height
     centres = texel_centres(size)
-    origin, direction = surface_rays(cylinder, face, centres, centres[:, None])
-    hits = caster.peel(origin.reshape(-1, 3), direction.reshape(-1, 3), params.layers, reach)
-    depths = [hit.distance.reshape(size, size) for hit in hits]
-    used = 1 + max((layer for layer, depth in enumerate(depths) if np.isfinite(depth).any()), default=-1)
-    if not used:
+    rays = [part.reshape(-1, 3) for part in surface_rays(cylinder, face, centres, centres[:, None])]
+    # An open mesh shows its inside as well: twice the surfaces, of which few can be seen.
+    wanted = min(params.layers * (2 if caster.two_sided else 1), MAX_DPCI_LAYERS)
+    hits = caster.peel(*rays, wanted, reach)
+    if not np.isfinite(hits.distance).any():
         return [], []
-    samples = Samples(
-        np.stack(depths[:used]),
-        np.stack([hit.normal.reshape(size, size, 3) for hit in hits[:used]]),
-        np.stack([hit.flipped.reshape(size, size) for hit in hits[:used]]),
-    )
+    points = rays[0] + np.where(np.isfinite(hits.distance), hits.distance, 0)[..., None] * rays[1]
+    hits = prune_hidden(caster, points, hits, (size, size))
+    shape = (len(hits), size, size)
+    samples = Samples(hits.distance.reshape(shape), hits.normal.reshape(*shape, 3), hits.flipped.reshape(shape))
     cells = connect(caster, cylinder, face, samples.depth, steps)
+    normal, albedo = (channel.reshape(*shape, -1) for channel in surface_at(mesh, hits))
     owner = np.full((size, size), face, np.uint8)
-    images = []
-    for layer in range(used):
-        normal, albedo = (channel.reshape(size, size, -1) for channel in surface_at(mesh, hits[layer]))
-        images.append(DepthImage(face, layer, depths[layer], normal, albedo, tuple(cells[layer]), owner))
+    images = [
+        DepthImage(face, layer, samples.depth[layer], normal[layer], albedo[layer], tuple(cells[layer]), owner)
+        for layer in range(len(hits))
+    ]
     return images, trace_borders(caster, cylinder, face, samples, cells)

@@ -88,7 +88,7 @@ def _on_surface(
     with np.errstate(divide="ignore", invalid="ignore"):
         expected = np.einsum("ni,ni->n", points[:, 0] - origin, normal) / np.einsum("ni,ni->n", direction, normal)
         reach = 2 * cylinder.radius if face is Face.SIDE else cylinder.height
-        found = np.stack([hit.distance for hit in caster.peel(origin, direction, layers, reach)])
+        found = caster.peel(origin, direction, layers, reach).distance
         off = np.abs(found - expected).min(0)
         kept[steep] = off <= CUT_TOLERANCE * spread[steep]
 
@@ -100,5 +100,5 @@ def _on_surface(
         ahead[depth[steep[wall]].mean(1) > cylinder.radius] *= -1
     start = points[wall].mean(1).astype(np.float32) + near * ahead
     hits = caster.peel(start, -ahead, 2, np.inf)
-    kept[steep[wall]] = np.logical_or.reduce([(h.distance <= 2 * near[:, 0]) & ~h.flipped for h in hits])
+    kept[steep[wall]] = ((hits.distance <= 2 * near[:, 0]) & (caster.two_sided | ~hits.flipped)).any(0)
     return kept

@@ -1,6 +1,6 @@
 """Depth peeling with embreex: the front-facing hits along each ray, in order."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -8,15 +8,19 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.normals import row_ids
 
 _BATCH = 1 << 18  # rays per call: bounds the memory of the hit records (about 10 MB)
 
 
 @dataclass(frozen=True)
 class Hits:
-    """The k-th hit of n rays. distance: (n,) float32, +inf where there is none; face: (n,) int32, −1 likewise;
-    u, v: (n,) float32, barycentric weights of the face's second and third corner; normal: (n, 3) float32, the face's
-    own, unit, turned toward the ray's origin; flipped: (n,) bool, the surface was hit from behind."""
+    """Up to L hits along each of n rays, nearest first.
+
+    distance: (L, n) float32, +inf where there is none; face: (L, n) int32, −1 likewise; u, v: (L, n) float32,
+    barycentric weights of the face's second and third corner; normal: (L, n, 3) float32, the face's own, unit, turned
+    toward the ray's origin; flipped: (L, n) bool, the surface was hit from behind.
+    """
 
     distance: NDArray[np.float32]
     face: NDArray[np.int32]
@@ -24,6 +28,9 @@ class Hits:
     v: NDArray[np.float32]
     normal: NDArray[np.float32]
     flipped: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.distance)
 
 
 @dataclass(frozen=True)
@@ -37,11 +44,16 @@ class FirstHits:
 
 
 class RayCaster:
-    """A mesh ready to be hit by rays."""
+    """A mesh ready to be hit by rays.
+
+    two_sided: the mesh is open, so that its surfaces are seen from behind too. epsilon: metres, how far behind a hit
+    the next ray starts.
+    """
 
     def __init__(self, mesh: Mesh) -> None:
         low, high = mesh.bounds
-        self._epsilon = float(np.linalg.norm(high - low)) * 2e-6  # a ray restarts this far behind its last hit
+        self.epsilon = float(np.linalg.norm(high - low)) * 2e-6
+        self.two_sided = is_open(mesh)
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, np.ascontiguousarray(mesh.positions), np.ascontiguousarray(mesh.faces))
 
@@ -53,22 +65,16 @@ class RayCaster:
         normal, flipped = facing_normals(result["Ng"], rays[1])
         return FirstHits(distance, normal, flipped)
 
-    def peel(
-        self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float
-    ) -> list[Hits]:
-        """The first `layers` surfaces along rays (n, 3), (n, 3) that face their origin, within `reach` metres.
-
-        The very first surface counts from either side: an open mesh (a scan with holes, a leaf) has no inside.
-        """
+    def peel(self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float) -> Hits:
+        """The first `layers` surfaces along rays (n, 3), (n, 3) within `reach` metres: those that face the ray's
+        origin, and of an open mesh those that do not as well. The very first counts from either side."""
         batches = range(0, max(len(origin), 1), _BATCH)
         parts = [self._peel(origin[k : k + _BATCH], direction[k : k + _BATCH], layers, reach) for k in batches]
-        return [_join([part[layer] for part in parts]) for layer in range(layers)]
+        return Hits(*(np.concatenate([getattr(part, field.name) for part in parts], 1) for field in fields(Hits)))
 
-    def _peel(
-        self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float
-    ) -> list[Hits]:
+    def _peel(self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float) -> Hits:
         count = len(origin)
-        hits = [_no_hits(count) for _ in range(layers)]
+        hits = _no_hits(layers, count)
         active = np.arange(count)
         travelled = np.zeros(count, np.float32)
         found = np.zeros(count, np.int32)
@@ -82,20 +88,25 @@ class RayCaster:
             distance = travelled[active] + result["tfar"]
             alive = (result["primID"] >= 0) & (distance < reach)
             active, distance = active[alive], distance[alive]
-            face, u, v = (result[k][alive] for k in ("primID", "u", "v"))
             normal, back = facing_normals(result["Ng"][alive], direction[active])
-            taken = ~back | (cast == 0)
-            for layer in range(layers):
-                here = taken & (found[active] == layer)
-                rays = active[here]
-                hits[layer].distance[rays] = distance[here]
-                hits[layer].face[rays] = face[here]
-                hits[layer].u[rays], hits[layer].v[rays] = u[here], v[here]
-                hits[layer].normal[rays], hits[layer].flipped[rays] = normal[here], back[here]
+            taken = ~back if cast and not self.two_sided else np.ones(len(back), bool)
+            at = found[active[taken]], active[taken]
+            hits.distance[at], hits.face[at] = distance[taken], result["primID"][alive][taken]
+            hits.u[at], hits.v[at] = result["u"][alive][taken], result["v"][alive][taken]
+            hits.normal[at], hits.flipped[at] = normal[taken], back[taken]
             found[active] += taken
-            travelled[active] = distance + self._epsilon
+            travelled[active] = distance + self.epsilon
             active = active[found[active] < layers]
         return hits
+
+
+def is_open(mesh: Mesh) -> bool:
+    """Whether some edge has but one face: the mesh is a shell with a border, not the skin of a solid."""
+    weld, _ = row_ids(mesh.positions)
+    faces = weld[mesh.faces]
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    count = np.unique(edges[:, 0] * np.int64(len(mesh.positions)) + edges[:, 1], return_counts=True)[1]
+    return bool((count == 1).any())
 
 
 def facing_normals(
@@ -107,13 +118,13 @@ def facing_normals(
     return normal / np.where(flipped, -length, length)[:, None], flipped
 
 
-def _no_hits(count: int) -> Hits:
-    zeros = np.zeros(count, np.float32)
-    normal = np.zeros((count, 3), np.float32)
-    nowhere = np.full(count, np.inf, np.float32)
-    return Hits(nowhere, np.full(count, -1, np.int32), zeros, zeros.copy(), normal, np.zeros(count, bool))
-
-
-def _join(parts: list[Hits]) -> Hits:
-    fields = ("distance", "face", "u", "v", "normal", "flipped")
-    return Hits(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))
+def _no_hits(layers: int, count: int) -> Hits:
+    shape = (layers, count)
+    return Hits(
+        np.full(shape, np.inf, np.float32),
+        np.full(shape, -1, np.int32),
+        np.zeros(shape, np.float32),
+        np.zeros(shape, np.float32),
+        np.zeros((*shape, 3), np.float32),
+        np.zeros(shape, bool),
+    )

@@ -9,11 +9,11 @@ from depthwalk.ingest.mesh import Material, Mesh
 
 
 def surface_at(mesh: Mesh, hits: Hits) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Normal (n, 3), unit, and albedo (n, 4), linear RGB + specular strength, at each hit; zeros without."""
-    normal = np.zeros((len(hits.face), 3), np.float32)
-    albedo = np.zeros((len(hits.face), 4), np.float32)
-    rays = np.flatnonzero(hits.face >= 0)
-    if len(rays):
+    """Normal (L, n, 3), unit, and albedo (L, n, 4), linear RGB + specular strength, at each hit; zeros without."""
+    normal = np.zeros((*hits.face.shape, 3), np.float32)
+    albedo = np.zeros((*hits.face.shape, 4), np.float32)
+    rays = hits.face >= 0
+    if rays.any():
         corners = mesh.faces[hits.face[rays]]  # (hits, 3)
         u, v = hits.u[rays], hits.v[rays]
         weights = np.stack([1 - u - v, u, v], -1)

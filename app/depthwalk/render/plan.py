@@ -134,7 +134,7 @@ class Planner:
         warped, planes, tiles, clipped = _place_tiles(view, objects, table, imaged, layout, atlas_size)
         tiles, corners, used, shrink = _pack(tiles, atlas_size)
 
-        order = _group_order(objects.asset[warped], level[warped], case[warped], clipped)
+        order = _group_order(objects.asset[warped], level[warped], case[warped], clipped.astype(np.int64))
         warped, planes, tiles, corners = warped[order], planes.select(order), tiles.select(order), corners[order]
         groups = _groups(warped, objects, table, level, case, clipped[order])
         warp = Drawing(_warp_records(planes, tiles, corners, atlas_size), groups)
