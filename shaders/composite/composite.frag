@@ -27,6 +27,22 @@ layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the p
 // surface is less than 8 times as deep as wide.
 const float STEEPEST = 8.0;
 
+// An empty texel between two that are not is a crack, where one image's samples end and another's begin: what goes on
+// behind it is the farther of the two. Gives its depth and moves `nearest` there, or 1 where there is no crack.
+float across_crack(inout ivec2 nearest) {
+    float filled = 1.0;
+    ivec2 from = nearest;
+    for (int axis = 0; axis < 2; ++axis) {
+        ivec2 aside = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
+        float before = texelFetch(atlas_depth, from - aside, 0).r, after = texelFetch(atlas_depth, from + aside, 0).r;
+        if (max(before, after) < filled) {
+            filled = max(before, after);
+            nearest = before > after ? from - aside : from + aside;
+        }
+    }
+    return filled;
+}
+
 // Stored depth at `texel`, between the four texels around it, 1 outside the silhouette, which runs where half of the
 // weight is on empty texels; `nearest` is the texel that owns the result.
 float tile_depth(vec2 texel, out ivec2 nearest) {
@@ -45,7 +61,10 @@ float tile_depth(vec2 texel, out ivec2 nearest) {
     vec4 weight = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
     weight *= vec4(lessThan(depth, vec4(1.0)));
     nearest = low;
-    if (dot(weight, vec4(1.0)) < 0.5) return 1.0;
+    if (dot(weight, vec4(1.0)) < 0.5) {
+        nearest = ivec2(floor(position + 0.5));
+        return across_crack(nearest);
+    }
     vec4 best = step(max(max(weight.x, weight.y), max(weight.z, weight.w)), weight);
     bool right = best.y + best.z > 0.0, upper = best.x + best.y > 0.0;
     nearest += ivec2(right, upper);

@@ -71,13 +71,13 @@ def bake_face(
     size = params.resolution
     reach = 2 * cylinder.radius if face is Face.SIDE else cylinder.height
     centres = texel_centres(size)
-    rays = [part.reshape(-1, 3) for part in surface_rays(cylinder, face, centres, centres[:, None])]
+    origin, direction = (part.reshape(-1, 3) for part in surface_rays(cylinder, face, centres, centres[:, None]))
     # An open mesh shows its inside as well: twice the surfaces, of which few can be seen.
     wanted = min(params.layers * (2 if caster.two_sided else 1), MAX_DPCI_LAYERS)
-    hits = caster.peel(*rays, wanted, reach)
+    hits = caster.peel(origin, direction, wanted, reach)
     if not np.isfinite(hits.distance).any():
         return [], []
-    points = rays[0] + np.where(np.isfinite(hits.distance), hits.distance, 0)[..., None] * rays[1]
+    points = origin + np.where(np.isfinite(hits.distance), hits.distance, 0)[..., None] * direction
     hits = prune_hidden(caster, points, hits, (size, size))
     shape = (len(hits), size, size)
     samples = Samples(hits.distance.reshape(shape), hits.normal.reshape(*shape, 3), hits.flipped.reshape(shape))

@@ -12,7 +12,7 @@ _RAYS = 4  # per sample; with those of the neighbours about 300 decide
 _NEIGHBOURHOOD = 9  # texels
 
 
-def prune_hidden(caster: RayCaster, points: NDArray[np.float32], hits: Hits, shape: tuple[int, int]) -> Hits:
+def prune_hidden(caster: RayCaster, points: NDArray[np.floating], hits: Hits, shape: tuple[int, int]) -> Hits:
     """`hits` (L, n) of an image of `shape` without those that nobody outside can see; the rest move up a layer.
 
     points: (L, n, 3). Samples behind the first are tested with rays in random directions into the open side of their
