@@ -184,6 +184,7 @@ def bake(
     up: Annotated[Axis, typer.Option(help="The files' upward axis.")] = Axis.Y,
     height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
     texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
+    verify: Annotated[bool, typer.Option("--verify", help="Say how like the mesh the depth images look.")] = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
@@ -193,8 +194,58 @@ def bake(
 
     files = work.output_files(meshes, out)
     specs = [work.mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
-    if work.bake_meshes(specs, BakeParams(dpci_resolution, layers), files):
+    params = BakeParams(dpci_resolution, layers)
+    failures = work.bake_meshes(specs, params, files)
+    if verify:
+        from depthwalk.commands import compare
+
+        compare.verify(specs, params, files)
+    if failures:
         raise typer.Exit(BAD_INPUT)
+
+
+@app.command()
+@guarded
+def compare(
+    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as JSON.")] = None,
+    html: Annotated[Path | None, typer.Option(metavar="F", help="Write it as a page with the worst views.")] = None,
+    want_psnr: Annotated[
+        float | None, typer.Option(metavar="DB", help="Find the cheapest resolution and layers that reach it.")
+    ] = None,
+    dpci_resolution: Annotated[
+        int,
+        typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
+    ] = 512,
+    layers: Annotated[int, typer.Option(min=1, max=limits.MAX_DPCI_LAYERS, help="Surfaces along each ray.")] = 3,
+    up: Annotated[Axis, typer.Option(help="The files' upward axis.")] = Axis.Y,
+    height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
+    texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    asset_root: Annotated[
+        list[Path] | None,
+        typer.Option("--asset-root", metavar="DIR", help="Folder in which meshes and the texture may lie."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Render setting: render.lod.bias=1.")
+    ] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure how like its mesh a mesh's depth images look, over a sphere of views."""
+    size = parse_resolution(resolution)
+    overrides = parse_settings(settings)
+    from depthwalk.bake.baker import BakeParams
+    from depthwalk.commands import compare as work
+    from depthwalk.commands.bake import mesh_spec
+
+    roots = asset_root or []
+    picture = texture and work.find_file(texture, roots)
+    specs = [mesh_spec(work.find_file(mesh, roots), picture, up.value, height) for mesh in meshes]
+    params = BakeParams(dpci_resolution, layers)
+    plan = work.Plan(specs, params, work.parse_render_settings(overrides), size, want_psnr, html is not None)
+    work.check_plan(plan, [json, html])
+    work.run_compare(plan, json, html)
 
 
 @app.command()

@@ -1,0 +1,88 @@
+"""Which resolution and number of layers an object needs for a wanted PSNR, found by trying."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.quality import metrics
+from depthwalk.quality.twin import TwinRenderer
+from depthwalk.quality.views import FEW, Viewpoint
+from depthwalk.render.settings import RenderSettings
+
+RESOLUTIONS = 256, 512, 1024
+MOST_LAYERS = 4
+LEAST_GAIN = 0.1  # dB; where a layer brings less, the next one is not tried
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A bake that was tried. psnr: dB, mean over the views."""
+
+    resolution: int
+    layers: int
+    psnr: float
+    bytes_gpu: int
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The first of the trials, from the cheapest on, that reaches `wanted` dB; else the best of them."""
+
+    wanted: float
+    views: int
+    reached: bool
+    best: Trial
+    trials: tuple[Trial, ...]
+
+    def text(self) -> str:
+        """The recommendation in one line."""
+        best = self.best
+        values = f"{best.psnr:.1f} dB in {self.views} views, {best.bytes_gpu / 1e6:.1f} MB on the GPU"
+        options = f"--dpci-resolution {best.resolution} --layers {best.layers}"
+        if self.reached:
+            return f"for {self.wanted:g} dB: {options} ({values})"
+        return f"{self.wanted:g} dB is out of reach; best is {options} ({values})"
+
+
+def recommend(
+    mesh: Mesh,
+    settings: RenderSettings,
+    size: tuple[int, int],
+    wanted: float,
+    viewpoints: Sequence[Viewpoint] = FEW,
+    resolutions: Sequence[int] = RESOLUTIONS,
+    progress: Callable[[str], None] = lambda stage: None,
+) -> Recommendation:
+    """Bakes `mesh` ever finer and deeper until the mean PSNR reaches `wanted`, dB. size: of the pictures, pixels."""
+    trials: list[Trial] = []
+    for params in _by_cost(resolutions, trials):
+        progress(f"trying {params.resolution}², {params.layers} layers")
+        baked = bake_object(mesh, params, key="")
+        with TwinRenderer(mesh, baked, settings, size) as twin:
+            trials.append(Trial(params.resolution, params.layers, mean_psnr(twin, viewpoints), twin.gpu_bytes))
+        if trials[-1].psnr >= wanted:
+            return Recommendation(wanted, len(viewpoints), True, trials[-1], tuple(trials))
+    best = max(trials, key=lambda trial: trial.psnr)
+    return Recommendation(wanted, len(viewpoints), False, best, tuple(trials))
+
+
+def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:
+    """Mean PSNR, dB, over the views that show anything; +inf without any."""
+    values = []
+    for viewpoint in viewpoints:
+        pair = twin.pair(viewpoint)
+        union = pair.mesh.covered | pair.dpci.covered
+        if union.any():
+            values.append(metrics.psnr(pair.mesh.pixels, pair.dpci.pixels, union))
+    return sum(values) / len(values) if values else float("inf")
+
+
+def _by_cost(resolutions: Sequence[int], trials: Sequence[Trial]) -> Iterator[BakeParams]:
+    """What to try next, by texels: resolution² · layers. A resolution is left when a layer brought little."""
+    everything = [BakeParams(side, layers) for side in resolutions for layers in range(1, MOST_LAYERS + 1)]
+    for params in sorted(everything, key=lambda params: (params.resolution**2 * params.layers, params.resolution)):
+        same = [trial for trial in trials if trial.resolution == params.resolution]
+        exhausted = len(same) < params.layers - 1 or (len(same) > 1 and same[-1].psnr - same[-2].psnr < LEAST_GAIN)
+        if not exhausted:
+            yield params

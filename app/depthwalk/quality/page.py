@@ -1,0 +1,132 @@
+"""A comparison as one HTML page with pictures of the worst views, which needs nothing else."""
+
+from base64 import b64encode
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.output import png_bytes
+from depthwalk.quality import metrics
+from depthwalk.quality.goals import MEASURES, Measure, Summary, summarise
+from depthwalk.quality.measure import ViewQuality
+from depthwalk.quality.report import CompareReport, ModelReport, cell, costs_line, direction, headline, overall
+from depthwalk.quality.twin import Pair
+from depthwalk.quality.views import Viewpoint
+
+_MARGIN = 12  # pixels around the object
+_NOTHING, _BOTH, _EDGE, _HOLE, _EXTRA = (255, 255, 255), (208, 208, 208), (255, 176, 64), (214, 20, 20), (40, 90, 220)
+
+
+@dataclass(frozen=True)
+class WorstView:
+    """A view to show. titles: the measures that are worst in it; panels: caption → PNG."""
+
+    view: ViewQuality
+    titles: tuple[str, ...]
+    panels: dict[str, bytes]
+
+
+def worst_viewpoints(views: Sequence[ViewQuality]) -> dict[Viewpoint, tuple[str, ...]]:
+    """The views in which some measure is worst, each once, with the titles of these measures."""
+    found: dict[Viewpoint, tuple[str, ...]] = {}
+    for measure in MEASURES:
+        worst = summarise(measure, views).worst_view
+        if worst is not None:
+            found[worst] = (*found.get(worst, ()), measure.title)
+    return found
+
+
+def panels(pair: Pair) -> dict[str, bytes]:
+    """The pictures of one view as PNGs, cut to the object: mesh, depth images, FLIP error, silhouettes and holes."""
+    union = pair.mesh.covered | pair.dpci.covered
+    near = metrics.bounding_window(union, metrics.FLIP_REACH)
+    window = metrics.bounding_window(union[near], _MARGIN)
+    mesh, dpci = pair.mesh.pixels[near], pair.dpci.pixels[near]
+    pictures = {
+        "mesh": mesh,
+        "depth images": dpci,
+        "difference (FLIP, dark is equal)": metrics.flip_colours(mesh, dpci),
+        "holes red, edges lacking orange, too much blue": _coverage(pair.mesh.covered[near], pair.dpci.covered[near]),
+    }
+    return {caption: png_bytes(picture[window]) for caption, picture in pictures.items()}
+
+
+def to_html(report: CompareReport, worst: Sequence[Sequence[WorstView]]) -> str:
+    """The page; worst: the views to show, for each model of the report."""
+    body = [f"<h1>depthwalk compare</h1><p>{escape(headline(report))}</p>"]
+    if len(report.models) > 1:
+        rows = [(measure, *overall(measure, report.models)) for measure in MEASURES]
+        body.append(
+            f"<h2>Overall</h2>{_table([(m, summary, (escape(mesh),)) for m, summary, mesh in rows], ('mesh',))}"
+        )
+    for model, views in zip(report.models, worst, strict=True):
+        body += [_section(report, model), *(_figure(view) for view in views)]
+    return f"{_HEAD}{''.join(body)}</body></html>\n"
+
+
+def _section(report: CompareReport, model: ModelReport) -> str:
+    close = [summarise(measure, model.close) for measure in MEASURES]
+    rows = [
+        (measure, summarise(measure, model.views), (cell(measure, near.mean), cell(measure, near.worst)))
+        for measure, near in zip(MEASURES, close, strict=True)
+    ]
+    notes = [f"A poor candidate: {warning}" for warning in model.warnings]
+    if model.recommendation is not None:
+        notes.append(model.recommendation.text())
+    return (
+        f"<h2>{escape(model.mesh)}</h2><p>{escape(costs_line(report, model))}</p>"
+        f"{_table(rows, ('close: mean', 'close: worst'))}{''.join(f'<p>{escape(note)}</p>' for note in notes)}"
+    )
+
+
+def _table(rows: Sequence[tuple[Measure, Summary, tuple[str, ...]]], more: tuple[str, ...]) -> str:
+    head = "".join(f"<th>{title}</th>" for title in ("", "mean", "worst", "at", *more))
+    body = ""
+    for measure, summary, extra in rows:
+        values = _goal_cell(measure, summary.mean, measure.goal_mean)
+        values += _goal_cell(measure, summary.worst, measure.goal_worst)
+        rest = "".join(f"<td>{text}</td>" for text in (direction(summary.worst_view), *extra))
+        body += f"<tr><td>{escape(measure.title)}</td>{values}{rest}</tr>"
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _goal_cell(measure: Measure, value: float, goal: float | None) -> str:
+    missed = ' class="missed"' if measure.reached(value, goal) is False else ""
+    return f"<td{missed}>{cell(measure, value, goal)}</td>"
+
+
+def _figure(worst: WorstView) -> str:
+    values = "; ".join(f"{m.title}: {cell(m, getattr(worst.view, m.key))}" for m in MEASURES)
+    caption = f"{direction(worst.view.viewpoint)}: worst in {'; '.join(worst.titles)}. {values}."
+    pictures = "".join(
+        f'<div><img src="data:image/png;base64,{b64encode(png).decode()}" alt="{escape(name)}"><br>{escape(name)}</div>'
+        for name, png in worst.panels.items()
+    )
+    return f'<figure><figcaption>{escape(caption)}</figcaption><div class="row">{pictures}</div></figure>'
+
+
+def _coverage(reference: NDArray[np.bool_], test: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Where both, neither or one of the silhouettes is, and the pixels that count as holes."""
+    picture = np.empty((*reference.shape, 3), np.uint8)
+    picture[...] = _NOTHING
+    picture[reference & test] = _BOTH
+    picture[reference & ~test] = _EDGE
+    picture[~reference & test] = _EXTRA
+    picture[metrics.hole_map(reference, test)] = _HOLE
+    return picture
+
+
+_HEAD = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>depthwalk compare</title><style>
+body { font: 15px system-ui, sans-serif; max-width: 1400px; margin: 2em auto; padding: 0 1em; color: #222; }
+table { border-collapse: collapse; }
+th, td { padding: .2em .9em; text-align: right; border-bottom: 1px solid #ddd; }
+td:first-child { text-align: left; }
+.missed { color: #b00020; font-weight: 600; }
+figure { margin: 1.5em 0; } .row { display: flex; gap: 8px; } .row div { flex: 1; font-size: 12px; color: #555; }
+img { width: 100%; }
+</style></head><body>
+"""

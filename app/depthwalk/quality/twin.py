@@ -1,0 +1,143 @@
+"""One object, drawn as its mesh and as its depth images, from the same views in the same light."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import BakedObject
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.quality.views import Viewpoint, bounding_sphere, view_of
+from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.environment import Environment
+from depthwalk.scene.scene import Nodes, Scene
+from depthwalk.scene.similarity import identities
+
+BACKGROUND = (0.5, 0.5, 0.5)  # sRGB; neither bright nor dark surfaces gain by it
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture. pixels: (H, W, 3) uint8, sRGB, over `BACKGROUND`; distance: (H, W) float32, metres along the view
+    axis, +inf where nothing is. Row 0 at the top."""
+
+    pixels: NDArray[np.uint8]
+    distance: NDArray[np.float32]
+
+    @property
+    def covered(self) -> NDArray[np.bool_]:
+        return np.isfinite(self.distance)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The same view of the mesh and of its depth images."""
+
+    mesh: Shot
+    dpci: Shot
+
+
+class TwinRenderer:
+    """Draws pairs of pictures. Use it in a `with` block. Raises GpuError where no OpenGL 3.3 context can be had.
+
+    size: (width, height), pixels.
+    """
+
+    def __init__(self, mesh: Mesh, baked: BakedObject, settings: RenderSettings, size: tuple[int, int]) -> None:
+        self.size = size
+        self._sphere = bounding_sphere(mesh)
+        library = _OneObject(mesh, baked)
+        self._headless = HeadlessRenderer(_one_object_scene(settings), library, size, Representation.DPCI)
+
+    def __enter__(self) -> "TwinRenderer":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._headless.release()
+
+    def pair(self, viewpoint: Viewpoint) -> Pair:
+        return Pair(self._shot(viewpoint, Representation.MESH), self._shot(viewpoint, Representation.DPCI))
+
+    @property
+    def driver(self) -> str:
+        """The GL driver's name."""
+        return self._headless.device.renderer
+
+    @property
+    def gpu_bytes(self) -> int:
+        """What the depth images occupy on the GPU: buffers and textures, mip-maps included."""
+        drawn = self._headless.renderer.assets.depth_object(0)
+        return sum(_gl_bytes(getattr(drawn, field.name)) for field in fields(drawn))
+
+    def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
+        self._headless.renderer.representation = representation
+        view = view_of(self._sphere, viewpoint, self.size)
+        self._headless.draw(view)
+        return Shot(self._headless.pixels()[..., :3].copy(), self._headless.linear_image(view).distance)
+
+
+class _OneObject:
+    """A library (render.assets.Library) of one asset that is in memory already."""
+
+    def __init__(self, mesh: Mesh, baked: BakedObject) -> None:
+        self._mesh, self._baked = mesh, baked
+
+    def __len__(self) -> int:
+        return 1
+
+    def has_baked(self, asset: int) -> bool:
+        return True
+
+    def has_mesh(self, asset: int) -> bool:
+        return True
+
+    def baked(self, asset: int) -> BakedObject:
+        return self._baked
+
+    def mesh(self, asset: int) -> Mesh:
+        return self._mesh
+
+    def texture(self, path: Path) -> NDArray[np.uint8]:
+        raise LookupError(f"the scene of one object names no textures: {path}")
+
+
+def _one_object_scene(settings: RenderSettings) -> Scene:
+    """Asset 0 at the origin, as its file has it, in the light that a scene without `environment` has."""
+    none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)
+    upright = np.array([[0, 0, 0, 1]], np.float32)
+    place = np.zeros((1, 3), np.float32)
+    dpci = np.full(1, Representation.DPCI, np.uint8)
+    return Scene(
+        path=Path(),
+        assets=(),  # the library has it
+        objects=Objects(one, place, upright, np.ones(1, np.float32), dpci),
+        nodes=Nodes((), none, none, none, none, none, identities(0), identities(0)),  # nothing moves
+        instances=identities(1, np.float32),
+        owner=one,
+        environment=Environment(background=BACKGROUND),
+        camera=None,
+        render=settings,
+    )
+
+
+def _gl_bytes(value: Any) -> int:
+    """Bytes of a buffer or texture, of a list or dict of them; 0 for anything else."""
+    if isinstance(value, moderngl.Buffer):
+        return int(value.size)
+    if isinstance(value, moderngl.Texture | moderngl.TextureArray):
+        texel = value.components * np.dtype(value.dtype.replace("nu", "u").replace("f1", "u1")).itemsize
+        width, height, layers = (*value.size, 1)[:3]
+        mipped = value.filter[0] not in (moderngl.NEAREST, moderngl.LINEAR)
+        chain = max(width, height).bit_length() if mipped else 1
+        return sum(max(1, width >> k) * max(1, height >> k) for k in range(chain)) * layers * texel
+    if isinstance(value, dict):
+        return sum(map(_gl_bytes, value.values()))
+    return sum(map(_gl_bytes, value)) if isinstance(value, list | tuple) else 0

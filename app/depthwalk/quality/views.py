@@ -1,0 +1,75 @@
+"""Where the measured pictures are taken from: 42 views on a sphere, and a few from close by."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera
+
+FOV = 40.0  # degrees, vertical
+FILL = 0.9  # of the frame's shorter side, by the bounding sphere's outline
+CLOSE = 1.3  # radii from the centre of the bounding sphere
+
+# Elevation, degrees: number of views. Every view stands for about the same part of the sphere.
+SPHERE_RINGS = {-50: 7, -22: 10, 5: 10, 33: 9, 60: 5, 88: 1}
+CLOSE_RINGS = {-20: 2, 10: 4, 45: 2}
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """A direction to look from. elevation, azimuth: degrees; azimuth 0 is +Z, 90 is +X. close: from `CLOSE` radii
+    instead of where the object fills the frame."""
+
+    elevation: float
+    azimuth: float
+    close: bool = False
+
+
+def _on_rings(rings: dict[int, int], close: bool = False) -> tuple[Viewpoint, ...]:
+    """Views spread evenly over each ring; every second ring is turned by half a step."""
+    return tuple(
+        Viewpoint(float(elevation), round((k + ring % 2 / 2) * 360 / count, 3), close)
+        for ring, (elevation, count) in enumerate(rings.items())
+        for k in range(count)
+    )
+
+
+SPHERE = _on_rings(SPHERE_RINGS)
+CLOSE_BY = _on_rings(CLOSE_RINGS, close=True)
+FEW = SPHERE[::4]  # 11 of them, at every elevation but the last
+VERIFY = SPHERE[3::7]  # 6 of them
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A bounding sphere. centre: (3,) metres, asset frame; radius: metres."""
+
+    centre: tuple[float, float, float]
+    radius: float
+
+
+def bounding_sphere(mesh: Mesh) -> Sphere:
+    """The smallest sphere about the centre of the mesh's bounding box that holds it."""
+    low, high = (corner.astype(np.float64) for corner in mesh.bounds)
+    centre = (low + high) / 2
+    return Sphere(tuple(centre.tolist()), float(np.linalg.norm(mesh.positions - centre, axis=1).max()))
+
+
+def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View:
+    """The view of an object from `viewpoint`; size: (width, height), pixels."""
+    fov = np.radians(FOV)
+    shorter = np.tan(fov / 2) * min(1.0, size[0] / size[1])
+    distance = sphere.radius * (CLOSE if viewpoint.close else 1 / np.sin(np.arctan(FILL * shorter)))
+    position = np.asarray(sphere.centre) + distance * away(viewpoint)
+    # Planes by the object's size, not in metres: the depth buffer is as fine for a coin as for a cathedral.
+    near, far = 0.02 * distance, distance + 4 * sphere.radius
+    return View(Camera(tuple(position.tolist()), sphere.centre, float(fov)), size, float(near), float(far))
+
+
+def away(viewpoint: Viewpoint) -> np.ndarray:
+    """The unit vector (3,) float64 from the object toward the viewer."""
+    elevation, azimuth = np.radians([viewpoint.elevation, viewpoint.azimuth])
+    level = np.cos(elevation)
+    return np.array([level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)])

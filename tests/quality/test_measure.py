@@ -1,0 +1,183 @@
+"""Depth images measured against their mesh, and what is said about poor candidates."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shapes
+from depthwalk.bake.images import Face
+from depthwalk.quality.advise import recommend
+from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
+from depthwalk.quality.goals import MEASURES, summarise
+from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
+from depthwalk.quality.report import CompareReport, Costs, ModelReport, overall, to_json, to_text
+from depthwalk.quality.twin import Pair, Shot, TwinRenderer
+from depthwalk.quality.views import SPHERE, Viewpoint
+from depthwalk.render.settings import RenderSettings
+
+SIZE = 96, 72
+LEVEL = Viewpoint(5.0, 30.0)
+PSNR = MEASURES[0]
+
+
+@pytest.fixture(scope="module")
+def ball():
+    mesh = shapes.sphere(0.5, columns=64, rows=32)
+    return mesh, shapes.bake(mesh, 64, 1)
+
+
+def without_side(baked):
+    """Depth images of which the side shows nothing."""
+    bare = [
+        replace(image, cells=tuple(np.zeros_like(level) for level in image.cells)) if image.face is Face.SIDE else image
+        for image in baked.images
+    ]
+    kept = tuple(border for border in baked.borders if border.face is not Face.SIDE)
+    return replace(baked, images=tuple(bare), borders=kept)
+
+
+def quality(psnr, viewpoint=LEVEL, **values):
+    return ViewQuality(
+        viewpoint, 100, psnr, **{"iou": 1, "flip": 0, "holes": 0, "depth_median": 0, "depth_p99": 0} | values
+    )
+
+
+def shot(covered, colour, distance=3.0):
+    pixels = np.full((*covered.shape, 3), 128, np.uint8)
+    pixels[covered] = colour
+    return Shot(pixels, np.where(covered, np.float32(distance), np.float32(np.inf)))
+
+
+def test_a_pair_with_a_hole_is_measured():
+    mesh = np.zeros((60, 60), bool)
+    mesh[10:50, 10:50] = True
+    holed = mesh.copy()
+    holed[20:30, 20:30] = False
+    found = view_quality(Pair(shot(mesh, 200), shot(holed, 200, 3.1)), LEVEL, 2.0)
+    assert found.pixels == 1600 and found.viewpoint is LEVEL
+    assert found.iou == pytest.approx(15 / 16) and found.holes == pytest.approx(100 / 16)
+    assert found.psnr == pytest.approx(10 * math.log10(255**2 / (72**2 / 16)))
+    assert found.depth_median == pytest.approx(0.05, abs=1e-6)
+    assert 0 < found.flip < 1
+
+
+def test_a_view_that_shows_nothing_is_left_out():
+    nothing = shot(np.zeros((20, 20), bool), 0)
+    assert view_quality(Pair(nothing, nothing), LEVEL, 1.0) is None
+
+
+def test_a_ball_is_much_like_its_mesh(gl_device, ball):
+    found = measure(*ball, RenderSettings(), SIZE, SPHERE[::10])
+    assert [view.viewpoint for view in found.views] == list(SPHERE[::10])
+    assert all(view.iou > 0.97 and view.holes == 0 and view.psnr > 25 for view in found.views)
+    assert all(view.depth_median < 0.002 for view in found.views)
+    images = ball[1].images
+    texels = sum(image.depth.size for image in images)
+    assert found.gpu_bytes > texels * 12 * 4 / 3  # colour and shading with their mip-maps, and a grid
+
+
+def test_a_missing_side_is_a_hole(gl_device, ball):
+    mesh, baked = ball
+    (whole,) = measure(mesh, baked, RenderSettings(), SIZE, [LEVEL]).views
+    (bare,) = measure(mesh, without_side(baked), RenderSettings(), SIZE, [LEVEL]).views
+    assert bare.pixels == whole.pixels
+    assert bare.holes > 30 and bare.iou < 0.7 and bare.psnr < whole.psnr - 5
+
+
+def test_the_twin_draws_the_mesh_and_the_images(gl_device, ball):
+    with TwinRenderer(*ball, RenderSettings(), SIZE) as twin:
+        pair = twin.pair(LEVEL)
+        again = twin.pair(LEVEL)
+    assert pair.mesh.pixels[0, 0] == pytest.approx(127.5, abs=1)
+    assert np.array_equal(pair.mesh.pixels[0, 0], pair.dpci.pixels[0, 0])
+    assert np.array_equal(pair.mesh.pixels, again.mesh.pixels)
+    assert not np.array_equal(pair.mesh.distance, pair.dpci.distance)
+    # A ball of radius 0.5 whose outline is 0.9 of 72 pixels high.
+    assert pair.mesh.covered.sum() == pytest.approx(math.pi * 32.4**2, rel=0.02)
+
+
+def test_flat_objects_are_measured_by_their_extent():
+    assert object_height(shapes.box(2, 0.5, 3)) == pytest.approx(0.5)
+    assert object_height(shapes.box(2, 0.001, 3)) == pytest.approx(3)
+
+
+def test_samples_lie_on_the_surface_evenly():
+    points, normals = sample_surface(shapes.box(2, 1, 1), 3000)
+    assert np.abs(points * normals).max(1) == pytest.approx(np.where(np.abs(normals[:, 0]) > 0.5, 1, 0.5))
+    assert (np.abs(normals[:, 0]) > 0.5).mean() == pytest.approx(2 / 10, abs=0.01)
+
+
+def test_a_ball_is_a_good_candidate(ball):
+    candidate = examine(*ball)
+    assert candidate.coverage > 0.99 and candidate.thin == 0 and candidate.parts == 1
+    assert warnings(candidate) == []
+
+
+def test_poor_candidates_are_named_with_the_reason(ball):
+    mesh, baked = ball
+    bare = examine(mesh, without_side(baked))
+    assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare)[0]
+    card = shapes.box(1, 1, 0.002)
+    assert examine(card, shapes.bake(card, 64, 2)).thin > 0.9
+    assert warnings(Candidate(1.0, 0.5, 99, 0.01)) == [
+        "50.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
+        "it has 99 separate parts, which hide each other: more layers, or several objects",
+    ]
+
+
+def test_parts_are_counted_through_split_vertices():
+    box = shapes.box(1, 1, 1)  # its faces share positions, not vertices
+    crumb = shapes.box(0.01, 0.01, 0.01, centre=(3, 0, 0))
+    assert count_parts(box) == 1
+    assert count_parts(shapes.joined(box, shapes.box(1, 1, 1, centre=(3, 0, 0)))) == 2
+    assert count_parts(shapes.joined(box, crumb)) == 1
+
+
+def test_the_cheapest_bake_that_suffices_is_recommended(gl_device):
+    mesh = shapes.sphere(0.5, columns=32, rows=16)
+    some = SPHERE[::20]
+    best = recommend(mesh, RenderSettings(), SIZE, 99.0, some, (16, 32))
+    assert not best.reached and best.best.psnr == max(trial.psnr for trial in best.trials)
+    assert best.text().startswith("99 dB is out of reach; best is --dpci-resolution")
+    # A ball has one layer: the second brings nothing, the third is not tried.
+    assert [(t.resolution, t.layers) for t in best.trials] == [(16, 1), (16, 2), (32, 1), (32, 2)]
+    modest = recommend(mesh, RenderSettings(), SIZE, best.trials[0].psnr - 0.5, some, (16, 32))
+    assert modest.reached and modest.trials == best.trials[:1]
+    assert modest.text().startswith(f"for {modest.wanted:g} dB: --dpci-resolution 16 --layers 1 (")
+
+
+def test_the_worst_view_of_every_measure():
+    views = [quality(30.0), quality(20.0, Viewpoint(60.0, 1.0)), quality(math.inf)]
+    psnr = summarise(PSNR, views)
+    assert (psnr.mean, psnr.worst, psnr.worst_view) == (math.inf, 20, Viewpoint(60.0, 1.0))
+    depth = next(measure for measure in MEASURES if measure.key == "depth_p99")
+    lacking = [quality(1.0, depth_p99=math.nan), quality(1.0, depth_p99=0.25), quality(1.0, depth_p99=0.75)]
+    assert (summarise(depth, lacking).mean, summarise(depth, lacking).worst) == (0.5, 0.75)
+    assert math.isnan(summarise(depth, lacking[:1]).mean)
+
+
+def test_the_report_marks_goals_and_holds_no_infinity():
+    candidate = Candidate(0.5, 0.0, 1, 0.01)
+
+    def model(name, *views):
+        costs = Costs(3.0, 1_000_000, 20_000_000)
+        return ModelReport(name, 12, costs, views, (), candidate, ("holes",), None)
+
+    models = model("a.ply", quality(34.0), quality(26.0)), model("b.ply", quality(math.inf))
+    report = CompareReport("1", None, "driver", (64, 48), 512, 3, models)
+    assert overall(PSNR, models[:1])[0].mean == 30
+    summary, mesh = overall(PSNR, models)
+    assert (summary.worst, mesh) == (26, "a.ply")
+    text = to_text(report)
+    assert "30.00 FAIL" in text and "26.00 FAIL" in text and "20.0 MB on the GPU FAIL" in text
+    assert "baked in 3.0 s ok" in text and "a poor candidate: holes" in text and "overall, 2 models" in text
+    document = json.loads(to_json(report))
+    assert document["models"][1]["summary"]["psnr"]["mean"] is None
+    assert document["models"][1]["summary"]["psnr"]["mean_reached"] is True
+    assert document["models"][0]["cost_goals"] == {"bake_seconds": True, "bytes_gpu": False}
+    assert document["models"][0]["close_summary"]["psnr"] == {"mean": None, "worst": None, "worst_view": None}
+    other = json.loads(to_json(replace(report, resolution=256)))
+    assert other["models"][0]["cost_goals"] == {"bake_seconds": None, "bytes_gpu": None}
