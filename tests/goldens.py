@@ -28,4 +28,6 @@ def compare(name: str, pixels: np.ndarray, update: bool, software: bool) -> None
         return
     assert path.exists(), f"no golden picture {name}: run pytest --update-goldens"
     wrong = (difference.max(-1) > 0.1).mean()
-    assert difference.mean() < MEAN and wrong < MOST, f"{name} differs: see {SHEETS / name}.png (golden, found, 4 × both)"
+    assert difference.mean() < MEAN and wrong < MOST, (
+        f"{name} differs: see {SHEETS / name}.png (golden, found, 4 × both)"
+    )

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from depthwalk.bake.images import Face
 from depthwalk.reference.warp import table, unwarp, warp
 from depthwalk.render.atlas import pack_shelves
-from depthwalk.render.lod import Case, complete_cases, grid_level, iter_step, paper_cases
+from depthwalk.render.lod import Case, affordable_level, complete_cases, grid_level, iter_step, paper_cases
 from depthwalk.render.planes import Volumes, choose_planes, crop_to_frustum, tile_sizes
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
@@ -122,6 +122,14 @@ def test_iter_step_by_table(distance, step, level):
     assert found[0] == pytest.approx(step)
     assert grid_level(found, 0.0, np.array([6]))[0] == level
     assert grid_level(found, 1.0, np.array([6]))[0] == min(level + 1, 6)
+
+
+def test_no_more_triangles_than_pixels_can_show():
+    triangles = np.array([[1000, 300, 90, 30]])
+    levels = [
+        affordable_level(triangles, np.array([pixels]), 3.0)[0] for pixels in (1e9, 334.0, 333.0, 31.0, 11.0, 1.0)
+    ]
+    assert levels == [0, 0, 1, 1, 2, 4]
 
 
 def test_a_tile_has_the_resolution_of_the_screen():

@@ -55,7 +55,7 @@ MESSAGES = {
         "3:40: assets.one.texture: file 'one.png' not found",
         "4:15: assets.two.mesh: file '/etc/hostname' is absolute; paths are relative to the scene file",
         "5:32: assets.three.depth_image.depth: file '../../../no.png' leaves the scene's folder and every asset root",
-        "7:21: environment.ground.texture: file 'grass.png' not found",
+        "7:21: environment.ground.texture: file 'lawn.png' not found",
     ],
     "misspelt-kind": [
         "6:6: objects[0].gird: unknown key; did you mean 'grid'?",

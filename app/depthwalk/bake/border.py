@@ -96,7 +96,7 @@ def _trace_level(
 
 
 def _free_corners(depth: NDArray[np.float32], codes: list[NDArray[np.uint16]]) -> NDArray[np.bool_]:
-    """Which samples (L, triangles, 3), at the triangles' corners with that `depth`, no surface triangle of theirs uses."""
+    """Which samples (L, triangles, 3) at the corners of triangles, with that `depth`, none of their triangles uses."""
     free = np.isfinite(depth)
     for anchor, code in enumerate(codes):
         for half, offset in ((code & 127, 0), (code >> 7, code.size)):

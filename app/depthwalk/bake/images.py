@@ -167,6 +167,13 @@ def usable_steps(shape: tuple[int, int]) -> int:
     return max(1, min(MAX_STEPS, int(np.log2(min(shape))) - 2))
 
 
+def square_texel(baked: BakedObject) -> float:
+    """The side of a square texel, metres: on the side image, or on the one there is."""
+    image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
+    width, height = texel_size(baked.cylinder, image.face, (image.depth.shape[0], image.depth.shape[1]))
+    return float(np.sqrt(width * height))
+
+
 def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
     """Texel indices of the nodes along one axis at `step`: every step-th texel, and the last one unless it wraps,
     so that a coarse grid still reaches the border."""
@@ -204,10 +211,13 @@ def cell_triangles(
     return columns, rows
 
 
-def layer_triangles(image: DepthImage, level: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`."""
+def layer_triangles(
+    image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`, but
+    for those in the cells (cells,) `without`."""
     height, width = image.depth.shape
-    codes = image.cells[level]
+    codes = image.cells[level] if without is None else np.where(without, 0, image.cells[level])
     filled = np.flatnonzero(codes)
     columns, rows = cell_triangles(
         image.face, *(axis[filled] for axis in grid_cells((height, width), image.face, 1 << level))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Face, texel_size
+from depthwalk.bake.images import BakedObject, Face, square_texel
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.grids import RUNS_PER_CASE
@@ -55,7 +55,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         for name, column in numbers.items():
             column[asset] = getattr(baked.cylinder, name)
         has_side[asset] = any(image.face is Face.SIDE for image in baked.images)
-        texel[asset] = _finest_texel(baked)
+        texel[asset] = square_texel(baked)
         levels[asset] = baked.steps - 1
         runs[asset] = drawn.first, drawn.count
         centre[asset], reach[asset] = _bounding_sphere(baked)
@@ -69,13 +69,6 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     for asset, (first, length) in runs.items():
         index_first[asset, : len(first)], index_count[asset, : len(length)] = first, length
     return AssetTable(Volumes(**numbers, has_side=has_side), texel, levels, centre, reach, index_first, index_count)
-
-
-def _finest_texel(baked: BakedObject) -> float:
-    """The side of a square texel, metres: on the side image, or on the one there is."""
-    image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
-    width, height = texel_size(baked.cylinder, image.face, (image.depth.shape[0], image.depth.shape[1]))
-    return float(np.sqrt(width * height))
 
 
 def _bounding_sphere(baked: BakedObject) -> tuple[NDArray[np.float64], float]:

@@ -18,9 +18,13 @@ from depthwalk.bake.images import (
     border_points,
     image_points,
     layer_triangles,
+    square_texel,
 )
+from depthwalk.render.coarsen import Surface, coarse_blocks
 from depthwalk.render.lod import Case
 
+# How far samples may come off the triangles of step s: this part of s texels, hence of about one pixel.
+_TOLERANCE = 0.1
 _BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
 GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
 BORDER = 512  # added to a border vertex's image number: texels beside it may show another surface
@@ -74,7 +78,12 @@ def build_grids(baked: BakedObject) -> Grids:
         if not images:
             continue
         borders = {border.level: border for border in baked.borders if border.face is face}
-        triangles = [_face_triangles(images, level, borders.get(level)) for level in range(baked.steps)]
+        tolerance = _TOLERANCE * square_texel(baked)
+        surfaces = _surfaces(baked.cylinder, images)
+        triangles = [
+            _face_triangles(images, surfaces, level, borders.get(level), tolerance * 2**level)
+            for level in range(baked.steps)
+        ]
         points, numbers = _face_points(baked.cylinder, images, borders, baked.images.index(images[0]))
         for level, (corners, run) in enumerate(triangles):
             corners = np.where(corners < numbers.samples, corners, corners + numbers.border_shift[level])
@@ -158,8 +167,19 @@ def _face_points(
     return every, _Numbers(samples, shifts + [0] * images[0].depth.size.bit_length())
 
 
+def _surfaces(cylinder: Cylinder, images: list[DepthImage]) -> list[Surface]:
+    """Points and normals of each layer; the label tells owners, and sides of the axis, apart."""
+    surfaces = []
+    for image in images:
+        past = (image.face is Face.SIDE) & (image.depth > cylinder.radius)
+        label = image.owner + len(Face) * past
+        points = image_points(cylinder, image).reshape(-1, 3)
+        surfaces.append(Surface(points, image.normal.reshape(-1, 3), label.ravel()))
+    return surfaces
+
+
 def _face_triangles(
-    images: list[DepthImage], level: int, border: Border | None
+    images: list[DepthImage], surfaces: list[Surface], level: int, border: Border | None, tolerance: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Corner numbers (n, 3) of the surface triangles of step 2^level, border included, and the Run (n,) of each.
 
@@ -167,8 +187,12 @@ def _face_triangles(
     """
     height, width = images[0].depth.shape
     samples = len(images) * height * width
-    parts = [layer_triangles(image, level) for image in images]
-    corners = np.concatenate([layers * height * width + texels for layers, texels in parts])
+    parts = []
+    for image, surface in zip(images, surfaces, strict=True):
+        coarse, replaced = coarse_blocks(image, surface, level, tolerance)
+        layers, texels = layer_triangles(image, level, without=replaced)
+        parts += [coarse + image.layer * height * width, texels + layers * height * width]
+    corners = np.concatenate(parts)
     if border is not None:
         corners = np.concatenate([corners, border.triangles])
     face = images[0].face

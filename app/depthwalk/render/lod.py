@@ -21,6 +21,9 @@ class LodParams(Params):
         0.0, "Added to the level of detail: +1 halves the grid's resolution", unit="levels", ge=-4, le=8
     )
     max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
+    triangles_per_pixel: float = param(
+        4.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
+    )
     freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
     cases: Literal["complete", "paper"] = param(
         "complete", "Depth images per view: all that may be seen, or the paper's three cases"
@@ -66,3 +69,12 @@ def grid_level(step: Array, bias: float, max_level: NDArray[np.integer]) -> NDAr
     """The grid (n,) to draw: the coarsest whose step 2^level does not exceed Iter_step, moved by `bias` levels."""
     level = np.floor(np.log2(step) + bias + 1e-9)
     return np.clip(level, 0, max_level).astype(np.int64)
+
+
+def affordable_level(triangles: NDArray[np.integer], pixels: Array, per_pixel: float) -> NDArray[np.int64]:
+    """The finest grid (n,) with at most `per_pixel` triangles for each of the object's `pixels` (n,).
+
+    Iter_step knows texels, not what is in them: the borders of foliage make many triangles in one texel.
+    triangles: (n, levels), falling.
+    """
+    return (triangles > per_pixel * pixels[:, None]).sum(1)

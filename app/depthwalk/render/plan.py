@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.atlas import pack_shelves
-from depthwalk.render.lod import Case, LodParams, complete_cases, grid_level, iter_step, paper_cases
+from depthwalk.render.lod import Case, LodParams, affordable_level, complete_cases, grid_level, iter_step, paper_cases
 from depthwalk.render.planes import (
     MIN_PLANE_DISTANCE,
     Planes,
@@ -158,6 +158,11 @@ class Planner:
         step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
         max_level = np.minimum(table.levels[asset], int(np.log2(lod.max_step)))
         level = grid_level(step, lod.bias, max_level)
+        tall = (table.volumes.top - table.volumes.bottom)[asset] * objects.scale
+        wide = 2 * table.volumes.radius[asset] * objects.scale
+        pixels = wide * tall * (view.focal_pixels / np.maximum(distance, view.near)) ** 2
+        triangles = table.index_count[asset, :, Case.ALL].sum(-1) // 3
+        level = np.maximum(level, np.minimum(affordable_level(triangles, pixels, lod.triangles_per_pixel), max_level))
         volumes = select_volumes(table.volumes, asset)
         viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
         if lod.cases == "paper":

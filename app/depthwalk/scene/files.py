@@ -5,13 +5,17 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from depthwalk.errors import InputError
+from depthwalk.resources import asset_root
 from depthwalk.scene.document import Loc
 from depthwalk.scene.validate import Source
 
 
 @dataclass
 class FileFinder:
-    """Looks names up in the scene's folder, then in the asset roots; collects complaints instead of raising them."""
+    """Looks names up in the scene's folder, in the asset roots, and among the program's own assets.
+
+    Collects complaints instead of raising them.
+    """
 
     source: Source
     roots: tuple[Path, ...]  # absolute, symbolic links resolved
@@ -32,11 +36,12 @@ class FileFinder:
     def _find(self, loc: Loc, name: Path) -> Path:
         candidates = [(root / name).resolve() for root in self.roots]
         inside = [path for path in candidates if any(path.is_relative_to(root) for root in self.roots)]
-        if not inside:
-            return self._complain(loc, name, "leaves the scene's folder and every asset root")
-        for path in inside:
+        shipped = (asset_root() / name).resolve()
+        for path in [*inside, shipped] if shipped.is_relative_to(asset_root()) else inside:
             if path.is_file():
                 return path
+        if not inside:
+            return self._complain(loc, name, "leaves the scene's folder and every asset root")
         is_folder = any(path.is_dir() for path in inside)
         return self._complain(loc, name, "is a folder, not a file" if is_folder else "not found")
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.files import FileFinder, make_finder
@@ -27,7 +26,7 @@ def load_scene(
     path = Path(path)
     file, source = load_model(path, SceneFile, overrides)
     rows = list_rows(file.objects, source)
-    finder = make_finder(path, (*asset_roots, asset_root()), source)
+    finder = make_finder(path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder)
     raise_all(reference_errors(rows, file.assets, source) + finder.errors)

@@ -1,0 +1,79 @@
+"""`python -m depthwalk.demo.bake` bakes the depth images of the shipped scenes, which travel beside their meshes."""
+
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import track
+
+from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.cache import sidecar
+from depthwalk.bake.file import write_baked
+from depthwalk.errors import InputError
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.library import mesh_key
+from depthwalk.resources import scene_root
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
+
+
+def baked_assets(scenes: Path) -> list[MeshAsset]:
+    """The assets with depth images of the scene files in the folder `scenes`, one per mesh, by name of the mesh.
+
+    Raises InputError where two of them want one mesh baked differently: a mesh has one file beside it.
+    """
+    found: dict[Path, MeshAsset] = {}
+    for file in sorted(scenes.glob("*.yaml")):
+        for asset in load_scene(file).assets:
+            if isinstance(asset, MeshAsset) and asset.dpci is not None:
+                other = found.setdefault(asset.mesh, asset)
+                if baked_key(other) != baked_key(asset):
+                    raise InputError(f"{file}: assets.{asset.name}: another scene bakes {asset.mesh.name} differently")
+    return sorted(found.values(), key=lambda asset: asset.mesh.name)
+
+
+def baked_key(asset: MeshAsset) -> str:
+    """The key under which the library looks for the depth images of `asset`, which has some."""
+    return mesh_key(asset, _params(asset))
+
+
+def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
+    """Bakes `asset` to a file in `folder`, or beside its mesh, and returns which. Raises InputError, OSError."""
+    mesh = load_mesh(asset.mesh, texture=asset.texture, up=asset.up, height=asset.height)
+    file = sidecar(asset.mesh if folder is None else folder / asset.mesh.name)
+    write_baked(file, bake_object(mesh, _params(asset), baked_key(asset)))
+    return file
+
+
+def _params(asset: MeshAsset) -> BakeParams:
+    assert asset.dpci is not None  # callers pass assets with depth images
+    return BakeParams(asset.dpci.resolution, asset.dpci.layers)
+
+
+def main(
+    folder: Annotated[
+        Path | None, typer.Argument(help="Existing folder to write to; absent: beside the meshes")
+    ] = None,
+) -> None:
+    """Bake the depth images of the shipped scenes, a process per core."""
+    try:
+        if folder is not None and not folder.is_dir():
+            raise InputError(f"{folder}: no such folder")
+        assets = baked_assets(scene_root())
+        with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+            baked = pool.map(partial(bake_asset, folder=folder), assets)
+            files = list(track(baked, "baking", total=len(assets), console=Console(stderr=True)))
+    except InputError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(2) from None
+    for file in files:
+        typer.echo(f"{file}: {file.stat().st_size / 1e6:.2f} MB")
+    typer.echo(f"{len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    typer.run(main)

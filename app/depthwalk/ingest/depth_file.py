@@ -1,0 +1,124 @@
+"""Files that hold a depth per pixel → metres: grey pictures, TIFF, OpenEXR, NPY."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.image import BROKEN, open_image
+from depthwalk.ingest.sources import read_bytes
+from depthwalk.limits import MAX_TEXTURE_SIDE
+
+_GREY_MODES = ("1", "L", "LA", "I;16", "I;16B", "I;16L", "I", "F")
+_SIXTEEN_BIT_PNG = slice(24, 25), b"\x10"  # the byte of the header that holds the bits per channel
+
+Raw = tuple[NDArray[Any], NDArray[np.bool_]]  # values (H, W) as stored, and which of them count
+
+
+def read_depth(path: Path, *, depth_range: float | None, unit: float | None, camera: bool) -> NDArray[np.float32]:
+    """Depth (H, W), metres, row 0 at the top, +inf where there is none.
+
+    depth_range: metres from white (0 m) to black, for whole numbers where `unit` is None.
+    unit:        metres per count; floats without it are metres.
+    camera:      the depth is a distance from a camera.
+
+    No depth is where a value is NaN or infinite, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0, which is
+    how depth cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
+    """
+    values, valid = _read_raw(path)
+    if min(values.shape) < 2:
+        raise InputError(f"{path}: a depth image needs at least 2 × 2 pixels")
+    if values.dtype.kind == "f":
+        metres = _as_float32(values) * np.float32(unit or 1)
+    elif unit is not None:
+        metres = values * np.float32(unit)
+    elif depth_range is not None and values.dtype.kind == "u":
+        metres = (1 - values / np.iinfo(values.dtype).max) * depth_range
+    else:
+        raise InputError(f"{path}: whole numbers need 'unit', the metres per count" + ("" if camera else ", or 'range'"))
+    valid = valid & np.isfinite(metres)
+    if unit is not None or camera:
+        valid &= values != 0
+    if negative := np.count_nonzero(metres[valid] < 0):
+        raise InputError(f"{path}: {negative} depths are negative (in front of the {'camera' if camera else 'plane'})")
+    if not valid.any():
+        raise InputError(f"{path}: no pixel holds a depth")
+    return np.where(valid, metres, np.inf).astype(np.float32)
+
+
+def _read_raw(path: Path) -> Raw:
+    match path.suffix.lower():
+        case ".npy":
+            return _read_npy(path)
+        case ".exr":
+            return _read_exr(path)
+    return _read_picture(path)
+
+
+def _read_npy(path: Path) -> Raw:
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        values = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: a lying header allocates nothing
+    except BROKEN:
+        raise InputError(f"{path}: cannot be read as an NPY array") from None
+    if values.ndim != 2 or values.dtype.kind not in "fu":
+        raise InputError(
+            f"{path}: depth must be floats or unsigned integers of shape (H, W), not {values.dtype} of {values.shape}"
+        )
+    _check_side(path, values.shape)
+    return np.array(values), np.ones(values.shape, bool)
+
+
+def _read_exr(path: Path) -> Raw:
+    """Channel Z, else the only channel there is, of the first part; channel A, where there is one, tells what counts."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            low, high = (np.asarray(corner, int) for corner in file.parts[0].header["dataWindow"])
+        _check_side(path, tuple((high - low + 1)[::-1].tolist()))
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            channels = {name: channel.pixels for name, channel in file.parts[0].channels.items()}
+    except InputError:
+        raise
+    except Exception:  # the binding raises bare RuntimeError, ValueError and others alike
+        raise InputError(f"{path}: cannot be read as an OpenEXR image") from None
+    alpha = channels.pop("A", None)
+    values = channels.get("Z", next(iter(channels.values())) if len(channels) == 1 else None)
+    if values is None or values.ndim != 2:
+        raise InputError(f"{path}: no channel Z among {', '.join(sorted(channels)) or 'none'}")
+    return values, np.ones(values.shape, bool) if alpha is None else alpha > 0
+
+
+def _read_picture(path: Path) -> Raw:
+    data = read_bytes(path)
+    image = open_image(data, str(path))
+    if image.mode not in _GREY_MODES:
+        raise InputError(f"{path}: a depth image must be grey, not {image.mode}")
+    where, sixteen = _SIXTEEN_BIT_PNG
+    if image.mode == "LA" and image.format == "PNG" and data[where] == sixteen:  # Pillow keeps 8 bits of it
+        raise InputError(f"{path}: 16-bit grey with alpha is not supported; mark empty pixels otherwise")
+    key = image.info.get("transparency")
+    try:
+        raw = np.asarray(image.convert("L") if image.mode == "1" else image)
+    except BROKEN:
+        raise InputError(f"{path}: image data is damaged") from None
+    if raw.ndim == 3:
+        return raw[..., 0], raw[..., 1] > 0
+    if raw.dtype.kind == "i":  # 16 bits that Pillow has widened
+        raw = raw.clip(0, 65535).astype(np.uint16)
+    return raw, raw != key if isinstance(key, int) else np.ones(raw.shape, bool)
+
+
+def _as_float32(values: NDArray[np.floating]) -> NDArray[np.float32]:
+    with np.errstate(over="ignore"):  # a double beyond float32 is as good as infinite
+        return values.astype(np.float32)
+
+
+def _check_side(path: Path, shape: tuple[int, ...]) -> None:
+    if max(shape) > MAX_TEXTURE_SIDE:
+        raise InputError(f"{path}: depth of {shape} is larger than {MAX_TEXTURE_SIDE} a side")

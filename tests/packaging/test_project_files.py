@@ -1,0 +1,142 @@
+"""The files around the code: versions, pins, pages and what must not be in any of them."""
+
+import ast
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+import typer
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+import depthwalk
+from depthwalk import resources
+from depthwalk.cli import app
+from depthwalk.render.passes import PASSES
+from depthwalk.scene.loader import load_scene
+from depthwalk.walk.hud import _HELP
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.fixture(scope="module")
+def project():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def tracked():
+    """Every file that git knows, as git names it."""
+    listing = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], capture_output=True, text=True)
+    if listing.returncode:
+        pytest.skip("not a checkout")
+    return [ROOT / name for name in listing.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+def test_one_version(project):
+    assert project["project"]["dynamic"] == ["version"]
+    assert ROOT / project["tool"]["hatch"]["version"]["path"] == Path(depthwalk.__file__)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", depthwalk.__version__)
+
+
+def test_the_installation_has_that_version():
+    try:
+        installed = metadata.version("depthwalk")
+    except metadata.PackageNotFoundError:
+        pytest.skip("runs from the checkout, not installed")
+    assert installed == depthwalk.__version__
+
+
+def test_every_dependency_is_pinned_within_its_bounds(project):
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pins = dict(line.split("==") for line in lines if not line.startswith("#"))
+    assert list(pins) == sorted(map(canonicalize_name, pins))
+    wanted = [*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["dev"]]
+    for requirement in map(Requirement, [*wanted, *project["build-system"]["requires"]]):
+        assert requirement.specifier.contains(pins[canonicalize_name(requirement.name)]), requirement
+
+
+def test_every_imported_library_is_declared(project):
+    declared = {canonicalize_name(Requirement(each).name) for each in project["project"]["dependencies"]}
+    providers = metadata.packages_distributions() | {"pydantic_core": ["pydantic"]}
+    for file in (ROOT / "app").rglob("*.py"):
+        nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+        names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+        names += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+        for name in {name.split(".")[0] for name in names} - sys.stdlib_module_names - {"depthwalk"}:
+            assert declared & set(map(canonicalize_name, providers.get(name, [name]))), f"{file.name} imports {name}"
+
+
+def test_resources_are_found():
+    for each in PASSES:
+        assert list((resources.shader_root() / each.name).glob("*.frag")), each.name
+    scenes = sorted(resources.scene_root().glob("*.yaml"))
+    assert "garden.yaml" in [scene.name for scene in scenes]
+    for scene in scenes:
+        assert load_scene(scene).assets
+    assert list(resources.asset_root().glob("*.ply"))
+
+
+def test_all_resources_travel_with_the_wheel(project):
+    included = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    roots = resources.shader_root(), resources.scene_root(), resources.asset_root()
+    assert included == {root.name: f"depthwalk/_data/{root.name}" for root in roots}
+
+
+def test_no_machine_or_package_host_is_named(tracked):
+    # In pieces, so that this file does not name them itself.
+    names = ["/" + "work/", "/" + "root/", "pypi" + r"\.org", "python" + r"hosted\.org"]
+    forbidden = re.compile(rf"(?<![.\w])({'|'.join(names)})".encode())  # ../root/ is a folder like any other
+    hits = {path: forbidden.search(path.read_bytes()) for path in tracked}
+    assert not [f"{path.relative_to(ROOT)}: {hit[0]!r}" for path, hit in hits.items() if hit]
+
+
+def test_generated_pages_are_up_to_date():
+    pages = runpy.run_path(str(ROOT / "docs" / "generate.py"))["pages"]()
+    for name, text in pages.items():
+        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run python docs/generate.py"
+
+
+LINKS = [(page, link) for page in PAGES for link in re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize(("page", "link"), LINKS, ids=[f"{page.name}:{link}" for page, link in LINKS])
+def test_links_lead_somewhere(page, link):
+    name, _, anchor = link.partition("#")
+    target = (page.parent / name).resolve() if name else page
+    assert target.exists()
+    if anchor:
+        headings = re.findall(r"^#+ (.+)$", target.read_text(encoding="utf-8"), re.MULTILINE)
+        assert anchor in [heading.lower().replace(" ", "-") for heading in headings]
+
+
+def test_the_readme_shows_every_command_as_it_is():
+    commands = typer.main.get_command(app)
+    shown = re.findall(r"`depthwalk ([^`]+)`", README)
+    seen = set()
+    for line in shown:
+        name, *arguments = shlex.split(line.replace("|", ""))
+        with commands.commands[name].make_context(name, arguments):  # raises for options that are none
+            seen.add(name)
+    assert seen == set(commands.commands)
+
+
+def test_the_readme_shows_every_key():
+    for key, meaning in _HELP:
+        assert f"| {key} | {meaning} |\n" in README
+
+
+def test_the_readme_scene_loads(tmp_path):
+    scene = tmp_path / "court.yaml"
+    scene.write_text(re.search(r"```yaml\n(.+?)```", README, re.DOTALL)[1], encoding="utf-8")
+    loaded = load_scene(scene)
+    assert len(loaded.objects) == 2 + 36 + 2 + 60
+    assert len(loaded.nodes.name) and "corner" in loaded.nodes.name

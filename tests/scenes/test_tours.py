@@ -1,0 +1,99 @@
+"""The shipped camera paths walk through nothing."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.resources import scene_root
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.path import load_path
+from depthwalk.scene.scene import MeshAsset, Scene
+
+CLEARANCE = 0.3  # metres to the side of the camera
+BODY = (-1.4, 0.3)  # metres from the camera's height down to the shins and up to the hat
+SURROUNDING = {"room"}  # assets that are walked inside of
+
+
+@cache
+def read_mesh(file: Path) -> Mesh:
+    return load_mesh(file)
+
+
+def read_meshes(scene: Scene) -> list[Mesh]:
+    return [read_mesh(asset.mesh) for asset in scene.assets if isinstance(asset, MeshAsset)]
+
+
+def walked(name: str) -> tuple[Scene, NDArray[np.float64]]:
+    """The scene and its tour: (k, 6) position and target, ten a second."""
+    scene = load_scene(scene_root() / f"{name}.yaml")
+    path = load_path(scene_root() / "paths" / f"{name}.yaml")
+    cameras = [path.sample(time) for time in path.frames()[::3]]
+    return scene, np.array([(*camera.position, *camera.target) for camera in cameras])
+
+
+def gap(mesh: Mesh, scale: float, turn: float, offsets: NDArray[np.float64]) -> float:
+    """Least level distance from points (k, 3), relative to an object, to the box round what a walker would meet."""
+    heights = mesh.positions[:, 1] * scale
+    low, high = offsets[:, 1].min() + BODY[0], offsets[:, 1].max() + BODY[1]
+    met = mesh.positions[(heights > low) & (heights < high)][:, [0, 2]] * scale
+    if not len(met):
+        return np.inf
+    c, s = np.cos(turn), np.sin(turn)
+    points = offsets[:, [0, 2]] @ np.array([[c, s], [-s, c]])  # in the object's frame
+    outside = np.maximum(np.maximum(met.min(axis=0) - points, points - met.max(axis=0)), 0)
+    return float(np.hypot(*outside.T).min())
+
+
+def gaps(scene: Scene, eyes: NDArray[np.float64]) -> dict[str, float]:
+    """The least distance to any object of each asset, where that is under 2 m."""
+    meshes = read_meshes(scene)
+    radius = np.array([np.hypot(m.positions[:, 0], m.positions[:, 2]).max() for m in meshes])
+    objects = scene.objects
+    found: dict[str, float] = {}
+    away = np.hypot(*(eyes[:, None, [0, 2]] - objects.position[None, :, [0, 2]]).transpose(2, 0, 1))
+    close = away < radius[objects.asset] * objects.scale + 2
+    for i in np.flatnonzero(close.any(axis=0)):
+        name = scene.assets[objects.asset[i]].name
+        if name in SURROUNDING:
+            continue
+        turn = 2 * np.arctan2(objects.rotation[i, 1], objects.rotation[i, 3])
+        offsets = eyes[close[:, i]] - objects.position[i]
+        near = gap(meshes[objects.asset[i]], float(objects.scale[i]), float(turn), offsets)
+        found[name] = min(found.get(name, np.inf), near)
+    return {name: near for name, near in found.items() if near < 2}
+
+
+@pytest.mark.parametrize("name", ["garden", "room"])
+def test_a_tour_passes_close_to_objects_and_through_none(name: str) -> None:
+    scene, views = walked(name)
+    found = gaps(scene, views[:, :3])
+    assert {asset: near for asset, near in found.items() if near < CLEARANCE} == {}
+    assert len(found) >= 2  # else the walk shows nothing from near
+
+
+@pytest.mark.parametrize("name", ["garden", "room"])
+def test_a_tour_turns_gently_and_ends_where_it_begins(name: str) -> None:
+    _, views = walked(name)
+    assert np.allclose(views[0], views[-1])
+    look = views[:, 3:] - views[:, :3]
+    look /= np.linalg.norm(look, axis=1, keepdims=True)
+    turn = np.degrees(np.arccos(np.clip((look[1:] * look[:-1]).sum(axis=1), -1, 1)))
+    assert turn.max() < 10  # degrees in a tenth of a second
+
+
+def test_the_room_tour_stays_in_the_room() -> None:
+    scene, views = walked("room")
+    room = next(mesh for mesh, asset in zip(read_meshes(scene), scene.assets, strict=True) if asset.name == "room")
+    low, high = room.bounds
+    assert (views[:, :3] > low + CLEARANCE).all() and (views[:, :3] < high - CLEARANCE).all()
+
+
+def test_scenes_name_only_shipped_assets() -> None:
+    for file in sorted(scene_root().glob("*.yaml")):
+        folders = {Path(asset.mesh).parent.name for asset in load_scene(file).assets if isinstance(asset, MeshAsset)}
+        assert folders == {"assets"}
