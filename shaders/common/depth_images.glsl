@@ -1,7 +1,7 @@
 // Colour and normal of a depth-image object at a point of its surface. Geometry comes from the warp; shading is looked
 // up here at full resolution, whatever the grid's step was.
 uniform sampler2DArray albedo_images;   // square roots of linear colour, a = specular strength
-uniform sampler2DArray normal_images;   // xyz, object frame; a = depth, metres
+uniform sampler2DArray normal_images;   // (xyz + 1) / 2, object frame; a = depth over the face's reach
 uniform vec4 cylinder;                  // radius, bottom, half width, half depth
 uniform float cylinder_height;
 uniform vec2 texels;                    // per metre: on the side image, on the caps
@@ -19,6 +19,7 @@ struct Surface {
 };
 
 // Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface.
+// depth and texel: over the face's reach.
 void sample_border(vec3 at, float depth, float texel, out vec4 albedo, out vec3 normal) {
     ivec2 size = textureSize(normal_images, 0).xy;
     vec2 position = at.xy * vec2(size) - 0.5;
@@ -36,7 +37,7 @@ void sample_border(vec3 at, float depth, float texel, out vec4 albedo, out vec3 
         float off = (stored.a - depth) / texel;
         float weight = (near.x * near.y + 1e-3) / (1e-3 + off * off);
         albedo += weight * texelFetch(albedo_images, ivec3(at_texel, int(at.z)), 0);
-        normal += weight * stored.xyz;
+        normal += weight * (stored.xyz * 2.0 - 1.0);
         total += weight;
     }
     albedo /= total;
@@ -59,10 +60,11 @@ Surface surface_at(vec3 p, int image, float footprint) {
         float top = cylinder.y + cylinder_height;
         float cap = layer < first_images.x ? top - p.y : p.y - cylinder.y;
         float depth = side ? cylinder.x - (past_axis ? -radial : radial) : cap;
-        sample_border(at, depth, 1.0 / (side ? texels.x : texels.y), albedo, normal);
+        float reach = side ? 2.0 * cylinder.x : cylinder_height;
+        sample_border(at, depth / reach, 1.0 / (reach * (side ? texels.x : texels.y)), albedo, normal);
     } else {
         albedo = textureLod(albedo_images, at, lod);
-        normal = textureLod(normal_images, at, lod).xyz;
+        normal = textureLod(normal_images, at, lod).xyz * 2.0 - 1.0;
     }
     return Surface(albedo.rgb * albedo.rgb, albedo.a, normal / max(length(normal), 1e-6));
 }

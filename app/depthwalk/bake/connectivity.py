@@ -1,4 +1,4 @@
-"""Which grid triangles lie on the surface: the cut of DESIGN §4, made to work across layers.
+"""Which grid triangles lie on the surface: the cut, made to work across layers (docs/baking.md).
 
 A depth image is a height field only in part: next to a silhouette its nearest surface jumps, and the surface behind
 goes on one layer deeper. So each corner of a triangle is taken from the layer whose depth continues the others', and

@@ -115,7 +115,7 @@ def surface_rays(
     """Where depth is measured from and along: origins (…, 3) on the face and unit directions (…, 3) inward.
 
     u, v: (…) in [0, 1], broadcast against each other; u runs with θ or x, v with y or z. Depth d is the point
-    origin + d · direction (DESIGN: B = ((R−d)cosθ, y, (R−d)sinθ) for the side).
+    origin + d · direction (B = ((R−d)cosθ, y, (R−d)sinθ) for the side).
     """
     u, v = np.broadcast_arrays(u, v)
     origin = np.empty((*u.shape, 3), np.float32)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from depthwalk.bake.images import BakedObject, Face, texel_size
+from depthwalk.bake.images import BakedObject, Cylinder, Face, texel_size
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, Part
@@ -66,6 +66,7 @@ class AssetStore:
         self.gl = device.scope("assets")
         self._library = library
         self._depth: dict[int, DepthObject] = {}
+        self._grids: dict[int, Grids] = {}
         self._mesh: dict[int, MeshObject] = {}
 
     def depth_object(self, asset: int) -> DepthObject:
@@ -75,6 +76,12 @@ class AssetStore:
                 raise LookupError(f"asset {asset} has no depth images")
             self._depth[asset] = _upload_baked(self.gl, baked, build_grids(baked))
         return self._depth[asset]
+
+    def grids(self, asset: int) -> Grids:
+        """The arrays that `depth_object` uploaded, made again for whoever needs them on this side."""
+        if asset not in self._grids:
+            self._grids[asset] = build_grids(self.depth_object(asset).baked)
+        return self._grids[asset]
 
     def mesh_object(self, asset: int) -> MeshObject:
         if asset not in self._mesh:
@@ -91,6 +98,7 @@ class AssetStore:
     def release(self) -> None:
         self.gl.release()
         self._depth.clear()
+        self._grids.clear()
         self._mesh.clear()
 
 
@@ -101,8 +109,8 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
     normal = np.stack([_spread(image.normal, image.depth) for image in images])
     # Colours as square roots: 8 bits suffice, and moderngl offers no sRGB texture arrays.
     colours = _byte(np.concatenate([np.sqrt(np.maximum(albedo[..., :3], 0)), albedo[..., 3:]], -1))
-    depth = np.stack([np.where(np.isfinite(image.depth), image.depth, _NO_DEPTH) for image in images])
-    shading = np.concatenate([normal, depth[..., None]], -1).astype(np.float16)
+    depth = np.stack([np.minimum(image.depth / _reach(baked.cylinder, image.face), 1) for image in images])
+    shading = _byte(np.concatenate([normal / 2 + 0.5, depth[..., None]], -1))
     size = (width, height, len(images))
     cylinder = baked.cylinder
     shape = (height, width)
@@ -114,7 +122,7 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
         gl.buffer(grids.vertices),
         gl.buffer(grids.indices),
         gl.texture_array(size, 4, colours.tobytes(), "f1"),
-        gl.texture_array(size, 4, shading.tobytes(), "f2"),
+        gl.texture_array(size, 4, shading.tobytes(), "f1"),
         geometry={"box_low": tuple(grids.box_low.tolist()), "box_size": tuple(grids.box_size.tolist())},
         surface={
             "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
@@ -124,6 +132,11 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
             "shininess": baked.shininess,
         },
     )
+
+
+def _reach(cylinder: Cylinder, face: Face) -> float:
+    """The greatest depth of a face, metres; empty texels have it too."""
+    return 2 * cylinder.radius if face is Face.SIDE else cylinder.height
 
 
 def _spread(values: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -139,7 +152,6 @@ def _byte(values: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
-_NO_DEPTH = 65504.0  # the largest half: never near a surface
 _WHITE = np.full((1, 1, 4), 255, np.uint8)
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
 MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")

@@ -1,6 +1,6 @@
 """Fewer, larger triangles where a depth image is smooth.
 
-Geometry and shading need not share a resolution (DESIGN §4): colour and normal are looked up per pixel, so a block of
+Geometry and shading need not share a resolution: colour and normal are looked up per pixel, so a block of
 8 × 8 cells may be drawn with cells of 2, 4 or 8 if no sample comes off the coarser surface by more than a tolerance.
 Blocks of different steps meet without cracks: the edge between two takes the finer step, and the coarser block's
 cells become fans around their middle node there.

@@ -1,6 +1,6 @@
 """Depth images as vertex and index arrays: one vertex per texel in use, one index list per grid step and face.
 
-Nothing that is empty or cut is in a list, so it costs nothing (DESIGN §4).
+Nothing that is empty or cut is in a list, so it costs nothing.
 """
 
 from dataclasses import dataclass
@@ -55,11 +55,13 @@ RUNS_PER_CASE = 3
 class Grids:
     """vertices: (V, 4) uint16: x, y, z over the box of `box_low` + [0, 1] · `box_size` (metres), and image number.
 
+    texels: (V, 2) int16, column and row of the sample that each vertex is, −1 for border vertices.
     indices: (I,) uint32, triangles. first, count: (levels, cases, RUNS_PER_CASE) runs of `indices`; a run that adjoins
     the one before it is merged into that, and has count 0 itself.
     """
 
     vertices: NDArray[np.uint16]
+    texels: NDArray[np.int16]
     indices: NDArray[np.uint32]
     first: NDArray[np.int64]
     count: NDArray[np.int64]
@@ -71,6 +73,7 @@ def build_grids(baked: BakedObject) -> Grids:
     """The arrays of all images and steps of `baked`."""
     low, size = _box(baked.cylinder)
     vertices: list[NDArray[np.uint16]] = []
+    texels: list[NDArray[np.int16]] = []
     runs: dict[tuple[int, Run], list[NDArray[np.uint32]]] = {}
     total = 0
     for face in Face:
@@ -96,12 +99,14 @@ def build_grids(baked: BakedObject) -> Grids:
         number[kept] = total + np.arange(len(kept), dtype=np.uint32)
         total += len(kept)
         vertices.append(_pack(points, kept, low, size))
+        texels.append(_texels(kept, numbers.samples, images[0].depth.shape))
         for level, (corners, run) in enumerate(triangles):
             for kind in Run:
                 runs.setdefault((level, kind), []).append(number[corners[run == kind]].ravel())
     lists = {key: np.concatenate(parts) for key, parts in sorted(runs.items())}
     first, count = _ranges(lists, baked.steps)
-    return Grids(np.concatenate(vertices), np.concatenate(list(lists.values())), first, count, low, size)
+    indices = np.concatenate(list(lists.values()))
+    return Grids(np.concatenate(vertices), np.concatenate(texels), indices, first, count, low, size)
 
 
 def _ranges(
@@ -226,6 +231,11 @@ def _outward(corners: NDArray[np.int64], depth: NDArray[np.float32], radius: flo
 def _blockwise(points: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.int64]:
     row, column = np.divmod(points % (shape[0] * shape[1]), shape[1])
     return points[np.lexsort((column // _BLOCK, row // _BLOCK))]
+
+
+def _texels(points: NDArray[np.int64], samples: int, shape: tuple[int, ...]) -> NDArray[np.int16]:
+    row, column = np.divmod(points % (shape[0] * shape[1]), shape[1])
+    return np.where((points < samples)[:, None], np.stack([column, row], -1), -1).astype(np.int16)
 
 
 def _box(cylinder: Cylinder) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

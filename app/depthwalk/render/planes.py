@@ -1,6 +1,6 @@
 """Pass 1's planes: on which plane an object's depth images are warped, how much of it is seen, at what resolution.
 
-All arrays over n objects, float64, object frame unless said otherwise. DESIGN §3; Liu et al. 2007, §3.2 and §3.3.
+All arrays over n objects, float64, object frame unless said otherwise. docs/conventions.md; Liu et al. 2007, §3.2 and §3.3.
 """
 
 from dataclasses import dataclass, replace
@@ -100,7 +100,7 @@ def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: A
     """Bounds (n, 2) of everything inside the cylinder, warped onto the plane.
 
     A point moves toward the epipole by 1 − λ, and λ is least at the far side of the cylinder, so the bounds lie at
-    λ = 1 or at that λ (DESIGN §3, "the rectangle on the tangent plane").
+    λ = 1 or at that λ (docs/conventions.md).
     """
     distance = np.maximum(distance, 1e-9)
     behind = np.where(side, 2 * v.radius, v.top - v.bottom)

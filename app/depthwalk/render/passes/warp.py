@@ -1,6 +1,6 @@
 """Pass 1: depth samples move within a plane that touches their object, into a tile of the atlas."""
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import moderngl
 
@@ -10,11 +10,17 @@ from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
-from depthwalk.render.plan import WARP_RECORD
+from depthwalk.render.ordered import OrderedIndices
+from depthwalk.render.plan import WARP_RECORD, Group
 from depthwalk.render.tiles import TileParams
 
 
 class WarpParams(TileParams):
+    order: Literal["depth", "epipole"] = param(
+        "depth",
+        "What decides which sample of an image is in front: the depth buffer, or the order of drawing (paper; a draw "
+        "call per object)",
+    )
     wireframe: bool = param(False, "Draw the warped grids as lines")
 
 
@@ -27,6 +33,7 @@ class WarpPass(Pass):
         self._program = Program(self.gl, "warp/warp.vert", "warp/warp.frag")
         self._instances = InstanceStream(self.gl, WARP_RECORD)
         self._arrays = AssetArrays(self.gl, self._program.gl, *GRID_LAYOUT)
+        self._ordered = OrderedIndices(self.gl, self._program.gl)
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
@@ -36,18 +43,34 @@ class WarpPass(Pass):
         context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         context.wireframe = frame.settings.warp.wireframe
         self._instances.upload(frame.plan.warp.records)
+        in_order = frame.settings.warp.order == "epipole"
         for group in frame.plan.warp.groups:
             asset = frame.assets.depth_object(group.asset)
-            array = self._arrays.get(group.asset, asset.vertices, asset.indices)
             self._program.set(**asset.geometry)
-            self._instances.bind(array, group.first)
             for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
                 context.enable_direct(plane)
-            for first, length in group.indices:
-                array.render(vertices=length, first=first, instances=group.count)
+            if in_order:
+                self._draw_in_order(frame, group)
+            else:
+                array = self._arrays.get(group.asset, asset.vertices, asset.indices)
+                self._instances.bind(array, group.first)
+                for first, length in group.indices:
+                    array.render(vertices=length, first=first, instances=group.count)
             for plane in CLIP_DISTANCES if group.clipped else ():
                 context.disable_direct(plane)
         context.wireframe = False
 
+    def _draw_in_order(self, frame: Frame, group: Group) -> None:
+        """Each triangle overwrites what is there; then those that have no place in the order, by depth."""
+        context = self.gl.device.context
+        for record in range(group.first, group.first + group.count):
+            array, ordered, others = self._ordered.get(frame.assets, group, frame.plan.warp.records[record])
+            self._instances.bind(array, record)
+            context.depth_func = "1"  # always: the test is off, but λ is written
+            array.render(vertices=ordered, instances=1)
+            context.depth_func = "<"
+            array.render(vertices=others, first=ordered, instances=1)
+
     def forget_assets(self) -> None:
         self._arrays.forget()
+        self._ordered.forget()
