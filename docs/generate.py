@@ -15,7 +15,9 @@ Schema = dict[str, Any]
 _SECTIONS = {  # models in the order of the page, and their headings
     "MeshAssetParams": "Mesh asset",
     "DpciParams": "dpci",
+    "MesoParams": "meso",
     "DepthImageParams": "depth_image",
+    "IntrinsicsParams": "intrinsics",
     "ObjectParams": "Object",
     "GridParams": "grid",
     "ScatterParams": "scatter",

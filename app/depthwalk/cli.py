@@ -47,6 +47,7 @@ class Method(StrEnum):
     """How depth images are made."""
 
     RAYCAST = "raycast"
+    SIX_VIEW = "six-view"
 
 
 class Axis(StrEnum):
@@ -179,8 +180,15 @@ def bake(
         int,
         typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
     ] = 512,
-    layers: Annotated[int, typer.Option(min=1, max=limits.MAX_DPCI_LAYERS, help="Surfaces along each ray.")] = 3,
-    method: Annotated[Method, typer.Option(help="How depth images are made.")] = Method.RAYCAST,
+    layers: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=limits.MAX_DPCI_LAYERS, help="Surfaces along each ray.", show_default="3; 1 with six-view"
+        ),
+    ] = None,
+    method: Annotated[
+        Method, typer.Option(help="How surfaces are sampled: by rays, or by six views warped on the GPU.")
+    ] = Method.RAYCAST,
     up: Annotated[Axis, typer.Option(help="The files' upward axis.")] = Axis.Y,
     height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
     texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
@@ -194,7 +202,12 @@ def bake(
 
     files = work.output_files(meshes, out)
     specs = [work.mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
-    params = BakeParams(dpci_resolution, layers)
+    if layers is None:
+        layers = 1 if method is Method.SIX_VIEW else 3
+    try:
+        params = BakeParams(dpci_resolution, layers, method.value)
+    except InputError as error:
+        raise InputError(f"--{error}") from None
     failures = work.bake_meshes(specs, params, files)
     if verify:
         from depthwalk.commands import compare

@@ -3,6 +3,7 @@
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,13 @@ from numpy.typing import NDArray
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import bake_key, find_baked, keep_baked
 from depthwalk.bake.images import BakedObject
-from depthwalk.bake.planar import bake_planar
-from depthwalk.ingest.image import load_depth_image, load_texture
+from depthwalk.bake.planar import bake_planar, bake_range
+from depthwalk.errors import InputError
+from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.meso import load_meso
+from depthwalk.ingest.range_image import Intrinsics, load_depth_image, load_range_image
 from depthwalk.ingest.sources import source_hash
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset
 
@@ -66,34 +70,79 @@ class SceneLibrary:
     def _make_baked(self, asset: int) -> BakedObject | None:
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
-            picture = load_depth_image(
-                spec.depth, size=spec.size, depth_range=spec.range, colour=spec.colour, normal=spec.normal
-            )
-            return bake_planar(picture, key="")
+            return self._bake_image(spec)
         if spec.dpci is None:
             return None
-        params = BakeParams(spec.dpci.resolution, spec.dpci.layers)
+        params = BakeParams(spec.dpci.resolution, spec.dpci.layers, spec.dpci.method)
         key = mesh_key(spec, params)
-        baked = find_baked(spec.mesh, key)
+        baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, params, key))
+        if (meso := spec.dpci.meso) is None:
+            return baked
+        return replace(baked, meso=load_meso(meso.depth, height=meso.height, tile=meso.tile, normal=meso.normal))
+
+    def _bake_mesh(self, asset: int, params: BakeParams, key: str) -> BakedObject:
+        mesh = self.mesh(asset)
+        assert mesh is not None  # a MeshAsset has a mesh or raises
+        return bake_object(mesh, params, key, lambda stage: self.report(self._assets[asset].name, stage))
+
+    def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedObject]) -> BakedObject:
+        """The object of `key` from beside its source or from the cache; else `bake` makes it, and the cache keeps it."""
+        baked = find_baked(source, key)
         if baked is None:
             start = time.perf_counter()
-            mesh = self.mesh(asset)
-            assert mesh is not None  # a MeshAsset has a mesh or raises
-            baked = bake_object(mesh, params, key, lambda stage: self.report(spec.name, stage))
-            log.info("baked %s in %.1f s", spec.name, time.perf_counter() - start)
+            baked = bake()
+            log.info("baked %s in %.1f s", name, time.perf_counter() - start)
             try:
                 keep_baked(baked)
             except OSError as error:  # a full or read-only disk costs the next start time, not this one
-                log.warning("cannot keep the depth images of %s: %s", spec.name, error)
+                log.warning("cannot keep the depth images of %s: %s", name, error)
         return baked
+
+    def _bake_image(self, spec: DepthImageAsset) -> BakedObject:
+        if spec.intrinsics is None:
+            assert spec.size is not None  # the scene file has exactly one of the two
+            relief = load_depth_image(
+                spec.depth,
+                size=spec.size,
+                depth_range=spec.range,
+                unit=spec.unit,
+                colour=spec.colour,
+                normal=spec.normal,
+            )
+            return bake_planar(relief, key="")
+        key = _range_key(spec)
+        return self._baked_once(spec.name, spec.depth, key, lambda: self._bake_range(spec, key))
+
+    def _bake_range(self, spec: DepthImageAsset, key: str) -> BakedObject:
+        assert spec.intrinsics is not None
+        self.report(spec.name, "reading")
+        lens = Intrinsics(**spec.intrinsics.model_dump())
+        image = load_range_image(spec.depth, lens=lens, unit=spec.unit, colour=spec.colour, normal=spec.normal)
+        self.report(spec.name, "resampling")
+        try:
+            return bake_range(image, key)
+        except InputError as error:
+            raise InputError(f"{spec.depth}: {error}") from None
 
 
 def mesh_key(spec: MeshAsset, params: BakeParams) -> str:
     """The key of a mesh asset's depth images."""
+    # Ray casting goes without saying: files baked before there was a choice keep their keys.
+    method = {} if params.method == "raycast" else {"method": params.method}
     return bake_key(
         source_hash(spec.mesh, spec.texture),
         up=spec.up,
         height=spec.height,
         resolution=params.resolution,
         layers=params.layers,
+        **method,
+    )
+
+
+def _range_key(spec: DepthImageAsset) -> str:
+    """The key of a range image's depth image."""
+    assert spec.intrinsics is not None
+    normal = None if spec.normal is None else source_hash(spec.normal)
+    return bake_key(
+        source_hash(spec.depth, spec.colour), normal=normal, unit=spec.unit, intrinsics=spec.intrinsics.model_dump()
     )

@@ -1,16 +1,10 @@
 // Colour and normal of a depth-image object at a point of its surface. Geometry comes from the warp; shading is looked
 // up here at full resolution, whatever the grid's step was.
+#include "common/meso.glsl"
 uniform sampler2DArray albedo_images;   // square roots of linear colour, a = specular strength
 uniform sampler2DArray normal_images;   // (xyz + 1) / 2, object frame; a = depth over the face's reach
-uniform vec4 cylinder;                  // radius, bottom, half width, half depth
-uniform float cylinder_height;
 uniform vec2 texels;                    // per metre: on the side image, on the caps
-uniform ivec2 first_images;             // number of the first side image and of the first bottom image
 uniform float shininess;
-
-const int PAST_AXIS = 256;  // flags in the number of an image, see grids.py
-const int BORDER = 512;
-const float TURN = 6.283185307179586;
 
 struct Surface {
     vec3 albedo;
@@ -47,8 +41,10 @@ void sample_border(vec3 at, float depth, float texel, out vec4 albedo, out vec3 
 Surface surface_at(vec3 p, int image, float footprint) {
     bool border = (image & BORDER) != 0;
     bool past_axis = (image & PAST_AXIS) != 0;
-    int layer = image & (PAST_AXIS - 1);
-    bool side = layer >= first_images.x && layer < first_images.y;
+    int layer = layer_of(image);
+    bool side = on_side(image);
+    Meso meso;
+    if (meso_height > 0.0) meso = meso_at(p, image, footprint);
     float theta = past_axis ? atan(-p.z, -p.x) : atan(p.z, p.x);  // wraps: the sampler repeats
     vec2 uv = side ? vec2(theta / TURN, (p.y - cylinder.y) / cylinder_height) : p.xz / (2.0 * cylinder.zw) + 0.5;
     float lod = max(log2(footprint * (side ? texels.x : texels.y)), 0.0);
@@ -58,13 +54,16 @@ Surface surface_at(vec3 p, int image, float footprint) {
     if (border && lod < 1.0) {
         float radial = length(p.xz);
         float top = cylinder.y + cylinder_height;
-        float cap = layer < first_images.x ? top - p.y : p.y - cylinder.y;
+        float cap = on_top(image) ? top - p.y : p.y - cylinder.y;
         float depth = side ? cylinder.x - (past_axis ? -radial : radial) : cap;
+        if (meso_height > 0.0) depth -= meso.depth;
         float reach = side ? 2.0 * cylinder.x : cylinder_height;
         sample_border(at, depth / reach, 1.0 / (reach * (side ? texels.x : texels.y)), albedo, normal);
     } else {
         albedo = textureLod(albedo_images, at, lod);
         normal = textureLod(normal_images, at, lod).xyz * 2.0 - 1.0;
     }
-    return Surface(albedo.rgb * albedo.rgb, albedo.a, normal / max(length(normal), 1e-6));
+    normal /= max(length(normal), 1e-6);
+    if (meso_height > 0.0) normal = normalize(normal + max(dot(normal, meso.outward), 0.0) * meso.gradient);
+    return Surface(albedo.rgb * albedo.rgb, albedo.a, normal);
 }

@@ -2,6 +2,7 @@
 // (and as a rival: Pajarola et al. 2004, "DMesh").
 #include "common/rotation.glsl"
 #include "common/samples.glsl"
+#include "common/displace.glsl"
 uniform mat4 clip_from_eye;
 
 in uvec4 in_sample;      // position within the box, number of the image
@@ -17,9 +18,16 @@ flat out float scale;
 
 void main() {
     point = sample_position(in_sample);
+    if (meso_height > 0.0) {
+        float away = length(in_origin + in_scale * rotate(in_rotation, point)) / in_scale;
+        point = displaced(point, int(sample_image(in_sample)), sample_ease(in_sample), away);
+    }
     from_viewer = in_origin + in_scale * rotate(in_rotation, point);
-    image = in_sample.w;
+    image = sample_image(in_sample);
     rotation = in_rotation;
     scale = in_scale;
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
+    float farther = 1.0 + in_scale * sample_setback(in_sample) / length(from_viewer);
+    vec4 behind = clip_from_eye * vec4(from_viewer * farther, 1.0);
+    gl_Position.z = behind.z / behind.w * gl_Position.w;
 }

@@ -1,6 +1,7 @@
 // Pass 1: every depth sample moves within a plane that touches the object, toward the epipole (the viewer's foot).
 // Liu, Liu and Wu 2007, §2.2 and §3.2:  X = e + (1 − Table(depth))·(S − e),  1 − Table = λ = D_t / (D_t + depth).
 #include "common/samples.glsl"
+#include "common/displace.glsl"
 
 in uvec4 in_sample;      // position within the box, number of the image
 
@@ -18,16 +19,22 @@ out float gl_ClipDistance[4];
 
 void main() {
     vec3 sample_point = sample_position(in_sample);
+    if (meso_height > 0.0) {
+        vec3 viewer = in_right.xyz * in_right.w + in_up.xyz * in_up.w + in_normal.xyz * (in_normal.w + in_depths.x);
+        float away = distance(viewer, sample_point);
+        sample_point = displaced(sample_point, int(sample_image(in_sample)), sample_ease(in_sample), away);
+    }
     float depth = in_normal.w - dot(in_normal.xyz, sample_point);   // behind the plane
     float lambda = in_depths.x / (in_depths.x + depth);
     vec2 from_epipole = vec2(dot(in_right.xyz, sample_point) - in_right.w, dot(in_up.xyz, sample_point) - in_up.w);
     vec3 warped = vec3(lambda * from_epipole, 1.0);
     float w = dot(in_to_w, warped);
     // Stored depth is 1 − nearest·λ/w: affine over the tile for a flat triangle, nearest is smallest.
-    gl_Position = vec4(dot(in_to_x, warped), dot(in_to_y, warped), w - 2.0 * in_depths.y * lambda, w);
+    float stored = in_depths.x / (in_depths.x + depth + sample_setback(in_sample));
+    gl_Position = vec4(dot(in_to_x, warped), dot(in_to_y, warped), w - 2.0 * in_depths.y * stored, w);
     gl_ClipDistance[0] = gl_Position.x - in_bounds.x * w;
     gl_ClipDistance[1] = gl_Position.y - in_bounds.y * w;
     gl_ClipDistance[2] = in_bounds.z * w - gl_Position.x;
     gl_ClipDistance[3] = in_bounds.w * w - gl_Position.y;
-    image = in_sample.w;
+    image = sample_image(in_sample);
 }

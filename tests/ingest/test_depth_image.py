@@ -8,7 +8,8 @@ import pytest
 from PIL import Image
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.image import load_depth_image, load_texture
+from depthwalk.ingest.image import load_texture
+from depthwalk.ingest.range_image import load_depth_image
 
 
 def saved(path, array, **options):
@@ -96,8 +97,11 @@ def test_colour_and_normal_maps_are_resampled_and_turned_up(tmp_path):
 @pytest.mark.parametrize(
     ("array", "defect"),
     [
-        (np.zeros((2, 2), np.int32), "depth must be floats of shape (H, W), not int32 of (2, 2)"),
-        (np.zeros((2, 2, 3), np.float32), "depth must be floats of shape (H, W), not float32 of (2, 2, 3)"),
+        (np.zeros((2, 2), np.int32), "depth must be floats or unsigned integers of shape (H, W), not int32 of (2, 2)"),
+        (
+            np.zeros((2, 2, 3), np.float32),
+            "depth must be floats or unsigned integers of shape (H, W), not float32 of (2, 2, 3)",
+        ),
         (np.full((2, 2), -1.0, np.float32), "4 depths are negative (in front of the plane)"),
         (np.full((2, 2), np.nan, np.float32), "no pixel holds a depth"),
         (np.zeros((1, 5), np.float32), "a depth image needs at least 2 × 2 pixels"),
@@ -116,7 +120,7 @@ def test_bad_depth_arguments(tmp_path):
     path = saved(tmp_path / "d.png", np.zeros((2, 2, 3), np.uint8))
     with pytest.raises(InputError, match=r"d\.png: a depth image must be grey, not RGB$"):
         load_depth_image(path, size=(1, 1), depth_range=1)
-    with pytest.raises(InputError, match=r"d\.png: size and range must be positive and finite$"):
+    with pytest.raises(InputError, match=r"d\.png: size must be positive and finite, not 0$"):
         load_depth_image(path, size=(1, 0), depth_range=1)
     with pytest.raises(InputError, match=r"gone\.npy: no such file$"):
         load_depth_image(tmp_path / "gone.npy", size=(1, 1), depth_range=1)

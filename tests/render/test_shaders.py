@@ -35,6 +35,7 @@ def test_pass_one_matches_its_twin(gl_device):
     homography = np.array([[0.1, 0.02, 0.3], [0.03, 0.2, 0.4], [0.01, 0.02, 1.0]])
     records["to_x"], records["to_y"], records["to_w"] = homography
     samples = rng.integers(0, 65536, (100, 4)).astype(np.uint16)
+    samples[:, 3] = 0  # no flags
     low, size = np.array([-0.8, -0.5, -0.8]), np.array([1.6, 2.0, 1.6])
 
     scope = gl_device.scope("test")

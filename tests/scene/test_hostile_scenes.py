@@ -35,6 +35,15 @@ MESSAGES = {
     "deep-groups": [
         "135:525: objects[0].group.objects[0].group.....group.objects[0].group.objects[0]: groups nest deeper than 64",
     ],
+    "depth-image-no-shape": [
+        "3:25: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics'",
+    ],
+    "depth-image-two-shapes": [
+        "5:7: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics'",
+    ],
+    "depth-image-two-units": [
+        "3:25: assets.relief.depth_image: 'range' and 'unit' exclude each other",
+    ],
     "duplicate-key": [
         "4:3: assets.box: duplicate key",
     ],
@@ -46,6 +55,11 @@ MESSAGES = {
     ],
     "hash-colour": [
         '6:3: environment.background: must be "#rrggbb" (in quotes) or [r, g, b] from 0 to 1',
+    ],
+    "intrinsics": [
+        "6:24: assets.range.depth_image.intrinsics.fx: must be at least 1, not 0",
+        "6:19: assets.range.depth_image.intrinsics: missing key 'cy'",
+        "6:45: assets.range.depth_image.intrinsics.cz: unknown key",
     ],
     "list": [
         "1:1: the file must be a mapping of keys, not a list",

@@ -6,13 +6,13 @@ import pytest
 
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import read_header
-from depthwalk.demo.bake import bake_asset, baked_assets, baked_key
+from depthwalk.demo.bake import bake_asset, baked_assets, baked_key, demo_scenes
 from depthwalk.errors import InputError
 from depthwalk.resources import asset_root, scene_root
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 
-BAKED = baked_assets(scene_root())
+BAKED = baked_assets(demo_scenes())
 MAX_BAKED_BYTES = 9_500_000  # of all depth images together: they travel in the repository and in the wheel
 SCENE = "version: 1\nassets:\n  {asset}\nobjects: []\n"
 
@@ -67,7 +67,7 @@ def test_one_mesh_baked_in_two_ways_is_refused(tmp_path: Path) -> None:
     write_scene(tmp_path, "stone: {mesh: rock_slab.ply, dpci: {resolution: 64}}", name="a.yaml")
     write_scene(tmp_path, "slab: {mesh: rock_slab.ply, dpci: {resolution: 32}}", name="b.yaml")
     with pytest.raises(InputError, match=r"b\.yaml: assets\.slab: another scene bakes rock_slab\.ply differently$"):
-        baked_assets(tmp_path)
+        baked_assets(sorted(tmp_path.glob("*.yaml")))
 
 
 @pytest.mark.parametrize(("name", "least"), [("garden", 300), ("room", 1)])

@@ -14,6 +14,9 @@ from depthwalk.bake.raycast import RayCaster
 # A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its
 # depth range: half-way values separate a slope (0) from a step (0.33 to 0.67), measured on five models.
 CUT_TOLERANCE = 0.15
+# A wall may be off the mesh by this part of its shortest edge: halving it from 1 gained 0.1 dB twice on five models,
+# and walls that stood off the surface like combs went away.
+_WALL_SLACK = 0.25
 
 Array = NDArray[np.floating]
 
@@ -73,7 +76,7 @@ def _on_surface(
     """Whether triangles of the samples u, v, depth (n, 3) approximate the mesh.
 
     One whose depths differ by less than `limit`, a cell, does. A steeper one does if the ray through its centre meets
-    the mesh where it meets the triangle; or, a wall along the rays, if the mesh is less than a cell off its middle.
+    the mesh where it meets the triangle; or, a wall along the rays, if the mesh is hardly off its middle.
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
@@ -93,7 +96,7 @@ def _on_surface(
         kept[steep] = off <= CUT_TOLERANCE * spread[steep]
 
     wall = np.flatnonzero(~kept[steep])
-    near = np.minimum(np.linalg.norm(edges[wall], axis=2).min(1), limit)[:, None].astype(np.float32)
+    near = _WALL_SLACK * np.minimum(np.linalg.norm(edges[wall], axis=2).min(1), limit)[:, None].astype(np.float32)
     # Grid triangles face outward (but for those past the axis, where θ runs the other way): meet the mesh head on.
     ahead = normal[wall].astype(np.float32)
     if face is Face.SIDE:

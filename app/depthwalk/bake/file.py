@@ -21,7 +21,7 @@ from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Fac
 from depthwalk.errors import InputError
 
 SUFFIX = ".dpci.exr"
-FORMAT_VERSION = 5
+FORMAT_VERSION = 6
 _ATTRIBUTE = "depthwalk."
 _GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 _PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")

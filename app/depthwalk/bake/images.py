@@ -10,6 +10,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.meso import Meso
+
 MAX_STEPS = 7  # grids of step 1, 2, … 64: 512² shrinks to 8²
 
 
@@ -92,6 +94,7 @@ class BakedObject:
     images: ordered by face, then layer. borders: of some faces and levels. shininess: Phong exponent. steps: number of
     grids, steps 1, 2, … 2^(steps−1). key: hex digest of what it was made from. position, rotation (quaternion
     x, y, z, w): the cylinder's place in the asset's frame; asset point = position + rotate(rotation, object point).
+    meso: relief that is laid over the images when they are drawn; baking and files know nothing of it.
     """
 
     cylinder: Cylinder
@@ -102,6 +105,7 @@ class BakedObject:
     key: str
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    meso: Meso | None = None
 
 
 def texel_centres(count: int) -> NDArray[np.float64]:

@@ -1,27 +1,27 @@
 """A single planar depth image (Liu et al. 2007, §2) as an object: a top cap without a cylinder around it."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.connectivity import CUT_TOLERANCE
-from depthwalk.bake.images import (
-    BakedObject,
-    Cylinder,
-    DepthImage,
-    Face,
-    cell_triangles,
-    grid_cells,
-    texel_size,
-    usable_steps,
-)
+from depthwalk.bake.baker import BakeParams, cast_face, connect_face
+from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Face, grid_cells, usable_steps
+from depthwalk.bake.raycast import RayCaster
 from depthwalk.colour import linear_from_srgb8
+from depthwalk.errors import InputError
+from depthwalk.ingest.depth_surface import continues, tolerance
 from depthwalk.ingest.image import PlanarImage
+from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.ingest.range_image import RangeImage
+from depthwalk.limits import MIN_DPCI_RESOLUTION
 
-_SPECULAR, _SHININESS = 0.15, 32.0
+_MATERIAL = Material((1.0, 1.0, 1.0))
 _UPRIGHT = (float(np.sqrt(0.5)), 0.0, 0.0, float(np.sqrt(0.5)))  # a quarter turn about x: +Y to +Z, −Z to +Y
-# Without a surface to test against, a triangle over a step deeper than this many cells is taken for a rubber sheet
-# unless its neighbours slope as much.
-_STEEP = 4.0
+# Past the edge of a near thing a camera sees what, seen in parallel, lies behind that thing. An open mesh gets twice as
+# many layers: one for it, one for what it hides; a third would hold 1 in 100 samples of a head before a wall.
+_RANGE_LAYERS = 1
+_MAX_RANGE_TEXELS = 2048  # a side
 
 
 def bake_planar(image: PlanarImage, key: str) -> BakedObject:
@@ -29,39 +29,109 @@ def bake_planar(image: PlanarImage, key: str) -> BakedObject:
     width, height = image.size
     depth = np.ascontiguousarray(image.depth[::-1])  # the cap's rows run along z, from the picture's top down
     solid = np.isfinite(depth)
-    deepest = max(float(depth[solid].max(initial=0.0)), 1e-3 * max(width, height))
-    cylinder = Cylinder(float(np.hypot(width, height)) / 2, -1.0001 * deepest, 0.0, width / 2, height / 2)
-    x, y, z = np.moveaxis(image.normal[::-1], -1, 0)
-    normal = np.where(solid[..., None], np.stack([x, z, -y], -1), 0)
+    cylinder = _slab(width, height, float(depth[solid].max(initial=0.0)))
+    normal = np.where(solid[..., None], _lying(image.normal[::-1]), 0)
     colour = linear_from_srgb8(image.colour[::-1])
-    albedo = np.where(solid[..., None], np.concatenate([colour, np.full_like(colour[..., :1], _SPECULAR)], -1), 0)
+    specular = np.full_like(colour[..., :1], _MATERIAL.specular)
+    albedo = np.where(solid[..., None], np.concatenate([colour, specular], -1), 0)
     steps = usable_steps((depth.shape[0], depth.shape[1]))
-    cells = _connect(depth, cylinder, steps)
+    cells = connect_texels(depth, max(width / depth.shape[1], height / depth.shape[0]), steps)
     owner = np.full(depth.shape, Face.TOP, np.uint8)
     picture = DepthImage(Face.TOP, 0, depth, normal.astype(np.float32), albedo.astype(np.float32), cells, owner)
-    return BakedObject(cylinder, (picture,), (), _SHININESS, steps, key, (0.0, height / 2, 0.0), _UPRIGHT)
+    return _upright(cylinder, height, (picture,), (), steps, key)
 
 
-def _connect(depth: NDArray[np.float32], cylinder: Cylinder, steps: int) -> tuple[NDArray[np.uint16], ...]:
-    """Grid triangles that lie on the surface, judged from the image alone.
+def bake_range(image: RangeImage, key: str) -> BakedObject:
+    """What a depth camera saw, resampled to a plane: it stands on its lowest point, centred, with the nearest point on
+    the front plane, seen from +Z.
 
-    A surface that is steep goes on being steep: the depth at the middle of a triangle, interpolated from the texels
-    around it, must agree with the triangle's own (as the ray through its centre does for a mesh), or the step be small.
+    The renderer's planes are seen in parallel, a camera's pixels are not. So the pixels become a mesh, torn where the
+    image is, and rays are cast at that as at any mesh: the second layer keeps what only the camera's perspective
+    uncovered, and cuts and borders are exact. A texel is as large as what the median pixel saw.
+    Raises InputError where no surface is left.
     """
-    shape = (depth.shape[0], depth.shape[1])
+    mesh = range_mesh(image)
+    low, high = mesh.bounds
+    pixel = float(np.median(image.depth[np.isfinite(image.depth)])) / min(image.lens.fx, image.lens.fy)
+    width, height, deep = (float(extent) for extent in high - low)
+    side = max(width, height) + 2 * pixel  # square, as the baker's caps are
+    slack = 1e-4 * max(side, deep)
+    centre = np.array([low[0] + width / 2, low[1] + height / 2, high[2] + slack], np.float32)
+    lying = replace(mesh, positions=_lying(mesh.positions - centre), normals=_lying(mesh.normals))
+    cylinder = _slab(side, side, deep + 2 * slack)
+    texels = int(np.clip(np.ceil(side / pixel), MIN_DPCI_RESOLUTION, _MAX_RANGE_TEXELS))
+    steps = usable_steps((texels, texels))
+    caster = RayCaster(lying)
+    seen = cast_face(lying, caster, cylinder, Face.TOP, BakeParams(texels, _RANGE_LAYERS))
+    images, borders = connect_face(caster, cylinder, Face.TOP, seen, steps)
+    return _upright(cylinder, height, tuple(images), tuple(borders), steps, key)
+
+
+def range_mesh(image: RangeImage) -> Mesh:
+    """The surface through the pixels of a range image, in the camera's frame: two triangles between four pixels that
+    belong together, none across a tear. Raises InputError where there is none at all."""
+    inverse = np.where(np.isfinite(image.depth), 1 / image.depth.astype(np.float64), np.nan)
+    kept = _triangles(inverse, tolerance(inverse, inverse / min(image.lens.fx, image.lens.fy)))
+    height, width = image.depth.shape
+    texel = np.arange(height * width).reshape(height, width)
+    here, right, up, across = texel[:-1, :-1], texel[:-1, 1:], texel[1:, :-1], texel[1:, 1:]
+    lower, upper = np.stack([here, right, up], -1)[kept[0]], np.stack([right, across, up], -1)[kept[1]]
+    corners = np.concatenate([lower, upper])
+    if not len(corners):
+        raise InputError("the range image holds no surface: no pixel continues its neighbours")
+    used, faces = np.unique(corners, return_inverse=True)
+    return Mesh(
+        image.points.reshape(-1, 3)[used],
+        image.normal.reshape(-1, 3)[used],
+        image.colour.reshape(-1, 3)[used],
+        np.zeros((len(used), 2), np.float32),
+        faces.reshape(-1, 3).astype(np.int32),
+        (Part(0, len(faces.reshape(-1, 3)), 0),),
+        (_MATERIAL,),
+    )
+
+
+def connect_texels(depth: NDArray[np.float32], cell: float, steps: int) -> tuple[NDArray[np.uint16], ...]:
+    """The `cells` of a planar image (H, W) whose texels are `cell` metres wide, judged from the image alone.
+
+    A triangle of step 2^k is kept if the surface goes on, texel by texel, along its two legs: no grid, however coarse,
+    spans a tear, and a slope that the finest grid has is in all of them.
+    """
+    allowed = tolerance(depth, cell)
+    # Tears up to each texel: equal counts at two of a row say that none is between them.
+    tears_along, tears_up = (
+        np.pad(np.cumsum(~continues(depth, allowed, axis), axis=axis), ((axis == 0, 0), (axis == 1, 0)))
+        for axis in (1, 0)
+    )
+    solid = np.isfinite(depth)
     cells = []
     for level in range(steps):
-        step = 1 << level
-        i0, j0, i1, j1 = grid_cells(shape, Face.TOP, step)
-        columns, rows = cell_triangles(Face.TOP, i0, j0, i1, j1)
-        corners = depth[rows, columns]
-        complete = np.isfinite(corners).all(-1)
-        with np.errstate(invalid="ignore"):
-            spread = corners.max(-1) - corners.min(-1)
-            middle = depth[np.round(rows.mean(-1)).astype(int), np.round(columns.mean(-1)).astype(int)]
-            off = np.abs(middle - corners.mean(-1))
-            smooth = spread <= _STEEP * step * max(texel_size(cylinder, Face.TOP, shape))
-            # At step 1 the nearest texel is a corner and says nothing; there only the slope decides.
-            kept = complete & (smooth | ((level > 0) & (off <= CUT_TOLERANCE * spread)))
-        cells.append(kept[0].astype(np.uint16) | kept[1].astype(np.uint16) << 7)
+        i0, j0, i1, j1 = grid_cells((depth.shape[0], depth.shape[1]), Face.TOP, 1 << level)
+        along = [(tears_along[j, i0] == tears_along[j, i1]) & solid[j, i0] & solid[j, i1] for j in (j0, j1)]
+        up = [(tears_up[j0, i] == tears_up[j1, i]) & solid[j0, i] & solid[j1, i] for i in (i0, i1)]
+        cells.append((along[0] & up[0]).astype(np.uint16) | (along[1] & up[1]).astype(np.uint16) << 7)
     return tuple(cells)
+
+
+def _triangles(values: NDArray[np.floating], allowed: NDArray[np.floating]) -> tuple[NDArray[np.bool_], ...]:
+    """Which lower and upper triangles (H − 1, W − 1) lie on the surface: those along whose two legs it goes on."""
+    along, up = continues(values, allowed, 1), continues(values, allowed, 0)
+    return along[:-1] & up[:, :-1], along[1:] & up[:, 1:]
+
+
+def _lying(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Vectors (…, 3) of an upright picture in the frame of the cap: x stays, up is −z, toward the viewer is +y."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.stack([x, z, -y], -1)
+
+
+def _slab(width: float, height: float, deepest: float) -> Cylinder:
+    bottom = -1.0001 * max(deepest, 1e-3 * max(width, height))
+    return Cylinder(float(np.hypot(width, height)) / 2, bottom, 0.0, width / 2, height / 2)
+
+
+def _upright(
+    cylinder: Cylinder, height: float, images: tuple[DepthImage, ...], borders: tuple[Border, ...], steps: int, key: str
+) -> BakedObject:
+    """The cap turned upright; its content is `height` metres high and centred."""
+    return BakedObject(cylinder, images, borders, _MATERIAL.shininess, steps, key, (0.0, height / 2, 0.0), _UPRIGHT)

@@ -1,5 +1,6 @@
-"""`python -m depthwalk.demo.bake` bakes the depth images of the shipped scenes, which travel beside their meshes."""
+"""`python -m depthwalk.demo.bake` bakes the depth images of the demo scenes, which travel beside their meshes."""
 
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
@@ -21,13 +22,18 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 
 
-def baked_assets(scenes: Path) -> list[MeshAsset]:
-    """The assets with depth images of the scene files in the folder `scenes`, one per mesh, by name of the mesh.
+def demo_scenes() -> list[Path]:
+    """The scenes that must open at once; others bake into the cache when first opened."""
+    return [scene_root() / name for name in ("garden.yaml", "room.yaml")]
+
+
+def baked_assets(scenes: Iterable[Path]) -> list[MeshAsset]:
+    """The assets with depth images of the scene files `scenes`, one per mesh, by name of the mesh.
 
     Raises InputError where two of them want one mesh baked differently: a mesh has one file beside it.
     """
     found: dict[Path, MeshAsset] = {}
-    for file in sorted(scenes.glob("*.yaml")):
+    for file in scenes:
         for asset in load_scene(file).assets:
             if isinstance(asset, MeshAsset) and asset.dpci is not None:
                 other = found.setdefault(asset.mesh, asset)
@@ -51,7 +57,7 @@ def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
 
 def _params(asset: MeshAsset) -> BakeParams:
     assert asset.dpci is not None  # callers pass assets with depth images
-    return BakeParams(asset.dpci.resolution, asset.dpci.layers)
+    return BakeParams(asset.dpci.resolution, asset.dpci.layers, asset.dpci.method)
 
 
 def main(
@@ -63,7 +69,7 @@ def main(
     try:
         if folder is not None and not folder.is_dir():
             raise InputError(f"{folder}: no such folder")
-        assets = baked_assets(scene_root())
+        assets = baked_assets(demo_scenes())
         with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
             baked = pool.map(partial(bake_asset, folder=folder), assets)
             files = list(track(baked, "baking", total=len(assets), console=Console(stderr=True)))

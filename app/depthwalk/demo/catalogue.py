@@ -44,4 +44,5 @@ MODELS: dict[str, Entry] = {
 TEXTURES: dict[str, tuple[Callable[[], textures.Picture], str]] = {
     "grass": (textures.grass, "lawn from above, seamless, for about 1.5 m"),
     "paving": (textures.paving, "flagstones, seamless, for about 2 m"),
+    "bark_height": (textures.bark, "depth image of oak bark, white in front, seamless, for about 0.3 × 0.4 m"),
 }

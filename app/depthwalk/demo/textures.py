@@ -1,4 +1,4 @@
-"""Seamless ground textures, stored with a palette to stay small."""
+"""Seamless textures, stored with a palette to stay small: grounds, and relief."""
 
 from pathlib import Path
 
@@ -71,8 +71,32 @@ def paving() -> Picture:
     return mix(top * bevel[:, None], sand, joint).reshape(SIDE, SIDE, 3)
 
 
+def bark() -> Picture:
+    """(256, 256, 3) grey 0–1, a depth image: oak bark, ridges that part and meet, cross-cracked; white is outermost.
+    For about 0.3 m across and 0.4 m up."""
+    side = 256
+    rng = np.random.default_rng(131)
+    y, x = np.mgrid[0:side, 0:side] / side
+    wander = gaussian_filter(rng.normal(size=(side, side)), (34, 12), mode="wrap")
+    wander *= 0.016 / wander.std()
+    # Plates: cells of scattered points, stretched upward, whose borders are the furrows.
+    seeds = rng.uniform(0, 1, (46, 2))
+    offset = np.stack([x + wander, y], -1)[:, :, None] - seeds
+    offset -= np.round(offset)
+    nearest = np.sort(np.hypot(offset[..., 0] * 3.2, offset[..., 1]), axis=-1)[..., :2]
+    plate = smoothstep(0.0, 0.13, (nearest[..., 1] - nearest[..., 0]).ravel()).reshape(side, side)
+    grain = gaussian_filter(rng.normal(size=(side, side)), (9, 1.1), mode="wrap")
+    rough = gaussian_filter(rng.normal(size=(side, side)), 2.2, mode="wrap")
+    height = plate * (0.86 + 0.07 * grain / grain.std()) + 0.045 * rough / rough.std()
+    height = (height - height.min()) / (height.max() - height.min())
+    return np.repeat(height[..., None], 3, axis=-1).astype(np.float32)
+
+
 def write_png(path: Path, picture: Picture, colours: int = 48) -> None:
-    """8-bit palette PNG."""
+    """8-bit palette PNG; grey pictures keep their 8 bits."""
     pixels = np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8)
+    if (pixels == pixels[..., :1]).all():
+        Image.fromarray(pixels[..., 0]).save(path, optimize=True)
+        return
     image = Image.fromarray(pixels).quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     image.save(path, optimize=True)

@@ -78,6 +78,15 @@ class Scope:
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture
 
+    def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, dtype: str) -> moderngl.Texture:
+        """A 2-D texture with mip-maps, trilinear, repeating."""
+        self._check_size(size)
+        make = self.device.context.texture
+        texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
+        texture.build_mipmaps()
+        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        return texture
+
     def texture_array(
         self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
     ) -> moderngl.TextureArray:

@@ -13,7 +13,7 @@ from depthwalk.ingest.sources import read_bytes
 from depthwalk.limits import MAX_TEXTURE_SIDE
 
 _GREY_MODES = ("1", "L", "LA", "I;16", "I;16B", "I;16L", "I", "F")
-_SIXTEEN_BIT_PNG = slice(24, 25), b"\x10"  # the byte of the header that holds the bits per channel
+_GREY_ALPHA_16 = b"\x10\x04"  # bits per channel and colour type in the header of a PNG
 
 Raw = tuple[NDArray[Any], NDArray[np.bool_]]  # values (H, W) as stored, and which of them count
 
@@ -25,8 +25,8 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     unit:        metres per count; floats without it are metres.
     camera:      the depth is a distance from a camera.
 
-    No depth is where a value is NaN or infinite, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0, which is
-    how depth cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
+    No depth is where a value is NaN or infinite, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0, as depth
+    cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
     """
     values, valid = _read_raw(path)
     if min(values.shape) < 2:
@@ -38,7 +38,8 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     elif depth_range is not None and values.dtype.kind == "u":
         metres = (1 - values / np.iinfo(values.dtype).max) * depth_range
     else:
-        raise InputError(f"{path}: whole numbers need 'unit', the metres per count" + ("" if camera else ", or 'range'"))
+        needed = "'unit'" if camera else "'unit' or 'range'"
+        raise InputError(f"{path}: whole numbers need {needed} to become metres")
     valid = valid & np.isfinite(metres)
     if unit is not None or camera:
         valid &= values != 0
@@ -97,11 +98,10 @@ def _read_exr(path: Path) -> Raw:
 def _read_picture(path: Path) -> Raw:
     data = read_bytes(path)
     image = open_image(data, str(path))
+    if image.format == "PNG" and data[24:26] == _GREY_ALPHA_16:  # Pillow keeps 8 bits of it
+        raise InputError(f"{path}: 16-bit grey with alpha is not supported; mark empty pixels otherwise")
     if image.mode not in _GREY_MODES:
         raise InputError(f"{path}: a depth image must be grey, not {image.mode}")
-    where, sixteen = _SIXTEEN_BIT_PNG
-    if image.mode == "LA" and image.format == "PNG" and data[where] == sixteen:  # Pillow keeps 8 bits of it
-        raise InputError(f"{path}: 16-bit grey with alpha is not supported; mark empty pixels otherwise")
     key = image.info.get("transparency")
     try:
         raw = np.asarray(image.convert("L") if image.mode == "1" else image)

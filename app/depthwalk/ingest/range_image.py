@@ -98,8 +98,9 @@ def load_range_image(
     height, width = metres.shape
     lens = Intrinsics(lens.fx, lens.fy, lens.cx, height - 1 - lens.cy)
     picture = _picture(colour, (width, height))
-    directions = _camera_normals(metres, lens) if normal is None else _decoded_normals(_resampled(normal, (width, height)))
-    return RangeImage(metres, picture, directions, lens)
+    if normal is not None:
+        return RangeImage(metres, picture, _decoded_normals(_resampled(normal, (width, height))), lens)
+    return RangeImage(metres, picture, _camera_normals(metres, lens), lens)
 
 
 def _rays(lens: Intrinsics, shape: tuple[int, int]) -> NDArray[np.float64]:

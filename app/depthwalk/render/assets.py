@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from depthwalk.bake.images import BakedObject, Cylinder, Face, texel_size
+from depthwalk.bake.images import BakedObject, Cylinder, Face, square_texel, texel_size
+from depthwalk.bake.meso import Meso
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.grids import Grids, build_grids
+from depthwalk.render.lod import LodParams
 
 
 class Library(Protocol):
@@ -38,14 +40,24 @@ class DepthObject:
     indices: moderngl.Buffer
     albedo: moderngl.TextureArray
     normal: moderngl.TextureArray
+    meso: moderngl.Texture
     geometry: dict[str, Any]  # uniforms of the vertex stage
     surface: dict[str, Any]  # uniforms of common/depth_images.glsl
+    relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
 
-    def use_surface(self, program: Program, units: tuple[int, int]) -> None:
-        """Binds images and uniforms that `surface_at` reads, to two texture units."""
+    def use_geometry(self, program: Program, unit: int, lod: LodParams, pixel_angle: float) -> None:
+        """Binds relief and uniforms that the vertex stage reads, to a texture unit. pixel_angle: metres that a pixel
+        covers at one metre."""
+        self.meso.use(unit)
+        program.set(meso_relief=unit, meso_fade=lod.meso_fade, pixel_angle=pixel_angle, **self.geometry, **self.relief)
+
+    def use_surface(self, program: Program, units: tuple[int, int, int]) -> None:
+        """Binds images and uniforms that `surface_at` reads, to three texture units."""
         self.albedo.use(units[0])
         self.normal.use(units[1])
-        program.set(albedo_images=units[0], normal_images=units[1], **self.surface)
+        self.meso.use(units[2])
+        images = {"albedo_images": units[0], "normal_images": units[1], "meso_relief": units[2]}
+        program.set(**images, **self.surface, **self.relief)
 
 
 @dataclass
@@ -123,15 +135,43 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
         gl.buffer(grids.indices),
         gl.texture_array(size, 4, colours.tobytes(), "f1"),
         gl.texture_array(size, 4, shading.tobytes(), "f1"),
-        geometry={"box_low": tuple(grids.box_low.tolist()), "box_size": tuple(grids.box_size.tolist())},
+        _upload_meso(gl, baked.meso),
+        geometry={
+            "box_low": tuple(grids.box_low.tolist()),
+            "box_size": tuple(grids.box_size.tolist()),
+            "setback": _SETBACK * square_texel(baked),
+            "meso_spacing": max(max(texel_size(cylinder, image.face, shape)) for image in images),
+        },
         surface={
-            "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
-            "cylinder_height": cylinder.height,
             "texels": tuple(1 / max(texel_size(cylinder, face, shape)) for face in (Face.SIDE, Face.TOP)),
-            "first_images": (int((faces < Face.SIDE).sum()), int((faces < Face.BOTTOM).sum())),
             "shininess": baked.shininess,
         },
+        relief=_relief(baked.meso, cylinder)
+        | {
+            "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
+            "cylinder_height": cylinder.height,
+            "first_images": (int((faces < Face.SIDE).sum()), int((faces < Face.BOTTOM).sum())),
+        },
     )
+
+
+def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:
+    relief = np.zeros((1, 1, 3), np.float32) if meso is None else meso.relief
+    texels = np.concatenate([relief, np.zeros_like(relief[..., :1])], -1).astype(np.float16)
+    return gl.tiling_texture((texels.shape[1], texels.shape[0]), 4, texels.tobytes(), "f2")
+
+
+def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:
+    """Uniforms of common/meso.glsl; without meso-structure only its height of 0 is read."""
+    if meso is None:
+        return {"meso_height": 0.0}
+    height, width = meso.relief.shape[:2]
+    return {
+        "meso_height": meso.height,
+        "meso_tile": meso.tile,
+        "meso_turn": float(meso.tiles_per_turn(cylinder.radius)),
+        "meso_texels": max(width / meso.tile[0], height / meso.tile[1]),
+    }
 
 
 def _reach(cylinder: Cylinder, face: Face) -> float:
@@ -152,6 +192,7 @@ def _byte(values: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
 
 
+_SETBACK = 0.5  # texels; 0, 0.5, 1 and 2 were tried on five models, and most alike were the pictures at 0.5
 _WHITE = np.full((1, 1, 4), 255, np.uint8)
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
 MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")

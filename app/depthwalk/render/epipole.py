@@ -2,9 +2,10 @@
 overwrite what was drawn before it.
 
 Along a ray that leaves the viewer C, θ − θ_C and y − C.y each keep their sign and grow in size, and so do x − C.x and
-z − C.z. So of two cells of a depth image that one ray meets, the farther is not nearer to the epipole, the texel of C, in
-columns nor in rows. Far rows first, within a row far columns first, is therefore exact, whatever the depths. The two
-triangles of a cell share an edge: as both face the viewer, they do not overlap.
+z − C.z. So of two cells of a depth image that one ray meets, the farther is not nearer to the epipole, the texel of C,
+in columns nor in rows. Far rows first, within a row far columns first, is therefore exact, whatever the depths; and so
+it is for blocks of cells, whose steps may differ, and then for the cells of each. Triangles of one cell share edges: as
+all face the viewer, they do not overlap.
 
 This holds for one surface per cell. What lacks a cell of its own is told apart by depth, as the paper does with caps:
 deeper layers, the other faces, the ends of surfaces, samples past the axis, whose θ is not that of their texel.
@@ -15,24 +16,29 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, DepthImage, Face
-from depthwalk.render.grids import Grids
+from depthwalk.bake.images import BakedObject, DepthImage, Face, grid_nodes
+from depthwalk.render.coarsen import BLOCK
+from depthwalk.render.grids import EASE_SHIFT, Grids
 
 Runs = tuple[tuple[int, int], ...]  # first index and number of indices of each
+Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Triangles of some runs of `Grids.indices`.
+    """Triangles of some runs of `Grids.indices`, all of one level.
 
-    ordered: (n, 3) uint32, those with a cell of their own; first, last: (n, 2) int32, columns and rows of that cell's
-    corners, the last column beyond the image's width where it wraps; unordered: (m, 3) uint32, the others.
+    ordered: (n, 3) uint32, those with a cell of their own; unordered: (m, 3) uint32, the others.
+    cell, block: (n, 2, 2) int32, first and last (axis 1) column and row (axis 2) of the cell and of its block, in nodes
+    of the level's grid. nodes: texel numbers of those columns and of those rows, from the first to the last.
     """
 
     ordered: NDArray[np.uint32]
-    first: NDArray[np.int32]
-    last: NDArray[np.int32]
     unordered: NDArray[np.uint32]
+    cell: Ints
+    block: Ints
+    nodes: tuple[NDArray[np.int64], NDArray[np.int64]]
+    wraps: bool
 
 
 def ordered_image(baked: BakedObject) -> DepthImage:
@@ -43,55 +49,71 @@ def ordered_image(baked: BakedObject) -> DepthImage:
 def image_cells(grids: Grids, baked: BakedObject, runs: Runs) -> Cells:
     """The triangles of `runs`, with the cells of those that can be ordered."""
     triangles = np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
+    level = int(np.searchsorted(grids.first[..., 0].min(1), runs[0][0], side="right")) - 1
     image = ordered_image(baked)
     number = next(k for k, other in enumerate(baked.images) if other is image)
     # Flags of border vertices and of samples past the axis are part of the number.
-    own = (grids.vertices[triangles, 3] == number).all(1)
+    own = (grids.vertices[triangles, 3] & (1 << EASE_SHIFT) - 1 == number).all(1)
+    height, width = image.depth.shape
+    wraps = image.face is Face.SIDE
     texels = grids.texels[triangles[own]].astype(np.int32)
-    if image.face is Face.SIDE:
-        width = image.depth.shape[1]
+    if wraps:
         column = texels[..., 0]
         across_seam = np.ptp(column, axis=1) > width // 2
         column[across_seam] += np.where(column[across_seam] < width // 2, width, 0)
-    return Cells(triangles[own], texels.min(1), texels.max(1), triangles[~own])
+    columns = grid_nodes(width, 1 << level, wraps)
+    nodes = np.append(columns, width) if wraps else columns, grid_nodes(height, 1 << level, wraps=False)
+    corners = -(-texels // (1 << level))  # rounded up: the last node may be closer than a step
+    return Cells(triangles[own], triangles[~own], *_spans(corners, nodes), nodes, wraps)
 
 
-def epipole(baked: BakedObject, viewer: NDArray[np.floating]) -> tuple[float, float]:
-    """Column and row, texel centres being whole numbers, of the viewer (3,), object frame, in the ordered image."""
+def _spans(corners: Ints, nodes: tuple[NDArray[np.int64], NDArray[np.int64]]) -> tuple[Ints, Ints]:
+    """Cells.cell and Cells.block of triangles with corners (n, 3, 2), columns and rows in nodes."""
+    last = np.array([len(axis) - 1 for axis in nodes], np.int32)
+    block = corners.min(1) // BLOCK
+    _, which = np.unique(block[:, 1] * (last[0] + 1) + block[:, 0], return_inverse=True)
+    step = np.zeros(which.max(initial=0) + 1, np.int32)
+    np.maximum.at(step, which, np.ptp(corners, axis=1).max(1))  # a block has cells of one size
+    size = step[which][:, None]
+    cell = block * BLOCK + (corners.sum(1) - 3 * block * BLOCK) // (3 * size) * size  # the one that holds the centroid
+    first = block * BLOCK
+    return np.stack([cell, cell + size], 1), np.stack([first, np.minimum(first + BLOCK, last)], 1)
+
+
+def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> tuple[int, int]:
+    """Column and row, in nodes, of the interval of the ordered image's grid that the viewer (3,), object frame, is in;
+    −1 before the first, the last node beyond it."""
     cylinder = baked.cylinder
-    image = ordered_image(baked)
-    height, width = image.depth.shape
     x, y, z = viewer.tolist()
-    if image.face is Face.SIDE:
-        u, v = np.arctan2(z, x) / (2 * np.pi), (y - cylinder.bottom) / cylinder.height
+    if cells.wraps:
+        u, v = np.arctan2(z, x) / (2 * np.pi) % 1, (y - cylinder.bottom) / cylinder.height
     else:
         u, v = x / (2 * cylinder.half_width) + 0.5, z / (2 * cylinder.half_depth) + 0.5
-    return float(u * width - 0.5), float(v * height - 0.5)
+    height, width = ordered_image(baked).depth.shape
+    column = u * width - 0.5
+    at = column % width if cells.wraps else column, v * height - 0.5
+    found = [int(np.searchsorted(nodes, value, side="right")) - 1 for nodes, value in zip(cells.nodes, at, strict=True)]
+    return found[0], found[1]
 
 
-def draw_order(cells: Cells, at: tuple[float, float], turn: int | None) -> NDArray[np.intp]:
-    """The order (n,) in which to draw `cells.ordered`, for the epipole `at` (column, row).
-
-    turn: columns of an image that wraps, else None.
-    """
-    column, row = at
-    first, last = cells.first, cells.last
-    rows = _distance(first[:, 1], last[:, 1], row)
-    columns = _distance(first[:, 0], last[:, 0], column) if turn is None else _around(first, last, column, turn)
-    order = np.argsort(-columns.astype(np.int16), kind="stable")  # 16 bits: NumPy sorts them by radix
-    return order[np.argsort(-rows[order].astype(np.int16), kind="stable")]
+def draw_order(cells: Cells, at: tuple[int, int]) -> NDArray[np.intp]:
+    """The order (n,) in which to draw `cells.ordered` for the epipole `at`."""
+    turn = len(cells.nodes[0]) - 1 if cells.wraps else None
+    order = np.arange(len(cells.ordered))
+    for spans in (cells.cell, cells.block):  # stable sorts, the first key last; NumPy sorts 16 bits by radix
+        for axis in (0, 1):
+            distance = _distance(spans[..., axis], at[axis], turn if axis == 0 else None)
+            order = order[np.argsort(-distance[order], kind="stable")]
+    return order
 
 
-def _distance(first: NDArray[np.int32], last: NDArray[np.int32], at: float) -> NDArray[np.int32]:
-    """Of spans from the epipole; 0 where one holds it."""
-    at = float(np.clip(at, -8192, 16384))  # beyond every image: the order is the same, and fits 16 bits
-    return np.maximum(np.maximum(first - int(np.floor(at)), int(np.ceil(at)) - last), 0)
-
-
-def _around(first: NDArray[np.int32], last: NDArray[np.int32], at: float, turn: int) -> NDArray[np.int32]:
-    """The same round a circle of `turn` columns, where the span opposite the epipole is the farthest."""
-    ahead, behind = (first[:, 0] - at) % turn, (at - last[:, 0]) % turn
-    holds = ahead + last[:, 0] - first[:, 0] > turn
-    opposite = (ahead < turn / 2) & (behind < turn / 2) & ~holds
-    nearer = np.ceil(np.minimum(ahead, behind)).astype(np.int32)
-    return np.where(holds, 0, np.where(opposite, turn, nearer))
+def _distance(spans: Ints, at: int, turn: int | None) -> NDArray[np.int16]:
+    """How many nodes lie between the epipole, in the interval after node `at`, and spans (n, 2) of first and last node:
+    0 for those that hold it. Round a circle of `turn` nodes, the span opposite is the farthest."""
+    first, last = spans[:, 0], spans[:, 1]
+    if turn is None:
+        return np.maximum(np.maximum(first - at, at + 1 - last), 0).astype(np.int16)
+    ahead, behind = (first - at - 1) % turn, (at - last) % turn
+    holds = ahead + last - first >= turn
+    opposite = (2 * ahead < turn) & (2 * behind < turn)
+    return np.where(holds, 0, np.where(opposite, turn, 1 + np.minimum(ahead, behind))).astype(np.int16)

@@ -8,6 +8,7 @@ from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 from depthwalk.bake.images import (
     BakedObject,
@@ -28,6 +29,9 @@ _TOLERANCE = 0.1
 _BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
 GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
 BORDER = 512  # added to a border vertex's image number: texels beside it may show another surface
+EASE_SHIFT = 10  # above number and flags: how much of the meso-structure's depth a vertex takes, of EASE
+EASE = 63
+_EASE_TEXELS = 6  # over which that grows from nothing, where another face's samples take over
 PAST_AXIS = 256  # added to a vertex's image number where depth exceeds the radius: its θ is half a turn off
 
 
@@ -81,7 +85,8 @@ def build_grids(baked: BakedObject) -> Grids:
         if not images:
             continue
         borders = {border.level: border for border in baked.borders if border.face is face}
-        tolerance = _TOLERANCE * square_texel(baked)
+        # Meso-structure needs every vertex, however smooth the surface below it is.
+        tolerance = _TOLERANCE * square_texel(baked) if baked.meso is None else -np.inf
         surfaces = _surfaces(baked.cylinder, images)
         triangles = [
             _face_triangles(images, surfaces, level, borders.get(level), tolerance * 2**level)
@@ -154,7 +159,7 @@ def _face_points(
     samples = sum(image.depth.size for image in images)
     position = [image_points(cylinder, image).reshape(-1, 3) for image in images]
     depth = [image.depth.ravel() for image in images]
-    image_number = [np.full(image.depth.size, first_image + image.layer) for image in images]
+    image_number = [first_image + image.layer + (_ease(image).ravel() << EASE_SHIFT) for image in images]
     shifts, total = [], 0
     for level in range(1 + max(borders, default=-1)):
         shifts.append(total)
@@ -170,6 +175,22 @@ def _face_points(
     past = (images[0].face is Face.SIDE) & (flat > cylinder.radius)
     every = _Points(np.concatenate(position), flat, np.concatenate(image_number) + PAST_AXIS * past)
     return every, _Numbers(samples, shifts + [0] * images[0].depth.size.bit_length())
+
+
+def _ease(image: DepthImage) -> NDArray[np.int64]:
+    """0 to EASE (H, W), by the distance to where the surface leaves this image or another face owns it. Faces lay the
+    meso-structure along axes of their own, so it must be level where they meet."""
+    height, width = image.depth.shape
+    both = 1 | 1 << 7
+    whole = np.zeros((height, width), bool)
+    wide = width if image.face is Face.SIDE else width - 1
+    whole[:-1, :wide] = (image.cells[0] & both == both).reshape(height - 1, wide)
+    inside = whole & np.isfinite(image.depth) & (image.owner == image.face)
+    margin = ((1, 1), (_EASE_TEXELS, _EASE_TEXELS))
+    padded = np.pad(inside, margin, mode="wrap" if image.face is Face.SIDE else "constant")
+    padded[[0, -1]] = False
+    distance = distance_transform_edt(padded)[1:-1, _EASE_TEXELS:-_EASE_TEXELS]
+    return np.round(EASE * np.clip((distance - 1) / _EASE_TEXELS, 0, 1)).astype(np.int64)
 
 
 def _surfaces(cylinder: Cylinder, images: list[DepthImage]) -> list[Surface]:

@@ -25,6 +25,9 @@ class LodParams(Params):
         4.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
     )
     freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
+    meso_fade: float = param(
+        1.0, "Meso-structure whose height covers fewer pixels is shading only", unit="pixels", ge=0, le=1000
+    )
     cases: Literal["complete", "paper"] = param(
         "complete", "Depth images per view: all that may be seen, or the paper's three cases"
     )

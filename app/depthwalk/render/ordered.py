@@ -4,11 +4,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import Face
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
 from depthwalk.render.assets import AssetStore
-from depthwalk.render.epipole import Cells, Runs, draw_order, epipole, image_cells, ordered_image
+from depthwalk.render.epipole import Cells, Runs, draw_order, epipole, image_cells
 from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.plan import Group
 
@@ -21,7 +20,7 @@ class OrderedIndices:
         self._arrays = AssetArrays(scope, program, *GRID_LAYOUT)
         self._buffers: dict[int, moderngl.Buffer] = {}
         self._cells: dict[tuple[int, Runs], Cells] = {}
-        self._written: dict[int, tuple[Runs, float, float]] = {}  # asset → what its buffer was sorted for
+        self._written: dict[int, tuple[Runs, tuple[int, int]]] = {}  # asset → what its buffer was sorted for
 
     def get(self, assets: AssetStore, group: Group, record: np.void) -> tuple[moderngl.VertexArray, int, int]:
         """The asset's vertex array, how many of its indices are in order for one object of the group, from the first
@@ -34,16 +33,11 @@ class OrderedIndices:
         if group.asset not in self._buffers:
             self._buffers[group.asset] = self._scope.buffer(reserve=asset.indices.size, dynamic=True)
         buffer = self._buffers[group.asset]
-        column, row = epipole(asset.baked, viewer_of(record))
-        wanted = group.indices, *np.floor([column, row]).tolist()
-        if self._written.get(group.asset) != wanted:
-            image = ordered_image(asset.baked)
-            # A whole texel is one order: its middle stands for all of it.
-            turn = image.depth.shape[1] if image.face is Face.SIDE else None
-            order = draw_order(cells, (wanted[1] + 0.5, wanted[2] + 0.5), turn)
+        at = epipole(asset.baked, viewer_of(record), cells)
+        if self._written.get(group.asset) != (group.indices, at):
             buffer.orphan()
-            buffer.write(np.concatenate([cells.ordered[order], cells.unordered]))
-            self._written[group.asset] = wanted
+            buffer.write(np.concatenate([cells.ordered[draw_order(cells, at)], cells.unordered]))
+            self._written[group.asset] = group.indices, at
         return self._arrays.get(group.asset, asset.vertices, buffer), cells.ordered.size, cells.unordered.size
 
     def forget(self) -> None:

@@ -5,11 +5,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.document import Loc
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.files import FileFinder, make_finder
 from depthwalk.scene.flatten import flatten, list_rows, reference_errors
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset, Scene
-from depthwalk.scene.schema import AssetParams, MeshAssetParams, SceneFile
+from depthwalk.scene.schema import AssetParams, DpciParams, MeshAssetParams, SceneFile
 from depthwalk.scene.validate import load_model, raise_all
 
 
@@ -58,17 +59,27 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
             texture=finder.find_optional((*loc, "texture"), spec.texture),
             up=spec.up,
             height=spec.height,
-            dpci=spec.dpci,
+            dpci=_dpci((*loc, "dpci"), spec.dpci, finder),
         )
     image = spec.depth_image
     return DepthImageAsset(
         name=name,
         depth=finder.find((*loc, "depth_image", "depth"), image.depth),
-        colour=finder.find((*loc, "depth_image", "colour"), image.colour),
+        colour=finder.find_optional((*loc, "depth_image", "colour"), image.colour),
         normal=finder.find_optional((*loc, "depth_image", "normal"), image.normal),
         size=image.size,
         range=image.range,
+        unit=image.unit,
+        intrinsics=image.intrinsics,
     )
+
+
+def _dpci(loc: Loc, dpci: DpciParams | None, finder: FileFinder) -> DpciParams | None:
+    if dpci is None or dpci.meso is None:
+        return dpci
+    depth = finder.find((*loc, "meso", "depth"), dpci.meso.depth)
+    normal = finder.find_optional((*loc, "meso", "normal"), dpci.meso.normal)
+    return dpci.model_copy(update={"meso": dpci.meso.model_copy(update={"depth": depth, "normal": normal})})
 
 
 def _environment(environment: Environment, finder: FileFinder) -> Environment:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.environment import Environment
-from depthwalk.scene.schema import DpciParams
+from depthwalk.scene.schema import DpciParams, IntrinsicsParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
 
 
@@ -28,14 +28,20 @@ class MeshAsset:
 
 @dataclass(frozen=True)
 class DepthImageAsset:
-    """A relief. size: width and height, metres; range: metres between white (in front) and black."""
+    """A relief, or what a depth camera saw: the one has a size, the other intrinsics.
+
+    size: width and height, metres; range: metres between white (in front) and black; unit: metres per count of the
+    file. None where the scene does not say.
+    """
 
     name: str
     depth: Path
-    colour: Path
+    colour: Path | None
     normal: Path | None
-    size: tuple[float, float]
-    range: float
+    size: tuple[float, float] | None
+    range: float | None
+    unit: float | None
+    intrinsics: IntrinsicsParams | None
 
 
 Asset = MeshAsset | DepthImageAsset

@@ -1,8 +1,8 @@
 """The scene file, version 1: what may stand in it, with defaults, units and ranges. Degrees, metres, sRGB."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Strict, Tag
+from pydantic import Discriminator, Field, Strict, Tag, model_validator
 
 from depthwalk.limits import (
     MAX_ASSETS,
@@ -16,6 +16,7 @@ from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.fields import (
     MAX_COORDINATE,
+    Coordinate,
     Extent,
     FileParams,
     FilePath,
@@ -30,8 +31,19 @@ from depthwalk.scene.fields import (
 from depthwalk.scene.validate import KIND
 
 _Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
+Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
 GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
 RepresentationName = Literal["dpci", "mesh", "dmesh"]
+BakeMethod = Literal["raycast", "six-view"]
+
+
+class MesoParams(FileParams):
+    """Meso-structure: a relief that is repeated all over an object, with true silhouettes."""
+
+    depth: FilePath = param(..., "Seamless depth image, white on the surface, black `height` below it")
+    normal: FilePath | None = param(None, "Normal map of the relief; absent derives it from the depth")
+    height: Length = param(..., "Depth between white and black", unit="m")
+    tile: ImageSize = param(..., "Width and height of one repetition, the width measured on the cylinder", unit="m")
 
 
 class DpciParams(FileParams):
@@ -40,7 +52,18 @@ class DpciParams(FileParams):
     resolution: int = param(
         512, "Width and height of the side image", unit="texels", ge=MIN_DPCI_RESOLUTION, le=MAX_DPCI_RESOLUTION
     )
-    layers: int = param(3, "Depth layers peeled along each ray", ge=1, le=MAX_DPCI_LAYERS)
+    layers: int = param(3, "Depth layers peeled along each ray; 1 with six-view", ge=1, le=MAX_DPCI_LAYERS)
+    method: BakeMethod = param("raycast", "How surfaces are sampled: by rays, or by six views warped on the GPU")
+    meso: MesoParams | None = param(None, "Relief laid over the depth images when they are drawn; changes no bake")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_layer_of_six_views(cls, value: Any) -> Any:
+        if not isinstance(value, dict) or value.get("method") != "six-view":
+            return value
+        if value.get("layers", 1) != 1:
+            raise ValueError("method six-view sees one surface per ray: layers must be 1")
+        return {"layers": 1} | value
 
 
 class MeshAssetParams(FileParams):
@@ -53,20 +76,39 @@ class MeshAssetParams(FileParams):
     dpci: DpciParams | None = param(None, "Depth images to bake; absent draws the mesh itself")
 
 
-class DepthImageParams(FileParams):
-    """A relief: an upright picture with a depth per pixel."""
+class IntrinsicsParams(FileParams):
+    """The pinhole camera that took a range image, without distortion; 0, 0 is the centre of the top left pixel."""
 
-    depth: FilePath = param(..., "Depth image, white in front")
-    colour: FilePath = param(..., "Colour image")
+    fx: Focal = param(..., "Horizontal focal length", unit="pixels")
+    fy: Focal = param(..., "Vertical focal length", unit="pixels")
+    cx: Coordinate = param(..., "Column of the optical axis", unit="pixels")
+    cy: Coordinate = param(..., "Row of the optical axis, from the top", unit="pixels")
+
+
+class DepthImageParams(FileParams):
+    """An upright picture with a depth per pixel: a relief with `size`, or a range image with `intrinsics`."""
+
+    depth: FilePath = param(..., "PNG, TIFF, EXR (channel Z) or NPY; whole numbers need `unit` or `range`")
+    colour: FilePath | None = param(None, "Colour image; absent is light grey")
     normal: FilePath | None = param(None, "Normal map; absent derives normals from the depth")
-    size: ImageSize = param(..., "Width and height of the picture", unit="m")
-    range: Length = param(..., "Depth between white and black", unit="m")
+    size: ImageSize | None = param(None, "Width and height of a relief", unit="m")
+    intrinsics: IntrinsicsParams | None = param(None, "Camera of a range image, whose depth is along its axis")
+    range: Length | None = param(None, "Depth of black in a relief, white being in front", unit="m")
+    unit: Length | None = param(None, "Metres per count, 0 is empty; absent: floats are metres", unit="m")
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Self:
+        if (self.size is None) == (self.intrinsics is None):
+            raise ValueError("needs exactly one of 'size', 'intrinsics'")
+        if self.range is not None and (self.unit is not None or self.intrinsics is not None):
+            raise ValueError(f"'range' and '{'unit' if self.unit is not None else 'intrinsics'}' exclude each other")
+        return self
 
 
 class DepthImageAssetParams(FileParams):
-    """An asset read from a depth image."""
+    """An asset read from a depth image or a range image."""
 
-    depth_image: DepthImageParams = param(..., "A relief: colour with a depth per pixel")
+    depth_image: DepthImageParams = param(..., "A relief or a range image: colour with a depth per pixel")
 
 
 def _kind(*keys: str) -> Discriminator:

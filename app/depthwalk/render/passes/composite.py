@@ -44,7 +44,7 @@ class CompositePass(Pass):
         )
         self._instances.upload(frame.plan.composite.records)
         for group in frame.plan.composite.groups:
-            frame.assets.depth_object(group.asset).use_surface(self._program, (2, 3))
+            frame.assets.depth_object(group.asset).use_surface(self._program, (2, 3, 4))
             self._instances.bind(self._array, group.first)
             self._array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=group.count)
         context.disable_direct(DEPTH_CLAMP)

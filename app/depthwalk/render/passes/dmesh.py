@@ -25,13 +25,13 @@ class DmeshPass(Pass):
         context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         context.wireframe = frame.settings.warp.wireframe
         clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
-        self._program.set(clip_from_eye=clip_from_eye, pixel_angle=1 / frame.view.focal_pixels)
+        self._program.set(clip_from_eye=clip_from_eye)
         self._instances.upload(frame.plan.dmesh.records)
         for group in frame.plan.dmesh.groups:
             asset = frame.assets.depth_object(group.asset)
             array = self._arrays.get(group.asset, asset.vertices, asset.indices)
-            self._program.set(**asset.geometry)
-            asset.use_surface(self._program, (0, 1))
+            asset.use_geometry(self._program, 2, frame.settings.lod, 1 / frame.view.focal_pixels)
+            asset.use_surface(self._program, (0, 1, 2))
             self._instances.bind(array, group.first)
             for first, length in group.indices:
                 array.render(vertices=length, first=first, instances=group.count)

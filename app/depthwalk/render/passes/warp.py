@@ -46,7 +46,7 @@ class WarpPass(Pass):
         in_order = frame.settings.warp.order == "epipole"
         for group in frame.plan.warp.groups:
             asset = frame.assets.depth_object(group.asset)
-            self._program.set(**asset.geometry)
+            asset.use_geometry(self._program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
             for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
                 context.enable_direct(plane)
             if in_order:

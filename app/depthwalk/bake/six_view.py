@@ -1,0 +1,291 @@
+"""Sampling as the paper does it (Liu, Liu and Wu 2007, §3.1): six planar depth images of the bounding box, warped.
+
+The box is the one around the cylinder, so that its top and bottom images are the caps themselves. Each view is drawn
+on the GPU as a picture of triangle numbers; the exact point, normal and colour at each texel's centre follow from the
+triangle, as they do from a ray's hit. The views' texels, connected to triangles, are then drawn into the side image.
+"""
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.border import Samples
+from depthwalk.bake.images import Cylinder, Face, texel_centres, texel_size
+from depthwalk.bake.raycast import Hits, facing_normals
+from depthwalk.bake.samples import FaceSamples, face_samples
+from depthwalk.gpu.device import GpuError, Scope, headless_device
+from depthwalk.gpu.program import Program, shader
+from depthwalk.ingest.mesh import Mesh
+
+# A triangle between texels of a view lies on the surface if it is not seen edge on and its normal agrees with those at
+# its corners: a rubber sheet across a jump of two texels is 63° off. Of the six views one sees any surface under 55°.
+_LEAST_COSINE = 0.17  # between triangle and view: 80°
+_LEAST_AGREEMENT = 0.5  # between triangle and normals: 60°
+_WIDEST = 0.25  # turns: a triangle wider than that has the axis in or beside it and no meaning in the side image
+# Texels. The views' rows lie on those of the side image, where a triangle may or may not cover its first and last row:
+# drawn a hair lower and once more a hair higher, it covers both.
+_NUDGE = 1 / 64
+_CHANNELS = (3, 4, 8, 11)  # where normal, depth, albedo, facing and front (±1, 0 where empty) of a side texel part
+
+
+@dataclass(frozen=True)
+class _View:
+    """An orthographic camera on a side of the box: texel (u, v) in [0, 1]² looks from origin + u·across + v·up along
+    `inward` (unit), as far as `reach` metres. All (3,) float64, object frame."""
+
+    origin: NDArray[np.float64]
+    across: NDArray[np.float64]
+    up: NDArray[np.float64]
+    inward: NDArray[np.float64]
+    reach: float
+
+    @property
+    def clip_from_object(self) -> NDArray[np.float64]:
+        rows = np.stack([self.across / (self.across @ self.across), self.up / (self.up @ self.up),
+                         self.inward / self.reach])  # fmt: skip
+        matrix = np.eye(4)
+        matrix[:3, :3] = 2 * rows
+        matrix[:3, 3] = -2 * rows @ self.origin - 1
+        return matrix
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether u to the right and v upward show the object as in a mirror; a top cap does."""
+        return bool(np.cross(self.across, self.up) @ self.inward > 0)
+
+    def ray_origins(self, size: int) -> NDArray[np.float64]:
+        """Where the rays of the texels (size², 3) begin."""
+        centres = texel_centres(size)[:, None]
+        return (self.origin + centres[:, None] * self.up + centres * self.across).reshape(-1, 3)
+
+
+@dataclass(frozen=True)
+class _ViewImage:
+    """What a view sees: its texels as samples, and their points (size², 3) float64, NaN where empty."""
+
+    seen: FaceSamples
+    points: NDArray[np.float64]
+
+
+def sample_six_views(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples]:
+    """The samples of side and caps, size² texels each, of a mesh in its cylinder: one layer, and in the side image
+    less than a ray meets, where no view sees it.
+
+    Raises GpuError where no OpenGL 3.3 context can be had.
+    """
+    # In a thread of its own: a window's context that is current in this one stays so.
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(_sample, mesh, cylinder, size).result()
+
+
+def _sample(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples]:
+    try:
+        device = headless_device()
+    except GpuError as error:
+        raise GpuError(f"method six-view draws with OpenGL, method raycast does not: {error}") from error
+    scope = device.scope("six-view")
+    try:
+        return _sample_on(scope, mesh, cylinder, size)
+    finally:
+        scope.release()
+        device.context.release()
+
+
+def _sample_on(scope: Scope, mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples]:
+    camera = _ViewCamera(scope, mesh, size)
+    side = _SideImage(scope, cylinder, size)
+    found: dict[Face, FaceSamples] = {}
+    for face, view in _views(cylinder):
+        image = _see(mesh, view, camera.draw(view), size)
+        side.add(image, _connected(image, view, size))
+        if face is not Face.SIDE:
+            found[face] = image.seen
+    found[Face.SIDE] = side.read()
+    return found
+
+
+def _views(cylinder: Cylinder) -> Iterator[tuple[Face, _View]]:
+    """The six sides of the box around the cylinder."""
+    radius, height = cylinder.radius, cylinder.height
+    x, y, z = np.eye(3)
+    for outward in (x, z, -x, -z):
+        across = np.cross(y, outward)
+        origin = radius * (outward - across) + cylinder.bottom * y
+        yield Face.SIDE, _View(origin, 2 * radius * across, height * y, -outward, 2 * radius)
+    for face, level, inward in ((Face.TOP, cylinder.top, -y), (Face.BOTTOM, cylinder.bottom, y)):
+        corner = np.array([-radius, level, -radius])
+        yield face, _View(corner, 2 * radius * x, 2 * radius * z, inward, height)
+
+
+class _ViewCamera:
+    """Draws the mesh as a picture of face numbers."""
+
+    def __init__(self, scope: Scope, mesh: Mesh, size: int) -> None:
+        self._context = scope.device.context
+        self._target = scope.framebuffer([scope.texture((size, size), 2, "f4")], scope.depth_texture((size, size)))
+        self._program = Program(scope, shader("six_view", "faces.vert"), shader("six_view", "faces.frag"))
+        vertices = scope.buffer(np.ascontiguousarray(mesh.positions, np.float32))
+        indices = scope.buffer(np.ascontiguousarray(mesh.faces, np.uint32))
+        self._array = scope.vertex_array(self._program.gl, [(vertices, "3f", "in_position")], index_buffer=indices)
+
+    def draw(self, view: _View) -> NDArray[np.int64]:
+        """The face (size²,) that each texel sees, −1 for none; rows from v = 0 up."""
+        self._target.use()
+        self._target.clear(-1.0, -1.0)
+        self._context.enable_only(moderngl.DEPTH_TEST)
+        self._program.set(clip_from_object=view.clip_from_object.T.astype(np.float32).tobytes())
+        self._array.render()
+        high, low = np.frombuffer(self._target.read(components=2, dtype="f4"), np.float32).reshape(-1, 2).T
+        return np.where(high < 0, -1, high.astype(np.int64) << 16 | low.astype(np.int64))
+
+
+def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int) -> _ViewImage:
+    """What lies on the rays through the texels' centres, of which the picture says which face (size²,) they meet."""
+    solid = np.flatnonzero(face >= 0)
+    corners = mesh.positions[mesh.faces[face[solid]]].astype(np.float64)
+    origin = view.ray_origins(size)
+    flat = corners - origin[solid, None]
+    plane = np.stack([flat @ view.across, flat @ view.up], -1)  # (n, 3, 2): the ray is at 0
+    # Weights of a corner: the area that the ray and the other two span.
+    areas = np.stack([_cross(plane[:, (k + 1) % 3], plane[:, (k + 2) % 3]) for k in range(3)], -1)
+    # Rasterisation snaps corners: a centre may be a hair outside, where a face seen edge on would run away.
+    areas = np.maximum(areas * np.sign(areas.sum(1, keepdims=True)), 0) + 1e-300
+    weights = areas / areas.sum(1, keepdims=True)
+    distance = np.einsum("nk,nkc,c->n", weights, flat, view.inward)
+    across_face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).astype(np.float32)
+    normal, flipped = facing_normals(across_face, np.broadcast_to(view.inward.astype(np.float32), across_face.shape))
+
+    hits = Hits(
+        _spread(distance, solid, size, np.inf),
+        face[None].astype(np.int32),
+        _spread(weights[:, 1], solid, size, 0),
+        _spread(weights[:, 2], solid, size, 0),
+        _spread(normal, solid, size, 0),
+        _spread(flipped, solid, size, False),
+    )
+    points = np.full((size * size, 3), np.nan)
+    points[solid] = origin[solid] + distance[:, None] * view.inward
+    return _ViewImage(face_samples(mesh, hits, size), points)
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def _spread(values: NDArray, where: NDArray[np.intp], size: int, empty: float) -> NDArray:
+    """Values (n, …) at texels (n,), in single precision, as one layer (1, size², …) that is `empty` elsewhere."""
+    dtype = np.bool_ if values.dtype == np.bool_ else np.float32
+    layer = np.full((1, size * size, *values.shape[1:]), empty, dtype)
+    layer[0, where] = values
+    return layer
+
+
+def _connected(image: _ViewImage, view: _View, size: int) -> NDArray[np.uint32]:
+    """Triangles (t, 3) of neighbouring texels that lie on the surface, counter-clockwise seen from the view."""
+    number = np.arange(size * size, dtype=np.uint32).reshape(size, size)
+    a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]))
+    triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([b, d, c], -1)])
+    triangles = triangles[np.isfinite(image.points[:, 0])[triangles].all(1)]
+    if view.mirrored:
+        triangles = triangles[:, ::-1]
+    points = image.points[triangles]
+    normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    frontal = normal @ view.inward < -_LEAST_COSINE
+    agreeing = np.einsum("nc,nkc->nk", normal, image.seen.normal.reshape(-1, 3)[triangles]) > _LEAST_AGREEMENT
+    return np.ascontiguousarray(triangles[frontal & agreeing.all(1)])
+
+
+class _SideImage:
+    """The side image, into which the views' triangles are drawn; of what meets a texel the nearest stays."""
+
+    def __init__(self, scope: Scope, cylinder: Cylinder, size: int) -> None:
+        self._scope, self._cylinder, self._size = scope, cylinder, size
+        self._context = scope.device.context
+        colours = [scope.texture((size, size), 4, "f4") for _ in range(3)]
+        self._target = scope.framebuffer(colours, scope.depth_texture((size, size)))
+        self._target.clear()
+        self._program = Program(scope, shader("six_view", "side.vert"), shader("six_view", "side.frag"))
+        self._program.set(far_depth=2 * cylinder.radius)
+
+    def add(self, image: _ViewImage, triangles: NDArray[np.uint32]) -> None:
+        """Draws triangles (t, 3) between the texels of a view: before the axis, and where rays see them past it."""
+        seen = image.seen
+        front = np.where(seen.samples.flipped, np.float32(-1), np.float32(1))[..., None]
+        attributes = self._scope.buffer(np.concatenate([seen.normal, seen.albedo, seen.samples.facing, front], -1))
+        for past_axis in (False, True):
+            place = self._places(image.points, past_axis)
+            u = place[triangles.T, 0]  # (3, t)
+            wraps = np.ptp(u, axis=0) > 0.5
+            narrow = np.ptp(np.where(wraps & (u < 0.5), u + 1, u), axis=0) < _WIDEST
+            # What faces outward runs clockwise in the image: seen from outside, θ grows to the left. The rest is
+            # culled, of an open mesh as well: the other side of a surface is for the view that sees it.
+            self._context.front_face = "ccw" if past_axis else "cw"
+            places = self._scope.buffer(place)
+            self._draw(places, attributes, triangles[narrow & ~wraps], wraps=False, shifts=(0.0,))
+            self._draw(places, attributes, triangles[narrow & wraps], wraps=True, shifts=(0.0, -1.0))
+            self._scope.free(places)
+        self._scope.free(attributes)
+
+    def read(self) -> FaceSamples:
+        """The image, with gaps a texel wide closed."""
+        shape = (self._size, self._size)
+        channels = [self._target.read(components=4, attachment=k, dtype="f4") for k in range(3)]
+        texels = np.concatenate([np.frombuffer(c, np.float32).reshape(*shape, 4) for c in channels], -1)
+        _close_gaps(texels, 2 * max(texel_size(self._cylinder, Face.SIDE, shape)))
+        normal, depth, albedo, facing, front = np.split(texels[None], _CHANNELS, -1)
+        solid = front[..., 0] != 0
+        samples = Samples(np.where(solid, depth[..., 0], np.float32(np.inf)), facing.copy(), front[..., 0] < 0)
+        return FaceSamples(samples, normal.copy(), albedo.copy())
+
+    def _places(self, points: NDArray[np.float64], past_axis: bool) -> NDArray[np.float32]:
+        """u, v and depth (n, 3) of points (n, 3), on the ray that meets them before or past the axis."""
+        x, y, z = points.T
+        v = (y - self._cylinder.bottom) / self._cylinder.height
+        u = (np.arctan2(z, x) / (2 * np.pi) + 0.5 * past_axis) % 1.0
+        distance = np.hypot(x, z) * (1 if past_axis else -1)
+        return np.stack([u, v, self._cylinder.radius + distance], -1).astype(np.float32)
+
+    def _draw(
+        self,
+        places: moderngl.Buffer,
+        attributes: moderngl.Buffer,
+        triangles: NDArray[np.uint32],
+        wraps: bool,
+        shifts: tuple[float, ...],
+    ) -> None:
+        if not len(triangles):
+            return
+        indices = self._scope.buffer(np.ascontiguousarray(triangles))
+        content = [(places, "3f", "in_place"), (attributes, "3f 4f 4f", "in_normal", "in_albedo", "in_facing")]
+        array = self._scope.vertex_array(self._program.gl, content, index_buffer=indices)
+        self._target.use()
+        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        for shift, nudge in product(shifts, (-_NUDGE, _NUDGE)):
+            self._program.set(wraps=wraps, shift=(shift, nudge / self._size))
+            array.render()
+        self._scope.free(array, indices)
+
+
+def _close_gaps(texels: NDArray[np.float32], deepest: float) -> None:
+    """Fills each empty texel between two filled ones, whose depths differ by at most `deepest` metres, with their mean.
+
+    Where two views meet at an edge of the object, each ends up to half a texel before it. texels: (H, W, 12), its
+    columns wrap.
+    """
+    for axis in (1, 0):
+        before, after = np.roll(texels, 1, axis), np.roll(texels, -1, axis)
+        gap = (before[..., -1] != 0) & (after[..., -1] != 0) & (texels[..., -1] == 0)
+        gap &= np.abs(before[..., 3] - after[..., 3]) <= deepest
+        if axis == 0:
+            gap[[0, -1]] = False
+        filled = (before[gap] + after[gap]) / 2
+        for vector in (filled[:, :3], filled[:, 8:11]):
+            vector /= np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), 1e-12)
+        filled[:, -1] = before[gap, -1]
+        texels[gap] = filled

@@ -1,0 +1,25 @@
+"""Meso-structure from picture files."""
+
+from pathlib import Path
+
+import numpy as np
+
+from depthwalk.bake.meso import Meso, tiling_slopes
+from depthwalk.errors import InputError
+from depthwalk.ingest.range_image import load_depth_image
+
+
+def load_meso(depth: Path, *, height: float, tile: tuple[float, float], normal: Path | None = None) -> Meso:
+    """A tile of relief.
+
+    depth:  grey, 8 or 16 bits: white on the object's surface, black `height` metres below it; without empty pixels.
+    tile:   width and height on the object, metres.
+    normal: RGB normal map, x right, y up, z outward; where None the slopes are those of the depth.
+    Raises InputError.
+    """
+    image = load_depth_image(depth, size=tile, depth_range=height, normal=normal)
+    if not np.isfinite(image.depth).all():
+        raise InputError(f"{depth}: {np.count_nonzero(~np.isfinite(image.depth))} pixels of the tile hold no depth")
+    slopes = tiling_slopes(image.depth, tile) if normal is None else image.normal[..., :2] / image.normal[..., 2:]
+    relief = np.concatenate([np.clip(image.depth, 0, height)[..., None], slopes], -1)
+    return Meso(relief.astype(np.float32), tile, height)

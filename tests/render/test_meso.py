@@ -1,0 +1,164 @@
+"""Meso-structure: the twin against differences of displaced surfaces, the shaders against the twin."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from depthwalk.bake.images import Face
+from depthwalk.bake.meso import Meso, tiling_slopes
+from depthwalk.errors import InputError
+from depthwalk.ingest.meso import load_meso
+from depthwalk.reference.meso import displaced, place, tilted
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.loader import load_scene
+from shapes import ShapeLibrary, bake, joined, mesh_of, scene_of
+
+
+def waves(height=0.1, tile=(0.5, 0.4), size=256):
+    """Long waves in both directions."""
+    y, x = (np.mgrid[0:size, 0:size] + 0.5) / size * 2 * np.pi
+    depth = height * (0.5 + 0.25 * np.sin(x) + 0.25 * np.cos(2 * y))
+    relief = np.concatenate([depth[..., None], tiling_slopes(depth, tile)], -1)
+    return Meso(relief.astype(np.float32), tile, height)
+
+
+def egg(u, v, face):
+    """Points and unit normals (n, 3) of a smooth surface over a face."""
+
+    def point(u, v):
+        if face is Face.SIDE:
+            r = 0.8 + 0.1 * np.sin(u) + 0.15 * v
+            return np.stack([r * np.cos(u), v, r * np.sin(u)], -1)
+        top = 1.5 - 0.2 * u**2 - 0.1 * u * v
+        return np.stack([u, top if face is Face.TOP else -top, v], -1)
+
+    return point(u, v), normals_of(point, u, v, face)
+
+
+def normals_of(point, u, v, face, step=1e-5):
+    along_u = point(u + step, v) - point(u - step, v)
+    along_v = point(u, v + step) - point(u, v - step)
+    normal = np.cross(along_u, along_v)
+    outward = place(point(u, v), face, waves(), 1.0).outward
+    normal *= np.sign(np.einsum("ni,ni->n", normal, outward))[:, None]
+    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("face", Face)
+def test_normals_are_those_of_the_displaced_surface(face):
+    rng = np.random.default_rng(4)
+    u, v = rng.uniform(-0.7, 0.7, (2, 400))
+    meso = waves(height=0.03)
+    points, normals = egg(u, v, face)
+    moved = displaced(points, face, meso, 1.0)
+    expected = normals_of(lambda u, v: displaced(egg(u, v, face)[0], face, meso, 1.0), u, v, face, 2e-3)
+    found = tilted(normals, moved, face, meso, 1.0)
+    cosine = np.einsum("ni,ni->n", found, expected)
+    assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 2.5
+    tilt = np.einsum("ni,ni->n", normals, expected)
+    assert np.degrees(np.arccos(np.clip(tilt, -1, 1))).max() > 10
+
+
+def test_tiles_meet_round_the_side():
+    points = np.array([[-1, 0.3, 1e-7], [-1, 0.3, -1e-7]])
+    uv = place(points, Face.SIDE, waves(), 1.0).uv
+    assert abs(uv[0, 0] - uv[1, 0]) == pytest.approx(13)  # 2π / 0.5, rounded
+    np.testing.assert_allclose(*displaced(points, Face.SIDE, waves(), 1.0), atol=1e-5)
+
+
+def pillar(radius=0.5, columns=512, rows=256, height=2.0, meso=None, cylinder=0.5):
+    """A tube with level ends, displaced where a meso-structure is given."""
+    theta, y = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(0, height, rows + 1))
+    outward = np.stack([np.cos(theta), 0 * y, np.sin(theta)], -1).reshape(-1, 3)
+    points = radius * outward + y.reshape(-1, 1) * [0, 1, 0]
+    normals = outward
+    if meso is not None:
+        points = displaced(points, Face.SIDE, meso, cylinder)
+        normals = tilted(outward, points, Face.SIDE, meso, cylinder)
+    i, j = np.meshgrid(np.arange(columns), np.arange(rows))
+    a = (j * (columns + 1) + i).ravel()
+    b, c, d = a + 1, a + columns + 1, a + columns + 2
+    tube = mesh_of(points, np.concatenate([np.stack([a, c, b], -1), np.stack([b, c, d], -1)]), normals)
+    k = np.arange(columns)
+    ends = []
+    for rim, turn, sign in ((points[: columns + 1], 1, -1), (points[-columns - 1 :], -1, 1)):
+        middle = [[0, rim[0, 1], 0]]
+        fan = np.stack([k, k + 1, np.full(columns, columns + 1)], -1)[:, ::turn]
+        ends.append(mesh_of(np.concatenate([rim, middle]), fan, np.tile([0, sign, 0], (columns + 2, 1))))
+    return joined(tube, *ends)
+
+
+@pytest.fixture(scope="module")
+def pillars():
+    """Depth images of a smooth pillar with meso-structure, and the mesh that they stand for."""
+    baked = bake(pillar(), 256, 1)
+    meso = waves()
+    mesh = pillar(meso=meso, cylinder=baked.cylinder.radius)
+    # Meshes stand on their base; so do depth images, by their own frame.
+    return ShapeLibrary([mesh, pillar()], [replace(baked, meso=meso), baked])
+
+
+def picture(studio, library, asset, representation, camera, **settings):
+    scene = scene_of((asset, (0, 0, 0), 0.0, 1.0), representation=representation)
+    for name, value in settings.items():
+        setattr(scene.render.lod, name, value)
+    return studio.picture(scene, library, camera, size=(320, 240), transparent=True, depth=True)[:2]
+
+
+@pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
+def test_pictures_are_those_of_a_displaced_mesh(studio, pillars, representation):
+    camera = Camera((0.3, 1.2, 2.6), (0, 1, 0), 0.55)
+    pixels, metres = picture(studio, pillars, 0, representation, camera)
+    wanted, distance = picture(studio, pillars, 0, Representation.MESH, camera)
+    _, plain = picture(studio, pillars, 1, Representation.DPCI, camera)
+    rows = slice(20, -20)  # the ends ease to level
+    seen, expected = pixels[rows, :, 3] > 0.5, wanted[rows, :, 3] > 0.5
+    assert (seen & expected).sum() > 0.99 * (seen | expected).sum()
+    both = seen & expected
+    off = np.abs(metres[rows][both] - distance[rows][both])
+    assert np.median(off) < 0.004 and np.percentile(off, 95) < 0.02
+    assert np.median(np.abs(plain[rows][both] - distance[rows][both])) > 0.03
+    assert np.abs(pixels - wanted)[rows][both].mean() < 0.02
+
+
+def test_relief_too_small_to_see_is_shading_only(studio, pillars):
+    camera = Camera((0.3, 1.2, 2.6), (0, 1, 0), 0.55)
+    plain, flat = picture(studio, pillars, 1, Representation.DPCI, camera)
+    faded, depth = picture(studio, pillars, 0, Representation.DPCI, camera, meso_fade=1000)
+    # Coarse cells are for smooth surfaces only: a fraction of a millimetre lies between the two grids.
+    np.testing.assert_allclose(depth[40:-40, 120:200], flat[40:-40, 120:200], atol=2e-3)
+    assert np.abs(faded - plain)[40:-40, 120:200, :3].mean() > 0.01
+
+
+def test_a_tile_from_files(tmp_path):
+    y, x = np.mgrid[0:32, 0:64] / 64 * 2 * np.pi
+    grey = np.round(65535 * (0.5 + 0.5 * np.sin(x) * np.cos(2 * y))).astype(np.uint16)
+    Image.fromarray(grey).save(tmp_path / "relief.png")
+    meso = load_meso(tmp_path / "relief.png", height=0.02, tile=(0.4, 0.2))
+    np.testing.assert_allclose(meso.relief[..., 0], 0.02 * (1 - grey[::-1] / 65535.0), atol=1e-6)
+    slope = -0.01 * np.cos(x) * np.cos(2 * y) * 2 * np.pi / 0.4
+    np.testing.assert_allclose(meso.relief[..., 1], slope[::-1], atol=1e-3)
+    normal = np.full((8, 8, 3), (165, 90, 250), np.uint8)
+    Image.fromarray(normal).save(tmp_path / "normal.png")
+    mapped = load_meso(tmp_path / "relief.png", height=0.02, tile=(0.4, 0.2), normal=tmp_path / "normal.png")
+    np.testing.assert_allclose(mapped.relief[..., 1:], np.broadcast_to([0.306, -0.306], (32, 64, 2)), atol=0.01)
+    Image.fromarray(np.dstack([grey >> 8, (grey > 20000) * 255]).astype(np.uint8), "LA").save(tmp_path / "holes.png")
+    with pytest.raises(InputError, match=r"holes\.png: \d+ pixels of the tile hold no depth"):
+        load_meso(tmp_path / "holes.png", height=0.02, tile=(0.4, 0.2))
+
+
+def test_the_scene_file_names_a_tile(tmp_path):
+    """A tile that is there is resolved; one that is not is an error at its place."""
+    (tmp_path / "box.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    Image.new("L", (4, 4), 99).save(tmp_path / "bark.png")
+    text = "version: 1\nassets:\n  box: {mesh: box.obj, dpci: {meso: {depth: %s, height: 0.02, tile: [0.3, 0.4]}}}\n"
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(text % "bark.png")
+    meso = load_scene(scene).assets[0].dpci.meso
+    assert (meso.depth, meso.normal, meso.tile) == (tmp_path / "bark.png", None, (0.3, 0.4))
+    scene.write_text(text % "oak.png")
+    located = r"scene\.yaml:3:\d+: assets\.box\.dpci\.meso\.depth: file 'oak\.png' not found"
+    with pytest.raises(InputError, match=located):
+        load_scene(scene)
