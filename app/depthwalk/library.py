@@ -86,7 +86,7 @@ class SceneLibrary:
         return bake_object(mesh, params, key, lambda stage: self.report(self._assets[asset].name, stage))
 
     def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedObject]) -> BakedObject:
-        """The object of `key` from beside its source or from the cache; else `bake` makes it, and the cache keeps it."""
+        """The object of `key` from beside its source or from the cache; else `bake` makes it and the cache keeps it."""
         baked = find_baked(source, key)
         if baked is None:
             start = time.perf_counter()

@@ -25,8 +25,8 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     unit:        metres per count; floats without it are metres.
     camera:      the depth is a distance from a camera.
 
-    No depth is where a value is NaN or infinite, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0, as depth
-    cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
+    No depth is where a value is NaN or infinite, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0, as
+    depth cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
     """
     values, valid = _read_raw(path)
     if min(values.shape) < 2:
@@ -75,7 +75,7 @@ def _read_npy(path: Path) -> Raw:
 
 
 def _read_exr(path: Path) -> Raw:
-    """Channel Z, else the only channel there is, of the first part; channel A, where there is one, tells what counts."""
+    """Channel Z, else the only channel there is, of the first part; channel A, if there is one, tells what counts."""
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     try:

@@ -28,7 +28,7 @@ def noise(values: Array) -> float:
 
 
 def tolerance(values: Array, cell: Array | float) -> Array:
-    """Steps (H, W) between neighbours that need no explanation: a slope of STEEP cells, noise, or two counts of the file.
+    """Steps (H, W) between neighbours that need no explanation: a slope of STEEP cells, noise, two counts of the file.
 
     cell: (H, W) or one number, what a step as deep as a texel is wide makes in `values`.
     """
@@ -42,9 +42,8 @@ def tolerance(values: Array, cell: Array | float) -> Array:
 def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
     """Whether the surface goes on from each texel to the next along `axis`: (H, W − 1) for 1, (H − 1, W) for 0.
 
-    allowed: (H, W) as of `tolerance`. A step beyond it is a slope if it is one of three alike in a row, and a tear if not:
-    one or two are an edge with a pixel between foreground and background on it, as
-    depth cameras see edges.
+    allowed: (H, W) as of `tolerance`. A step beyond it is a slope if it is one of three alike in a row, and a tear if
+    not: one or two are an edge with a pixel between foreground and background on it, as depth cameras see edges.
     """
     rows, limit = (np.moveaxis(array, axis, 1) for array in (values, allowed))
     with np.errstate(invalid="ignore"):

@@ -65,8 +65,8 @@ def phong(
 ) -> Array:
     """Linear RGB (n, 3) of samples (n, 3), all in texture space: `reference.light.phong` without a world.
 
-    viewer (3,); normal (n, 3), to_sun (3,) and up (3,), the world's, unit; albedo (n, 3); specular, shininess (n,); sun,
-    ambient (3,) linear.
+    viewer (3,); normal (n, 3), to_sun (3,) and up (3,), the world's, unit; albedo (n, 3); specular, shininess (n,);
+    sun, ambient (3,) linear.
     """
     to_viewer = view_vectors(samples, viewer)
     to_viewer = to_viewer / np.linalg.norm(to_viewer, axis=1, keepdims=True)

@@ -1,6 +1,6 @@
 """Pass 1's planes: on which plane an object's depth images are warped, how much of it is seen, at what resolution.
 
-All arrays over n objects, float64, object frame unless said otherwise. docs/conventions.md; Liu et al. 2007, §3.2 and §3.3.
+All arrays over n objects, float64, object frame unless said otherwise. docs/conventions.md; Liu et al. 2007, §3.2 f.
 """
 
 from dataclasses import dataclass, replace
