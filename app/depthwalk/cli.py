@@ -1,5 +1,5 @@
 """The command line: what each command takes. The work is in `commands`, imported when its command runs, so that
-`depthwalk --help` and `depthwalk check` wait for no graphics library."""
+`depthwalk --help` waits for no library, and `depthwalk check` for those of the renderer but for no window's and no GL."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -120,7 +120,7 @@ def view(
         load_path(path) if path else None,
         size,
         representation(representation_name),
-        walk.start_camera(loaded, camera),
+        camera,
         fullscreen,
     )
     reason = walk.open_walk(shown)

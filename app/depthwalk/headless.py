@@ -1,5 +1,6 @@
 """Pictures without a window."""
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
 
@@ -10,7 +11,7 @@ from depthwalk.gpu.device import headless_device
 from depthwalk.render.assets import Library
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view import View
-from depthwalk.scene.arrays import Representation
+from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
 
 
@@ -30,23 +31,27 @@ class HeadlessRenderer:
     """Draws one scene into memory. Use it in a `with` block, which frees the GL context and all in it.
 
     Its making loads the assets that are drawn, and bakes where that is needed. Raises GpuError where no OpenGL 3.3
-    context can be had, InputError for assets that cannot be used.
+    context can be had, InputError for assets that cannot be used. There may be several at a time: each call makes its
+    own context current and then again the one that was.
     """
 
     def __init__(
         self, scene: Scene, library: Library, size: tuple[int, int], representation: Representation | None = None
     ) -> None:
-        self.device = headless_device()
         self.size = size
-        self._scope = self.device.scope("headless")
-        self._screen = self._scope.framebuffer([self._scope.texture(size, 4)])
-        self.renderer = Renderer(self.device, scene, library)
-        self.renderer.representation = representation
-        try:
-            self.renderer.table()
-        except BaseException:
-            self.release()
-            raise
+        self.device = headless_device()
+        with ExitStack() as made:  # what a failing step leaves behind goes with the context
+            made.callback(self.device.context.release)
+            with self.device.context, ExitStack() as objects:
+                scope = self.device.scope("headless")
+                objects.callback(scope.release)
+                self._screen = scope.framebuffer([scope.texture(size, 4)])
+                self.renderer = Renderer(self.device, scene, library)
+                objects.callback(self.renderer.release)
+                self.renderer.representation = representation
+                self.renderer.table()
+                self._objects = objects.pop_all()
+            made.pop_all()
 
     def __enter__(self) -> "HeadlessRenderer":
         return self
@@ -57,26 +62,36 @@ class HeadlessRenderer:
         self.release()
 
     def release(self) -> None:
-        self.renderer.release()
-        self._scope.release()
+        with self.device.context:
+            self._objects.close()
         self.device.context.release()
 
     def draw(self, view: View, transparent: bool = False) -> None:
         """Draws a frame; transparent: alpha 0 instead of sky and background."""
-        self.renderer.render(view, self._screen, transparent)
+        with self.device.context:
+            self.renderer.render(view, self._screen, transparent)
 
     def pixels(self) -> NDArray[np.uint8]:
         """The frame drawn last, (H, W, 4) uint8, sRGB and alpha, row 0 at the top."""
-        return read_pixels(self._screen)
+        with self.device.context:
+            return read_pixels(self._screen)
 
-    def linear_image(self, view: View) -> LinearImage:
-        """The frame drawn last, which `view` saw, in linear light and with distances."""
-        targets = self.renderer.targets
-        assert targets is not None  # `draw` made them
+    def frame_all(self) -> Camera:
+        """A camera that sees every object in pictures of this size."""
         width, height = self.size
-        colour = np.frombuffer(targets.lit_texture.read(alignment=1), np.float16).reshape(height, width, 4)[::-1]
-        depth = np.frombuffer(targets.depth.read(alignment=1), np.float32).reshape(height, width)[::-1]
-        return LinearImage(colour.astype(np.float32), view_distance(depth, view.near, view.far))
+        with self.device.context:
+            return self.renderer.frame_all(width / height)
+
+    def linear_image(self) -> LinearImage:
+        """The frame drawn last, in linear light and with distances."""
+        targets, fitted = self.renderer.targets, self.renderer.view
+        assert targets is not None and fitted is not None  # `draw` made them
+        with self.device.context:
+            lit, depth_bytes = (texture.read(alignment=1) for texture in (targets.lit_texture, targets.depth))
+        width, height = self.size
+        colour = np.frombuffer(lit, np.float16).reshape(height, width, 4)[::-1]
+        depth = np.frombuffer(depth_bytes, np.float32).reshape(height, width)[::-1]
+        return LinearImage(colour.astype(np.float32), view_distance(depth, *fitted.depth_range))
 
 
 def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:

@@ -2,7 +2,8 @@
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,15 +13,17 @@ from numpy.typing import NDArray
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import bake_key, find_baked, keep_baked
 from depthwalk.bake.images import BakedObject
+from depthwalk.bake.meso import Meso
 from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.errors import InputError
-from depthwalk.ingest.image import load_texture
+from depthwalk.ingest.image import PlanarImage, load_texture
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.meso import load_meso
-from depthwalk.ingest.range_image import Intrinsics, load_depth_image, load_range_image
+from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_range_image
 from depthwalk.ingest.sources import source_hash
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset
+from depthwalk.scene.schema import MesoParams
 
 log = logging.getLogger(__name__)
 
@@ -65,7 +68,7 @@ class SceneLibrary:
 
     def _read_mesh(self, spec: MeshAsset) -> Mesh:
         self.report(spec.name, "reading")
-        return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
+        return read_mesh(spec)
 
     def _make_baked(self, asset: int) -> BakedObject | None:
         spec = self._assets[asset]
@@ -75,15 +78,13 @@ class SceneLibrary:
             return None
         params = BakeParams(spec.dpci.resolution, spec.dpci.layers, spec.dpci.method)
         key = mesh_key(spec, params)
-        baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, params, key))
-        if (meso := spec.dpci.meso) is None:
-            return baked
-        return replace(baked, meso=load_meso(meso.depth, height=meso.height, tile=meso.tile, normal=meso.normal))
+        baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, spec, params, key))
+        return baked if spec.dpci.meso is None else replace(baked, meso=read_meso(spec.dpci.meso))
 
-    def _bake_mesh(self, asset: int, params: BakeParams, key: str) -> BakedObject:
-        mesh = self.mesh(asset)
-        assert mesh is not None  # a MeshAsset has a mesh or raises
-        return bake_object(mesh, params, key, lambda stage: self.report(self._assets[asset].name, stage))
+    def _bake_mesh(self, asset: int, spec: MeshAsset, params: BakeParams, key: str) -> BakedObject:
+        # Not by `mesh`, which would keep for good what may be drawn by its depth images only.
+        mesh = self._meshes.get(asset) or self._read_mesh(spec)
+        return bake_object(mesh, params, key, lambda stage: self.report(spec.name, stage))
 
     def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedObject]) -> BakedObject:
         """The object of `key` from beside its source or from the cache; else `bake` makes it and the cache keeps it."""
@@ -100,29 +101,49 @@ class SceneLibrary:
 
     def _bake_image(self, spec: DepthImageAsset) -> BakedObject:
         if spec.intrinsics is None:
-            assert spec.size is not None  # the scene file has exactly one of the two
-            relief = load_depth_image(
-                spec.depth,
-                size=spec.size,
-                depth_range=spec.range,
-                unit=spec.unit,
-                colour=spec.colour,
-                normal=spec.normal,
-            )
-            return bake_planar(relief, key="")
+            return bake_planar(read_relief(spec), key="")
         key = _range_key(spec)
         return self._baked_once(spec.name, spec.depth, key, lambda: self._bake_range(spec, key))
 
     def _bake_range(self, spec: DepthImageAsset, key: str) -> BakedObject:
-        assert spec.intrinsics is not None
         self.report(spec.name, "reading")
-        lens = Intrinsics(**spec.intrinsics.model_dump())
-        image = load_range_image(spec.depth, lens=lens, unit=spec.unit, colour=spec.colour, normal=spec.normal)
+        image = read_range_image(spec)
         self.report(spec.name, "resampling")
-        try:
+        with complaints_about(spec.depth):
             return bake_range(image, key)
-        except InputError as error:
-            raise InputError(f"{spec.depth}: {error}") from None
+
+
+def read_mesh(spec: MeshAsset) -> Mesh:
+    """The mesh in the asset's frame. Raises InputError."""
+    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
+
+
+def read_meso(meso: MesoParams) -> Meso:
+    """The relief that is laid over depth images. Raises InputError."""
+    return load_meso(meso.depth, height=meso.height, tile=meso.tile, normal=meso.normal)
+
+
+def read_relief(spec: DepthImageAsset) -> PlanarImage:
+    """The planar depth image of an asset with a size. Raises InputError."""
+    assert spec.size is not None  # the scene file has exactly one of size and intrinsics
+    files = {"colour": spec.colour, "normal": spec.normal}
+    return load_depth_image(spec.depth, size=spec.size, depth_range=spec.range, unit=spec.unit, **files)
+
+
+def read_range_image(spec: DepthImageAsset) -> RangeImage:
+    """The range image of an asset with intrinsics. Raises InputError."""
+    assert spec.intrinsics is not None
+    lens = Intrinsics(**spec.intrinsics.model_dump())
+    return load_range_image(spec.depth, lens=lens, unit=spec.unit, colour=spec.colour, normal=spec.normal)
+
+
+@contextmanager
+def complaints_about(file: Path) -> Iterator[None]:
+    """Puts the file's name before the complaint of whoever saw its contents only."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
 
 
 def mesh_key(spec: MeshAsset, params: BakeParams) -> str:

@@ -34,6 +34,8 @@ float across_crack(inout ivec2 nearest) {
     ivec2 from = nearest;
     for (int axis = 0; axis < 2; ++axis) {
         ivec2 aside = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
+        vec2 low = vec2(from - aside), high = vec2(from + aside);
+        if (any(lessThan(low, tile.xy)) || any(greaterThanEqual(high, tile.xy + tile.zw))) continue;
         float before = texelFetch(atlas_depth, from - aside, 0).r, after = texelFetch(atlas_depth, from + aside, 0).r;
         if (max(before, after) < filled) {
             filled = max(before, after);
@@ -65,8 +67,10 @@ float tile_depth(vec2 texel, out ivec2 nearest) {
         nearest = ivec2(floor(position + 0.5));
         return across_crack(nearest);
     }
-    vec4 best = step(max(max(weight.x, weight.y), max(weight.z, weight.w)), weight);
-    bool right = best.y + best.z > 0.0, upper = best.x + best.y > 0.0;
+    // The heaviest that is not empty; of equals exactly one.
+    vec2 left_right = vec2(max(weight.x, weight.w), max(weight.y, weight.z));
+    bool right = left_right.y > left_right.x;
+    bool upper = right ? weight.y > weight.z : weight.x > weight.w;
     nearest += ivec2(right, upper);
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(STEEPEST * pixel_angle * (1.0 - own)));
@@ -84,7 +88,7 @@ void main() {
     int image = int(texelFetch(atlas_owner, nearest, 0).r);
     Surface surface = surface_at(point, image, length(from_viewer) * pixel_angle / scale);
     vec4 clip = clip_from_eye * vec4(from_viewer, 1.0);
-    gl_FragDepth = 0.5 + 0.5 * clip.z / clip.w;
+    gl_FragDepth = max(0.5 + 0.5 * clip.z / clip.w, gl_FragCoord.z);    // as promised, against rounding
     out_albedo = encode_albedo(surface.albedo, surface.specular);
     if (show_tiles != 0) out_albedo = encode_albedo(fract(tile.zwx * vec3(0.013, 0.029, 0.007)), 0.0);
     out_surface = encode_surface(rotate(rotation, surface.normal), shininess);

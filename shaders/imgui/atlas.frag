@@ -1,5 +1,5 @@
 // The intermediate images for the eye: near is bright, empty is dark blue.
-uniform sampler2D atlas_depth;  // 1 − λ, 1 where empty
+uniform sampler2D atlas_depth;  // 1 − nearest·λ/w, 1 where empty
 uniform vec2 used;              // share of the atlas that is shown
 in vec2 uv;
 layout(location = 0) out vec4 grey;

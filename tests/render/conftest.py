@@ -23,7 +23,7 @@ class Studio:
             if not targets:
                 return pixels
             stored = np.frombuffer(renderer.targets.depth.read(), np.float32).reshape(size[1], size[0])[::-1]
-            near, far = view.near, view.far
+            near, far = renderer.view.depth_range
             with np.errstate(divide="ignore"):
                 metres = np.where(stored == 1, np.inf, 2 * near * far / (far + near - (2 * stored - 1) * (far - near)))
             return pixels, metres, renderer.plan

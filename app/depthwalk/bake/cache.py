@@ -1,11 +1,14 @@
 """Baked objects are made once: kept in the user's cache folder, or shipped beside the mesh, found by their key."""
 
+import contextlib
 import hashlib
 import json
+import os
 from pathlib import Path
 
 from platformdirs import user_cache_path
 
+from depthwalk import limits
 from depthwalk.bake.file import FORMAT_VERSION, SUFFIX, read_baked, read_header, write_baked
 from depthwalk.bake.images import BakedObject
 from depthwalk.errors import InputError
@@ -28,17 +31,44 @@ def sidecar(mesh: Path) -> Path:
 
 def find_baked(mesh: Path, key: str) -> BakedObject | None:
     """The object of `key` beside the mesh or in the cache; a file that is stale or damaged is passed over."""
-    for path in (sidecar(mesh), cache_folder() / (key + SUFFIX)):
+    kept = cache_folder() / (key + SUFFIX)
+    for path in (sidecar(mesh), kept):
         try:
-            if path.is_file() and read_header(path)["depthwalk.key"] == key:
-                return read_baked(path)
+            if not path.is_file() or read_header(path)["depthwalk.key"] != key:
+                continue
+            baked = read_baked(path)
         except InputError:
             continue
+        if path == kept:
+            with contextlib.suppress(OSError):  # removed meanwhile, or a cache that is read-only
+                os.utime(path)  # its age is that of its last use
+        return baked
     return None
 
 
 def keep_baked(baked: BakedObject) -> Path:
-    """Stores `baked` in the cache folder and returns where. Raises OSError where that is not possible."""
+    """Stores `baked` in the cache folder, makes room for it and returns where.
+
+    Raises OSError where that is not possible, InputError as `write_baked` does.
+    """
     path = cache_folder() / (baked.key + SUFFIX)
     write_baked(path, baked)
+    _evict(path)
     return path
+
+
+def _evict(newest: Path) -> None:
+    """Removes what was not used for longest, until the rest of the cache and `newest` fit MAX_CACHE_BYTES."""
+    files: list[tuple[float, int, Path]] = []
+    for path in newest.parent.glob("*.exr"):  # with what an interrupted write left
+        with contextlib.suppress(OSError):  # another process removes as well
+            status = path.stat()
+            files.append((status.st_mtime, status.st_size, path))
+    excess = sum(size for _, size, _ in files) - limits.MAX_CACHE_BYTES
+    for _, size, path in sorted(files):
+        if excess <= 0:
+            break
+        if path != newest:
+            with contextlib.suppress(OSError):  # gone, or open where that forbids it
+                path.unlink()
+                excess -= size

@@ -17,6 +17,7 @@ CUT_TOLERANCE = 0.15
 # A wall may be off the mesh by this part of its shortest edge: halving it from 1 gained 0.1 dB twice on five models,
 # and walls that stood off the surface like combs went away.
 _WALL_SLACK = 0.25
+_BATCH = 1 << 15  # cells at a time: with eight layers, 128 pairs of samples a cell and edge make some 30 MB
 
 Array = NDArray[np.floating]
 
@@ -29,22 +30,39 @@ def connect(
     cells: list[list[NDArray[np.uint16]]] = [[] for _ in range(layers)]
     for level in range(steps):
         corners = grid_cells((height, width), face, 1 << level)
-        columns, rows = cell_triangles(face, *corners)  # (2, cells, 3)
-        # The unwrapped column of a wrapped corner, so that a centre never averages across the seam.
-        unwrapped = np.where(columns < corners[0][None, :, None], columns + width, columns)
-        u, v = (unwrapped.reshape(-1, 3) + 0.5) / width, (rows.reshape(-1, 3) + 0.5) / height
-        corner_depths = np.moveaxis(depths[:, rows, columns].reshape(layers, -1, 3), 2, 0)  # (3, L, triangles)
-        anchor, triangle, second, third = _continue_layers(corner_depths)
-        chosen = np.stack([corner_depths[0][anchor, triangle], corner_depths[1][second, triangle],
-                           corner_depths[2][third, triangle]], -1)  # fmt: skip
-        limit = (1 << level) * max(texel_size(cylinder, face, (height, width)))
-        kept = _on_surface(caster, cylinder, face, u[triangle], v[triangle], chosen, limit, layers)
-        codes = np.zeros((layers, 2, corners[0].size), np.uint16)
-        code = (1 | second << 1 | third << 4).astype(np.uint16)
-        codes.reshape(layers, -1)[anchor[kept], triangle[kept]] = code[kept]
+        codes = np.empty((layers, corners[0].size), np.uint16)
+        for first in range(0, corners[0].size, _BATCH):
+            some = slice(first, first + _BATCH)
+            codes[:, some] = _connect_cells(caster, cylinder, face, depths, [axis[some] for axis in corners], level)
         for layer in range(layers):
-            cells[layer].append(codes[layer, 0] | codes[layer, 1] << 7)
+            cells[layer].append(codes[layer])
     return cells
+
+
+def _connect_cells(
+    caster: RayCaster,
+    cylinder: Cylinder,
+    face: Face,
+    depths: NDArray[np.float32],
+    corners: list[NDArray[np.int64]],
+    level: int,
+) -> NDArray[np.uint16]:
+    """The codes (L, cells) of some cells of one level; corners: theirs, as `grid_cells` gives them."""
+    layers, height, width = depths.shape
+    columns, rows = cell_triangles(face, *corners)  # (2, cells, 3)
+    # The unwrapped column of a wrapped corner, so that a centre never averages across the seam.
+    unwrapped = np.where(columns < corners[0][None, :, None], columns + width, columns)
+    u, v = (unwrapped.reshape(-1, 3) + 0.5) / width, (rows.reshape(-1, 3) + 0.5) / height
+    corner_depths = np.moveaxis(depths[:, rows, columns].reshape(layers, -1, 3), 2, 0)  # (3, L, triangles)
+    anchor, triangle, second, third = _continue_layers(corner_depths)
+    chosen = np.stack([corner_depths[0][anchor, triangle], corner_depths[1][second, triangle],
+                       corner_depths[2][third, triangle]], -1)  # fmt: skip
+    limit = (1 << level) * max(texel_size(cylinder, face, (height, width)))
+    kept = _on_surface(caster, cylinder, face, u[triangle], v[triangle], chosen, limit, layers)
+    codes = np.zeros((layers, 2, corners[0].size), np.uint16)
+    code = (1 | second << 1 | third << 4).astype(np.uint16)
+    codes.reshape(layers, -1)[anchor[kept], triangle[kept]] = code[kept]
+    return codes[:, 0] | codes[:, 1] << 7
 
 
 def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:

@@ -16,8 +16,7 @@ MAX_STEPS = 7  # grids of step 1, 2, … 64: 512² shrinks to 8²
 
 
 class Face(IntEnum):
-    """Which surface of the cylinder an image lies on. The order is the order in GPU memory: a view from above
-    needs TOP and SIDE, one from below SIDE and BOTTOM, so every case of the paper is one contiguous range."""
+    """Which surface of the cylinder an image lies on. The order is that of the images."""
 
     TOP = 0
     SIDE = 1

@@ -60,7 +60,7 @@ def run_bench(plan: Plan, json_file: Path | None, html_file: Path | None) -> Non
             if plan.path is not None:
                 cameras = sample_path(plan.path, plan.frames)
             else:
-                still = plan.camera.apply(plan.scene.camera or headless.renderer.frame_all())
+                still = plan.camera.apply(plan.scene.camera or headless.frame_all())
                 cameras = [still] * (plan.frames or DEFAULT_FRAMES)
             with frame_progress(name, len(cameras)) as advance:
                 runs.append(measure(headless, name, cameras, plan.warmup, advance))

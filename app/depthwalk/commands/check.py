@@ -1,14 +1,17 @@
 """`depthwalk check`: everything wrong with scene and path files, and with what scenes name."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
+from depthwalk.bake.planar import range_mesh
 from depthwalk.errors import InputError
-from depthwalk.library import SceneLibrary
+from depthwalk.ingest.image import load_texture
+from depthwalk.library import complaints_about, read_mesh, read_meso, read_range_image, read_relief
 from depthwalk.scene.document import read_document
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
-from depthwalk.scene.scene import DepthImageAsset, Scene
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset, Scene
 
 
 def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, str]) -> str:
@@ -28,21 +31,37 @@ def is_path_file(path: Path) -> bool:
 
 
 def check_assets(scene: Scene) -> None:
-    """Reads every file that the scene names. Raises InputError with a line for each that cannot be used."""
-    library = SceneLibrary(scene.assets)
-    reads: list[Callable[[], object]] = []
-    for number, asset in enumerate(scene.assets):
-        read = library.baked if isinstance(asset, DepthImageAsset) else library.mesh
-        reads.append(lambda read=read, number=number: read(number))  # type: ignore[misc]
-    ground = scene.environment.ground
-    if ground is not None and ground.texture is not None:
-        texture = ground.texture
-        reads.append(lambda: library.texture(texture))
+    """Reads every file that the scene names, one after the other, and keeps none. Bakes nothing.
+
+    Raises InputError with a line for each that cannot be used.
+    """
     complaints = []
-    for attempt in reads:
+    for read in _reads(scene):
         try:
-            attempt()
+            read()
         except InputError as error:
             complaints.append(str(error))
     if complaints:
-        raise InputError("\n".join(complaints))
+        raise InputError("\n".join(dict.fromkeys(complaints)))  # assets may share a file
+
+
+def _reads(scene: Scene) -> Iterator[Callable[[], object]]:
+    """What reads the scene's files, each as drawing it would."""
+    for asset in scene.assets:
+        if isinstance(asset, MeshAsset):
+            yield partial(read_mesh, asset)
+            if asset.dpci is not None and asset.dpci.meso is not None:
+                yield partial(read_meso, asset.dpci.meso)
+        elif asset.intrinsics is None:
+            yield partial(read_relief, asset)
+        else:
+            yield partial(_read_range_surface, asset)
+    ground = scene.environment.ground
+    if ground is not None and ground.texture is not None:
+        yield partial(load_texture, ground.texture)
+
+
+def _read_range_surface(asset: DepthImageAsset) -> None:
+    image = read_range_image(asset)
+    with complaints_about(asset.depth):
+        range_mesh(image)  # an image may be read well and hold no surface

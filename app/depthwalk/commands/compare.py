@@ -18,6 +18,7 @@ from depthwalk.bake.file import SUFFIX, read_baked, read_header, write_baked
 from depthwalk.bake.images import BakedObject
 from depthwalk.bench.measure import commit
 from depthwalk.commands.console import asset_progress, frame_progress, log
+from depthwalk.commands.render import asset_files
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import GpuError
 from depthwalk.ingest.loader import load_mesh
@@ -89,7 +90,7 @@ def check_plan(plan: Plan, files: Sequence[Path | None]) -> None:
     for file in inputs:  # each takes a while: complain about the last one before the first is measured
         if not file.is_file():
             raise InputError(f"{file}: no such file")
-    taken = {file.resolve() for file in inputs}
+    taken = {file.resolve() for spec in plan.specs for file in asset_files(spec)}
     for out in files:
         if out is not None:
             check_folder(out)

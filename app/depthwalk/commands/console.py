@@ -3,9 +3,12 @@
 import functools
 import logging
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import Any, NoReturn, TypeVar
 
 import typer
@@ -22,14 +25,16 @@ Command = TypeVar("Command", bound=Callable[..., None])
 
 def guarded(command: Command) -> Command:
     """Gives a command the contract's exit codes: 2 and the bare message for an InputError, 130 for Ctrl-C, 1 for the
-    rest, without a traceback unless --verbose asks for it. `verbose` and `quiet` of the command set up logging."""
+    rest, without a traceback unless --verbose asks for it. `verbose` and `quiet` of the command set up logging. SIGTERM
+    unwinds the command as Ctrl-C does, and ends it with 143."""
 
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> None:
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))
         try:
-            command(*args, **options)
+            with _unwound_by_sigterm():
+                command(*args, **options)
             sys.stdout.flush()  # here, so that a reader that went away is noticed here
         except (typer.Exit, typer.BadParameter):
             raise
@@ -85,9 +90,42 @@ def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
         yield lambda: progress.advance(task)
 
 
+@contextmanager
+def _unwound_by_sigterm() -> Iterator[None]:
+    """SIGTERM raises SystemExit here, so that what is half written vanishes; Python by itself would just be gone."""
+    if threading.current_thread() is not threading.main_thread():  # only that one may set handlers
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _exit_by_signal)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
+
+
+def _exit_by_signal(number: int, frame: FrameType | None) -> NoReturn:
+    signal.signal(number, signal.SIG_IGN)  # whoever asks again would interrupt the cleaning up
+    raise SystemExit(128 + number)
+
+
+class _Once(logging.Filter):
+    """Lets each warning pass once: a mesh's files are looked for when it is hashed and again when it is read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._seen: set[str] = set()
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        message = record.getMessage()
+        fresh = record.levelno != logging.WARNING or message not in self._seen
+        self._seen.add(message)
+        return fresh
+
+
 def _configure_logging(verbose: bool, quiet: bool) -> None:
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.addFilter(_Once())
     log.handlers = [handler]
     log.propagate = False
     log.setLevel(logging.DEBUG if verbose else logging.ERROR if quiet else logging.WARNING)

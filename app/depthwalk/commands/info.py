@@ -32,7 +32,7 @@ def installation() -> Iterator[Row]:
     for name in _LIBRARIES:
         yield name, _version(name)
     yield from _opengl()
-    yield "largest picture", f"{limits.MAX_IMAGE_SIDE} pixels a side"
+    yield "largest picture", f"{limits.MAX_IMAGE_SIDE} pixels a side, {limits.MAX_IMAGE_PIXELS} in all"
     yield "largest depth image", f"{limits.MAX_DPCI_RESOLUTION} texels a side, {limits.MAX_DPCI_LAYERS} layers"
     yield "most objects", str(limits.MAX_INSTANCES)
     yield "most triangles", f"{limits.MAX_MESH_TRIANGLES} a mesh"
@@ -69,7 +69,8 @@ def _opengl() -> Iterator[Row]:
         yield "OpenGL renderer", device.renderer + (" (software)" if device.software else "")
         yield "OpenGL version", device.context.info["GL_VERSION"]
         yield "largest texture", f"{device.max_texture_size} texels a side, {device.max_layers} layers"
-        yield "conservative depth", "yes" if device.conservative_depth else "no"
+        conservative = "GL_ARB_conservative_depth" in device.context.extensions
+        yield "conservative depth", "yes" if conservative else "no"
     finally:
         device.context.release()
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from depthwalk.errors import InputError
-from depthwalk.limits import MAX_FRAMES, MAX_IMAGE_SIDE
+from depthwalk.limits import MAX_FRAMES, MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE
 
 if TYPE_CHECKING:  # the scene package takes half a second to import, --help does not need it
     from depthwalk.scene.arrays import Camera, Representation
@@ -96,7 +96,10 @@ def parse_resolution(text: str) -> tuple[int, int]:
         raise InputError(f"--resolution {text}: must be W,H, two whole numbers of pixels")
     if any(len(part) > 9 or not 1 <= int(part) <= MAX_IMAGE_SIDE for part in parts):
         raise InputError(f"--resolution {text}: each side must be 1 to {MAX_IMAGE_SIDE} pixels")
-    return int(parts[0]), int(parts[1])
+    width, height = int(parts[0]), int(parts[1])
+    if width * height > MAX_IMAGE_PIXELS:
+        raise InputError(f"--resolution {text}: {width * height} pixels, the limit is {MAX_IMAGE_PIXELS}")
+    return width, height
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:

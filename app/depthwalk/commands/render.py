@@ -8,21 +8,23 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from depthwalk.bake.cache import sidecar
 from depthwalk.commands.console import asset_progress, frame_progress
 from depthwalk.commands.options import CameraOptions
 from depthwalk.errors import InputError
 from depthwalk.headless import HeadlessRenderer
+from depthwalk.ingest.sources import source_files
 from depthwalk.library import SceneLibrary
 from depthwalk.output import check_folder, png_bytes, video, write_bytes, write_exr
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath
-from depthwalk.scene.scene import DepthImageAsset, Scene
+from depthwalk.scene.scene import Asset, DepthImageAsset, Scene
 
 SUFFIXES = (".png", ".exr", ".mp4")
 _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
-Take = Callable[[HeadlessRenderer, View], None]  # writes the frame that the renderer drew last
+Take = Callable[[HeadlessRenderer], None]  # writes the frame that the renderer drew last
 
 
 @dataclass(frozen=True)
@@ -76,13 +78,27 @@ def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[P
 
 
 def input_files(scene: Scene, path: Path | None) -> list[Path]:
-    """Every file named by the scene or by the user, none of which a picture may overwrite."""
-    files = [scene.path, path]
-    for asset in scene.assets:
-        shown = (asset.depth, asset.colour, asset.normal) if isinstance(asset, DepthImageAsset) else ()
-        files += shown or (asset.mesh, asset.texture)  # type: ignore[union-attr]
+    """Every file that the scene is made of or the user named, none of which a picture may overwrite.
+
+    Raises InputError for meshes that cannot be looked through.
+    """
     ground = scene.environment.ground
-    files.append(ground.texture if ground else None)
+    files = [scene.path, path, ground.texture if ground else None]
+    files += [file for asset in scene.assets for file in asset_files(asset)]
+    return [file for file in files if file is not None]
+
+
+def asset_files(asset: Asset) -> list[Path]:
+    """The files an asset is made of, those that its mesh names included, and where its depth images lie or would lie.
+
+    Raises InputError for a mesh that cannot be looked through.
+    """
+    if isinstance(asset, DepthImageAsset):
+        files = [asset.depth, asset.colour, asset.normal, sidecar(asset.depth)]
+    else:
+        meso = asset.dpci.meso if asset.dpci else None
+        relief = [meso.depth, meso.normal] if meso else []
+        files = [*source_files(asset.mesh, asset.texture), sidecar(asset.mesh), *relief]
     return [file for file in files if file is not None]
 
 
@@ -105,13 +121,18 @@ def render_frames(
     """
     with open_headless(scene, size, representation) as headless:
         if isinstance(cameras, CameraOptions):
-            cameras = [cameras.apply(scene.camera or headless.renderer.frame_all())]
-        with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as take:
-            for camera in cameras:
-                view = View(camera, size)
-                headless.draw(view, output.transparent)
-                take(headless, view)
-                advance()
+            cameras = [cameras.apply(scene.camera or headless.frame_all())]
+        draw_frames(headless, cameras, output, fps)
+
+
+def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:
+    """Draws a frame per camera, and says what was written. fps: frames per second of a video."""
+    size = headless.size
+    with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as take:
+        for camera in cameras:
+            headless.draw(View(camera, size), output.transparent)
+            take(headless)
+            advance()
 
 
 def open_headless(scene: Scene, size: tuple[int, int], representation: Representation | None) -> HeadlessRenderer:
@@ -125,22 +146,22 @@ def _writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[Take]
     """What stores the frames, in order."""
     if output.suffix == ".mp4":
         with video(output.file(0), size, fps) as encoder:
-            yield lambda headless, view: encoder.send(headless.pixels()[..., :3].copy())
+            yield lambda headless: encoder.send(headless.pixels()[..., :3].copy())
         print(output.file(0))
         return
     frame = 0
 
-    def take(headless: HeadlessRenderer, view: View) -> None:
+    def take(headless: HeadlessRenderer) -> None:
         nonlocal frame
-        _write_still(headless, view, output, frame)
+        _write_still(headless, output, frame)
         frame += 1
 
     yield take
 
 
-def _write_still(headless: HeadlessRenderer, view: View, output: Output, frame: int) -> None:
+def _write_still(headless: HeadlessRenderer, output: Output, frame: int) -> None:
     if output.suffix == ".exr":
-        write_exr(output.file(frame), headless.linear_image(view))
+        write_exr(output.file(frame), headless.linear_image())
     else:
         picture = png_bytes(headless.pixels()[..., : 4 if output.transparent else 3])
         if output.to_stdout:

@@ -1,17 +1,16 @@
 """`depthwalk view` and `depthwalk demo`: the window, and what is done where there is no display."""
 
-import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from depthwalk.bench.measure import sample_path
 from depthwalk.commands.options import CameraOptions
-from depthwalk.commands.render import Output, path_cameras, render_frames
+from depthwalk.commands.render import Output, draw_frames, open_headless, path_cameras
 from depthwalk.errors import InputError
 from depthwalk.library import SceneLibrary
 from depthwalk.resources import scene_root
-from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.arrays import Representation
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 
@@ -21,13 +20,14 @@ STILLS = 6
 
 @dataclass(frozen=True)
 class Walk:
-    """What to show. size: (width, height), pixels; representation: None leaves it to the scene."""
+    """What to show. size: (width, height), pixels; representation: None leaves it to the scene; camera: what to change
+    about the scene's, or about the one that sees all of it."""
 
     scene: Scene
     path: CameraPath | None
     size: tuple[int, int]
     representation: Representation | None
-    camera: Camera | None = None
+    camera: CameraOptions = CameraOptions()
     fullscreen: bool = False
 
 
@@ -39,18 +39,6 @@ def garden() -> Path:
 def garden_tour() -> Path:
     """The walk through it. Raises InputError where the installation lacks it."""
     return _shipped(scene_root() / "paths" / "garden.yaml")
-
-
-def start_camera(scene: Scene, options: CameraOptions) -> Camera | None:
-    """Where the walk begins; None leaves it to the window, which knows what the scene's objects span.
-
-    Raises InputError for options that say too little where the scene has no camera.
-    """
-    if scene.camera is not None or not options.given:
-        return scene.camera and options.apply(scene.camera)
-    if options.position is None or options.target is None:
-        raise InputError(f"{scene.path}: has no camera: give --camera-position and --camera-target together")
-    return options.apply(Camera(options.position, options.target, math.pi / 3))
 
 
 def open_walk(walk: Walk) -> str | None:
@@ -66,7 +54,7 @@ def open_walk(walk: Walk) -> str | None:
             fullscreen=walk.fullscreen,
             size=walk.size,
             representation=walk.representation,
-            camera=walk.camera,
+            first_camera=walk.camera.apply,
         )
     except NoDisplay as error:
         return str(error)
@@ -84,10 +72,10 @@ def demo(walk: Walk, tour: CameraPath, frames: int | None) -> None:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
-    look = walk.size, walk.representation, tour.fps
-    stills = sample_path(tour, STILLS)[: frames or STILLS]
-    render_frames(walk.scene, stills, Output(str(folder / "garden-{frame:2}.png")), *look)
-    render_frames(walk.scene, path_cameras(tour, frames), Output(str(folder / "garden.mp4")), *look)
+    stills, video = Output(str(folder / "garden-{frame:2}.png")), Output(str(folder / "garden.mp4"))
+    with open_headless(walk.scene, walk.size, walk.representation) as headless:
+        draw_frames(headless, sample_path(tour, STILLS)[: frames or STILLS], stills, tour.fps)
+        draw_frames(headless, path_cameras(tour, frames), video, tour.fps)
 
 
 def _shipped(file: Path) -> Path:

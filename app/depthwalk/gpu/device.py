@@ -28,8 +28,6 @@ class Device:
         self.software = any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_layers: int = context.info["GL_MAX_ARRAY_TEXTURE_LAYERS"]
-        self.conservative_depth = "GL_ARB_conservative_depth" in context.extensions or context.version_code >= 420
-        self.texture_gather = "GL_ARB_texture_gather" in context.extensions or context.version_code >= 400
 
     def scope(self, owner: str) -> "Scope":
         return Scope(self, owner)
@@ -90,7 +88,7 @@ class Scope:
     def texture_array(
         self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
     ) -> moderngl.TextureArray:
-        """Layers (width, height, count) with mip-maps, trilinear, repeating."""
+        """Layers (width, height, count) with mip-maps, trilinear, repeating along x."""
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
@@ -98,6 +96,7 @@ class Scope:
         array = self._make("texture_array", size, lambda: make(size, components, data, dtype=dtype))
         array.build_mipmaps()
         array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        array.repeat_y = False
         return array
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:

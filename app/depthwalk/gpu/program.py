@@ -54,7 +54,7 @@ class Program:
     """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
 
     def __init__(self, scope: Scope, vertex: str, fragment: str, defines: dict[str, int] | None = None) -> None:
-        preamble = _preamble(scope, defines or {})
+        preamble = _preamble(defines or {})
         stages = Source(vertex, preamble), Source(fragment, preamble)
         try:
             self.gl: moderngl.Program = scope.program(stages[0].text, stages[1].text)
@@ -77,13 +77,11 @@ class Program:
                 raise KeyError(f"no uniform {name!r} in this program")
 
 
-def _preamble(scope: Scope, defines: dict[str, int]) -> str:
-    device = scope.device
+def _preamble(defines: dict[str, int]) -> str:
     lines = []
-    if device.conservative_depth:
-        lines += ["#extension GL_ARB_conservative_depth : enable", "#define CONSERVATIVE_DEPTH 1"]
-    if device.texture_gather:
-        lines += ["#extension GL_ARB_texture_gather : enable", "#define TEXTURE_GATHER 1"]
+    for feature in ("conservative_depth", "texture_gather"):  # the compiler knows best what it has
+        lines += [f"#ifdef GL_ARB_{feature}", f"#extension GL_ARB_{feature} : enable"]
+        lines += [f"#define {feature.upper()} 1", "#endif"]
     lines += [f"#define {name} {value}" for name, value in defines.items()]
     return "".join(line + "\n" for line in lines)
 

@@ -27,6 +27,13 @@ class PassTimers:
         self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one
 
     @contextmanager
+    def measure_cpu(self, name: str) -> Iterator[None]:
+        """Time of work that issues no GL commands, by the clock."""
+        start = time.perf_counter()
+        yield
+        self._frame.append((name, (time.perf_counter() - start) * 1e3))
+
+    @contextmanager
     def measure(self, name: str) -> Iterator[None]:
         if self.kind == "gpu":
             query = self._spare.pop() if self._spare else self._context.query(time=True)

@@ -81,7 +81,7 @@ class TwinRenderer:
         self._headless.renderer.representation = representation
         view = view_of(self._sphere, viewpoint, self.size)
         self._headless.draw(view)
-        return Shot(self._headless.pixels()[..., :3].copy(), self._headless.linear_image(view).distance)
+        return Shot(self._headless.pixels()[..., :3].copy(), self._headless.linear_image().distance)
 
 
 class _OneObject:

@@ -68,7 +68,9 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     index_count = np.zeros_like(index_first)
     for asset, (first, length) in runs.items():
         index_first[asset, : len(first)], index_count[asset, : len(length)] = first, length
-    return AssetTable(Volumes(**numbers, has_side=has_side), texel, levels, centre, reach, index_first, index_count)
+    triangles = index_count[:, :, Case.ALL].sum(-1) // 3
+    volumes = Volumes(**numbers, has_side=has_side)
+    return AssetTable(volumes, texel, levels, centre, reach, index_first, index_count, triangles)
 
 
 def _bounding_sphere(baked: BakedObject) -> tuple[NDArray[np.float64], float]:

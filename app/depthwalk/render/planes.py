@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import Face
 from depthwalk.render.rotation import conjugate, rotate
 from depthwalk.render.view import View
+from depthwalk.scene.arrays import Takes
 
 Array = NDArray[np.floating]
 
@@ -21,7 +22,7 @@ _GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neig
 
 
 @dataclass(frozen=True)
-class Planes:
+class Planes(Takes):
     """The chosen planes. Directions `right` × `up` = `normal`, toward the viewer.
 
     face: (n,) Face; right, up, normal: (n, 3); distance: (n,) of the viewer to the plane, metres;
@@ -43,12 +44,9 @@ class Planes:
         """With rectangles larger by `margin` (n, 2) on every side."""
         return replace(self, low=self.low - margin, high=self.high + margin)
 
-    def select(self, chosen: NDArray[np.intp]) -> "Planes":
-        return Planes(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
-
 
 @dataclass(frozen=True)
-class Volumes:
+class Volumes(Takes):
     """The cylinders of n objects: (n,) each, metres in the object frame; has_side is false for planar images."""
 
     radius: Array
@@ -118,7 +116,7 @@ def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: A
 
 
 @dataclass(frozen=True)
-class Seen:
+class Seen(Takes):
     """What the camera sees of n rectangles. camera: (n, 3, 3), camera coordinates (right, up, forward) of plane
     coordinates (s, v, −D); visible: (n,) bool; whole: (n,) bool, nothing was cut away; pixel_low, pixel_high: (n, 2),
     bounds on the screen in pixels."""
@@ -128,9 +126,6 @@ class Seen:
     whole: NDArray[np.bool_]
     pixel_low: Array
     pixel_high: Array
-
-    def select(self, chosen: NDArray[np.intp]) -> "Seen":
-        return Seen(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
 
 def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes, Seen]:

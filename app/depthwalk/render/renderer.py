@@ -4,6 +4,8 @@ GL state between passes: whichever framebuffer the last one used; a pass sets wh
 wireframe is off. Depth function LESS, counter-clockwise faces are front.
 """
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +13,11 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.bounds import Bounds, depth_range, object_bounds
 from depthwalk.render.catalogue import asset_table, place_objects
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
-from depthwalk.render.rotation import rotate
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
@@ -30,24 +32,34 @@ class Renderer:
         self.scene = scene
         self.settings = scene.render
         self.assets = AssetStore(device, library)
-        self.passes: list[Pass] = [make(device) for make in PASSES]
+        self.targets: Targets | None = None
+        self.passes: list[Pass] = []
+        try:
+            self.passes += (make(device) for make in PASSES)
+        except BaseException:
+            self.release()
+            raise
         self.timers = PassTimers(device)
         self._representation: Representation | None = None
-        self.plan: FramePlan | None = None
-        self.targets: Targets | None = None
+        self.plan: FramePlan | None = None  # of the frame drawn last
+        self.view: View | None = None  # of the frame drawn last, near and far plane fitted
         self._library = library
         self._planner = Planner()
         self._table: AssetTable | None = None
         self._objects: Objects | None = None
+        self._bounds: Bounds | None = None
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
         """Draws what `view` sees of the scene into `screen`, which has the view's size."""
-        targets = self._targets(view.size)
-        objects = self.objects()
-        with self.timers.measure("plan"):
-            settings = self.settings
-            plan = self._planner.plan(view, objects, self.table(), settings.lod, settings.warp, targets.atlas_size)
-        self.plan = plan
+        targets, settings = self._targets(view.size), self.settings
+        table, objects, bounds = self.table(), self.objects(), self.bounds()
+        with self.timers.measure_cpu("plan"):
+            visible, forward = bounds.visible(view)
+            view = self._fitted(view, forward, bounds.reach[visible])
+            plan = self._planner.plan(
+                view, objects, bounds, visible, table, settings.lod, settings.warp, targets.atlas_size
+            )
+        self.plan, self.view = plan, view
         targets.gbuffer.use()
         targets.gbuffer.clear(depth=1.0)
         frame = Frame(
@@ -66,7 +78,14 @@ class Renderer:
 
     def objects_moved(self) -> None:
         """To be called after `set_node_transform`."""
-        self._objects = None
+        self._objects = self._bounds = None
+
+    def bounds(self) -> Bounds:
+        """Where the objects are."""
+        if self._bounds is None:
+            table = self.table()
+            self._bounds = object_bounds(self.objects(), table.centre, table.reach)
+        return self._bounds
 
     @property
     def representation(self) -> Representation | None:
@@ -77,7 +96,7 @@ class Renderer:
     def representation(self, wanted: Representation | None) -> None:
         if wanted is not self._representation:
             self._representation = wanted
-            self._objects = self._table = None
+            self._objects = self._table = self._bounds = None
 
     def table(self) -> AssetTable:
         """Bounds, cylinders and index ranges of the assets, which are loaded for it."""
@@ -85,17 +104,31 @@ class Renderer:
             self._table = asset_table(self.objects(), self._library, self.assets)
         return self._table
 
-    def frame_all(self, fov: float = np.pi / 3) -> Camera:
-        """A camera that sees every object, from the front and a little above."""
-        table, objects = self.table(), self.objects()
-        if not len(objects):
+    def frame_all(self, aspect: float, fov: float = np.pi / 3) -> Camera:
+        """A camera that sees every object, from the front and a little above. aspect: width / height of the picture;
+        fov: vertical angle of view, radians."""
+        bounds = self.bounds()
+        if not len(bounds.reach):
             return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
-        reach = (table.reach[objects.asset] * objects.scale)[:, None]
-        centre = objects.position + rotate(objects.rotation, table.centre[objects.asset] * objects.scale[:, None])
-        low, high = (centre - reach).min(0), (centre + reach).max(0)
+        reach = bounds.reach[:, None]
+        low, high = (bounds.centre - reach).min(0), (bounds.centre + reach).max(0)
         middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-        away = np.array([0.0, 0.25, 1.0]) / np.hypot(0.25, 1.0) * radius / np.sin(fov / 2)
+        narrower = min(fov, 2 * np.arctan(np.tan(fov / 2) * aspect))
+        away = np.array([0.0, 0.25, 1.0]) / np.hypot(0.25, 1.0) * radius / np.sin(narrower / 2)
         return Camera(tuple(middle + away), tuple(middle), fov)
+
+    def _fitted(self, view: View, forward: NDArray[np.floating], reach: NDArray[np.floating]) -> View:
+        """`view` with near and far plane about visible spheres at `forward` (m,) of `reach` (m,), and the ground."""
+        if view.near is not None and view.far is not None:
+            return view
+        ground = self.scene.environment.ground
+        seen = None
+        if ground is not None:
+            above = abs(float(view.position[1]) - ground.height)
+            steepest = max(abs(view.axes[2, 1]) + sum(np.abs(view.axes[:2, 1]) * view.half_extent), 1e-6)
+            seen = above / steepest, float(np.linalg.norm(view.position)) + 2 * ground.size + above
+        near, far = depth_range(forward, reach, seen)
+        return replace(view, near=near, far=far)
 
     def release(self) -> None:
         for each in self.passes:

@@ -4,11 +4,11 @@ import moderngl
 
 from depthwalk.gpu.device import Device
 
-ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 40 MB
+ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
 
 class Targets:
-    """atlas: intermediate images (owner, 1 − λ); gbuffer: albedo, surface, depth; lit: linear RGBA half float."""
+    """atlas: intermediate images (owner, 1 − nearest·λ/w); gbuffer: albedo, surface, depth; lit: linear RGBA, half."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.size = size

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from depthwalk.params import Params, param
 from depthwalk.render.planes import Planes, Seen, tile_sizes
 from depthwalk.render.view import View
+from depthwalk.scene.arrays import Takes
 
 Array = NDArray[np.floating]
 
@@ -25,7 +26,7 @@ class TileParams(Params):
 
 
 @dataclass(frozen=True)
-class Tiles:
+class Tiles(Takes):
     """n tiles. texel: (n, 3, 3) homography: texel · (s, v, 1) = (x·w, y·w, w), x and y from the tile's corner;
     nearest: (n,), the least w / λ of the object; size: (n, 2) texels.
 
@@ -35,9 +36,6 @@ class Tiles:
     texel: Array
     nearest: Array
     size: NDArray[np.int64]
-
-    def select(self, chosen: NDArray[np.intp]) -> "Tiles":
-        return Tiles(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
     def shrunk(self, factor: float) -> "Tiles":
         """The same with fewer texels."""

@@ -12,12 +12,20 @@ from depthwalk.scene.camera import clip_from_view, view_from_world
 
 @dataclass(frozen=True)
 class View:
-    """camera; size: (width, height) in pixels; near, far: metres along the view axis."""
+    """camera; size: (width, height) in pixels; near, far: metres along the view axis, None where the renderer is to
+    fit them to what is seen."""
 
     camera: Camera
     size: tuple[int, int]
-    near: float = 0.05
-    far: float = 2000.0
+    near: float | None = None
+    far: float | None = None
+
+    @property
+    def depth_range(self) -> tuple[float, float]:
+        """near and far, once they are known."""
+        if self.near is None or self.far is None:
+            raise ValueError("the view's near and far plane are not fitted yet")
+        return self.near, self.far
 
     @cached_property
     def position(self) -> NDArray[np.float64]:
@@ -37,7 +45,7 @@ class View:
 
     @cached_property
     def clip_from_view(self) -> NDArray[np.float64]:
-        return clip_from_view(self.camera.fov, self.size[0] / self.size[1], self.near, self.far)
+        return clip_from_view(self.camera.fov, self.size[0] / self.size[1], *self.depth_range)
 
     @cached_property
     def clip_from_eye(self) -> NDArray[np.float64]:

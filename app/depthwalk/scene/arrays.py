@@ -1,7 +1,8 @@
 """The scene's objects as a structure of arrays: what every stage after the loader works on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,15 @@ class Representation(IntEnum):
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
 
 
+class Takes:
+    """Structures of arrays with one row per thing: `take` selects rows of all of them."""
+
+    def take(self, rows: NDArray[np.integer] | NDArray[np.bool_]) -> Self:
+        return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))  # type: ignore[arg-type]
+
+
 @dataclass
-class Objects:
+class Objects(Takes):
     """n placed objects. world point = position + scale · rotate(rotation, asset point).
 
     asset:          (n,) int32, index into Scene.assets.

@@ -41,13 +41,13 @@ def run(
     fullscreen: bool = False,
     size: tuple[int, int] = (1280, 720),
     representation: Representation | None = None,
-    camera: Camera | None = None,
+    first_camera: Callable[[Camera], Camera] = lambda camera: camera,
 ) -> None:
     """Open a window on `scene` and return when the user closes it.
 
     library: the scene's assets, loaded here while their progress is shown; path: played by P; size: of the window,
-    (width, height); representation: of all objects, None as the scene says; camera: the first one, instead of the
-    scene's.
+    (width, height); representation: of all objects, None as the scene says; first_camera: makes the first camera of the
+    scene's, or of the one that sees every object.
     Raises NoDisplay where no window can be opened, InputError for assets that cannot be used.
     """
     window = open_window(f"{scene.path.name} \u2013 depthwalk", size, fullscreen)
@@ -55,7 +55,7 @@ def run(
     try:
         walk = _Walk(window, scene, library)
         try:
-            walk.load(path, representation, camera)
+            walk.load(path, representation, first_camera)
             walk.loop()
         except _Closed:
             pass
@@ -80,7 +80,12 @@ class _Walk:
         self._screenshot_wanted = False
         self._then = time.perf_counter()
 
-    def load(self, path: CameraPath | None, representation: Representation | None, camera: Camera | None) -> None:
+    def load(
+        self,
+        path: CameraPath | None,
+        representation: Representation | None,
+        first_camera: Callable[[Camera], Camera],
+    ) -> None:
         """Reads, bakes and uploads what the first frame needs."""
         self._draw_progress()
         renderer = Renderer(self._device, self._scene, self._library)
@@ -89,7 +94,8 @@ class _Walk:
         renderer.table()
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
-        home = camera or self._scene.camera or renderer.frame_all()
+        width, height = self._window.size
+        home = first_camera(self._scene.camera or renderer.frame_all(width / max(height, 1)))
         playback = Playback(path) if path is not None else None
         self._state = State(self._scene, renderer, Walker.at(home), home, playback)
         self._input = Input(self._window, self._state, self._actions())

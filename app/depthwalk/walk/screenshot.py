@@ -3,7 +3,9 @@
 import json
 import math
 from datetime import datetime
+from itertools import count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,16 +34,24 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
 
 
 def _write_new(folder: Path, image: Image.Image, info: PngInfo) -> Path:
+    """The whole picture under a name that was free. A name is taken by an empty file, for a moment only: where there
+    are no hard links, no move of a file refuses to overwrite."""
     stem = f"depthwalk-{datetime.now():%Y%m%d-%H%M%S}"
-    number = 1
-    while True:
-        path = folder / (f"{stem}.png" if number == 1 else f"{stem}-{number}.png")
-        try:
-            with path.open("xb") as file:  # "x": an existing picture is never overwritten
-                image.save(file, "PNG", pnginfo=info)
-            return path
-        except FileExistsError:
-            number += 1
+    with TemporaryDirectory(prefix=".depthwalk-", dir=folder) as temporary:
+        whole = Path(temporary) / "picture.png"
+        image.save(whole, "PNG", pnginfo=info)
+        for number in count(1):
+            path = folder / (f"{stem}.png" if number == 1 else f"{stem}-{number}.png")
+            try:
+                path.open("xb").close()
+            except FileExistsError:
+                continue
+            try:
+                return whole.replace(path)
+            except BaseException:
+                path.unlink()
+                raise
+    raise AssertionError("numbers do not end")
 
 
 def _describe(scene: Path, camera: Camera) -> PngInfo:

@@ -9,7 +9,7 @@ from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.plan import COMPOSITE_RECORD
+from depthwalk.render.records import COMPOSITE_RECORD
 from depthwalk.render.view import matrix_bytes
 
 

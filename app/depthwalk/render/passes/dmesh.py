@@ -6,7 +6,7 @@ from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
-from depthwalk.render.plan import PLACED_RECORD
+from depthwalk.render.records import PLACED_RECORD
 from depthwalk.render.view import matrix_bytes
 
 

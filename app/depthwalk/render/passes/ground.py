@@ -27,9 +27,9 @@ class GroundPass(Pass):
         if ground is None:
             return
         if ground.texture != self._path:
-            self._path = ground.texture
-            self.gl.free(self._texture)
             texels = frame.assets.texture(ground.texture)
+            self.gl.free(self._texture)
+            self._path = ground.texture
             self._texture = self.gl.srgb_texture((texels.shape[1], texels.shape[0]), texels[::-1].tobytes())
             if not self.gl.device.software:  # there it costs more than the rest of the frame
                 self._texture.anisotropy = 8.0

@@ -9,7 +9,7 @@ from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
 from depthwalk.render.assets import MESH_LAYOUT
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.plan import PLACED_RECORD
+from depthwalk.render.records import PLACED_RECORD
 from depthwalk.render.view import matrix_bytes
 
 

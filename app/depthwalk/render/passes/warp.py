@@ -11,7 +11,8 @@ from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.ordered import OrderedIndices
-from depthwalk.render.plan import WARP_RECORD, Group
+from depthwalk.render.plan import Group
+from depthwalk.render.records import WARP_RECORD
 from depthwalk.render.tiles import TileParams
 
 

@@ -1,0 +1,55 @@
+"""Where objects are, in the world: computed when they change, read by every frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.rotation import rotate
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Objects, Takes
+
+Array = NDArray[np.floating]
+
+_DEPTH_RATIO = 2e4  # far over near at most, if nothing is nearer than 5 cm: 24 bits then resolve 1/800 of a distance
+_NEAREST = 0.05  # metres
+
+
+@dataclass(frozen=True)
+class Bounds(Takes):
+    """Bounding spheres of n objects: centre (n, 3), world, and reach (n,), metres."""
+
+    centre: Array
+    reach: Array
+
+    def visible(self, view: View) -> tuple[NDArray[np.intp], Array]:
+        """Indices (m,) of the spheres that meet the sides of the view frustum and are not behind it, nearest first; and
+        the distances (m,) of their centres along the view axis."""
+        right, up, forward = ((self.centre - view.position) @ view.axes.T).T
+        seen = forward > -self.reach
+        for tangent, sideways in zip(view.half_extent, (right, up), strict=True):
+            seen &= np.abs(sideways) - tangent * forward < self.reach * np.hypot(1, tangent)
+        indices = np.flatnonzero(seen)
+        indices = indices[np.argsort(forward[indices], kind="stable")]
+        return indices, forward[indices]
+
+
+def object_bounds(objects: Objects, centre: Array, reach: Array) -> Bounds:
+    """Of objects whose assets' spheres are `centre` (a, 3) and `reach` (a,), in the assets' frames."""
+    asset = objects.asset
+    offset = rotate(objects.rotation, centre[asset] * objects.scale[:, None])
+    return Bounds(objects.position + offset, reach[asset] * objects.scale)
+
+
+def depth_range(forward: Array, reach: Array, ground: tuple[float, float] | None) -> tuple[float, float]:
+    """Near and far plane, metres along the view axis, that hold spheres at `forward` (n,) of `reach` (n,).
+
+    ground: least and greatest distance at which the ground may be seen, or None.
+    """
+    nearest = float((forward - reach).min(initial=np.inf))
+    farthest = float((forward + reach).max(initial=0.0))
+    if ground is not None:
+        nearest, farthest = min(nearest, ground[0]), max(farthest, ground[1])
+    far = max(1.01 * farthest, 1e-4)
+    near = 0.99 * nearest if np.isfinite(nearest) else far / 2
+    return max(near, min(_NEAREST, far / _DEPTH_RATIO)), far
