@@ -36,7 +36,7 @@ def room() -> None:
 def render(name: str) -> None:
     """A shipped scene, seen by its own camera."""
     scene, out = scene_root() / f"{name}.yaml", IMAGES / f"{name}.png"
-    subprocess.run([*_DEPTHWALK, "render", str(scene), "-o", str(out), "--resolution", "1280,720"], check=True)
+    subprocess.run([*_DEPTHWALK, "render", str(scene), "-o", str(out), "--resolution", "1024,576"], check=True)
 
 
 def dpci() -> None:

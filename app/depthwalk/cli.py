@@ -1,5 +1,5 @@
 """The command line: what each command takes. The work is in `commands`, imported when its command runs, so that
-`depthwalk --help` waits for no library, and `depthwalk check` for those of the renderer but for no window's and no GL."""
+`depthwalk --help` waits for no graphics library, and `depthwalk check` for no window's and no GL context."""
 
 from enum import StrEnum
 from pathlib import Path

@@ -14,6 +14,6 @@ MIN_DPCI_RESOLUTION = 16
 MAX_DPCI_RESOLUTION = 4_096
 MAX_DPCI_LAYERS = 8
 MAX_BORDER_ENTRIES = 1 << 28  # vertices and triangles of all borders in a file: two thirds of the most texels
-MAX_CACHE_BYTES = 4 << 30  # some 2,000 objects of 512²: more than scenes use, less than a disk misses
+MAX_CACHE_BYTES = 4 << 30  # a hundred trees or five hundred statues of 512², three layers deep
 MAX_IMAGE_SIDE = 16_384  # --resolution
 MAX_IMAGE_PIXELS = 1 << 26  # the same: 8192 × 8192; a frame takes some 50 bytes a pixel on the GPU

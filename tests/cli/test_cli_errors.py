@@ -1,6 +1,7 @@
 """Bad input: exit code 2, one exact line on stderr, nothing on stdout, nothing written."""
 
 import pytest
+from PIL import Image
 
 # Arguments of `render SCENE`, with {d} for the folder of the scene; the message.
 RENDER = {
@@ -12,6 +13,10 @@ RENDER = {
     "huge": (
         ["-o", "{d}/a.png", "--resolution", "96,99999999999"],
         "--resolution 96,99999999999: each side must be 1 to 16384 pixels",
+    ),
+    "many pixels": (
+        ["-o", "{d}/a.png", "--resolution", "16384,4097"],
+        "--resolution 16384,4097: 67125248 pixels, the limit is 67108864",
     ),
     "two numbers": (
         ["-o", "{d}/a.png", "--camera-position", "1,2"],
@@ -58,6 +63,10 @@ RENDER = {
         "--path: already says where the camera is; leave out the --camera options",
     ),
     "no path file": (["-o", "{d}/a.mp4", "--path", "{d}/none.yaml"], "{d}/none.yaml: No such file or directory"),
+    "over depth images": (
+        ["-o", "{d}/ball.dpci.exr"],
+        "{d}/ball.dpci.exr: would overwrite what is rendered; choose another name",
+    ),
     "over a texture": (
         ["-o", "{d}/ground.png", "--set", "environment.ground.texture=ground.png"],
         "{d}/ground.png: would overwrite what is rendered; choose another name",
@@ -83,6 +92,54 @@ def test_the_scene_itself_is_not_overwritten(run, tiny_scene):
     result = run("render", scene, "-o", scene)
     assert (result.exit_code, result.stderr) == (2, f"{scene}: would overwrite what is rendered; choose another name\n")
     assert scene.read_text() == text
+
+
+@pytest.fixture
+def linked(tiny_scene):
+    """The tiny scene with a relief on the ball and a box whose material library names a texture, which are there."""
+    folder = tiny_scene.parent
+    faces = "f 1/1 2/1 3/1\nf 1/1 3/1 4/1\nf 1/1 4/1 2/1\nf 2/1 4/1 3/1\n"
+    vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\n"
+    (folder / "box.obj").write_text(f"mtllib box.mtl\n{vertices}usemtl m\n{faces}")
+    (folder / "box.mtl").write_text("newmtl m\nmap_Kd bark.png\n")
+    for name in ("bark.png", "bumps.png", "bends.png"):
+        Image.new("RGB" if name != "bumps.png" else "L", (4, 4), 255).save(folder / name)
+    meso = "meso: {depth: bumps.png, normal: bends.png, height: 0.01, tile: [0.5, 0.5]}"
+    text = tiny_scene.read_text().replace("layers: 1}}", f"layers: 1, {meso}}}}}\n  box: {{mesh: box.obj}}")
+    tiny_scene.write_text(text)
+    return tiny_scene
+
+
+@pytest.mark.parametrize("name", ["bark.png", "bumps.png", "bends.png"])
+def test_no_output_overwrites_what_assets_name(run, linked, name):
+    file = linked.with_name(name)
+    before = file.read_bytes()
+    small = ("--resolution", "96,64")
+    rendered = run("render", linked, "-o", file, *small)
+    assert (rendered.exit_code, rendered.stderr) == (
+        2,
+        f"{file}: would overwrite what is rendered; choose another name\n",
+    )
+    measured = run("bench", linked, "--html", file, *small)
+    assert (measured.exit_code, measured.stderr) == (
+        2, f"{file}: would overwrite what is measured, or the other report\n",
+    )  # fmt: skip
+    assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["box.mtl", "bark.png", "box.dpci.exr"])
+def test_compare_overwrites_nothing_of_the_mesh(run, linked, name):
+    file = linked.with_name(name)
+    result = run("compare", linked.with_name("box.obj"), "--json", file)
+    message = f"{file}: would overwrite what is compared, or the other report\n"
+    assert (result.exit_code, result.stderr) == (2, message)
+
+
+def test_a_missing_texture_is_warned_of_once(run, linked, tmp_path):
+    linked.with_name("bark.png").unlink()
+    result = run("render", linked, "-o", tmp_path / "a.png", "--resolution", "96,64")
+    assert result.exit_code == 0
+    assert result.stderr.count("'bark.png' is missing") == 1
 
 
 def test_a_broken_mesh_is_the_users_input(run, tiny_scene, tmp_path):

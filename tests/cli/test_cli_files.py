@@ -1,12 +1,16 @@
 """`depthwalk check`, `bake` and `info`."""
 
 import re
+import weakref
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import depthwalk
 import shapes
 from depthwalk.bake.file import read_baked, read_header
+from depthwalk.ingest.loader import load_mesh
 from files import write_ply
 
 
@@ -39,6 +43,52 @@ def test_check_reads_the_meshes(run, tiny_scene):
     result = run("check", tiny_scene)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.startswith(f"{mesh}: ")
+
+
+def test_check_reads_the_relief_of_an_asset(run, tiny_scene):
+    relief = tiny_scene.with_name("bumps.png")
+    relief.write_bytes(b"no picture")
+    meso = "layers: 1, meso: {depth: bumps.png, height: 0.01, tile: [0.5, 0.5]}"
+    tiny_scene.write_text(tiny_scene.read_text().replace("layers: 1", meso))
+    result = run("check", tiny_scene)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"{relief}: ") and result.stderr.count("\n") == 1
+    assert run("render", tiny_scene, "-o", "-").stderr == result.stderr
+
+
+def test_check_refuses_a_range_image_without_surface(run, tmp_path):
+    lonely = np.zeros((30, 40), np.uint16)
+    lonely[::3, ::3] = 900
+    Image.fromarray(lonely).save(tmp_path / "d.png")
+    lens = "{fx: 50, fy: 50, cx: 20, cy: 15}"
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(f"version: 1\nassets:\n  a: {{depth_image: {{depth: d.png, unit: 0.001, intrinsics: {lens}}}}}\n")
+    result = run("check", scene)
+    defect = "the range image holds no surface: no pixel continues its neighbours"
+    assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'd.png'}: {defect}\n")
+
+
+def test_check_bakes_nothing_and_keeps_no_mesh(run, tiny_scene, tmp_path, monkeypatch):
+    cache = tmp_path / "cache"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    text = tiny_scene.read_text()
+    again = "\n".join(f"  ball{k}: {{mesh: ball.ply, height: {k + 1}, dpci: {{resolution: 64}}}}" for k in range(3))
+    depth = np.linspace(1, 1.2, 40 * 30, dtype=np.float32).reshape(30, 40)
+    np.save(tiny_scene.with_name("d.npy"), depth)
+    seen = "  seen: {depth_image: {depth: d.npy, intrinsics: {fx: 50, fy: 50, cx: 20, cy: 15}}}"
+    tiny_scene.write_text(text.replace("objects:", f"{again}\n{seen}\nobjects:"))
+    alive = []
+
+    def watched(*arguments, **options):
+        assert not [mesh for mesh in alive if mesh() is not None]
+        mesh = load_mesh(*arguments, **options)
+        alive.append(weakref.ref(mesh))
+        return mesh
+
+    monkeypatch.setattr("depthwalk.library.load_mesh", watched)
+    result = run("check", tiny_scene)
+    assert (result.exit_code, len(alive)) == (0, 4), result.stderr
+    assert not cache.exists()
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -43,6 +44,42 @@ def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(environment, tiny_scene
         _, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (130, "")
     assert all(path.name.startswith("f") for path in out.iterdir())
+
+
+DEMO = """
+import sys
+from pathlib import Path
+from depthwalk.commands import walk
+root = Path(sys.argv.pop())
+walk.scene_root = lambda: root
+from depthwalk.cli import main
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tmp_path, number, code):
+    folder = tiny_scene.parent
+    (folder / "paths").mkdir()
+    tiny_scene.rename(folder / "garden.yaml")
+    walk = (folder / "walk.yaml").read_text()
+    (folder / "paths" / "garden.yaml").write_text(walk.replace("time: 2", "time: 9000"))
+    hidden = {name: value for name, value in environment.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    out = tmp_path / "depthwalk-demo"
+    with subprocess.Popen(
+        [sys.executable, "-c", DEMO, "demo", "--resolution", "96,64", folder],
+        env=hidden, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        stills = [process.stdout.readline().strip() for _ in range(6)]
+        assert stills == [f"depthwalk-demo/garden-{k:02}.png" for k in range(6)]
+        deadline = time.monotonic() + 30
+        while not any(path.suffix == ".mp4" for path in out.iterdir()) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(number)
+        rest, errors = process.communicate(timeout=30)
+    assert (process.returncode, rest, errors.count("\n")) == (code, "", 1)  # that there is no display
+    assert sorted(path.name for path in out.iterdir()) == [f"garden-{k:02}.png" for k in range(6)]
 
 
 def test_a_reader_that_goes_away_is_no_error_message(environment, tiny_scene):

@@ -1,9 +1,14 @@
 """`depthwalk demo` and `view` where there is no display."""
 
+from dataclasses import replace
+
 import pytest
 
 import depthwalk.walk
 from depthwalk.commands import walk
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.scene.arrays import Camera
 
 REASON = "cannot open a window: no display"
 
@@ -50,13 +55,28 @@ def test_view_passes_on_what_was_asked(run, garden):
     assert result.stderr == f"{REASON}; `depthwalk render` needs no display\n"
     ((scene, given),) = garden
     assert scene.path.name == "garden.yaml"
-    assert given["camera"].position == (0, 2, 5) and given["camera"].target == (0, 1, 0)
+    camera = given["first_camera"](scene.camera)
+    assert camera == replace(scene.camera, position=(0, 2, 5)) and camera.target == (0, 1, 0)
     assert (given["size"], given["fullscreen"], given["representation"].name) == ((320, 200), True, "MESH")
 
 
-def test_view_needs_a_whole_camera_where_the_scene_has_none(run, garden, tmp_path):
-    scene = tmp_path / "bare.yaml"
-    scene.write_text("version: 1\n")
-    result = run("view", scene, "--camera-position", "0,2,5")
-    message = f"{scene}: has no camera: give --camera-position and --camera-target together\n"
-    assert (result.exit_code, result.stderr, garden) == (2, message, [])
+def test_without_a_camera_view_starts_where_render_stands(run, garden, tiny_scene, tmp_path, monkeypatch):
+    scene = tiny_scene.with_name("garden.yaml")
+    scene.write_text(scene.read_text().partition("camera:")[0])
+    options = (scene, "--camera-position", "0,2,5", "--camera-view-angle", "30", "--resolution", "96,64")
+    drawn = []
+    draw = HeadlessRenderer.draw
+    monkeypatch.setattr(HeadlessRenderer, "draw", lambda self, view, *rest: (drawn.append(view), draw(self, view)))
+    assert run("render", *options, "-o", tmp_path / "a.png").exit_code == 0
+    assert run("view", *options).exit_code == 1
+    ((_, given),) = garden
+    whole = Camera((9.0, 9.0, 9.0), drawn[0].camera.target, 1.0)  # what sees all of it has this target
+    assert given["first_camera"](whole) == drawn[0].camera
+    assert drawn[0].camera.position == (0, 2, 5) and drawn[0].camera.target == pytest.approx((0, 1, 0), abs=0.05)
+
+
+def test_demo_loads_its_assets_once(run, garden, monkeypatch):
+    loaded = []
+    monkeypatch.setattr("depthwalk.library.load_mesh", lambda *a, **b: (loaded.append(a), load_mesh(*a, **b))[1])
+    assert run("demo", "--resolution", "96,64", "--representation", "mesh").exit_code == 0
+    assert len(loaded) == 1

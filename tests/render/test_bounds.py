@@ -17,7 +17,7 @@ number = st.floats(-50, 50)
 @given(st.tuples(number, number, number), st.floats(0.01, 5), st.tuples(number, number, number), st.floats(0.2, 2.5))
 def test_a_sphere_that_shows_a_point_is_visible(centre, reach, eye, fov):
     view = View(Camera(eye, (eye[0] + 1, eye[1] + 0.3, eye[2] - 1), fov), (160, 90))
-    point = np.asarray(centre) + [0, reach, 0]  # one point of the sphere
+    point = np.add(centre, (0, reach, 0))  # one point of the sphere
     right, up, forward = view.axes @ (point - view.position)
     tan_x, tan_y = view.half_extent
     shows = forward > 0 and abs(right) < tan_x * forward and abs(up) < tan_y * forward

@@ -9,8 +9,8 @@ from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.epipole import draw_order, epipole, image_cells
 from depthwalk.render.grids import build_grids
 from depthwalk.render.ordered import viewer_of
-from depthwalk.render.records import WARP_RECORD
 from depthwalk.render.planes import Volumes, choose_planes
+from depthwalk.render.records import WARP_RECORD
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
 

@@ -11,8 +11,8 @@ from depthwalk.gpu.program import Program, Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference.light import phong
 from depthwalk.reference.warp import warp
-from depthwalk.render.records import WARP_RECORD
 from depthwalk.render.planes import Volumes, choose_planes
+from depthwalk.render.records import WARP_RECORD
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, joined, scene_of, sphere

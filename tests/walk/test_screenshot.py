@@ -1,5 +1,6 @@
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,30 @@ def test_screenshots_never_overwrite(tmp_path):
     files = [save_screenshot(picture(value), tmp_path / "s.yaml", CAMERA, tmp_path) for value in range(4)]
     assert len(set(files)) == 4
     assert [np.asarray(Image.open(file))[0, 0, 0] for file in files] == [0, 1, 2, 3]
+
+
+def test_a_failing_screenshot_leaves_nothing(tmp_path, monkeypatch):
+    def save(image, file, *arguments, **options):
+        Path(file).write_bytes(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(Image.Image, "save", save)
+    with pytest.raises(OSError, match="disk full"):
+        save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_screenshot_appears_whole(tmp_path, monkeypatch):
+    seen = []
+    save = Image.Image.save
+
+    def watched(image, *arguments, **options):
+        save(image, *arguments, **options)
+        seen.extend(tmp_path.glob("*.png"))
+
+    monkeypatch.setattr(Image.Image, "save", watched)
+    file = save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA, tmp_path)
+    assert (seen, list(tmp_path.iterdir())) == ([], [file])
 
 
 def test_a_screenshot_knows_its_camera(tmp_path):

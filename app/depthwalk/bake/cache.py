@@ -69,6 +69,6 @@ def _evict(newest: Path) -> None:
         if excess <= 0:
             break
         if path != newest:
-            with contextlib.suppress(OSError):  # gone, or open where that forbids it
-                path.unlink()
+            with contextlib.suppress(OSError):  # open, where that forbids it
+                path.unlink(missing_ok=True)
                 excess -= size

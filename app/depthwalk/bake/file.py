@@ -6,12 +6,11 @@ header of every part. The borders of each face and level are two more parts, lis
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
-import math
+import contextlib
 import os
-import re
+import sys
 import zlib
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,36 +18,27 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
-from depthwalk import limits
-from depthwalk.bake.images import MAX_STEPS, BakedObject, Border, Cylinder, DepthImage, Face, grid_cells
+from depthwalk.bake.header import (
+    ATTRIBUTE,
+    CHANNELS,
+    FORMAT_VERSION,
+    GEOMETRY,
+    LISTS,
+    PLACEMENT,
+    Header,
+    channel_type,
+    check_entries,
+    first_line,
+    inspect_header,
+    is_list,
+)
+from depthwalk.bake.images import BakedObject, Border, DepthImage, Face, grid_cells
 from depthwalk.errors import InputError
 
 SUFFIX = ".dpci.exr"
-FORMAT_VERSION = 6
-_ATTRIBUTE = "depthwalk."
-_GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
-_PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
-_LISTS = ("border", "triangles")  # names of the parts that hold a border: border.side.0, triangles.side.0
 _LIST_WIDTH = 1024
-_CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
-_LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": ("a", "b", "c", "used")}
-_PART = re.compile(r"(?:(border|triangles)\.)?(top|side|bottom)\.([0-7])", re.ASCII)
-_MOST_DEFLATED = 1032  # times: deflate cannot make anything smaller, so a larger claim is a lie
 
 Channels = dict[str, NDArray[Any]]
-
-
-@dataclass(frozen=True)
-class _Header:
-    """What every part of a file says about the object."""
-
-    cylinder: Cylinder
-    position: tuple[float, float, float]
-    rotation: tuple[float, float, float, float]
-    shininess: float
-    steps: int
-    key: str
-    checksum: str
 
 
 def write_baked(path: Path, baked: BakedObject) -> None:
@@ -66,8 +56,8 @@ def write_baked(path: Path, baked: BakedObject) -> None:
             for kind, lists in _border_lists(border, samples).items():
                 names.append(f"{kind}.{border.face.name.lower()}.{border.level}")
                 channels.append(lists)
-        _check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
-        header = _header(baked) | {_ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
+        check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
+        header = _header(baked) | {ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
         parts = [
             OpenEXR.Part(header | {"dataWindow": _window(c)}, c, name) for c, name in zip(channels, names, strict=True)
         ]
@@ -83,23 +73,24 @@ def read_baked(path: Path) -> BakedObject:
     Raises InputError where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than
     the limits.
     """
-    _, header = _inspected(path)
+    header = inspect_header(path)[1]
     try:
-        with OpenEXR.File(str(path), separate_channels=True) as file:
+        # The binding prints what it cannot decode; standard output may be a picture.
+        with contextlib.redirect_stdout(sys.stderr), OpenEXR.File(str(path), separate_channels=True) as file:
             stored = {part.name(): {k: channel.pixels for k, channel in part.channels.items()} for part in file.parts}
     except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
-        raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
+        raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
     try:
         _check_pixels(stored, header)
-        images = [_image(name, channels, header.steps) for name, channels in stored.items() if not _is_list(name)]
+        images = [_image(name, channels, header.steps) for name, channels in stored.items() if not is_list(name)]
         _check_cells(images)
         borders = [
             _border(name, stored, _samples(images, Face[name.split(".")[1].upper()]))
             for name in stored
-            if name.startswith(_LISTS[0])
+            if name.startswith(LISTS[0])
         ]
     except (KeyError, ValueError, IndexError, TypeError) as error:
-        raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
+        raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
     images.sort(key=lambda image: (image.face, image.layer))
     return BakedObject(
         header.cylinder,
@@ -115,120 +106,13 @@ def read_baked(path: Path) -> BakedObject:
 
 def read_header(path: Path) -> dict[str, Any]:
     """The checked header of a baked file, without its pixels. Raises InputError as `read_baked` does."""
-    return _inspected(path)[0]
+    return inspect_header(path)[0]
 
 
-def _inspected(path: Path) -> tuple[dict[str, Any], _Header]:
-    """The header of the first part as it stands there, and what all parts agree on. Raises InputError."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    try:
-        with OpenEXR.File(str(path), header_only=True) as file:
-            parts = [dict(part.header) for part in file.parts]
-    except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
-        raise InputError(f"{path}: not an OpenEXR file: {_first_line(error)}") from error
-    if not parts or _ATTRIBUTE + "version" not in parts[0]:
-        raise InputError(f"{path}: an OpenEXR file, but not one of baked depth images")
-    if parts[0][_ATTRIBUTE + "version"] is not FORMAT_VERSION:
-        raise InputError(f"{path}: baked by another version of depthwalk; bake it again")
-    try:
-        header = _parsed(parts[0])
-        if any(_parsed(part) != header for part in parts[1:]):
-            raise ValueError("the headers of its parts differ")
-        sizes = {part["name"]: _size(part, header.steps) for part in parts}
-        if len(sizes) < len(parts):
-            raise ValueError("two parts have the same name")
-        _check_names(sizes)
-    except (KeyError, ValueError, IndexError, TypeError) as error:
-        raise InputError(f"{path}: damaged depth images: {_first_line(error)}") from error
-    _check_sizes(path, sizes, header.steps)
-    return parts[0], header
-
-
-def _parsed(part: dict[str, Any]) -> _Header:
-    """The header of one part. Raises ValueError where something lacks or is out of its range."""
-    numbers = (*_GEOMETRY, *_PLACEMENT, "shininess")
-    missing = [name for name in (*numbers, "steps", "key", "checksum") if _ATTRIBUTE + name not in part]
-    if missing:
-        raise ValueError(f"header lacks {', '.join(missing)}")
-    values = {name.removeprefix(_ATTRIBUTE): value for name, value in part.items() if name.startswith(_ATTRIBUTE)}
-    cylinder = Cylinder(*(values[name] for name in _GEOMETRY))
-    x, y, z, *rotation = (values[name] for name in _PLACEMENT)
-    steps, key, checksum = values["steps"], values["key"], values["checksum"]
-    for name in numbers:
-        if type(values[name]) is not float or not math.isfinite(values[name]):
-            raise ValueError(f"{name} is {values[name]!r:.40}, not a finite number")
-    if not (min(cylinder.radius, cylinder.half_width, cylinder.half_depth) > 0 and cylinder.top > cylinder.bottom):
-        raise ValueError("its cylinder has no volume")
-    if values["shininess"] < 0 or abs(math.hypot(*rotation) - 1) > 1e-3:
-        raise ValueError("its shininess is negative or its rotation not a unit quaternion")
-    if type(steps) is not int or not 1 <= steps <= MAX_STEPS:
-        raise ValueError(f"steps is {steps!r:.40}, not a number from 1 to {MAX_STEPS}")
-    if not isinstance(key, str) or not re.fullmatch(r"\w{0,64}", key, re.ASCII):  # it may become a file's name
-        raise ValueError("key is not of up to 64 letters and digits")
-    if not isinstance(checksum, str):
-        raise ValueError("checksum is not text")
-    return _Header(cylinder, (x, y, z), tuple(rotation), values["shininess"], steps, key, checksum)
-
-
-def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
-    """Width and height of a part of the layout that `write_baked` gives it. Raises ValueError for any other."""
-    name = part["name"]
-    match = _PART.fullmatch(name)
-    if match is None or (match[1] and int(match[3]) >= steps):
-        raise ValueError(f"unknown part {name!r:.40}")
-    channels = sorted((channel.name, channel.xSampling, channel.ySampling) for channel in part["channels"])
-    if channels != sorted((channel, 1, 1) for channel in _channel_names(name, steps)):
-        raise ValueError(f"part {name} has other channels than it should")
-    (left, top), (right, bottom) = (map(int, corner) for corner in part["dataWindow"])
-    layout = (part["type"], part["compression"], left, top)
-    if layout != (OpenEXR.scanlineimage, OpenEXR.ZIP_COMPRESSION, 0, 0) or min(right, bottom) < 0:
-        raise ValueError(f"part {name} is laid out otherwise than it should be")
-    return right + 1, bottom + 1
-
-
-def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
-    """Raises ValueError unless layers count from 0, images are of one size and lists come in pairs for a face."""
-    images = [name for name in sizes if not _is_list(name)]
-    faces = [name.split(".")[0] for name in images]
-    if not images or set(images) != {f"{face}.{layer}" for face in faces for layer in range(faces.count(face))}:
-        raise ValueError("layers are missing")
-    if len({sizes[name] for name in images}) > 1:
-        raise ValueError("its images differ in size")
-    borders, triangles = ({n.removeprefix(kind) for n in sizes if n.startswith(kind)} for kind in _LISTS)
-    if borders != triangles or not {name.split(".")[1] for name in borders} <= set(faces):
-        raise ValueError("a border without its triangles or its face")
-
-
-def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], steps: int) -> None:
-    """Raises InputError where decoding would take more memory than any file of ours, or than this one can fill.
-
-    With a limit on the side, `_PART` limits all images together: three faces, eight layers.
-    """
-    side = max(max(size) for name, size in sizes.items() if not _is_list(name))
-    if side > limits.MAX_DPCI_RESOLUTION:
-        raise InputError(f"{path}: image of {side} texels; at most {limits.MAX_DPCI_RESOLUTION} are allowed")
-    _check_entries(path, sum(width * height for name, (width, height) in sizes.items() if _is_list(name)))
-    decoded = sum(
-        width * height * sum(np.dtype(_channel_type(channel)).itemsize for channel in _channel_names(name, steps))
-        for name, (width, height) in sizes.items()
-    )
-    if decoded > _MOST_DEFLATED * path.stat().st_size:
-        raise InputError(f"{path}: damaged depth images: too short for its {decoded} bytes of pixels")
-
-
-def _check_entries(path: Path, entries: int) -> None:
-    if entries > limits.MAX_BORDER_ENTRIES:
-        raise InputError(
-            f"{path}: borders of {entries} entries; at most {limits.MAX_BORDER_ENTRIES} are allowed: "
-            "bake at a lower resolution or with fewer layers"
-        )
-
-
-def _check_pixels(stored: dict[str, Channels], header: _Header) -> None:
+def _check_pixels(stored: dict[str, Channels], header: Header) -> None:
     """Raises ValueError where a channel is of the wrong type or anything differs from what was written."""
     for name, channels in stored.items():
-        wrong = [channel for channel, pixels in channels.items() if pixels.dtype != _channel_type(channel)]
+        wrong = [channel for channel, pixels in channels.items() if pixels.dtype != channel_type(channel)]
         if wrong:
             raise ValueError(f"part {name} has channels of another type: {', '.join(wrong)}")
     if _checksum(list(stored.values())) != header.checksum:
@@ -246,29 +130,12 @@ def _check_cells(images: list[DepthImage]) -> None:
                     raise ValueError(f"part {image.name} has triangles on layers that are not there")
 
 
-def _is_list(name: str) -> bool:
-    return name.startswith(_LISTS)
-
-
-def _channel_names(name: str, steps: int) -> tuple[str, ...]:
-    """The channels of the part `name` in a file of `steps` grids."""
-    if _is_list(name):
-        return _LIST_CHANNELS[name.split(".")[0]]
-    return (*_CHANNELS, *(f"cells.{pair}" for pair in range((steps + 1) // 2)))
-
-
-def _channel_type(channel: str) -> type[np.generic]:
-    if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c"):
-        return np.uint32
-    return np.float32 if channel == "Z" else np.float16
-
-
 def _header(baked: BakedObject) -> dict[str, Any]:
-    values: dict[str, Any] = {name: np.float32(getattr(baked.cylinder, name)) for name in _GEOMETRY}
-    values |= {name: np.float32(v) for name, v in zip(_PLACEMENT, (*baked.position, *baked.rotation), strict=True)}
+    values: dict[str, Any] = {name: np.float32(getattr(baked.cylinder, name)) for name in GEOMETRY}
+    values |= {name: np.float32(v) for name, v in zip(PLACEMENT, (*baked.position, *baked.rotation), strict=True)}
     values |= {"version": FORMAT_VERSION, "steps": baked.steps, "key": baked.key}
     values["shininess"] = np.float32(baked.shininess)
-    header = {_ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
+    header = {ATTRIBUTE + name: _attribute(value) for name, value in values.items()}
     return header | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
 
 
@@ -285,7 +152,7 @@ def _attribute(value: Any) -> Any:
 def _channels(image: DepthImage) -> Channels:
     planes = [*np.moveaxis(image.albedo.astype(np.float16), -1, 0), image.depth]
     planes += [*np.moveaxis(image.normal.astype(np.float16), -1, 0), image.owner.astype(np.uint32)]
-    named = dict(zip(_CHANNELS, planes, strict=True)) | _packed_cells(image)
+    named = dict(zip(CHANNELS, planes, strict=True)) | _packed_cells(image)
     return {name: np.ascontiguousarray(plane[::-1]) for name, plane in named.items()}
 
 
@@ -339,12 +206,12 @@ def _border_lists(border: Border, samples: int) -> dict[str, Channels]:
         is_end = corner >= samples
         relative = np.where(is_end, corner - samples - np.searchsorted(border.start, first), corner - first)
         triangles[name] = (relative << 1 ^ relative >> 31) << 1 | is_end  # zigzag: small magnitudes, small codes
-    return {_LISTS[0]: _folded(vertices), _LISTS[1]: _folded(triangles)}
+    return {LISTS[0]: _folded(vertices), LISTS[1]: _folded(triangles)}
 
 
 def _border(name: str, stored: dict[str, Channels], samples: int) -> Border:
     face, level = name.split(".")[1:]
-    vertices, triangles = ({k: v.ravel() for k, v in stored[f"{kind}.{face}.{level}"].items()} for kind in _LISTS)
+    vertices, triangles = ({k: v.ravel() for k, v in stored[f"{kind}.{face}.{level}"].items()} for kind in LISTS)
     count, faces = _used(name, vertices["used"]), _used(name, triangles["used"])
     start = np.cumsum(vertices["start"][:count].astype(np.int64))
     first = np.cumsum(triangles["a"][:faces].astype(np.int64))
@@ -380,7 +247,7 @@ def _used(name: str, used: NDArray[np.uint32]) -> int:
 def _folded(lists: Channels) -> Channels:
     """Lists (n,) as images of `_LIST_WIDTH` columns, integers as uint; channel `used` is 1 where there is an entry."""
     lists = lists | {"used": np.ones(len(next(iter(lists.values()))), np.uint32)}
-    rows = -(-len(lists["used"]) // _LIST_WIDTH)
+    rows = max(-(-len(lists["used"]) // _LIST_WIDTH), 1)  # an image without rows cannot be written
     padding = rows * _LIST_WIDTH - len(lists["used"])
     folded = {name: np.pad(values, (0, padding)).reshape(rows, _LIST_WIDTH) for name, values in lists.items()}
     return {k: v if v.dtype == np.float16 else v.astype(np.uint32) for k, v in folded.items()}
@@ -404,7 +271,3 @@ def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
         cells=_unpacked_cells(face, plane, steps),
         owner=np.ascontiguousarray(plane["owner"], np.uint8),
     )
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

@@ -1,7 +1,7 @@
 """`depthwalk view` and `depthwalk demo`: the window, and what is done where there is no display."""
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from depthwalk.bench.measure import sample_path
@@ -27,7 +27,7 @@ class Walk:
     path: CameraPath | None
     size: tuple[int, int]
     representation: Representation | None
-    camera: CameraOptions = CameraOptions()
+    camera: CameraOptions = field(default_factory=CameraOptions)
     fullscreen: bool = False
 
 

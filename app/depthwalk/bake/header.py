@@ -1,0 +1,170 @@
+"""The header of a baked file: its layout, and what must hold before a pixel is decoded."""
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+
+from depthwalk import limits
+from depthwalk.bake.images import MAX_STEPS, Cylinder
+from depthwalk.errors import InputError
+
+FORMAT_VERSION = 7
+ATTRIBUTE = "depthwalk."
+GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
+PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
+LISTS = ("border", "triangles")  # names of the parts that hold a border: border.side.0, triangles.side.0
+CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
+_LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": ("a", "b", "c", "used")}
+_PART = re.compile(r"(?:(border|triangles)\.)?(top|side|bottom)\.([0-7])", re.ASCII)
+_MOST_DEFLATED = 1032  # times: what deflate can shrink at most, so no file holds more pixels than that
+
+
+@dataclass(frozen=True)
+class Header:
+    """What every part of a file says about the object."""
+
+    cylinder: Cylinder
+    position: tuple[float, float, float]
+    rotation: tuple[float, float, float, float]
+    shininess: float
+    steps: int
+    key: str
+    checksum: str
+
+
+def inspect_header(path: Path) -> tuple[dict[str, Any], Header]:
+    """The header of the first part as it stands there, and what all parts agree on. Raises InputError."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            parts = [dict(part.header) for part in file.parts]
+    except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
+        raise InputError(f"{path}: not an OpenEXR file: {first_line(error)}") from error
+    if not parts or ATTRIBUTE + "version" not in parts[0]:
+        raise InputError(f"{path}: an OpenEXR file, but not one of baked depth images")
+    version = parts[0][ATTRIBUTE + "version"]
+    if type(version) is not int or version != FORMAT_VERSION:
+        raise InputError(f"{path}: baked by another version of depthwalk; bake it again")
+    try:
+        header = _parsed(parts[0])
+        if any(_parsed(part) != header for part in parts[1:]):
+            raise ValueError("the headers of its parts differ")
+        sizes = {part["name"]: _size(part, header.steps) for part in parts}
+        if len(sizes) < len(parts):
+            raise ValueError("two parts have the same name")
+        _check_names(sizes)
+    except (KeyError, ValueError, IndexError, TypeError) as error:
+        raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
+    _check_sizes(path, sizes, header.steps)
+    return parts[0], header
+
+
+def _parsed(part: dict[str, Any]) -> Header:
+    """The header of one part. Raises ValueError where something lacks or is out of its range."""
+    numbers = (*GEOMETRY, *PLACEMENT, "shininess")
+    missing = [name for name in (*numbers, "steps", "key", "checksum") if ATTRIBUTE + name not in part]
+    if missing:
+        raise ValueError(f"header lacks {', '.join(missing)}")
+    values = {name.removeprefix(ATTRIBUTE): value for name, value in part.items() if name.startswith(ATTRIBUTE)}
+    cylinder = Cylinder(*(values[name] for name in GEOMETRY))
+    x, y, z, *rotation = (values[name] for name in PLACEMENT)
+    steps, key, checksum = values["steps"], values["key"], values["checksum"]
+    for name in numbers:
+        if type(values[name]) is not float or not math.isfinite(values[name]):
+            raise ValueError(f"{name} is {values[name]!r:.40}, not a finite number")
+    if not (min(cylinder.radius, cylinder.half_width, cylinder.half_depth) > 0 and cylinder.top > cylinder.bottom):
+        raise ValueError("its cylinder has no volume")
+    if values["shininess"] < 0 or abs(math.hypot(*rotation) - 1) > 1e-3:
+        raise ValueError("its shininess is negative or its rotation not a unit quaternion")
+    if type(steps) is not int or not 1 <= steps <= MAX_STEPS:
+        raise ValueError(f"steps is {steps!r:.40}, not a number from 1 to {MAX_STEPS}")
+    if not isinstance(key, str) or not re.fullmatch(r"[0-9A-Za-z]{0,64}", key):  # it may become a file's name
+        raise ValueError("key is not text of at most 64 letters and digits")
+    if not isinstance(checksum, str):
+        raise ValueError("checksum is not text")
+    return Header(cylinder, (x, y, z), tuple(rotation), values["shininess"], steps, key, checksum)
+
+
+def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
+    """Width and height of a part of the layout that `write_baked` gives it. Raises ValueError for any other."""
+    name = part["name"]
+    match = _PART.fullmatch(name)
+    if match is None or (match[1] and int(match[3]) >= steps):
+        raise ValueError(f"unknown part {name!r:.40}")
+    channels = sorted((channel.name, channel.xSampling, channel.ySampling) for channel in part["channels"])
+    if channels != sorted((channel, 1, 1) for channel in channel_names(name, steps)):
+        raise ValueError(f"part {name} has other channels than it should")
+    (left, top), (right, bottom) = (map(int, corner) for corner in part["dataWindow"])
+    layout = (part["type"], part["compression"], left, top)
+    if layout != (OpenEXR.scanlineimage, OpenEXR.ZIP_COMPRESSION, 0, 0) or min(right, bottom) < 0:
+        raise ValueError(f"part {name} is laid out otherwise than it should be")
+    return right + 1, bottom + 1
+
+
+def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
+    """Raises ValueError unless layers count from 0, images are of one size and lists come in pairs for a face."""
+    images = [name for name in sizes if not is_list(name)]
+    faces = [name.split(".")[0] for name in images]
+    if not images or set(images) != {f"{face}.{layer}" for face in faces for layer in range(faces.count(face))}:
+        raise ValueError("layers are missing")
+    if len({sizes[name] for name in images}) > 1:
+        raise ValueError("its images differ in size")
+    borders, triangles = ({n.removeprefix(kind) for n in sizes if n.startswith(kind)} for kind in LISTS)
+    if borders != triangles or not {name.split(".")[1] for name in borders} <= set(faces):
+        raise ValueError("a border without its triangles or its face")
+
+
+def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], steps: int) -> None:
+    """Raises InputError where decoding would take more memory than any file of ours, or than this one can fill.
+
+    With a limit on the side, `_PART` limits all images together: three faces, eight layers.
+    """
+    side = max(max(size) for name, size in sizes.items() if not is_list(name))
+    if side > limits.MAX_DPCI_RESOLUTION:
+        raise InputError(f"{path}: image of {side} texels; at most {limits.MAX_DPCI_RESOLUTION} are allowed")
+    check_entries(path, sum(width * height for name, (width, height) in sizes.items() if is_list(name)))
+    decoded = sum(
+        width * height * sum(np.dtype(channel_type(channel)).itemsize for channel in channel_names(name, steps))
+        for name, (width, height) in sizes.items()
+    )
+    if decoded > _MOST_DEFLATED * path.stat().st_size:
+        raise InputError(f"{path}: damaged depth images: too short for its {decoded} bytes of pixels")
+
+
+def check_entries(path: Path, entries: int) -> None:
+    """Raises InputError where the lists of all borders hold more `entries` than a file may."""
+    if entries > limits.MAX_BORDER_ENTRIES:
+        raise InputError(
+            f"{path}: borders of {entries} entries; at most {limits.MAX_BORDER_ENTRIES} are allowed: "
+            "bake at a lower resolution or with fewer layers"
+        )
+
+
+def is_list(name: str) -> bool:
+    """Whether the part `name` holds half of a border instead of an image."""
+    return name.startswith(LISTS)
+
+
+def channel_names(name: str, steps: int) -> tuple[str, ...]:
+    """The channels of the part `name` in a file of `steps` grids."""
+    if is_list(name):
+        return _LIST_CHANNELS[name.split(".")[0]]
+    return (*CHANNELS, *(f"cells.{pair}" for pair in range((steps + 1) // 2)))
+
+
+def channel_type(channel: str) -> type[np.generic]:
+    """The type of the pixels of a channel, whichever part it is in."""
+    if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c"):
+        return np.uint32
+    return np.float32 if channel == "Z" else np.float16
+
+
+def first_line(error: Exception) -> str:
+    """What an error says, short enough for one line."""
+    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

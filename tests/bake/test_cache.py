@@ -1,0 +1,81 @@
+"""The cache keeps within its limit."""
+
+import os
+from dataclasses import replace
+
+import pytest
+
+from depthwalk import limits
+from depthwalk.bake.cache import find_baked, keep_baked
+from shapes import bake, sphere
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    folder = tmp_path / "cache"
+    monkeypatch.setattr("depthwalk.bake.cache.cache_folder", lambda: folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def baked():
+    return bake(sphere(columns=32, rows=16), resolution=16, layers=1)
+
+
+def keep(baked, key, age=0):
+    """Stores `baked` under `key`, last used `age` seconds ago."""
+    path = keep_baked(replace(baked, key=key))
+    os.utime(path, (path.stat().st_atime, path.stat().st_mtime - age))
+    return path
+
+
+def test_the_files_unused_for_longest_make_room(cache, baked, monkeypatch):
+    old, middle = keep(baked, "old", 300), keep(baked, "middle", 200)
+    monkeypatch.setattr(limits, "MAX_CACHE_BYTES", int(3.5 * old.stat().st_size))
+    recent = keep(baked, "recent", 100)
+    assert set(cache.iterdir()) == {old, middle, recent}
+    new = keep(baked, "new")
+    assert set(cache.iterdir()) == {middle, recent, new}
+
+
+def test_use_makes_a_file_young(cache, baked, monkeypatch, tmp_path):
+    old, other = keep(baked, "old", 300), keep(baked, "other", 200)
+    assert find_baked(tmp_path / "ball.ply", "old").key == "old"
+    monkeypatch.setattr(limits, "MAX_CACHE_BYTES", int(2.5 * old.stat().st_size))
+    new = keep(baked, "new")
+    assert set(cache.iterdir()) == {old, new} and not other.exists()
+
+
+def test_the_file_just_written_stays_however_large(cache, baked, monkeypatch):
+    monkeypatch.setattr(limits, "MAX_CACHE_BYTES", 1)
+    keep(baked, "old", 300)
+    new = keep(baked, "new")
+    assert list(cache.iterdir()) == [new]
+
+
+def test_what_an_interrupted_write_left_is_removed_too(cache, baked, monkeypatch):
+    path = keep(baked, "old", 100)
+    left = path.with_name(f".{path.name}.1.exr")
+    left.write_bytes(bytes(1000))
+    os.utime(left, (0, 0))
+    monkeypatch.setattr(limits, "MAX_CACHE_BYTES", 2 * path.stat().st_size + 500)
+    new = keep(baked, "new")
+    assert set(cache.iterdir()) == {path, new}
+
+
+@pytest.mark.parametrize("gone", [True, False])
+def test_files_that_vanish_or_stay_in_spite_do_not_matter(cache, baked, monkeypatch, gone):
+    old, middle, recent = (keep(baked, key, age) for key, age in (("old", 300), ("middle", 200), ("recent", 100)))
+    monkeypatch.setattr(limits, "MAX_CACHE_BYTES", int(3.5 * old.stat().st_size))
+    unlink = type(old).unlink
+
+    def disturbed(path, missing_ok=False):
+        if path == old and not gone:
+            raise PermissionError("open elsewhere")
+        if path == old:
+            unlink(path)  # another process was first
+        unlink(path, missing_ok=missing_ok)
+
+    monkeypatch.setattr(type(old), "unlink", disturbed)
+    new = keep(baked, "new")
+    assert set(cache.iterdir()) == ({middle, recent, new} if gone else {old, recent, new})

@@ -1,0 +1,44 @@
+"""Connecting samples takes bounded memory, and batches do not show in the result."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from depthwalk.bake import connectivity
+from depthwalk.bake.baker import BakeParams, cast_face, enclosing_cylinder
+from depthwalk.bake.images import Face
+from depthwalk.bake.raycast import RayCaster
+from shapes import box, joined
+
+
+def samples(size, layers, face):
+    """Caster, cylinder, face and depths (L, size, size) of a post before a plate."""
+    mesh = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
+    caster, cylinder = RayCaster(mesh), enclosing_cylinder(mesh)
+    return caster, cylinder, face, cast_face(mesh, caster, cylinder, face, BakeParams(size, layers)).samples.depth
+
+
+@pytest.mark.parametrize("face", Face)
+def test_batches_do_not_show(face, monkeypatch):
+    given = samples(64, 3, face)
+    whole = connectivity.connect(*given, 3)
+    monkeypatch.setattr(connectivity, "_BATCH", 37)  # divides no grid
+    parts = connectivity.connect(*given, 3)
+    assert sum(np.count_nonzero(codes) for layer in whole for codes in layer) > 100
+    for one, other in zip(whole, parts, strict=True):
+        for whole_codes, part_codes in zip(one, other, strict=True):
+            assert whole_codes.dtype == part_codes.dtype == np.uint16
+            np.testing.assert_array_equal(whole_codes, part_codes)
+
+
+def test_memory_hardly_grows_with_the_image():
+    """512² × 3: all at once took 170 MB; the grid's own corners, 32 bytes a cell, and the result stay."""
+    given = samples(512, 3, Face.SIDE)
+    tracemalloc.start()
+    try:
+        connectivity.connect(*given, 1)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 60e6

@@ -1,0 +1,294 @@
+"""Baked files that are large, malformed or damaged."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from depthwalk import limits
+from depthwalk.bake.file import read_baked, read_header, write_baked
+from depthwalk.bake.images import MAX_STEPS, Border, Face
+from depthwalk.cli import app
+from depthwalk.errors import InputError
+from shapes import bake, box, joined
+
+_OWN = ("channels", "chunkCount", "name")  # attributes that the library writes itself
+
+
+@pytest.fixture(scope="module")
+def baked():
+    """Two boxes, three faces of two layers at most, with borders."""
+    return bake(joined(box(1, 1, 1, (0, 0.5, 0)), box(0.2, 0.2, 0.2, (0.9, 0.5, 0))), resolution=32, layers=2)
+
+
+@pytest.fixture
+def path(tmp_path, baked):
+    path = tmp_path / "x.dpci.exr"
+    write_baked(path, baked)
+    return path
+
+
+def rewrite(path, change):
+    """Writes the parts of a file again; `change` gets the list of (name, header, channels) and returns it."""
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        parts = [
+            (
+                part.name(),
+                {key: value for key, value in part.header.items() if key not in _OWN},
+                {key: channel.pixels.copy() for key, channel in part.channels.items()},
+            )
+            for part in file.parts
+        ]
+    OpenEXR.File([OpenEXR.Part(header, channels, name) for name, header, channels in change(parts)]).write(str(path))
+
+
+def refused(path, message):
+    with pytest.raises(InputError, match=message) as caught:
+        read_baked(path)
+    assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
+
+
+def identical(one, other):
+    """Whether two baked objects, or what they are made of, are the same to the bit."""
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other)
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(identical, one, other))
+    if hasattr(one, "__dataclass_fields__"):
+        return all(identical(getattr(one, name), getattr(other, name)) for name in one.__dataclass_fields__)
+    return one == other
+
+
+def with_border(baked, **changes):
+    """`baked` with its first border changed."""
+    return replace(baked, borders=(replace(baked.borders[0], **changes), *baked.borders[1:]))
+
+
+def test_what_is_read_is_written_again_to_the_byte(path, tmp_path):
+    write_baked(tmp_path / "again.dpci.exr", read_baked(path))
+    assert (tmp_path / "again.dpci.exr").read_bytes() == path.read_bytes()
+
+
+def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, baked):
+    count = 4096 * 1024 + 1
+    triangles = np.tile(np.arange(3, dtype=np.int32), (count, 1))
+    nothing = np.zeros((0, 2), np.float16)
+    border = Border(Face.TOP, 0, np.zeros(0, np.int32), nothing, nothing[:, 0], triangles)
+    write_baked(tmp_path / "x.dpci.exr", replace(baked, borders=(border,)))
+    np.testing.assert_array_equal(read_baked(tmp_path / "x.dpci.exr").borders[0].triangles, triangles)
+
+
+def test_borders_past_their_limit_are_neither_written_nor_read(path, baked, monkeypatch):
+    before = path.read_bytes()
+    monkeypatch.setattr(limits, "MAX_BORDER_ENTRIES", 4096)
+    with pytest.raises(InputError, match=r"x\.dpci\.exr: borders of \d+ entries; at most 4096 are allowed: bake at"):
+        write_baked(path, baked)
+    assert path.read_bytes() == before and list(path.parent.iterdir()) == [path]
+    refused(path, r"borders of \d+ entries; at most 4096 are allowed")
+
+
+def test_images_past_their_limit_are_not_read(path, monkeypatch):
+    monkeypatch.setattr(limits, "MAX_DPCI_RESOLUTION", 31)
+    refused(path, "image of 32 texels; at most 31 are allowed")
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "message"),
+    [
+        ("version", "six", "baked by another version"),
+        ("version", 5, "baked by another version"),
+        ("version", 6.0, "baked by another version"),
+        ("radius", "wide", "radius is 'wide', not a finite number"),
+        ("radius", float("nan"), "radius is nan, not a finite number"),
+        ("radius", 0.0, "its cylinder has no volume"),
+        ("half_depth", -1.0, "its cylinder has no volume"),
+        ("top", -9.0, "its cylinder has no volume"),
+        ("bottom", float("-inf"), "bottom is -inf, not a finite number"),
+        ("y", float("inf"), "y is inf, not a finite number"),
+        ("qw", 3.0, "not a unit quaternion"),
+        ("shininess", -1.0, "its shininess is negative"),
+        ("steps", 0, "steps is 0, not a number from 1 to 7"),
+        ("steps", -3, "steps is -3, not a number"),
+        ("steps", MAX_STEPS + 1, "steps is 8, not a number"),
+        ("steps", "many", "steps is 'many', not a number"),
+        ("steps", 1, "other channels"),
+        ("key", 5, "key is not text"),
+        ("key", "../../outside", "key is not text"),
+        ("checksum", 1, "checksum is not text"),
+        ("radius", None, "header lacks radius"),
+    ],
+)
+def test_headers_out_of_range_are_refused(path, attribute, value, message):
+    def change(parts):
+        for _, header, _ in parts:
+            header.pop(f"depthwalk.{attribute}")
+            if value is not None:
+                header[f"depthwalk.{attribute}"] = value
+        return parts
+
+    rewrite(path, change)
+    refused(path, message)
+    with pytest.raises(InputError, match=message):
+        read_header(path)
+
+
+def test_parts_whose_headers_differ_are_refused(path):
+    rewrite(path, lambda parts: [*parts[:-1], (parts[-1][0], parts[-1][1] | {"depthwalk.radius": 2.0}, parts[-1][2])])
+    refused(path, "the headers of its parts differ")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("border.top.0", "border", "unknown part 'border'"),
+        ("border.top.0", "border.front.0", "unknown part"),
+        ("border.top.0", "border.top.6", "unknown part"),
+        ("border.top.0", "other", "unknown part 'other'"),
+        ("side.1", "side.8", "unknown part"),
+        ("side.1", "side.7", "layers are missing"),
+        ("triangles.side.0", "border.bottom.5", "unknown part"),
+    ],
+)
+def test_parts_of_other_names_are_refused(path, old, new, message):
+    def change(parts):
+        assert old in [name for name, _, _ in parts]
+        return [(new if name == old else name, header, channels) for name, header, channels in parts]
+
+    rewrite(path, change)
+    refused(path, message)
+
+
+@pytest.mark.parametrize(
+    ("missing", "message"),
+    [
+        (("triangles.side.0",), "a border without its triangles"),
+        (("side.0",), "layers are missing"),
+        (("top.0", "top.1"), "or its face"),
+    ],
+)
+def test_files_that_lack_a_part_are_refused(path, missing, message):
+    rewrite(path, lambda parts: [part for part in parts if part[0] not in missing])
+    refused(path, message)
+
+
+@pytest.mark.parametrize(
+    ("channels", "message"),
+    [
+        (lambda old: old | {"extra": old["Z"]}, "other channels"),
+        (lambda old: {name: plane for name, plane in old.items() if name != "cells.0"}, "other channels"),
+        (lambda old: old | {"Z": old["Z"].astype(np.float16)}, "channels of another type: Z"),
+        (lambda old: {name: plane[:16].copy() for name, plane in old.items()}, "its images differ in size"),
+    ],
+)
+def test_images_of_another_layout_are_refused(path, channels, message):
+    def change(parts):
+        name, header, old = parts[0]
+        new = channels(old)
+        height, width = next(iter(new.values())).shape
+        window = np.zeros(2, np.int32), np.array([width - 1, height - 1], np.int32)
+        return [(name, header | {"dataWindow": window}, new), *parts[1:]]
+
+    rewrite(path, change)
+    refused(path, message)
+
+
+def test_a_tiny_file_that_claims_large_images_is_refused_before_they_are_decoded(path):
+    """Its images and display window are enlarged in place: 32 texels become 4096."""
+    data = bytearray(path.read_bytes())
+    for window in (b"dataWindow\0box2i\0\x10\0\0\0", b"displayWindow\0box2i\0\x10\0\0\0"):
+        at = data.find(window)
+        while at >= 0:
+            corner = slice(at + len(window) + 8, at + len(window) + 16)
+            if data[corner] == np.array([31, 31], "<i4").tobytes():
+                data[corner] = np.array([4095, 4095], "<i4").tobytes()
+            at = data.find(window, at + 1)
+    path.write_bytes(data)
+    refused(path, r"too short for its \d+ bytes of pixels")
+
+
+def test_corners_on_layers_that_are_not_there_are_refused(tmp_path, baked):
+    first = baked.images[0]
+    for code in (1 | 7 << 1, 1 | 7 << 4, (1 | 7 << 1) << 7, (1 | 7 << 4) << 7, 1 << 7 | 1 << 15):
+        cells = first.cells[0].copy()
+        cells[3] = code
+        write_baked(
+            tmp_path / "x.dpci.exr",
+            replace(baked, images=(replace(first, cells=(cells, *first.cells[1:])), *baked.images[1:])),
+        )
+        refused(tmp_path / "x.dpci.exr", r"part top\.0 has triangles on layers that are not there")
+
+
+def test_texels_of_no_face_are_refused(tmp_path, baked):
+    owner = np.full_like(baked.images[0].owner, 3)
+    images = (replace(baked.images[0], owner=owner), *baked.images[1:])
+    write_baked(tmp_path / "x.dpci.exr", replace(baked, images=images))
+    refused(tmp_path / "x.dpci.exr", r"part top\.0 has texels that belong to no face")
+
+
+@pytest.mark.parametrize("place", [(0, 0), (0, 1), (-1, 2)])
+def test_border_triangles_outside_their_face_are_refused(tmp_path, baked, place):
+    triangles = baked.borders[0].triangles.copy()
+    triangles[place] = 1 << 20
+    write_baked(tmp_path / "x.dpci.exr", with_border(baked, triangles=triangles[np.argsort(triangles[:, 0])]))
+    refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 points outside its face")
+
+
+def test_border_vertices_outside_their_face_are_refused(tmp_path, baked):
+    start = baked.borders[0].start.copy()
+    start[-1] = 1 << 20
+    write_baked(tmp_path / "x.dpci.exr", with_border(baked, start=start))
+    refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 points outside its face")
+
+
+def test_border_places_that_are_no_numbers_are_refused(tmp_path, baked):
+    write_baked(tmp_path / "x.dpci.exr", with_border(baked, rise=np.full_like(baked.borders[0].rise, np.nan)))
+    refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 holds places that are not numbers")
+
+
+def test_info_names_the_fault_of_a_file_and_exits_with_2(path):
+    def change(parts):
+        return [(name, header | {"depthwalk.radius": "wide"}, channels) for name, header, channels in parts]
+
+    assert CliRunner().invoke(app, ["info", str(path)]).exit_code == 0
+    rewrite(path, change)
+    result = CliRunner().invoke(app, ["info", str(path)])
+    assert result.exit_code == 2
+    assert "radius is 'wide', not a finite number" in result.stderr.replace("\n", "")
+
+
+def test_what_the_library_says_of_damage_stays_off_standard_output(path, capsys):
+    data = bytearray(path.read_bytes())
+    data[-300] ^= 255
+    path.write_bytes(data)
+    refused(path, "damaged depth images")
+    assert capsys.readouterr().out == ""
+
+
+@pytest.fixture(scope="module")
+def valid(tmp_path_factory, baked) -> tuple[Path, bytes, int]:
+    """A file's path and bytes, and where its headers end."""
+    path = tmp_path_factory.mktemp("valid") / "x.dpci.exr"
+    write_baked(path, baked)
+    data = path.read_bytes()
+    return path, data, data.rindex(b"screenWindowWidth") + 32
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.floats(0, 1, exclude_max=True), st.integers(1, 255), st.booleans())
+def test_a_flipped_byte_is_refused_or_does_no_harm(valid, baked, place, flip, in_header):
+    path, data, header = valid
+    damaged = bytearray(data)
+    damaged[int(place * (header if in_header else len(data)))] ^= flip
+    target = path.with_name("damaged.dpci.exr")
+    target.write_bytes(damaged)
+    try:
+        again = read_baked(target)
+    except InputError as error:
+        assert str(error).startswith(f"{target}: ")
+    else:
+        assert identical(again, read_baked(path))
