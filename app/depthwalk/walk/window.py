@@ -1,6 +1,7 @@
 """Opening the window. GLFW through moderngl-window: its keys are places on the keyboard, it tells press from repeat and
 lets go of keys when the focus goes; moderngl-window's pyglet window fails in full screen with pyglet 2.1."""
 
+import re
 import warnings
 
 from imgui_bundle import imgui as _imgui  # noqa: F401 - first: it names the GLFW library that both then share
@@ -25,7 +26,8 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
             window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
         except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
             reasons = [" ".join(str(note.message).split()) for note in notes] or [str(error)]
-            raise NoDisplay(f"cannot open a window: {reasons[-1]}") from error
+            reason = re.sub(r"^\(\d+\) b?'(.*)'$", r"\1", reasons[-1])  # GLFW's: a number and bytes
+            raise NoDisplay(f"cannot open a window: {reason}") from error
         if fullscreen:
             window.fullscreen = True
         else:
