@@ -80,13 +80,6 @@ def bake_object(mesh: Mesh, params: BakeParams, key: str, progress: Progress = l
     return BakedObject(cylinder, tuple(images), tuple(borders), mean_shininess(mesh), steps, key)
 
 
-def bake_face(
-    mesh: Mesh, caster: RayCaster, cylinder: Cylinder, face: Face, params: BakeParams, steps: int
-) -> tuple[list[DepthImage], list[Border]]:
-    """The layers of one face by ray casting, as `connect_face` returns them."""
-    return connect_face(caster, cylinder, face, cast_face(mesh, caster, cylinder, face, params), steps)
-
-
 def cast_face(mesh: Mesh, caster: RayCaster, cylinder: Cylinder, face: Face, params: BakeParams) -> FaceSamples:
     """What rays from one face meet, `params.layers` deep, less what nobody outside can see."""
     size = params.resolution

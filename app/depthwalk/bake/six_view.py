@@ -19,7 +19,7 @@ from depthwalk.bake.images import Cylinder, Face, texel_centres, texel_size
 from depthwalk.bake.raycast import Hits, facing_normals
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.gpu.device import GpuError, Scope, headless_device
-from depthwalk.gpu.program import Program, shader
+from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh
 
 # A triangle between texels of a view lies on the surface if it is not seen edge on and its normal agrees with those at
@@ -128,7 +128,7 @@ class _ViewCamera:
     def __init__(self, scope: Scope, mesh: Mesh, size: int) -> None:
         self._context = scope.device.context
         self._target = scope.framebuffer([scope.texture((size, size), 2, "f4")], scope.depth_texture((size, size)))
-        self._program = Program(scope, shader("six_view", "faces.vert"), shader("six_view", "faces.frag"))
+        self._program = Program(scope, "six_view/faces.vert", "six_view/faces.frag")
         vertices = scope.buffer(np.ascontiguousarray(mesh.positions, np.float32))
         indices = scope.buffer(np.ascontiguousarray(mesh.faces, np.uint32))
         self._array = scope.vertex_array(self._program.gl, [(vertices, "3f", "in_position")], index_buffer=indices)
@@ -210,7 +210,7 @@ class _SideImage:
         colours = [scope.texture((size, size), 4, "f4") for _ in range(3)]
         self._target = scope.framebuffer(colours, scope.depth_texture((size, size)))
         self._target.clear()
-        self._program = Program(scope, shader("six_view", "side.vert"), shader("six_view", "side.frag"))
+        self._program = Program(scope, "six_view/side.vert", "six_view/side.frag")
         self._program.set(far_depth=2 * cylinder.radius)
 
     def add(self, image: _ViewImage, triangles: NDArray[np.uint32]) -> None:

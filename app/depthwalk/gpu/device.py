@@ -69,18 +69,13 @@ class Scope:
 
     def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
         """An RGBA texture of 8-bit sRGB colours (alpha linear), repeating, with mip-maps."""
-        self._check_size(size)
-        make = self.device.context.texture
-        texture = self._make("texture", size, lambda: make(size, 4, data, internal_format=_SRGB8_ALPHA8))
-        texture.build_mipmaps()
-        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-        return texture
+        return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
 
-    def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, dtype: str) -> moderngl.Texture:
-        """A 2-D texture with mip-maps, trilinear, repeating."""
+    def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
+        """A 2-D texture with mip-maps, trilinear, repeating. layout: moderngl's dtype or internal_format."""
         self._check_size(size)
         make = self.device.context.texture
-        texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
+        texture = self._make("texture", size, lambda: make(size, components, data, **layout))
         texture.build_mipmaps()
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture

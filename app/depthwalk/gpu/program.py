@@ -1,7 +1,6 @@
-"""GLSL programs from files: includes, defines, correct line numbers in compiler messages, checked uniforms."""
+"""GLSL programs from files: includes, correct line numbers in compiler messages, checked uniforms."""
 
 import re
-from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -12,6 +11,12 @@ from depthwalk.resources import shader_root
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
 _LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
+
+# The compiler knows best what it has.
+_PREAMBLE = "".join(
+    f"#ifdef GL_ARB_{feature}\n#extension GL_ARB_{feature} : enable\n#define {feature.upper()} 1\n#endif\n"
+    for feature in ("conservative_depth", "texture_gather")
+)
 
 
 class Source:
@@ -53,9 +58,8 @@ class Source:
 class Program:
     """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
 
-    def __init__(self, scope: Scope, vertex: str, fragment: str, defines: dict[str, int] | None = None) -> None:
-        preamble = _preamble(defines or {})
-        stages = Source(vertex, preamble), Source(fragment, preamble)
+    def __init__(self, scope: Scope, vertex: str, fragment: str) -> None:
+        stages = Source(vertex, _PREAMBLE), Source(fragment, _PREAMBLE)
         try:
             self.gl: moderngl.Program = scope.program(stages[0].text, stages[1].text)
         except moderngl.Error as error:
@@ -75,17 +79,3 @@ class Program:
                     uniform.value = value
             elif name not in self._declared:
                 raise KeyError(f"no uniform {name!r} in this program")
-
-
-def _preamble(defines: dict[str, int]) -> str:
-    lines = []
-    for feature in ("conservative_depth", "texture_gather"):  # the compiler knows best what it has
-        lines += [f"#ifdef GL_ARB_{feature}", f"#extension GL_ARB_{feature} : enable"]
-        lines += [f"#define {feature.upper()} 1", "#endif"]
-    lines += [f"#define {name} {value}" for name, value in defines.items()]
-    return "".join(line + "\n" for line in lines)
-
-
-def shader(pass_name: str, file: str) -> str:
-    """Path below shaders/ of a pass's own file."""
-    return str(Path(pass_name) / file).replace("\\", "/")

@@ -31,7 +31,7 @@ class Library(Protocol):
 
 @dataclass
 class DepthObject:
-    """A baked object on the GPU. grids: what was uploaded, for the plan's index ranges."""
+    """A baked object on the GPU. first, count: see Grids."""
 
     baked: BakedObject
     first: NDArray[np.int64]
@@ -158,7 +158,7 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
 def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:
     relief = np.zeros((1, 1, 3), np.float32) if meso is None else meso.relief
     texels = np.concatenate([relief, np.zeros_like(relief[..., :1])], -1).astype(np.float16)
-    return gl.tiling_texture((texels.shape[1], texels.shape[0]), 4, texels.tobytes(), "f2")
+    return gl.tiling_texture((texels.shape[1], texels.shape[0]), 4, texels.tobytes(), dtype="f2")
 
 
 def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:

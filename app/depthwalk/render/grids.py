@@ -92,7 +92,7 @@ def build_grids(baked: BakedObject) -> Grids:
             _face_triangles(images, surfaces, level, borders.get(level), tolerance * 2**level)
             for level in range(baked.steps)
         ]
-        points, numbers = _face_points(baked.cylinder, images, borders, baked.images.index(images[0]))
+        points, numbers = _face_points(baked, images, surfaces, borders)
         for level, (corners, run) in enumerate(triangles):
             corners = np.where(corners < numbers.samples, corners, corners + numbers.border_shift[level])
             triangles[level] = _outward(corners, points.depth, baked.cylinder.radius, face), run
@@ -154,12 +154,16 @@ class _Numbers:
 
 
 def _face_points(
-    cylinder: Cylinder, images: list[DepthImage], borders: dict[int, Border], first_image: int
+    baked: BakedObject, images: list[DepthImage], surfaces: list[Surface], borders: dict[int, Border]
 ) -> tuple[_Points, _Numbers]:
     samples = sum(image.depth.size for image in images)
-    position = [image_points(cylinder, image).reshape(-1, 3) for image in images]
+    first_image, cylinder = baked.images.index(images[0]), baked.cylinder
+    position = [surface.point for surface in surfaces]
     depth = [image.depth.ravel() for image in images]
-    image_number = [first_image + image.layer + (_ease(image).ravel() << EASE_SHIFT) for image in images]
+    image_number = [np.full(image.depth.size, first_image + image.layer) for image in images]
+    if baked.meso is not None:
+        for number, image in zip(image_number, images, strict=True):
+            number += _ease(image).ravel() << EASE_SHIFT
     shifts, total = [], 0
     for level in range(1 + max(borders, default=-1)):
         shifts.append(total)

@@ -104,9 +104,14 @@ class Planner:
         atlas_size: tuple[int, int],
     ) -> FramePlan:
         """The frame that shows the objects `visible` (m,), nearest first, of all `objects`."""
-        level, case = self._levels_and_cases(view, objects, bounds, visible, table, lod)
-        shown, bounds = objects.take(visible), bounds.take(visible)
+        shown, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, shown.position, shown.rotation, shown.scale)
+        if lod.freeze:
+            level, case = self._frozen_levels(view, objects, bounds, table, lod)
+            level, case = level[visible], case[visible]
+        else:
+            self._frozen = None
+            level, case = choose_levels(view, shown, spheres, viewer, table, lod)
         imaged = np.flatnonzero(shown.representation == Representation.DPCI)
         volumes = table.volumes.take(shown.asset[imaged])
         planes = choose_planes(viewer[imaged], volumes)
@@ -116,7 +121,7 @@ class Planner:
         near = imaged[~usable & (volumes.has_side | (planes.distance > 0))]
         case[near] = Case.ALL  # from inside, any image may be seen
         kept, planes, tiles, whole = _place_tiles(
-            view, shown.take(imaged[usable]), bounds.take(imaged[usable]), planes.take(usable), layout, min(atlas_size)
+            view, shown.take(imaged[usable]), spheres.take(imaged[usable]), planes.take(usable), layout, min(atlas_size)
         )
         warped = imaged[usable][kept]
         tiles, corners, used, shrink = _pack(tiles, atlas_size)
@@ -139,29 +144,20 @@ class Planner:
         counts |= {"atlas_used": used / atlas_size[1], "tile_resolution": shrink}
         return FramePlan(warp, composite, dmesh, mesh, used, counts)
 
-    def _levels_and_cases(
-        self,
-        view: View,
-        objects: Objects,
-        bounds: Bounds,
-        visible: NDArray[np.intp],
-        table: AssetTable,
-        lod: LodParams,
+    def _frozen_levels(
+        self, view: View, objects: Objects, bounds: Bounds, table: AssetTable, lod: LodParams
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Grid level and Case (m,) of the visible objects; with lod.freeze, those of when it was switched on."""
-        if not lod.freeze:
-            self._frozen = None
-            return choose_levels(view, objects.take(visible), bounds.take(visible), table, lod)
+        """Grid level and Case (n,) of all objects, as they were when lod.freeze was switched on."""
         if self._frozen is None or len(self._frozen[0]) != len(objects):
-            self._frozen = choose_levels(view, objects, bounds, table, lod)
-        level, case = self._frozen
-        return level[visible], case[visible]
+            viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
+            self._frozen = choose_levels(view, objects, bounds, viewer, table, lod)
+        return self._frozen
 
 
 def choose_levels(
-    view: View, objects: Objects, bounds: Bounds, table: AssetTable, lod: LodParams
+    view: View, objects: Objects, bounds: Bounds, viewer: Array, table: AssetTable, lod: LodParams
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Grid level and Case (n,) of n objects, from the distance of their centres and the viewer's place."""
+    """Grid level and Case (n,) of n objects, from their centres' distance and the viewer (n, 3) in their frames."""
     asset = objects.asset
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
     step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
@@ -172,7 +168,6 @@ def choose_levels(
     pixels = area * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2
     affordable = affordable_level(table.triangles[asset], pixels, lod.triangles_per_pixel)
     level = np.maximum(level, np.minimum(affordable, max_level))
-    viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
     if lod.cases == "paper":
         case = paper_cases(viewer, volumes.bottom, volumes.top)
     else:

@@ -1,7 +1,5 @@
 """The textures that passes hand to each other."""
 
-import moderngl
-
 from depthwalk.gpu.device import Device
 
 ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
@@ -35,8 +33,3 @@ def _atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:
     width = 1 << max(12, (int(wanted**0.5) - 1).bit_length())
     height = 1 << max(11, (-(-wanted // width) - 1).bit_length())
     return min(width, limit), min(height, limit)
-
-
-def set_viewport(framebuffer: moderngl.Framebuffer) -> None:
-    framebuffer.use()
-    framebuffer.viewport = (0, 0, *framebuffer.size)
