@@ -5,6 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.levels import mesh_levels
+from depthwalk.bake.model import BakedModel
+from depthwalk.demo.model import vertex_normals
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Objects, Representation
@@ -68,8 +71,20 @@ def joined(*meshes):
     return whole
 
 
+def of_model(model):
+    """A generated model (`depthwalk.demo`) as a mesh."""
+    mesh = mesh_of(model.positions, model.faces, vertex_normals(model))
+    mesh.colours[:] = np.round(255 * model.colours)
+    return mesh
+
+
 def bake(mesh, resolution=128, layers=2):
     return bake_object(mesh, BakeParams(resolution, layers), "test")
+
+
+def model_of(baked):
+    """One object, or a model already, as a model; None stays."""
+    return baked if baked is None or isinstance(baked, BakedModel) else BakedModel((baked,))
 
 
 class ShapeLibrary:
@@ -77,7 +92,7 @@ class ShapeLibrary:
 
     def __init__(self, meshes, baked=None, **params):
         self._meshes = meshes
-        self._baked = baked or [bake(mesh, **params) for mesh in meshes]
+        self._baked = [model_of(each) for each in baked or (bake(mesh, **params) for mesh in meshes)]
 
     def __len__(self):
         return len(self._baked)
@@ -93,6 +108,9 @@ class ShapeLibrary:
 
     def mesh(self, asset):
         return self._meshes[asset]
+
+    def mesh_levels(self, asset):
+        return mesh_levels(self._meshes[asset])
 
     def texture(self, path):
         raise AssertionError(f"no texture in this test: {path}")

@@ -12,11 +12,13 @@ from depthwalk.commands.console import BAD_INPUT, guarded
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
+    Axis,
     CameraAngle,
     CameraPosition,
     CameraTarget,
     Frames,
     NoBackground,
+    Parts,
     PathOption,
     Quiet,
     RepresentationName,
@@ -26,7 +28,9 @@ from depthwalk.commands.options import (
     Settings,
     Verbose,
     open_scene,
+    parse_axis,
     parse_camera,
+    parse_parts,
     parse_resolution,
     parse_settings,
     representation,
@@ -50,7 +54,7 @@ class Method(StrEnum):
     SIX_VIEW = "six-view"
 
 
-class Axis(StrEnum):
+class UpAxis(StrEnum):
     """A mesh file's upward axis."""
 
     Y = "y"
@@ -189,7 +193,9 @@ def bake(
     method: Annotated[
         Method, typer.Option(help="How surfaces are sampled: by rays, or by six views warped on the GPU.")
     ] = Method.RAYCAST,
-    up: Annotated[Axis, typer.Option(help="The files' upward axis.")] = Axis.Y,
+    parts: Parts = None,
+    axis: Axis = None,
+    up: Annotated[UpAxis, typer.Option(help="The files' upward axis.")] = UpAxis.Y,
     height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
     texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
     verify: Annotated[bool, typer.Option("--verify", help="Say how like the mesh the depth images look.")] = False,
@@ -197,15 +203,16 @@ def bake(
     quiet: Quiet = False,
 ) -> None:
     """Bake meshes to depth images, NAME.dpci.exr; scenes that name the mesh with the same values use them."""
-    from depthwalk.bake.baker import BakeParams
+    from depthwalk.bake.parts import ModelParams
     from depthwalk.commands import bake as work
 
     files = work.output_files(meshes, out)
     specs = [work.mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
     if layers is None:
         layers = 1 if method is Method.SIX_VIEW else 3
+    split = parse_parts(parts) or 1, parse_axis(axis) or "y"
     try:
-        params = BakeParams(dpci_resolution, layers, method.value)
+        params = ModelParams(dpci_resolution, layers, method.value, *split)
     except InputError as error:
         raise InputError(f"--{error}") from None
     failures = work.bake_meshes(specs, params, files)
@@ -220,24 +227,46 @@ def bake(
 @app.command()
 @guarded
 def compare(
-    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE", help="OBJ, PLY, STL, GLB or glTF files; scene files, with all that has `dpci`."),
+    ],
     json: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as JSON.")] = None,
     html: Annotated[Path | None, typer.Option(metavar="F", help="Write it as a page with the worst views.")] = None,
     want_psnr: Annotated[
         float | None, typer.Option(metavar="DB", help="Find the cheapest resolution and layers that reach it.")
     ] = None,
     dpci_resolution: Annotated[
-        int,
-        typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
-    ] = 512,
-    layers: Annotated[int, typer.Option(min=1, max=limits.MAX_DPCI_LAYERS, help="Surfaces along each ray.")] = 3,
-    up: Annotated[Axis, typer.Option(help="The files' upward axis.")] = Axis.Y,
+        int | None,
+        typer.Option(
+            min=limits.MIN_DPCI_RESOLUTION,
+            max=limits.MAX_DPCI_RESOLUTION,
+            help="Side of an image, texels.",
+            show_default="512, or as the scene says",
+        ),
+    ] = None,
+    layers: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=limits.MAX_DPCI_LAYERS,
+            help="Surfaces along each ray.",
+            show_default="3, or as the scene says; 1 with six-view",
+        ),
+    ] = None,
+    method: Annotated[
+        Method | None,
+        typer.Option(help="How surfaces are sampled.", show_default="raycast, or as the scene says"),
+    ] = None,
+    parts: Parts = None,
+    axis: Axis = None,
+    up: Annotated[UpAxis | None, typer.Option(help="The meshes' upward axis.", show_default="y")] = None,
     height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
     texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,
     asset_root: Annotated[
         list[Path] | None,
-        typer.Option("--asset-root", metavar="DIR", help="Folder in which meshes and the texture may lie."),
+        typer.Option("--asset-root", metavar="DIR", help="Folder in which the files, and what they name, may lie."),
     ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Render setting: render.lod.bias=1.")
@@ -245,18 +274,24 @@ def compare(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure how like its mesh a mesh's depth images look, over a sphere of views."""
+    """Measure how like its mesh a mesh's depth images look, over a sphere of views; in scenes, every asset's."""
     size = parse_resolution(resolution)
     overrides = parse_settings(settings)
-    from depthwalk.bake.baker import BakeParams
     from depthwalk.commands import compare as work
-    from depthwalk.commands.bake import mesh_spec
+    from depthwalk.commands.subjects import Choices, find_subjects
 
-    roots = asset_root or []
-    picture = texture and work.find_file(texture, roots)
-    specs = [mesh_spec(work.find_file(mesh, roots), picture, up.value, height) for mesh in meshes]
-    params = BakeParams(dpci_resolution, layers)
-    plan = work.Plan(specs, params, work.parse_render_settings(overrides), size, want_psnr, html is not None)
+    choices = Choices(
+        dpci_resolution,
+        layers,
+        method.value if method else None,
+        parse_parts(parts),
+        parse_axis(axis),
+        texture,
+        up and up.value,
+        height,
+    )
+    subjects = find_subjects(files, asset_root or [], choices)
+    plan = work.Plan(subjects, work.parse_render_settings(overrides), size, want_psnr, html is not None)
     work.check_plan(plan, [json, html])
     work.run_compare(plan, json, html)
 
@@ -274,7 +309,7 @@ def bench(
     html: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as a page.")] = None,
     representations: Annotated[
         list[str] | None,
-        typer.Option("--representation", metavar="R,...", help="What to compare: scene, dpci, mesh, dmesh."),
+        typer.Option("--representation", metavar="R,...", help="What to compare: scene, dpci, mesh, mesh-lod, dmesh."),
     ] = None,
     resolution: Resolution = DEFAULT_RESOLUTION,
     camera_position: CameraPosition = None,

@@ -10,20 +10,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import bake_key, find_baked, keep_baked
-from depthwalk.bake.images import BakedObject
+from depthwalk.bake.level_file import find_levels, keep_levels
+from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
 from depthwalk.bake.meso import Meso
+from depthwalk.bake.model import BakedModel
+from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import PlanarImage, load_texture
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.meso import load_meso
 from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_range_image
 from depthwalk.ingest.sources import source_hash
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset
-from depthwalk.scene.schema import MesoParams
+from depthwalk.scene.schema import DpciParams, MesoParams
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +33,8 @@ Report = Callable[[str, str], None]  # asset's name, what is being done
 
 
 class SceneLibrary:
-    """`baked` and `mesh` by asset number; each is read once. Raises InputError for files that cannot be used.
+    """`baked`, `mesh` and `mesh_levels` by asset number; each is made once. Raises InputError for files that cannot be
+    used.
 
     report: told what is being done; may be replaced.
     """
@@ -39,8 +42,9 @@ class SceneLibrary:
     def __init__(self, assets: tuple[Asset, ...], report: Report = lambda name, stage: None) -> None:
         self._assets = assets
         self.report = report
-        self._baked: dict[int, BakedObject | None] = {}
+        self._baked: dict[int, BakedModel | None] = {}
         self._meshes: dict[int, Mesh | None] = {}
+        self._levels: dict[int, tuple[MeshLevel, ...]] = {}
 
     def __len__(self) -> int:
         return len(self._assets)
@@ -52,7 +56,7 @@ class SceneLibrary:
     def has_mesh(self, asset: int) -> bool:
         return isinstance(self._assets[asset], MeshAsset)
 
-    def baked(self, asset: int) -> BakedObject | None:
+    def baked(self, asset: int) -> BakedModel | None:
         if asset not in self._baked:
             self._baked[asset] = self._make_baked(asset)
         return self._baked[asset]
@@ -63,6 +67,13 @@ class SceneLibrary:
             self._meshes[asset] = None if isinstance(spec, DepthImageAsset) else self._read_mesh(spec)
         return self._meshes[asset]
 
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
+        """The mesh and its simplified levels, finest first; none where the asset has no mesh."""
+        if asset not in self._levels:
+            spec, mesh = self._assets[asset], self.mesh(asset)
+            self._levels[asset] = self._make_levels(spec, mesh) if isinstance(spec, MeshAsset) and mesh else ()
+        return self._levels[asset]
+
     def texture(self, path: Path) -> NDArray[np.uint8]:
         return load_texture(path)
 
@@ -70,24 +81,27 @@ class SceneLibrary:
         self.report(spec.name, "reading")
         return read_mesh(spec)
 
-    def _make_baked(self, asset: int) -> BakedObject | None:
+    def _make_baked(self, asset: int) -> BakedModel | None:
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
             return self._bake_image(spec)
         if spec.dpci is None:
             return None
-        params = BakeParams(spec.dpci.resolution, spec.dpci.layers, spec.dpci.method)
+        params = model_params(spec.dpci)
         key = mesh_key(spec, params)
         baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, spec, params, key))
-        return baked if spec.dpci.meso is None else replace(baked, meso=read_meso(spec.dpci.meso))
+        if spec.dpci.meso is None:
+            return baked
+        meso = read_meso(spec.dpci.meso)
+        return BakedModel(tuple(replace(part, meso=meso) for part in baked.parts))
 
-    def _bake_mesh(self, asset: int, spec: MeshAsset, params: BakeParams, key: str) -> BakedObject:
+    def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams, key: str) -> BakedModel:
         # Not by `mesh`, which would keep for good what may be drawn by its depth images only.
         mesh = self._meshes.get(asset) or self._read_mesh(spec)
-        return bake_object(mesh, params, key, lambda stage: self.report(spec.name, stage))
+        return bake_model(mesh, params, key, lambda stage: self.report(spec.name, stage))
 
-    def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedObject]) -> BakedObject:
-        """The object of `key` from beside its source or from the cache; else `bake` makes it and the cache keeps it."""
+    def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedModel]) -> BakedModel:
+        """The model of `key` from beside its source or from the cache; else `bake` makes it and the cache keeps it."""
         baked = find_baked(source, key)
         if baked is None:
             start = time.perf_counter()
@@ -99,18 +113,30 @@ class SceneLibrary:
                 log.warning("cannot keep the depth images of %s: %s", name, error)
         return baked
 
-    def _bake_image(self, spec: DepthImageAsset) -> BakedObject:
+    def _make_levels(self, spec: MeshAsset, mesh: Mesh) -> tuple[MeshLevel, ...]:
+        key = _levels_key(spec)
+        levels = find_levels(mesh, key)
+        if levels is None:
+            self.report(spec.name, "simplifying")
+            levels = mesh_levels(mesh)
+            try:
+                keep_levels(levels, key)
+            except OSError as error:
+                log.warning("cannot keep the simplified meshes of %s: %s", spec.name, error)
+        return levels
+
+    def _bake_image(self, spec: DepthImageAsset) -> BakedModel:
         if spec.intrinsics is None:
-            return bake_planar(read_relief(spec), key="")
+            return BakedModel((bake_planar(read_relief(spec), key=""),))
         key = _range_key(spec)
         return self._baked_once(spec.name, spec.depth, key, lambda: self._bake_range(spec, key))
 
-    def _bake_range(self, spec: DepthImageAsset, key: str) -> BakedObject:
+    def _bake_range(self, spec: DepthImageAsset, key: str) -> BakedModel:
         self.report(spec.name, "reading")
         image = read_range_image(spec)
         self.report(spec.name, "resampling")
         with complaints_about(spec.depth):
-            return bake_range(image, key)
+            return BakedModel((bake_range(image, key),))
 
 
 def read_mesh(spec: MeshAsset) -> Mesh:
@@ -146,18 +172,30 @@ def complaints_about(file: Path) -> Iterator[None]:
         raise InputError(f"{file}: {error}") from None
 
 
-def mesh_key(spec: MeshAsset, params: BakeParams) -> str:
+def model_params(dpci: DpciParams) -> ModelParams:
+    """How a scene wants an asset baked."""
+    return ModelParams(dpci.resolution, dpci.layers, dpci.method, parts=dpci.parts, axis=dpci.axis)
+
+
+def mesh_key(spec: MeshAsset, params: ModelParams) -> str:
     """The key of a mesh asset's depth images."""
-    # Ray casting goes without saying: files baked before there was a choice keep their keys.
-    method = {} if params.method == "raycast" else {"method": params.method}
+    # Defaults go without saying: files baked before there was a choice keep their keys.
+    default = ModelParams()
+    chosen = {name: getattr(params, name) for name in ("method", "parts", "axis")}
     return bake_key(
         source_hash(spec.mesh, spec.texture),
         up=spec.up,
         height=spec.height,
         resolution=params.resolution,
         layers=params.layers,
-        **method,
+        **{name: value for name, value in chosen.items() if value != getattr(default, name)},
     )
+
+
+def _levels_key(spec: MeshAsset) -> str:
+    """The key of a mesh asset's simplified levels."""
+    source = source_hash(spec.mesh, spec.texture)
+    return bake_key(source, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
 
 
 def _range_key(spec: DepthImageAsset) -> str:

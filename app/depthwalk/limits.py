@@ -13,6 +13,7 @@ MAX_FRAMES = 1_000_000
 MIN_DPCI_RESOLUTION = 16
 MAX_DPCI_RESOLUTION = 4_096
 MAX_DPCI_LAYERS = 8
+MAX_DPCI_PARTS = 16
 MAX_BORDER_ENTRIES = 1 << 28  # vertices and triangles of all borders in a file: two thirds of the most texels
 MAX_CACHE_BYTES = 4 << 30  # a hundred trees or five hundred statues of 512², three layers deep
 MAX_IMAGE_SIDE = 16_384  # --resolution

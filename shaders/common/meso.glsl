@@ -1,5 +1,5 @@
 // Meso-structure: a tiling relief modulates the depth of an object's images before they are warped (Liu et al. 2007,
-// §3.4). Depth is measured as the image does: along the radius on the side, vertically on the caps. Twin: reference/meso.py.
+// §3.4). Depth is measured as the image does: along the radius on the side, straight on the other faces. Twin: reference/meso.py.
 #include "common/faces.glsl"
 uniform sampler2D meso_relief;  // r = metres inward, gb = its slopes to the tile's right and up
 uniform vec2 meso_tile;         // width and height of a tile, metres
@@ -19,23 +19,21 @@ Meso meso_at(vec3 p, int image, float footprint) {
     vec3 right, up;
     vec2 uv;
     float most = meso_height;
-    if (on_side(image)) {
-        float radius = (image & PAST_AXIS) != 0 ? -length(p.xz) : length(p.xz);
+    meso.outward = face_outward(p, image);
+    if (face_of(image) == SIDE) {
+        float radius = past_axis(image) ? -length(p.xz) : length(p.xz);
         radius = abs(radius) < 1e-6 ? 1e-6 : radius;
-        vec2 axis = p.xz / radius;
-        meso.outward = vec3(axis.x, 0.0, axis.y);
+        vec2 axis = meso.outward.xz;
         right = vec3(axis.y, 0.0, -axis.x) * (meso_turn * meso_tile.x / (TURN * radius));  // seen from outside θ runs left
         up = vec3(0.0, 1.0, 0.0);
         uv = vec2(-atan(axis.y, axis.x) / TURN * meso_turn, p.y / meso_tile.y);
         most = min(most, radius > 0.0 ? 0.5 * radius : cylinder.x + radius);    // what is thin keeps a core
     } else {
-        float sign = on_top(image) ? -1.0 : 1.0;
-        meso.outward = vec3(0.0, -sign, 0.0);
-        right = vec3(1.0, 0.0, 0.0);
-        up = vec3(0.0, 0.0, sign);
-        uv = vec2(p.x, sign * p.z) / meso_tile;
-        float above = p.y - cylinder.y;
-        most = min(most, on_top(image) ? above : cylinder_height - above);   // all surface stays in the cylinder
+        bool cap = face_of(image) <= BOTTOM;
+        up = cap ? vec3(0.0, 0.0, -meso.outward.y) : vec3(0.0, 1.0, 0.0);
+        right = cross(up, meso.outward);
+        uv = vec2(dot(p, right), dot(p, up)) / meso_tile;
+        most = min(most, face_reach(face_of(image)) - image_position(p, image).z);  // all surface stays in the cylinder
     }
     vec3 relief = textureLod(meso_relief, uv, log2(max(footprint * meso_texels, 1.0))).rgb;
     meso.depth = clamp(relief.r, 0.0, max(most, 0.0));

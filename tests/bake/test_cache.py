@@ -7,7 +7,7 @@ import pytest
 
 from depthwalk import limits
 from depthwalk.bake.cache import find_baked, keep_baked
-from shapes import bake, sphere
+from shapes import bake, model_of, sphere
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def baked():
 
 def keep(baked, key, age=0):
     """Stores `baked` under `key`, last used `age` seconds ago."""
-    path = keep_baked(replace(baked, key=key))
+    path = keep_baked(model_of(replace(baked, key=key)))
     os.utime(path, (path.stat().st_atime, path.stat().st_mtime - age))
     return path
 

@@ -8,9 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 from depthwalk.bake import six_view
-from depthwalk.bake.baker import BakeParams, bake_object, cast_face, connect_face, enclosing_cylinder
+from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face, enclosing_cylinder
 from depthwalk.bake.file import read_baked, write_baked
-from depthwalk.bake.images import Face, layer_triangles, texel_size
+from depthwalk.bake.images import PAPER_FACES, Face, layer_triangles, texel_size
+from depthwalk.bake.parts import ModelParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.six_view import sample_six_views
 from depthwalk.cli import app
@@ -21,7 +22,7 @@ from depthwalk.library import mesh_key
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply
-from shapes import box, joined, sphere
+from shapes import box, joined, model_of, sphere
 
 pytestmark = pytest.mark.usefixtures("gl_device")
 
@@ -30,7 +31,7 @@ def rays_and_views(mesh, size, layers=1):
     """The samples of each face by rays, `layers` deep, and by six views, and the cylinder."""
     cylinder = enclosing_cylinder(mesh)
     caster = RayCaster(mesh)
-    rays = {face: cast_face(mesh, caster, cylinder, face, BakeParams(size, layers)) for face in Face}
+    rays = {face: cast_face(mesh, caster, cylinder, face, BakeParams(size, layers)) for face in PAPER_FACES}
     return rays, sample_six_views(mesh, cylinder, size), cylinder
 
 
@@ -43,7 +44,7 @@ def agreement(rays, views, cylinder, face):
 
 
 @pytest.mark.parametrize("shape", [sphere(columns=512, rows=256), box(1.0, 2.0, 1.5, (0, 1, 0))], ids=["ball", "box"])
-@pytest.mark.parametrize("face", Face)
+@pytest.mark.parametrize("face", PAPER_FACES)
 def test_views_see_what_rays_meet(shape, face):
     rays, views, cylinder = rays_and_views(shape, 128)
     assert agreement(rays, views, cylinder, face) > 0.999
@@ -82,7 +83,7 @@ def test_nothing_hangs_between_surfaces():
     """A post before a plate: every sample lies on one of the surfaces along its ray."""
     scene = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
     rays, views, cylinder = rays_and_views(scene, 128, layers=4)
-    for face in Face:
+    for face in PAPER_FACES:
         view, ray = views[face].samples.depth[0], rays[face].samples.depth
         solid = np.isfinite(view)
         off = np.abs(view - np.where(np.isfinite(ray), ray, 1e9)).min(0)[solid]
@@ -116,14 +117,16 @@ def test_a_baked_object_is_complete(tmp_path):
     stages = []
     mesh = sphere(columns=128, rows=64)
     baked = bake_object(mesh, BakeParams(64, 1, "six-view"), "key", stages.append)
-    assert stages == ["six views", "top", "side", "bottom", "owners"]
+    assert stages == ["six views", "top", "side", "bottom", "owners", "borders"]
     assert [image.name for image in baked.images] == ["top.0", "side.0", "bottom.0"]
-    cast = bake_object(mesh, BakeParams(64, 1), "key")
+    cast = bake_object(mesh, BakeParams(64, 1, refinements=Refinements(flanks=False)), "key")
     for image, other in zip(baked.images, (each for each in cast.images if each.layer == 0), strict=True):
         count, wanted = (len(layer_triangles(each, 0)[0]) for each in (image, other))
         assert count == pytest.approx(wanted, rel=0.02) and wanted > 1000
-    write_baked(tmp_path / "ball.dpci.exr", baked)
-    np.testing.assert_array_equal(read_baked(tmp_path / "ball.dpci.exr").images[1].depth, baked.images[1].depth)
+    write_baked(tmp_path / "ball.dpci.exr", model_of(baked))
+    np.testing.assert_array_equal(
+        read_baked(tmp_path / "ball.dpci.exr").parts[0].images[1].depth, baked.images[1].depth
+    )
 
 
 def test_a_face_that_sees_nothing_has_no_image():
@@ -131,7 +134,7 @@ def test_a_face_that_sees_nothing_has_no_image():
     cylinder = enclosing_cylinder(mesh)
     seen = sample_six_views(mesh, cylinder, 16)[Face.SIDE]
     empty = replace(seen, samples=replace(seen.samples, depth=np.full_like(seen.samples.depth, np.inf)))
-    assert connect_face(RayCaster(mesh), cylinder, Face.SIDE, empty, 1) == ([], [])
+    assert connect_face(RayCaster(mesh), cylinder, Face.SIDE, empty, 1) == []
 
 
 def test_the_callers_context_stays_current_and_all_is_released(gl_device, monkeypatch):
@@ -164,9 +167,9 @@ def test_six_views_make_one_layer():
 
 def test_the_key_names_the_method(tmp_path):
     spec = MeshAsset("ball", write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)), None, "y", None, None)
-    keys = [mesh_key(spec, BakeParams(64, 1, method)) for method in ("raycast", "six-view")]
+    keys = [mesh_key(spec, ModelParams(64, 1, method)) for method in ("raycast", "six-view")]
     assert keys[0] != keys[1]
-    assert keys[0] == mesh_key(spec, BakeParams(64, 1))
+    assert keys[0] == mesh_key(spec, ModelParams(64, 1))
 
 
 def test_a_scene_names_the_method(tiny_scene):
@@ -195,7 +198,7 @@ def test_the_command_bakes_by_six_views(tmp_path, monkeypatch):
     finally:
         log.handlers, log.propagate, log.level = before
     assert len(used) == 1
-    assert {image.layer for image in read_baked(tmp_path / "ball.dpci.exr").images} == {0}
+    assert {image.layer for image in read_baked(tmp_path / "ball.dpci.exr").parts[0].images} == {0}
 
 
 @pytest.mark.parametrize(

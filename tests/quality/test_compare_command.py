@@ -1,13 +1,19 @@
 """`depthwalk compare` and `bake --verify` as the user meets them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 import depthwalk
+from depthwalk.bake.file import read_baked
+from depthwalk.bake.parts import ModelParams
 from depthwalk.cli import app
+from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands.subjects import Choices, find_subjects
+from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES
 
 KEYS = [measure.key for measure in MEASURES]
@@ -28,17 +34,19 @@ def test_json_is_as_documented(gl_device, ball, tmp_path):
     result = run("compare", ball, *SMALL, "--json", out, "--html", page, "--want-psnr", 5, "--set", "render.lod.bias=1")
     assert result.exit_code == 0, result.stderr
     report = json.loads(out.read_text())
-    head = ["version", "commit", "renderer", "image_size", "fov", "flip_pixels_per_degree", "dpci", "goals"]
+    head = ["version", "commit", "renderer", "image_size", "fov", "flip_pixels_per_degree", "goals"]
     assert list(report) == [*head, "models", "overall"]
     assert report["version"] == depthwalk.__version__ and report["image_size"] == [48, 36]
-    assert report["dpci"] == {"resolution": 32, "layers": 1}
     assert list(report["goals"]) == list(report["overall"]) == KEYS
     (model,) = report["models"]
     assert list(model) == [
-        *("mesh", "triangles", "bake_seconds", "bytes_disk", "bytes_gpu", "cost_goals", "summary", "close_summary"),
+        *("name", "mesh", "triangles", "dpci", "parts", "bake_seconds", "bake_peak_bytes", "bytes_disk", "bytes_gpu"),
+        *("cost_goals", "summary", "close_summary"),
         *("views", "close", "candidate", "warnings", "recommendation"),
     ]
-    assert model["mesh"] == str(ball) and model["bytes_disk"] > 0 and model["bytes_gpu"] > 0
+    assert model["dpci"] == {"resolution": 32, "layers": 1, "method": "raycast", "parts": 1, "axis": "y"}
+    assert model["parts"] == 1
+    assert model["name"] == model["mesh"] == str(ball) and model["bytes_disk"] > 0 and model["bytes_gpu"] > 0
     assert len(model["views"]) == 42 and len(model["close"]) == 8
     assert set(model["views"][0]) == {"elevation", "azimuth", "pixels", *KEYS}
     assert set(model["summary"]["psnr"]) == {"mean", "worst", "worst_view", "mean_reached", "worst_reached"}
@@ -61,6 +69,10 @@ def test_json_is_as_documented(gl_device, ball, tmp_path):
         (["--height", "-1"], "--height -1: must be above 0 and at most 1000000 metres"),
         (["--set", "render.lod.bais=1"], "--set render.lod.bais: unknown key; did you mean 'bias'?"),
         (["--set", "camera.fov=1"], "--set camera.fov: camera: unknown key"),
+        (
+            ["--method", "six-view", "--layers", "2"],
+            "--layers: 2: method six-view sees one surface per ray; say 1, or use raycast",
+        ),
         (["--asset-root", "nowhere"], "--asset-root nowhere: no such folder"),
         (["--json", "nowhere/q.json"], "nowhere/q.json: the folder 'nowhere' does not exist"),
         (["--json", "q", "--html", "q"], "q: would overwrite what is compared, or the other report"),
@@ -87,6 +99,89 @@ def test_meshes_are_found_below_asset_roots(gl_device, ball, tmp_path):
     result = run("compare", "ball.ply", "--asset-root", ball.parent, *SMALL, "--json", out, "--quiet")
     assert result.exit_code == 0, result.stderr
     assert json.loads(out.read_text())["models"][0]["mesh"] == str(ball)
+
+
+def test_a_scene_brings_its_meshes_and_their_settings(gl_device, tiny_scene, tmp_path):
+    text = tiny_scene.read_text()
+    assets = "  tall: {mesh: ball.ply, height: 3, dpci: {resolution: 32, layers: 2}}\n  bare: {mesh: ball.ply}\n"
+    tiny_scene.write_text(text.replace("objects:", assets + "objects:"))
+    out = tmp_path / "q.json"
+    result = run("compare", tiny_scene, "--resolution", "48,36", "--json", out)
+    assert result.exit_code == 0, result.stderr
+    ball, tall = json.loads(out.read_text())["models"]
+    assert (ball["name"], tall["name"]) == (f"{tiny_scene}: ball", f"{tiny_scene}: tall")
+    assert ball["dpci"] == {"resolution": 64, "layers": 1, "method": "raycast", "parts": 1, "axis": "y"}
+    assert tall["dpci"] == {"resolution": 32, "layers": 2, "method": "raycast", "parts": 1, "axis": "y"}
+    assert tall["candidate"]["texel"] == pytest.approx(1.5 * 2 * ball["candidate"]["texel"], rel=0.01)
+    assert "overall, 2 models" in result.stdout and result.stdout.count(f"{tiny_scene}: tall") >= 2
+
+
+def test_options_lie_over_what_a_scene_says(tiny_scene):
+    choices = Choices(*[None] * 8)
+    six_view = tiny_scene.with_name("six.yaml")
+    six_view.write_text(tiny_scene.read_text().replace("layers: 1}", "method: six-view}"))
+
+    def params(scene, **given):
+        return find_subjects([scene], [], replace(choices, **given))[0].params
+
+    assert params(tiny_scene, layers=4) == ModelParams(64, 4)
+    assert params(tiny_scene, parts="auto", axis="x") == ModelParams(64, 1, parts="auto", axis="x")
+    assert params(tiny_scene, resolution=32, method="six-view") == ModelParams(32, 1, "six-view")
+    assert params(six_view) == ModelParams(64, 1, "six-view")
+    assert params(six_view, method="raycast", layers=2) == ModelParams(64, 2)
+
+
+def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball):
+    choices = Choices(*[None] * 6, "z", 2.0)
+    (rays,) = find_subjects([ball], [], choices)
+    (views,) = find_subjects([ball], [], replace(choices, method="six-view"))
+    assert rays.params == ModelParams(512, 3) and views.params == ModelParams(512, 1, "six-view")
+    assert (rays.spec.up, rays.spec.height, rays.scene) == ("z", 2.0, None)
+
+
+@pytest.mark.parametrize(
+    ("options", "old", "new", "message"),
+    [
+        (["--up", "z"], "", "", "--up: {d}/scene.yaml says itself how its meshes are read"),
+        (["--texture", "t.png"], "", "", "--texture: {d}/scene.yaml says itself how its meshes are read"),
+        (["--height", "2"], "", "", "--height: {d}/scene.yaml says itself how its meshes are read"),
+        ([], ", dpci: {resolution: 64, layers: 1}", "", "{d}/scene.yaml: none of its mesh assets has `dpci`"),
+        (
+            [],
+            "layers: 1",
+            "layer: 1",
+            "{d}/scene.yaml:3:49: assets.ball.dpci.layer: unknown key; did you mean 'layers'?",
+        ),
+        (
+            ["--method", "six-view", "--layers", "3"],
+            "",
+            "",
+            "--layers: 3: method six-view sees one surface per ray; say 1, or use raycast",
+        ),
+        (["--json", "{d}/scene.yaml"], "", "", "{d}/scene.yaml: would overwrite what is compared, or the other report"),
+    ],
+)
+def test_wrong_scenes_and_options_with_them_are_refused_in_one_line(tiny_scene, options, old, new, message):
+    tiny_scene.write_text(tiny_scene.read_text().replace(old, new))
+    folder = tiny_scene.parent
+    result = run("compare", tiny_scene, *(option.format(d=folder) for option in options))
+    assert (result.exit_code, result.stderr, result.stdout) == (2, message.format(d=folder) + "\n", "")
+
+
+def test_a_scene_that_is_missing_is_named(tmp_path):
+    result = run("compare", tmp_path / "none.yaml")
+    assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'none.yaml'}: No such file or directory\n")
+
+
+def test_a_bake_is_measured_in_a_process_of_its_own(ball, tmp_path):
+    spec = mesh_spec(ball, None, "y", None)
+    small, large = (measured_bake(spec, ModelParams(side), tmp_path / "b.dpci.exr") for side in (32, 256))
+    assert large.bytes_disk == (tmp_path / "b.dpci.exr").stat().st_size > small.bytes_disk
+    assert large.seconds > small.seconds > 0
+    assert read_baked(tmp_path / "b.dpci.exr").parts[0].images[0].depth.shape == (256, 256)
+    if small.peak_bytes is not None:  # else not Linux
+        image = 256 * 256 * (4 + 12 + 16)  # depth, normal, colour
+        assert 30e6 < small.peak_bytes < large.peak_bytes - 5 * image
 
 
 def test_bake_verifies_what_it_baked_and_nothing_else(gl_device, ball, tmp_path):

@@ -9,13 +9,15 @@ import pytest
 
 import shapes
 from depthwalk.bake.images import Face
+from depthwalk.bake.parts import ModelParams
 from depthwalk.quality.advise import recommend
 from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
-from depthwalk.quality.report import CompareReport, Costs, ModelReport, overall, to_json, to_text
+from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
 from depthwalk.quality.twin import Pair, Shot, TwinRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
+from depthwalk.render.grids import build_grids
 from depthwalk.render.settings import RenderSettings
 
 SIZE = 96, 72
@@ -26,17 +28,19 @@ PSNR = MEASURES[0]
 @pytest.fixture(scope="module")
 def ball():
     mesh = shapes.sphere(0.5, columns=64, rows=32)
-    return mesh, shapes.bake(mesh, 64, 1)
+    return mesh, shapes.model_of(shapes.bake(mesh, 64, 1))
 
 
-def without_side(baked):
-    """Depth images of which the side shows nothing."""
+def caps_only(model):
+    """Depth images of which only the caps show anything."""
+    (baked,) = model.parts
+    caps = Face.TOP, Face.BOTTOM
     bare = [
-        replace(image, cells=tuple(np.zeros_like(level) for level in image.cells)) if image.face is Face.SIDE else image
+        image if image.face in caps else replace(image, cells=tuple(np.zeros_like(level) for level in image.cells))
         for image in baked.images
     ]
-    kept = tuple(border for border in baked.borders if border.face is not Face.SIDE)
-    return replace(baked, images=tuple(bare), borders=kept)
+    kept = tuple(border for border in baked.borders if border.face in caps)
+    return shapes.model_of(replace(baked, images=tuple(bare), borders=kept))
 
 
 def quality(psnr, viewpoint=LEVEL, **values):
@@ -74,15 +78,15 @@ def test_a_ball_is_much_like_its_mesh(gl_device, ball):
     assert [view.viewpoint for view in found.views] == list(SPHERE[::10])
     assert all(view.iou > 0.97 and view.holes == 0 and view.psnr > 25 for view in found.views)
     assert all(view.depth_median < 0.002 for view in found.views)
-    images = ball[1].images
-    texels = sum(image.depth.size for image in images)
-    assert found.gpu_bytes > texels * 12 * 4 / 3  # colour and shading with their mip-maps, and a grid
+    grids = build_grids(ball[1].parts[0])
+    texels = len(np.unique(grids.texels[grids.texels[:, 0] >= 0], axis=0))  # at least; each has a normal
+    assert found.gpu_bytes > grids.vertices.nbytes + grids.indices.nbytes + 4 * texels
 
 
 def test_a_missing_side_is_a_hole(gl_device, ball):
     mesh, baked = ball
     (whole,) = measure(mesh, baked, RenderSettings(), SIZE, [LEVEL]).views
-    (bare,) = measure(mesh, without_side(baked), RenderSettings(), SIZE, [LEVEL]).views
+    (bare,) = measure(mesh, caps_only(baked), RenderSettings(), SIZE, [LEVEL]).views
     assert bare.pixels == whole.pixels
     assert bare.holes > 30 and bare.iou < 0.7 and bare.psnr < whole.psnr - 5
 
@@ -118,10 +122,10 @@ def test_a_ball_is_a_good_candidate(ball):
 
 def test_poor_candidates_are_named_with_the_reason(ball):
     mesh, baked = ball
-    bare = examine(mesh, without_side(baked))
+    bare = examine(mesh, caps_only(baked))
     assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare)[0]
     card = shapes.box(1, 1, 0.002)
-    assert examine(card, shapes.bake(card, 64, 2)).thin > 0.9
+    assert examine(card, shapes.model_of(shapes.bake(card, 64, 2))).thin > 0.9
     assert warnings(Candidate(1.0, 0.5, 99, 0.01)) == [
         "50.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
         "it has 99 separate parts, which hide each other: more layers, or several objects",
@@ -163,21 +167,28 @@ def test_the_report_marks_goals_and_holds_no_infinity():
     candidate = Candidate(0.5, 0.0, 1, 0.01)
 
     def model(name, *views):
-        costs = Costs(3.0, 1_000_000, 20_000_000)
-        return ModelReport(name, 12, costs, views, (), candidate, ("holes",), None)
+        costs = Costs(3.0, None, 1_000_000, 20_000_000)
+        return ModelReport(name, name, 12, ModelParams(), 1, costs, views, (), candidate, ("holes",), None)
 
     models = model("a.ply", quality(34.0), quality(26.0)), model("b.ply", quality(math.inf))
-    report = CompareReport("1", None, "driver", (64, 48), 512, 3, models)
+    report = CompareReport("1", None, "driver", (64, 48), models)
     assert overall(PSNR, models[:1])[0].mean == 30
     summary, mesh = overall(PSNR, models)
     assert (summary.worst, mesh) == (26, "a.ply")
     text = to_text(report)
     assert "30.00 FAIL" in text and "26.00 FAIL" in text and "20.0 MB on the GPU FAIL" in text
+    assert text.splitlines()[-1].split()[-6:] == ["3.0", "ok", "–", "1.0", "20.0", "FAIL"]
     assert "baked in 3.0 s ok" in text and "a poor candidate: holes" in text and "overall, 2 models" in text
     document = json.loads(to_json(report))
     assert document["models"][1]["summary"]["psnr"]["mean"] is None
     assert document["models"][1]["summary"]["psnr"]["mean_reached"] is True
     assert document["models"][0]["cost_goals"] == {"bake_seconds": True, "bytes_gpu": False}
     assert document["models"][0]["close_summary"]["psnr"] == {"mean": None, "worst": None, "worst_view": None}
-    other = json.loads(to_json(replace(report, resolution=256)))
+    coarse = replace(models[0], params=ModelParams(256, axis="x"), objects=3, costs=Costs(3.0, 250_000_000, 0, 0))
+    other = json.loads(to_json(replace(report, models=(coarse,))))
+    assert other["models"][0]["dpci"] == {"resolution": 256, "layers": 3, "method": "raycast", "parts": 1, "axis": "x"}
+    assert other["models"][0]["parts"] == 3
+    assert "256², 3 layers, raycast in 3 parts" in costs_line(coarse) and "baked in 3.0 s within 250 MB" in costs_line(
+        coarse
+    )
     assert other["models"][0]["cost_goals"] == {"bake_seconds": None, "bytes_gpu": None}

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from depthwalk.bake.images import Face
 from depthwalk.reference.warp import table, unwarp, warp
 from depthwalk.render.atlas import pack_shelves
-from depthwalk.render.lod import Case, affordable_level, complete_cases, grid_level, iter_step, paper_cases
+from depthwalk.render.lod import Case, affordable_level, grid_level, iter_step, paper_cases
 from depthwalk.render.planes import Volumes, choose_planes, crop_to_frustum, tile_sizes
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
@@ -101,15 +101,6 @@ def test_which_plane(viewer, face, distance):
 )
 def test_the_papers_three_cases(height, case):
     assert paper_cases(np.array([[2.0, height, 0]]), np.array([Y0]), np.array([Y1]))[0] == case
-
-
-@pytest.mark.parametrize(
-    ("height", "case"),
-    [(-9.0, Case.SIDE_AND_BOTTOM), (-0.3, Case.ALL), (1.0, Case.ALL), (3.5, Case.ALL), (9.0, Case.SIDE_AND_TOP)],
-)
-def test_complete_cases_leave_out_only_what_faces_away(height, case):
-    viewer, one = np.array([[2.0, height, 0]]), np.ones(1)
-    assert complete_cases(viewer, Y0 * one, Y1 * one, R * one)[0] == case
 
 
 @pytest.mark.parametrize(

@@ -125,7 +125,7 @@ def test_the_second_start_reads_the_cache(taken, scene, monkeypatch):
     scene[1].baked(0)
     monkeypatch.setattr("depthwalk.library.bake_range", lambda *_: pytest.fail("baked again"))
     again = SceneLibrary(scene[0].assets).baked(0)
-    assert np.array_equal(again.images[0].depth, scene[1].baked(0).images[0].depth)
+    assert np.array_equal(again.parts[0].images[0].depth, scene[1].baked(0).parts[0].images[0].depth)
 
 
 def test_a_range_image_without_surface_is_refused(taken, tmp_path):

@@ -18,7 +18,7 @@ MESSAGES = {
         "3:12: objects[0].group.objects[0].group.....objects[0].group.objects[0].group: nested too deeply",
     ],
     "bad-representation": [
-        "6:34: objects[0].representation: must be 'dpci', 'mesh' or 'dmesh', not 'hologram'",
+        "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod' or 'dmesh', not 'hologram'",
     ],
     "camera-fov": [
         "5:55: camera.fov: must be at most 170, not 180",

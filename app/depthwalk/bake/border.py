@@ -19,6 +19,7 @@ Array = NDArray[np.floating]
 _FIRST_STRIDE = 0.25  # of a cell: a gap narrower than this is stepped over
 _STRIDES = 10  # advances and halvings: the end is found to 1/64 cell or better
 _SLACK = 0.35  # cells: how far a surface may curve away from its tangent plane within one cell
+_PRECISION = 1 / 64  # of a cell
 _LEAST_LENGTH = 1 / 32  # of a cell: a border nearer to its sample than this is not worth a triangle
 
 
@@ -33,25 +34,38 @@ class Samples:
 
 
 def trace_borders(
-    caster: RayCaster, cylinder: Cylinder, face: Face, samples: Samples, cells: list[list[NDArray[np.uint16]]]
+    caster: RayCaster,
+    cylinder: Cylinder,
+    face: Face,
+    samples: Samples,
+    cells: list[list[NDArray[np.uint16]]],
+    wanted: NDArray[np.bool_],
 ) -> list[Border]:
-    """The border of each level; cells: [layer][level] as `connect` made them."""
+    """The border of each level, from the `wanted` (L, H, W) samples; cells: [layer][level] as `connect` made them."""
     return [
-        _trace_level(caster, cylinder, face, samples, level, [layer[level] for layer in cells])
+        _trace_level(caster, cylinder, face, samples, level, [layer[level] for layer in cells], wanted)
         for level in range(len(cells[0]))
     ]
 
 
 def _trace_level(
-    caster: RayCaster, cylinder: Cylinder, face: Face, samples: Samples, level: int, codes: list[NDArray[np.uint16]]
+    caster: RayCaster,
+    cylinder: Cylinder,
+    face: Face,
+    samples: Samples,
+    level: int,
+    codes: list[NDArray[np.uint16]],
+    wanted: NDArray[np.bool_],
 ) -> Border:
-    _, height, width = samples.depth.shape
+    layers, height, width = samples.depth.shape
     corners = grid_cells((height, width), face, 1 << level)
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
-    # Unwrapped, so that an edge across the seam is a short one.
-    unwrapped = np.where(columns < np.tile(corners[0], 2)[:, None], columns + width, columns)
     texels = rows * width + columns
-    free = _free_corners(samples.depth.reshape(len(samples.depth), -1)[:, texels], codes)
+    free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
+    some = np.flatnonzero((free & wanted.reshape(layers, -1)[:, texels]).any((0, 2)))
+    free, columns, rows, texels = free[:, some], columns[some], rows[some], texels[some]
+    # Unwrapped, so that an edge across the seam is a short one.
+    unwrapped = np.where(columns < np.tile(corners[0], 2)[some, None], columns + width, columns)
     layer, triangle, corner = free.nonzero()
     start = layer * height * width + texels[triangle, corner]  # sample numbers
     position = np.stack([(unwrapped + 0.5) / width, (rows + 0.5) / height], -1)  # (triangles, 3, 2) u, v
@@ -89,15 +103,26 @@ def _trace_level(
         face,
         level,
         from_sample.astype(np.int32),
-        offset.astype(np.float16),
-        rise.astype(np.float16),
+        _rounded(offset, (1 << level) * _PRECISION).astype(np.float16),
+        _rounded(rise, cell * _PRECISION).astype(np.float16),
         triangles[order].astype(np.int32),
     )
 
 
-def _free_corners(depth: NDArray[np.float32], codes: list[NDArray[np.uint16]]) -> NDArray[np.bool_]:
-    """Which samples (L, triangles, 3) at the corners of triangles, with that `depth`, none of their triangles uses."""
-    free = np.isfinite(depth)
+def _rounded(values: Array, step: float) -> Array:
+    """To multiples of the power of two up to `step`: what is no more than noise does not compress."""
+    unit = 2.0 ** np.floor(np.log2(step))
+    return np.round(values / unit) * unit
+
+
+def _free_corners(
+    solid: NDArray[np.bool_], texels: NDArray[np.int64], codes: list[NDArray[np.uint16]]
+) -> NDArray[np.bool_]:
+    """Which samples (L, triangles, 3) at the corners `texels` (triangles, 3) none of their triangles uses.
+
+    solid: (L, H·W), there is a sample.
+    """
+    free = solid[:, texels]
     for anchor, code in enumerate(codes):
         for half, offset in ((code & 127, 0), (code >> 7, code.size)):
             filled = np.flatnonzero(half & 1)

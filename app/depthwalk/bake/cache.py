@@ -1,4 +1,4 @@
-"""Baked objects are made once: kept in the user's cache folder, or shipped beside the mesh, found by their key."""
+"""Baked models are made once: kept in the user's cache folder, or shipped beside the mesh, found by their key."""
 
 import contextlib
 import hashlib
@@ -10,12 +10,12 @@ from platformdirs import user_cache_path
 
 from depthwalk import limits
 from depthwalk.bake.file import FORMAT_VERSION, SUFFIX, read_baked, read_header, write_baked
-from depthwalk.bake.images import BakedObject
+from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
 
 
 def bake_key(source: str, **parameters: object) -> str:
-    """What a baked object depends on, as 64 hex digits: its sources' hash, the bake's parameters, the file format."""
+    """What a baked model depends on, as 64 hex digits: its sources' hash, the bake's parameters, the file format."""
     text = json.dumps({"source": source, "format": FORMAT_VERSION, **parameters}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -29,8 +29,8 @@ def sidecar(mesh: Path) -> Path:
     return mesh.with_name(mesh.stem + SUFFIX)
 
 
-def find_baked(mesh: Path, key: str) -> BakedObject | None:
-    """The object of `key` beside the mesh or in the cache; a file that is stale or damaged is passed over."""
+def find_baked(mesh: Path, key: str) -> BakedModel | None:
+    """The model of `key` beside the mesh or in the cache; a file that is stale or damaged is passed over."""
     kept = cache_folder() / (key + SUFFIX)
     for path in (sidecar(mesh), kept):
         try:
@@ -46,21 +46,21 @@ def find_baked(mesh: Path, key: str) -> BakedObject | None:
     return None
 
 
-def keep_baked(baked: BakedObject) -> Path:
+def keep_baked(baked: BakedModel) -> Path:
     """Stores `baked` in the cache folder, makes room for it and returns where.
 
     Raises OSError where that is not possible, InputError as `write_baked` does.
     """
     path = cache_folder() / (baked.key + SUFFIX)
     write_baked(path, baked)
-    _evict(path)
+    make_room(path)
     return path
 
 
-def _evict(newest: Path) -> None:
+def make_room(newest: Path) -> None:
     """Removes what was not used for longest, until the rest of the cache and `newest` fit MAX_CACHE_BYTES."""
     files: list[tuple[float, int, Path]] = []
-    for path in newest.parent.glob("*.exr"):  # with what an interrupted write left
+    for path in newest.parent.iterdir():  # with what an interrupted write left
         with contextlib.suppress(OSError):  # another process removes as well
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))

@@ -8,7 +8,7 @@ what remains is tested against the mesh with rays.
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import Cylinder, Face, cell_triangles, grid_cells, surface_rays, texel_size
+from depthwalk.bake.images import Cylinder, Face, cell_triangles, face_reach, grid_cells, surface_rays, texel_size
 from depthwalk.bake.raycast import RayCaster
 
 # A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its
@@ -18,15 +18,27 @@ _LEAST_ALIGNMENT = 0.5  # cosine between a triangle and the surface on the ray t
 # A wall may be off the mesh by this part of its shortest edge. With 1, walls stand off the surface like combs; below
 # 0.3, rounded edges lose theirs at low resolution.
 _WALL_SLACK = 0.4
+_LONG = 4.0  # cells: depth range of a triangle whose middle alone proves little
+_MIDDLE = np.full(3, 1 / 3)
+_NEAR_CORNERS = 0.2 + 0.4 * np.eye(3)
 _BATCH = 1 << 15  # cells at a time: with eight layers, the gaps between all pairs of samples take 17 MB
 
 Array = NDArray[np.floating]
 
 
 def connect(
-    caster: RayCaster, cylinder: Cylinder, face: Face, depths: NDArray[np.float32], steps: int
+    caster: RayCaster,
+    cylinder: Cylinder,
+    face: Face,
+    depths: NDArray[np.float32],
+    steps: int,
+    cut: bool = True,
+    across_layers: bool = True,
 ) -> list[list[NDArray[np.uint16]]]:
-    """The `cells` of every layer of a face: [layer][level], see `DepthImage`. depths: (L, H, W)."""
+    """The `cells` of every layer of a face: [layer][level], see `DepthImage`. depths: (L, H, W).
+
+    Without `cut` every triangle counts as surface; without `across_layers` its corners are of one layer.
+    """
     layers, height, width = depths.shape
     cells: list[list[NDArray[np.uint16]]] = [[] for _ in range(layers)]
     for level in range(steps):
@@ -34,7 +46,8 @@ def connect(
         codes = np.empty((layers, corners[0].size), np.uint16)
         for first in range(0, corners[0].size, _BATCH):
             some = slice(first, first + _BATCH)
-            codes[:, some] = _connect_cells(caster, cylinder, face, depths, [axis[some] for axis in corners], level)
+            cells_here = [axis[some] for axis in corners]
+            codes[:, some] = _connect_cells(caster, cylinder, face, depths, cells_here, level, cut, across_layers)
         for layer in range(layers):
             cells[layer].append(codes[layer])
     return cells
@@ -47,23 +60,28 @@ def _connect_cells(
     depths: NDArray[np.float32],
     corners: list[NDArray[np.int64]],
     level: int,
+    cut: bool,
+    across_layers: bool,
 ) -> NDArray[np.uint16]:
     """The codes (L, cells) of some cells of one level; corners: theirs, as `grid_cells` gives them."""
     layers, height, width = depths.shape
-    columns, rows = cell_triangles(face, *corners)  # (2, cells, 3)
-    # The unwrapped column of a wrapped corner, so that a centre never averages across the seam.
-    unwrapped = np.where(columns < corners[0][None, :, None], columns + width, columns)
-    u, v = (unwrapped.reshape(-1, 3) + 0.5) / width, (rows.reshape(-1, 3) + 0.5) / height
-    corner_depths = np.moveaxis(depths[:, rows, columns].reshape(layers, -1, 3), 2, 0)  # (3, L, triangles)
-    anchor, triangle, second, third = _continue_layers(corner_depths)
+    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
+    solid = np.flatnonzero(np.isfinite(depths[0])[rows, columns].all(1))  # samples fill the first layers
+    columns, rows = columns[solid], rows[solid]
+    corner_depths = np.moveaxis(depths[:, rows, columns], 2, 0)  # (3, L, solid)
+    anchor, triangle, second, third = (_continue_layers if across_layers else _single_layers)(corner_depths)
     chosen = np.stack([corner_depths[0][anchor, triangle], corner_depths[1][second, triangle],
                        corner_depths[2][third, triangle]], -1)  # fmt: skip
+    # The unwrapped column of a wrapped corner, so that a centre never averages across the seam.
+    unwrapped = np.where(columns < np.tile(corners[0], 2)[solid, None], columns + width, columns)
+    u, v = ((unwrapped + 0.5) / width)[triangle], ((rows + 0.5) / height)[triangle]
     limit = (1 << level) * max(texel_size(cylinder, face, (height, width)))
-    kept = _on_surface(caster, cylinder, face, u[triangle], v[triangle], chosen, limit, layers)
-    codes = np.zeros((layers, 2, corners[0].size), np.uint16)
+    kept = _on_surface(caster, cylinder, face, u, v, chosen, limit, layers) if cut else np.ones(len(chosen), bool)
+    codes = np.zeros((layers, 2 * corners[0].size), np.uint16)
     code = (1 | second << 1 | third << 4).astype(np.uint16)
-    codes.reshape(layers, -1)[anchor[kept], triangle[kept]] = code[kept]
-    return codes[:, 0] | codes[:, 1] << np.uint16(7)
+    codes[anchor[kept], solid[triangle[kept]]] = code[kept]
+    lower, upper = codes[:, : corners[0].size], codes[:, corners[0].size :]
+    return lower | upper << np.uint16(7)
 
 
 def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
@@ -71,11 +89,23 @@ def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...
 
     Two samples belong together if each is the other's nearest in depth; a triangle needs that of all three pairs.
     """
-    second, third, between = _mutual(depths[0], depths[1]), _mutual(depths[0], depths[2]), _mutual(depths[1], depths[2])
-    columns = np.arange(depths.shape[2])[None]
-    complete = (second >= 0) & (third >= 0) & (between[second, columns] == third)
-    anchor, triangle = complete.nonzero()
-    return anchor, triangle, second[anchor, triangle], third[anchor, triangle]
+    parts = []
+    deepest = np.isfinite(depths).sum(1).max(0)  # samples fill the first layers; few cells have many
+    for layers in range(1, depths.shape[1] + 1):
+        some = np.flatnonzero(deepest == layers)
+        first, second, third = depths[:, :layers, some]
+        to_second, to_third, between = _mutual(first, second), _mutual(first, third), _mutual(second, third)
+        complete = (to_second >= 0) & (to_third >= 0) & (between[to_second, np.arange(len(some))] == to_third)
+        anchor, triangle = complete.nonzero()
+        parts.append((anchor, some[triangle], to_second[anchor, triangle], to_third[anchor, triangle]))
+    anchor, triangle, second, third = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return anchor, triangle, second, third
+
+
+def _single_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
+    """As `_continue_layers`, where every layer is a height field of its own."""
+    layer, triangle = np.nonzero(np.isfinite(depths).all(0))
+    return layer, triangle, layer, layer
 
 
 def _mutual(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.intp]:
@@ -94,35 +124,57 @@ def _on_surface(
 ) -> NDArray[np.bool_]:
     """Whether triangles of the samples u, v, depth (n, 3) approximate the mesh.
 
-    One whose depths differ by less than `limit`, a cell, does. A steeper one does if the ray through its centre meets
-    the mesh where it meets the triangle; or, a wall along the rays, if the mesh is hardly off its middle.
+    One whose depths differ by less than `limit`, a cell, does. A steeper one does if the mesh is where its middle is; of
+    a long one, which something may cross by chance, three more points are asked.
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
     steep = np.flatnonzero(~kept)
-    origin, direction = surface_rays(cylinder, face, u[steep], v[steep])
-    points = origin + depth[steep, :, None] * direction  # (steep, 3, 3)
+    kept[steep] = _meets(caster, cylinder, face, u[steep], v[steep], depth[steep], _MIDDLE, limit, layers)
+    for weights in _NEAR_CORNERS:
+        long = np.flatnonzero(kept & (spread > _LONG * limit))
+        kept[long] = _meets(caster, cylinder, face, u[long], v[long], depth[long], weights, limit, layers)
+    return kept
+
+
+def _meets(
+    caster: RayCaster,
+    cylinder: Cylinder,
+    face: Face,
+    u: Array,
+    v: Array,
+    depth: Array,
+    weights: Array,
+    limit: float,
+    layers: int,
+) -> NDArray[np.bool_]:
+    """Whether the mesh is at one point of triangles (n, 3), given by `weights` (3,) of their corners.
+
+    It is if the ray through that point meets the mesh where it meets the triangle; or, at a wall along the rays, if the
+    mesh is hardly off it.
+    """
+    origin, direction = surface_rays(cylinder, face, u, v)
+    points = origin + depth[..., None] * direction  # (n, 3, 3)
     edges = np.roll(points, -1, axis=1) - points
     normal = np.cross(edges[:, 0], edges[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
 
-    origin, direction = surface_rays(cylinder, face, u[steep].mean(1), v[steep].mean(1))
+    origin, direction = surface_rays(cylinder, face, u @ weights, v @ weights)
     with np.errstate(divide="ignore", invalid="ignore"):
         expected = np.einsum("ni,ni->n", points[:, 0] - origin, normal) / np.einsum("ni,ni->n", direction, normal)
-        reach = 2 * cylinder.radius if face is Face.SIDE else cylinder.height
-        hits = caster.peel(origin, direction, layers, reach)
+        hits = caster.peel(origin, direction, layers, face_reach(cylinder, face))
         # What is met must also lie as the triangle does: where surfaces are many, some are at any depth by chance.
         aligned = np.abs(np.einsum("lni,ni->ln", hits.normal, normal)) >= _LEAST_ALIGNMENT
         off = np.abs(hits.distance - expected)
-        kept[steep] = ((off <= CUT_TOLERANCE * spread[steep]) & aligned).any(0)
+        met = ((off <= CUT_TOLERANCE * np.ptp(depth, axis=1)) & aligned).any(0)
 
-    wall = np.flatnonzero(~kept[steep])
+    wall = np.flatnonzero(~met)
     near = _WALL_SLACK * np.minimum(np.linalg.norm(edges[wall], axis=2).min(1), limit)[:, None].astype(np.float32)
     # Grid triangles face outward (but for those past the axis, where θ runs the other way): meet the mesh head on.
     ahead = normal[wall].astype(np.float32)
     if face is Face.SIDE:
-        ahead[depth[steep[wall]].mean(1) > cylinder.radius] *= -1
-    start = points[wall].mean(1).astype(np.float32) + near * ahead
+        ahead[depth[wall].mean(1) > cylinder.radius] *= -1
+    start = np.einsum("k,nki->ni", weights, points[wall]).astype(np.float32) + near * ahead
     hits = caster.peel(start, -ahead, 2, np.inf)
-    kept[steep[wall]] = ((hits.distance <= 2 * near[:, 0]) & (caster.two_sided | ~hits.flipped)).any(0)
-    return kept
+    met[wall] = ((hits.distance <= 2 * near[:, 0]) & (caster.two_sided | ~hits.flipped)).any(0)
+    return met

@@ -1,8 +1,9 @@
-"""`NAME.dpci.exr`: a baked object as one multi-part OpenEXR file that any EXR viewer opens.
+"""`NAME.dpci.exr`: a baked model as one multi-part OpenEXR file that any EXR viewer opens.
 
-One part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float, metres),
-N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key stand in the
-header of every part. The borders of each face and level are two more parts, lists folded to 1024 columns.
+Of each object, one part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float,
+metres), N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key
+stand in the header of every part. The borders of each face and level are two more parts, lists folded to 1024 columns.
+Where a model has several objects, names say which one a part is of: `part1.side.0`, `part2.side.0`.
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
@@ -31,8 +32,10 @@ from depthwalk.bake.header import (
     first_line,
     inspect_header,
     is_list,
+    split_name,
 )
 from depthwalk.bake.images import BakedObject, Border, DepthImage, Face, grid_cells
+from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
 
 SUFFIX = ".dpci.exr"
@@ -41,39 +44,36 @@ _LIST_WIDTH = 1024
 Channels = dict[str, NDArray[Any]]
 
 
-def write_baked(path: Path, baked: BakedObject) -> None:
-    """Writes `baked` to `path` in one step: a reader sees the old file or the whole new one.
+def write_baked(path: Path, model: BakedModel) -> None:
+    """Writes `model` to `path` in one step: a reader sees the old file or the whole new one.
 
     Raises OSError where the folder cannot be written, InputError where the borders are more than a file may hold.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.exr")
     try:
-        names = [image.name for image in baked.images]
-        channels = [_channels(image) for image in baked.images]
-        for border in baked.borders:
-            samples = _samples(baked.images, border.face)
-            for kind, lists in _border_lists(border, samples).items():
-                names.append(f"{kind}.{border.face.name.lower()}.{border.level}")
-                channels.append(lists)
+        contents = [_contents(baked) for baked in model.parts]
+        channels = [lists for named in contents for lists in named.values()]
         check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
-        header = _header(baked) | {ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
-        parts = [
-            OpenEXR.Part(header | {"dataWindow": _window(c)}, c, name) for c, name in zip(channels, names, strict=True)
-        ]
+        common = {ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
+        parts = []
+        for number, (baked, named) in enumerate(zip(model.parts, contents, strict=True), 1):
+            prefix = f"part{number}." if len(contents) > 1 else ""
+            header = _header(baked) | common
+            parts += [OpenEXR.Part(header | {"dataWindow": _window(c)}, c, prefix + name) for name, c in named.items()]
         OpenEXR.File(parts).write(str(temporary))
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
 
 
-def read_baked(path: Path) -> BakedObject:
-    """The object stored at `path`.
+def read_baked(path: Path) -> BakedModel:
+    """The model stored at `path`.
 
     Raises InputError where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than
     the limits.
     """
-    header = inspect_header(path)[1]
+    headers = inspect_header(path)[1]
     try:
         # The binding prints what it cannot decode; standard output may be a picture.
         with contextlib.redirect_stdout(sys.stderr), OpenEXR.File(str(path), separate_channels=True) as file:
@@ -81,16 +81,39 @@ def read_baked(path: Path) -> BakedObject:
     except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
     try:
-        _check_pixels(stored, header)
-        images = [_image(name, channels, header.steps) for name, channels in stored.items() if not is_list(name)]
-        _check_cells(images)
-        borders = [
-            _border(name, stored, _samples(images, Face[name.split(".")[1].upper()]))
-            for name in stored
-            if name.startswith(LISTS[0])
-        ]
+        _check_pixels(stored, headers[0].checksum)
+        contents: list[dict[str, Channels]] = [{} for _ in headers]
+        for full, channels in stored.items():
+            number, name = split_name(full)
+            contents[number][name] = channels
+        return BakedModel(tuple(map(_object, contents, headers)))
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
+
+
+def read_header(path: Path) -> dict[str, Any]:
+    """The checked header of a baked file, without its pixels. Raises InputError as `read_baked` does."""
+    return inspect_header(path)[0]
+
+
+def _contents(baked: BakedObject) -> dict[str, Channels]:
+    """The parts of one object, by name."""
+    contents = {image.name: _channels(image) for image in baked.images}
+    for border in baked.borders:
+        for kind, lists in _border_lists(border, _samples(baked.images, border.face)).items():
+            contents[f"{kind}.{border.face.name.lower()}.{border.level}"] = lists
+    return contents
+
+
+def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
+    """The object whose parts are `stored`. Raises ValueError where they do not fit each other."""
+    images = [_image(name, channels, header.steps) for name, channels in stored.items() if not is_list(name)]
+    _check_cells(images)
+    borders = [
+        _border(name, stored, _samples(images, Face[name.split(".")[1].upper()]))
+        for name in stored
+        if name.startswith(LISTS[0])
+    ]
     images.sort(key=lambda image: (image.face, image.layer))
     return BakedObject(
         header.cylinder,
@@ -104,18 +127,13 @@ def read_baked(path: Path) -> BakedObject:
     )
 
 
-def read_header(path: Path) -> dict[str, Any]:
-    """The checked header of a baked file, without its pixels. Raises InputError as `read_baked` does."""
-    return inspect_header(path)[0]
-
-
-def _check_pixels(stored: dict[str, Channels], header: Header) -> None:
+def _check_pixels(stored: dict[str, Channels], checksum: str) -> None:
     """Raises ValueError where a channel is of the wrong type or anything differs from what was written."""
     for name, channels in stored.items():
         wrong = [channel for channel, pixels in channels.items() if pixels.dtype != channel_type(channel)]
         if wrong:
             raise ValueError(f"part {name} has channels of another type: {', '.join(wrong)}")
-    if _checksum(list(stored.values())) != header.checksum:
+    if _checksum(list(stored.values())) != checksum:
         raise ValueError("the pixels do not match their checksum")  # the library reads damaged ones without a word
 
 
@@ -124,7 +142,7 @@ def _check_cells(images: list[DepthImage]) -> None:
     for image in images:
         layers = sum(other.face is image.face for other in images)
         for codes in image.cells:
-            for code in (codes & 127, codes >> 7):
+            for code in (codes & 127, codes >> 7 & 127):
                 kept = code[code & 1 > 0]
                 if np.maximum(kept >> 1 & 7, kept >> 4).max(initial=0) >= layers:
                     raise ValueError(f"part {image.name} has triangles on layers that are not there")

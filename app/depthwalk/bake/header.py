@@ -10,23 +10,25 @@ import numpy as np
 import OpenEXR
 
 from depthwalk import limits
-from depthwalk.bake.images import MAX_STEPS, Cylinder
+from depthwalk.bake.images import MAX_STEPS, Cylinder, Face
 from depthwalk.errors import InputError
 
-FORMAT_VERSION = 7
+FORMAT_VERSION = 8
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
 LISTS = ("border", "triangles")  # names of the parts that hold a border: border.side.0, triangles.side.0
 CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
 _LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": ("a", "b", "c", "used")}
-_PART = re.compile(r"(?:(border|triangles)\.)?(top|side|bottom)\.([0-7])", re.ASCII)
+_FACES = "|".join(face.name.lower() for face in Face)
+_NAME = re.compile(rf"(?:(border|triangles)\.)?({_FACES})\.([0-7])", re.ASCII)
+_OBJECT = re.compile(r"(?:part([1-9][0-9]?)\.)?(.*)", re.ASCII | re.DOTALL)
 _MOST_DEFLATED = 1032  # times: what deflate can shrink at most, so no file holds more pixels than that
 
 
 @dataclass(frozen=True)
 class Header:
-    """What every part of a file says about the object."""
+    """What every part of a file says about the object that it belongs to."""
 
     cylinder: Cylinder
     position: tuple[float, float, float]
@@ -37,8 +39,9 @@ class Header:
     checksum: str
 
 
-def inspect_header(path: Path) -> tuple[dict[str, Any], Header]:
-    """The header of the first part as it stands there, and what all parts agree on. Raises InputError."""
+def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
+    """The header of the first part as it stands there, and of each object what all its parts agree on. Raises
+    InputError."""
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     try:
@@ -52,17 +55,39 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], Header]:
     if type(version) is not int or version != FORMAT_VERSION:
         raise InputError(f"{path}: baked by another version of depthwalk; bake it again")
     try:
-        header = _parsed(parts[0])
-        if any(_parsed(part) != header for part in parts[1:]):
-            raise ValueError("the headers of its parts differ")
-        sizes = {part["name"]: _size(part, header.steps) for part in parts}
+        headers = _headers(parts)
+        sizes = {part["name"]: _size(part, headers[split_name(part["name"])[0]].steps) for part in parts}
         if len(sizes) < len(parts):
             raise ValueError("two parts have the same name")
-        _check_names(sizes)
+        for number in range(len(headers)):
+            _check_names({rest: size for name, size in sizes.items() for n, rest in [split_name(name)] if n == number})
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
-    _check_sizes(path, sizes, header.steps)
-    return parts[0], header
+    _check_sizes(path, sizes, headers)
+    return parts[0], headers
+
+
+def split_name(name: str) -> tuple[int, str]:
+    """To which object a part belongs, counted from 0, and its name without that: `part2.side.0` is (1, `side.0`)."""
+    match = _OBJECT.fullmatch(name)
+    assert match is not None  # it matches anything
+    return (int(match[1]) - 1 if match[1] else 0), match[2]
+
+
+def _headers(parts: list[dict[str, Any]]) -> tuple[Header, ...]:
+    """The header of each object. Raises ValueError where its parts differ or an object is missing."""
+    found: dict[int, Header] = {}
+    for part in parts:
+        header = _parsed(part)
+        if found.setdefault(split_name(part["name"])[0], header) != header:
+            raise ValueError("the headers of its parts differ")
+    if sorted(found) != list(range(len(found))) or len(found) > limits.MAX_DPCI_PARTS:
+        raise ValueError("objects are missing or too many")
+    if len({name.startswith("part") for name in (part["name"] for part in parts)}) > 1:
+        raise ValueError("parts of one object and of several")
+    if len({(header.key, header.checksum) for header in found.values()}) > 1:
+        raise ValueError("the headers of its objects differ")
+    return tuple(found[number] for number in range(len(found)))
 
 
 def _parsed(part: dict[str, Any]) -> Header:
@@ -94,7 +119,7 @@ def _parsed(part: dict[str, Any]) -> Header:
 def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
     """Width and height of a part of the layout that `write_baked` gives it. Raises ValueError for any other."""
     name = part["name"]
-    match = _PART.fullmatch(name)
+    match = _NAME.fullmatch(split_name(name)[1])
     if match is None or (match[1] and int(match[3]) >= steps):
         raise ValueError(f"unknown part {name!r:.40}")
     channels = sorted((channel.name, channel.xSampling, channel.ySampling) for channel in part["channels"])
@@ -120,17 +145,21 @@ def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
         raise ValueError("a border without its triangles or its face")
 
 
-def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], steps: int) -> None:
+def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...]) -> None:
     """Raises InputError where decoding would take more memory than any file of ours, or than this one can fill.
 
-    With a limit on the side, `_PART` limits all images together: three faces, eight layers.
+    With a limit on the side, `_NAME` limits all images of an object together: its faces, eight layers.
     """
     side = max(max(size) for name, size in sizes.items() if not is_list(name))
     if side > limits.MAX_DPCI_RESOLUTION:
         raise InputError(f"{path}: image of {side} texels; at most {limits.MAX_DPCI_RESOLUTION} are allowed")
     check_entries(path, sum(width * height for name, (width, height) in sizes.items() if is_list(name)))
+
+    def channels(name: str) -> tuple[str, ...]:
+        return channel_names(name, headers[split_name(name)[0]].steps)
+
     decoded = sum(
-        width * height * sum(np.dtype(channel_type(channel)).itemsize for channel in channel_names(name, steps))
+        width * height * sum(np.dtype(channel_type(channel)).itemsize for channel in channels(name))
         for name, (width, height) in sizes.items()
     )
     if decoded > _MOST_DEFLATED * path.stat().st_size:
@@ -148,13 +177,13 @@ def check_entries(path: Path, entries: int) -> None:
 
 def is_list(name: str) -> bool:
     """Whether the part `name` holds half of a border instead of an image."""
-    return name.startswith(LISTS)
+    return split_name(name)[1].startswith(LISTS)
 
 
 def channel_names(name: str, steps: int) -> tuple[str, ...]:
     """The channels of the part `name` in a file of `steps` grids."""
     if is_list(name):
-        return _LIST_CHANNELS[name.split(".")[0]]
+        return _LIST_CHANNELS[split_name(name)[1].split(".")[0]]
     return (*CHANNELS, *(f"cells.{pair}" for pair in range((steps + 1) // 2)))
 
 

@@ -4,7 +4,7 @@ Object frame: the cylinder's axis is +Y through the origin, metres. Row 0 of eve
 (smallest y, or smallest z for the caps). Empty texels have depth +inf.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -16,18 +16,39 @@ MAX_STEPS = 7  # grids of step 1, 2, … 64: 512² shrinks to 8²
 
 
 class Face(IntEnum):
-    """Which surface of the cylinder an image lies on. The order is that of the images."""
+    """Which surface an image lies on. The order is that of the images.
+
+    The paper has the cylinder's side and its caps. What faces along θ (a finger, the flank of a leg, a flat figure) is
+    seen well by none of them; the flanks, sides of the box around the cylinder, look at it squarely.
+    """
 
     TOP = 0
     SIDE = 1
     BOTTOM = 2
+    FRONT = 3  # from +z
+    BACK = 4
+    RIGHT = 5  # from +x
+    LEFT = 6
+
+
+PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
+FLANKS = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
+_INWARD = {  # what planar faces look along: axis and sign
+    Face.TOP: (1, -1),
+    Face.BOTTOM: (1, 1),
+    Face.FRONT: (2, -1),
+    Face.BACK: (2, 1),
+    Face.RIGHT: (0, -1),
+    Face.LEFT: (0, 1),
+}
+_TURNED = Face.BOTTOM, Face.FRONT, Face.LEFT  # u × v points outward
 
 
 @dataclass(frozen=True)
 class Cylinder:
     """The volume that the images enclose.
 
-    radius: R; bottom, top: y0 < y1. half_width, half_depth: the caps cover |x| ≤ half_width, |z| ≤ half_depth;
+    radius: R; bottom, top: y0 < y1. half_width, half_depth: caps and flanks cover |x| ≤ half_width, |z| ≤ half_depth;
     both equal R for a cylinder and differ only for a single planar image, which is a top cap alone.
     """
 
@@ -41,6 +62,12 @@ class Cylinder:
     def height(self) -> float:
         return self.top - self.bottom
 
+    @property
+    def box(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Least corner (3,) and size (3,) of the box around it."""
+        low = np.array([-self.half_width, self.bottom, -self.half_depth], np.float32)
+        return low, np.array([2 * self.half_width, self.height, 2 * self.half_depth], np.float32)
+
 
 @dataclass(frozen=True)
 class DepthImage:
@@ -51,7 +78,8 @@ class DepthImage:
     albedo: (H, W, 4) float32, linear RGB and specular strength; zero where empty.
     cells:  one (cells,) uint16 array per level, the grid of step 2^level in the order of `grid_cells`. Bits 0–6 are the
             lower, bits 7–13 the upper triangle whose first corner is on this layer: bit 0 says that it lies on the
-            surface, bits 1–3 and 4–6 on which layers its second and third corner are.
+            surface, bits 1–3 and 4–6 on which layers its second and third corner are. Bits 14 and 15 say that another
+            face holds the lower and the upper triangle better, whoever owns their corners.
     owner:  (H, W) uint8, the Face that samples this surface best.
     """
 
@@ -106,6 +134,16 @@ class BakedObject:
     rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     meso: Meso | None = None
 
+    def without_flanks(self) -> "BakedObject":
+        """The paper's faces alone; what a flank owned, each of them keeps."""
+        images = tuple(
+            replace(image, owner=np.where(np.isin(image.owner, FLANKS), np.uint8(image.face), image.owner))
+            for image in self.images
+            if image.face not in FLANKS
+        )
+        borders = tuple(border for border in self.borders if border.face not in FLANKS)
+        return replace(self, images=images, borders=borders)
+
 
 def texel_centres(count: int) -> NDArray[np.float64]:
     """Centres (count,) of `count` texels over [0, 1]."""
@@ -117,8 +155,8 @@ def surface_rays(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Where depth is measured from and along: origins (…, 3) on the face and unit directions (…, 3) inward.
 
-    u, v: (…) in [0, 1], broadcast against each other; u runs with θ or x, v with y or z. Depth d is the point
-    origin + d · direction (B = ((R−d)cosθ, y, (R−d)sinθ) for the side).
+    u, v: (…) in [0, 1], broadcast against each other; u runs with θ, x or (right, left) z, v with y or (caps) z. Depth
+    d is the point origin + d · direction (B = ((R−d)cosθ, y, (R−d)sinθ) for the side).
     """
     u, v = np.broadcast_arrays(u, v)
     origin = np.empty((*u.shape, 3), np.float32)
@@ -128,12 +166,44 @@ def surface_rays(
         direction[..., 0], direction[..., 2] = -np.cos(theta), -np.sin(theta)
         origin[...] = -cylinder.radius * direction
         origin[..., 1] = cylinder.bottom + v * cylinder.height
-    else:
-        origin[..., 0] = (2 * u - 1) * cylinder.half_width
-        origin[..., 2] = (2 * v - 1) * cylinder.half_depth
-        origin[..., 1] = cylinder.top if face is Face.TOP else cylinder.bottom
-        direction[..., 1] = -1 if face is Face.TOP else 1
+        return origin, direction
+    low, size = cylinder.box
+    inward, sign = _INWARD[face]
+    across, up = plane_axes(face)
+    origin[..., across] = low[across] + u * size[across]
+    origin[..., up] = low[up] + v * size[up]
+    origin[..., inward] = low[inward] if sign > 0 else low[inward] + size[inward]
+    direction[..., inward] = sign
     return origin, direction
+
+
+def face_outward(face: Face) -> NDArray[np.float64]:
+    """What a planar face's images are seen from: the unit vector (3,) against the direction of depth."""
+    axis, sign = _INWARD[face]
+    return -sign * np.eye(3)[axis]
+
+
+def plane_axes(face: Face) -> tuple[int, int]:
+    """The axes (0, 1, 2 for x, y, z) that u and v of a planar face run along."""
+    inward, _ = _INWARD[face]
+    return (2 if inward == 0 else 0), (2 if inward == 1 else 1)
+
+
+def image_position(
+    cylinder: Cylinder, face: Face, point: NDArray[np.floating]
+) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """u and v (n,) in [0, 1] of points (n, 3) on this side of the axis."""
+    if face is Face.SIDE:
+        theta = np.arctan2(point[:, 2], point[:, 0])
+        return theta / (2 * np.pi) % 1.0, (point[:, 1] - cylinder.bottom) / cylinder.height
+    low, size = cylinder.box
+    across, up = plane_axes(face)
+    return (point[:, across] - low[across]) / size[across], (point[:, up] - low[up]) / size[up]
+
+
+def face_reach(cylinder: Cylinder, face: Face) -> float:
+    """The greatest depth that a face measures, metres."""
+    return 2 * cylinder.radius if face is Face.SIDE else float(cylinder.box[1][_INWARD[face][0]])
 
 
 def image_points(cylinder: Cylinder, image: DepthImage) -> NDArray[np.float32]:
@@ -162,7 +232,9 @@ def texel_size(cylinder: Cylinder, face: Face, shape: tuple[int, int]) -> tuple[
     height, width = shape
     if face is Face.SIDE:
         return 2 * np.pi * cylinder.radius / width, cylinder.height / height
-    return 2 * cylinder.half_width / width, 2 * cylinder.half_depth / height
+    _, size = cylinder.box
+    across, up = plane_axes(face)
+    return float(size[across]) / width, float(size[up]) / height
 
 
 def usable_steps(shape: tuple[int, int]) -> int:
@@ -203,15 +275,20 @@ def cell_triangles(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Columns and rows, each (2, cells, 3), of the lower and the upper triangle of each cell.
 
-    Counter-clockwise seen from outside the cylinder: θ grows to the left there, z toward the lower edge of a view
-    from above, so side and top run the other way round than the bottom.
+    Counter-clockwise seen from outside the cylinder, where v may run to the left or to the right of u.
     """
     lower = (i1, j0), (i0, j0), (i0, j1)
     upper = (i1, j0), (i0, j1), (i1, j1)
-    triangles = [lower, upper] if face is not Face.BOTTOM else [lower[::-1], upper[::-1]]
+    triangles = [lower, upper] if face not in _TURNED else [lower[::-1], upper[::-1]]
     columns = np.stack([np.stack([corner[0] for corner in triangle], -1) for triangle in triangles])
     rows = np.stack([np.stack([corner[1] for corner in triangle], -1) for triangle in triangles])
     return columns, rows
+
+
+def whole_cells(image: DepthImage, level: int) -> NDArray[np.bool_]:
+    """Which cells (cells,) of a grid lie on the surface with both triangles and all four corners on this layer."""
+    triangle = 1 | image.layer << 1 | image.layer << 4
+    return image.cells[level] == (triangle | triangle << 7)
 
 
 def layer_triangles(
@@ -220,14 +297,20 @@ def layer_triangles(
     """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`, but
     for those in the cells (cells,) `without`."""
     height, width = image.depth.shape
+    half, cell = triangle_places(image, level, without)
+    corners = grid_cells((height, width), image.face, 1 << level)
+    filled, which = np.unique(cell, return_inverse=True)
+    columns, rows = cell_triangles(image.face, *(axis[filled] for axis in corners))
+    code = image.cells[level][cell] >> 7 * half
+    anchor = np.full(len(cell), image.layer)
+    layers = np.stack([anchor, code >> 1 & 7, code >> 4 & 7], -1).astype(np.int64)
+    return layers, (rows * width + columns)[half, which]
+
+
+def triangle_places(
+    image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which half of which cell, each (triangles,), the triangles of `layer_triangles` are, in its order."""
     codes = image.cells[level] if without is None else np.where(without, 0, image.cells[level])
-    filled = np.flatnonzero(codes)
-    columns, rows = cell_triangles(
-        image.face, *(axis[filled] for axis in grid_cells((height, width), image.face, 1 << level))
-    )
-    code = np.stack([codes[filled] & 127, codes[filled] >> 7])  # (2, filled)
-    kept = (code & 1) > 0
-    texels = (rows * width + columns)[kept]
-    anchor = np.full(int(kept.sum()), image.layer)
-    layers = np.stack([anchor, code[kept] >> 1 & 7, code[kept] >> 4 & 7], -1).astype(np.int64)
-    return layers, texels
+    half, cell = np.stack([codes & 1, codes >> 7 & 1]).nonzero()
+    return half, cell

@@ -4,45 +4,132 @@ A sample's footprint is the distance on the surface to its neighbour sample: the
 cosine between ray and surface.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import Cylinder, DepthImage, Face, image_points, layer_triangles, surface_rays, texel_size
+from depthwalk.bake.images import (
+    FLANKS,
+    Cylinder,
+    DepthImage,
+    Face,
+    image_points,
+    image_position,
+    layer_triangles,
+    surface_rays,
+    texel_size,
+    triangle_places,
+)
 
 Array = NDArray[np.floating]
+Inner = dict[Face, NDArray[np.bool_]]  # `inner_texels` of each face that has images
 _GRAZING = 1e-3  # cosine below which a face is taken to see nothing
 _CORNERS = 6  # triangles around a texel that is inside its surface, not at a border
+# A flank takes over only where its footprint is smaller by this factor: each takes a surface apart a little more.
+_FLANK_GAIN = 1.3
+_OVERLAP_GAIN = 2.0  # a triangle with corners of two owners is left to the other where that is better by this factor
+_WALL = 0.5  # cosine between a triangle and the surface at its corners, below which it is no part of that surface
 
 
-def assign_owners(cylinder: Cylinder, images: list[DepthImage]) -> list[NDArray[np.uint8]]:
+def assign_owners(cylinder: Cylinder, images: list[DepthImage], inner: Inner) -> list[NDArray[np.uint8]]:
     """For each image the Face (H, W) that samples the surface at a texel with the smallest footprint."""
-    inner = {id(image): _inner_texels(image, images) for image in images}
     owners = []
     for image in images:
         owner = np.full(image.depth.shape, image.face, np.uint8)
         solid = np.isfinite(image.depth)
         point, normal = image_points(cylinder, image)[solid], image.normal[solid]
-        best = footprints(cylinder, image.face, image.depth.shape, point, normal)
-        winner = owner[solid]
+        winner, best = owner[solid], _handicapped(cylinder, image.face, image.depth.shape, point, normal)
         for face in Face:
-            if face is image.face:
-                continue
             rivals = [other for other in images if other.face is face]
-            if rivals:
-                size = footprints(cylinder, face, rivals[0].depth.shape, point, normal)
-                better = np.flatnonzero(size < best)
-                seen = _seen_by(cylinder, rivals, inner, point[better], normal[better], size[better])
-                winner[better[seen]], best[better[seen]] = face, size[better[seen]]
+            if face is image.face or not rivals:
+                continue
+            size = _handicapped(cylinder, face, image.depth.shape, point, normal)
+            better = np.flatnonzero(size < best)
+            seen = _seen_by(cylinder, rivals, inner, point[better], normal[better])
+            winner[better[seen]], best[better[seen]] = face, size[better[seen]]
         owner[solid] = winner
         owners.append(owner)
     return owners
+
+
+def worth_adding(
+    cylinder: Cylinder, images: list[DepthImage], inner: Inner, face: Face, point: Array, normal: Array
+) -> NDArray[np.bool_]:
+    """Which points (n, 3) with normals (n, 3) `face` would own against `images` of other faces."""
+    shape = images[0].depth.shape
+    worth = np.ones(len(point), bool)
+    own = _handicapped(cylinder, face, shape, point, normal)
+    for other in inner:
+        rivals = [image for image in images if image.face is other]
+        as_good = np.flatnonzero(worth & (_handicapped(cylinder, other, shape, point, normal) <= own))
+        worth[as_good[_seen_by(cylinder, rivals, inner, point[as_good], normal[as_good])]] = False
+    return worth & np.isfinite(own)
+
+
+def yield_triangles(cylinder: Cylinder, images: list[DepthImage], inner: Inner) -> list[DepthImage]:
+    """`images` with those triangles marked in `cells` that another face holds better, whoever owns their corners.
+
+    A wall spans what no ray samples between two samples (the tread of a step between two risers). It lies on another
+    surface than they do, so their normals and owners say nothing of it. And where owners meet, triangles overlap, of
+    which a slanted one is a worse guess at the surface.
+    """
+    marked = []
+    for image in images:
+        layers = [other for other in images if other.face is image.face]
+        points = np.stack([image_points(cylinder, layer).reshape(-1, 3) for layer in layers])
+        normals = np.stack([layer.normal.reshape(-1, 3) for layer in layers])
+        owner = np.stack([layer.owner.ravel() for layer in layers])
+        cells = []
+        for level, codes in enumerate(image.cells):
+            corner = layer_triangles(image, level)
+            corners, owners = points[corner], owner[corner]
+            across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-20)
+            wall = (np.einsum("nci,ni->nc", normals[corner], across) < _WALL).any(1)
+            mixed = (owners != image.face).any(1) & (owners == image.face).any(1)
+            some = np.flatnonzero(wall | mixed)
+            gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
+            held = some[_held_better(cylinder, image.face, images, inner, corners[some].mean(1), across[some], gain)]
+            half, cell = (place[held] for place in triangle_places(image, level))
+            changed = codes.copy()
+            np.bitwise_or.at(changed, cell, (1 << 14 + half).astype(np.uint16))
+            cells.append(changed)
+        marked.append(replace(image, cells=tuple(cells)))
+    return marked
+
+
+def _held_better(
+    cylinder: Cylinder,
+    face: Face,
+    images: list[DepthImage],
+    inner: Inner,
+    point: Array,
+    normal: Array,
+    gain: Array,
+) -> NDArray[np.bool_]:
+    """Which points (n, 3) with normals (n, 3) another face holds with a footprint smaller by `gain` (n,)."""
+    shape = images[0].depth.shape
+    own = footprints(cylinder, face, shape, point, normal)
+    held = np.zeros(len(point), bool)
+    for other in inner.keys() - {face}:
+        rivals = [image for image in images if image.face is other]
+        size = footprints(cylinder, other, shape, point, normal)
+        some = np.flatnonzero(np.isfinite(size) & (gain * size < own) & ~held)
+        held[some] = _seen_by(cylinder, rivals, inner, point[some], normal[some])
+    return held
+
+
+def _handicapped(cylinder: Cylinder, face: Face, shape: tuple[int, ...], point: Array, normal: Array) -> Array:
+    """Footprints (n,), those of flanks made worse by what they must gain."""
+    return footprints(cylinder, face, shape, point, normal) * (_FLANK_GAIN if face in FLANKS else 1.0)
 
 
 def footprints(
     cylinder: Cylinder, face: Face, shape: tuple[int, ...], point: Array, normal: Array
 ) -> NDArray[np.float64]:
     """Footprint (n,) in metres of surface points (n, 3) with normals (n, 3); +inf where `face` sees their back."""
-    u, v = _image_position(cylinder, face, point)
+    u, v = image_position(cylinder, face, point)
     _, direction = surface_rays(cylinder, face, u, v)
     width, height = texel_size(cylinder, face, (shape[0], shape[1]))
     spacing = np.full(len(point), max(width, height))
@@ -52,43 +139,32 @@ def footprints(
     return np.where(cosine > _GRAZING, spacing / np.maximum(cosine, _GRAZING), np.inf)
 
 
-def _image_position(cylinder: Cylinder, face: Face, point: Array) -> tuple[Array, Array]:
-    x, y, z = point.T
-    if face is Face.SIDE:
-        return np.arctan2(z, x) / (2 * np.pi) % 1.0, (y - cylinder.bottom) / cylinder.height
-    return x / (2 * cylinder.half_width) + 0.5, z / (2 * cylinder.half_depth) + 0.5
-
-
 def _seen_by(
-    cylinder: Cylinder,
-    rivals: list[DepthImage],
-    inner: dict[int, NDArray[np.bool_]],
-    point: Array,
-    normal: Array,
-    footprint: Array,
+    cylinder: Cylinder, rivals: list[DepthImage], inner: Inner, point: Array, normal: Array
 ) -> NDArray[np.bool_]:
     """Which points (n, 3) one of the layers `rivals` of a face holds, well inside a connected piece of surface."""
     face = rivals[0].face
     height, width = rivals[0].depth.shape
-    u, v = _image_position(cylinder, face, point)
+    u, v = image_position(cylinder, face, point)
     i = np.clip((u * width).astype(int), 0, width - 1)
     j = np.clip((v * height).astype(int), 0, height - 1)
     origin, _ = surface_rays(cylinder, face, u, v)
     depth = np.linalg.norm(point - origin, axis=1)
+    reach = 1.5 * footprints(cylinder, face, (height, width), point, normal)
     seen = np.zeros(len(point), bool)
     for rival in rivals:
         with np.errstate(invalid="ignore"):
-            same = np.abs(rival.depth[j, i] - depth) < 1.5 * footprint
+            same = np.abs(rival.depth[j, i] - depth) < reach
         facing = np.einsum("ni,ni->n", rival.normal[j, i], normal) > 0.5
-        seen |= same & facing & inner[id(rival)][j, i]
+        seen |= same & facing & inner[face][rival.layer, j, i]
     return seen
 
 
-def _inner_texels(image: DepthImage, images: list[DepthImage]) -> NDArray[np.bool_]:
-    """Texels (H, W) of `image` that the finest grid surrounds with triangles on all sides."""
-    layers = [other for other in images if other.face is image.face]
-    count = np.zeros((len(layers), image.depth.size), np.uint8)
+def inner_texels(layers: list[DepthImage]) -> NDArray[np.bool_]:
+    """The texels (L, H, W) of a face's layers that its finest grid surrounds with triangles on all sides."""
+    size = layers[0].depth.size
+    count = np.zeros(len(layers) * size, np.int64)
     for anchor in layers:
         layer, texel = layer_triangles(anchor, 0)
-        np.add.at(count, (layer.ravel(), texel.ravel()), 1)
-    return (count[image.layer] >= _CORNERS).reshape(image.depth.shape)
+        count += np.bincount((layer * size + texel).ravel(), minlength=len(count))
+    return (count >= _CORNERS).reshape(len(layers), *layers[0].depth.shape)

@@ -46,14 +46,14 @@ class FirstHits:
 class RayCaster:
     """A mesh ready to be hit by rays.
 
-    two_sided: the mesh is open, so that its surfaces are seen from behind too. epsilon: metres, how far behind a hit
-    the next ray starts.
+    two_sided: the mesh is open, so that its surfaces are seen from behind too; found out where it is not given.
+    epsilon: metres, how far behind a hit the next ray starts.
     """
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: Mesh, two_sided: bool | None = None) -> None:
         low, high = mesh.bounds
         self.epsilon = float(np.linalg.norm(high - low)) * 2e-6
-        self.two_sided = is_open(mesh)
+        self.two_sided = is_open(mesh) if two_sided is None else two_sided
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, np.ascontiguousarray(mesh.positions), np.ascontiguousarray(mesh.faces))
 

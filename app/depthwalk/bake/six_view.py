@@ -106,7 +106,7 @@ def _sample_on(scope: Scope, mesh: Mesh, cylinder: Cylinder, size: int) -> dict[
         if face is not Face.SIDE:
             found[face] = image.seen
     found[Face.SIDE] = side.read()
-    return found
+    return {face: found[face] for face in sorted(found)}
 
 
 def _views(cylinder: Cylinder) -> Iterator[tuple[Face, _View]]:

@@ -76,6 +76,7 @@ def measure(
     frame_times: list[float] = []
     counts: list[dict[str, int | float]] = []
     passes: list[dict[str, float]] = []
+    late = timers.pending  # frames drawn before, whose times arrive first
 
     def draw(camera: Camera) -> float:
         start = time.perf_counter()
@@ -93,14 +94,14 @@ def measure(
         assert headless.renderer.plan is not None  # `draw` made it
         counts.append(headless.renderer.plan.counts)
         advance()
-    wanted = warmup + len(cameras)
+    first, wanted = late + warmup, late + warmup + len(cameras)
     while len(passes) < wanted:  # queries arrive in order but some frames late: draw on until the last frame's are here
         draw(cameras[-1])
     return Run(
         name,
         len(cameras),
         spread(frame_times),
-        {key: spread(column) for key, column in _columns(passes[warmup:wanted]).items()},
+        {key: spread(column) for key, column in _columns(passes[first:wanted]).items()},
         {key: round(float(np.mean(column)), 3) for key, column in _columns(counts).items()},
         tuple(frame_times),
     )

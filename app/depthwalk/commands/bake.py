@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX, write_baked
+from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.commands.console import live_options, log, show_progress
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
@@ -34,17 +34,19 @@ class Job:
     """A mesh to bake and the file to bake it to. staged: where the worker writes; moved to `out` when it is whole."""
 
     spec: MeshAsset
-    params: BakeParams
+    params: ModelParams
     out: Path
     staged: Path
 
 
 @dataclass(frozen=True)
 class Baked:
-    """What a job came to. seconds: by stage, in order; images: depth images that see anything; bytes: of the file."""
+    """What a job came to. parts: objects that share the mesh; images: depth images that see anything; seconds: by
+    stage, in order; bytes: of the file."""
 
     out: Path
     triangles: int
+    parts: int
     images: int
     seconds: dict[str, float]
     bytes: int
@@ -77,7 +79,7 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
     return MeshAsset(mesh.stem, mesh, texture, up, height, dpci=None)
 
 
-def bake_meshes(specs: Sequence[MeshAsset], params: BakeParams, files: Sequence[Path]) -> list[InputError]:
+def bake_meshes(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> list[InputError]:
     """Bakes each mesh to its file, says so on stdout, and returns the complaints about those that failed."""
     failures: list[InputError] = []
     with contextlib.ExitStack() as stack:
@@ -103,18 +105,21 @@ def bake_job(job: Job, stage: Callable[[str], None]) -> Baked:
     mesh = load_mesh(job.spec.mesh, texture=job.spec.texture, up=job.spec.up, height=job.spec.height)
     check_folder(job.out)
     clock.start("structure")  # what rays are cast against
-    baked = bake_object(mesh, job.params, key, clock.start)
+    model = bake_model(mesh, job.params, key, clock.start)
     clock.start("write")
-    write_baked(job.staged, baked)
+    write_baked(job.staged, model)
     seconds = clock.stop()
-    return Baked(job.out, len(mesh.faces), len(baked.images), seconds, job.staged.stat().st_size)
+    images = sum(len(part.images) for part in model.parts)
+    return Baked(job.out, len(mesh.faces), len(model.parts), images, seconds, job.staged.stat().st_size)
 
 
 def describe(baked: Baked, resolution: int) -> str:
     """The line that reports a baked mesh."""
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())
+    parts = f"{baked.parts} parts, " if baked.parts > 1 else ""
+    side = f"at most {resolution}" if baked.parts > 1 else f"{resolution}"
     return (
-        f"{baked.out}: {baked.triangles} triangles, {baked.images} images of {resolution}², "
+        f"{baked.out}: {baked.triangles} triangles, {parts}{baked.images} images of {side}², "
         f"{baked.bytes / 1e6:.1f} MB; {sum(baked.seconds.values()):.2f} s ({stages})"
     )
 

@@ -1,35 +1,31 @@
 """`depthwalk compare`: image quality of depth images against their mesh; `bake --verify`: the same in small."""
 
-import multiprocessing
-import os
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import Field
 
 import depthwalk
-from depthwalk.bake.baker import BakeParams, bake_object
-from depthwalk.bake.file import SUFFIX, read_baked, read_header, write_baked
-from depthwalk.bake.images import BakedObject
+from depthwalk.bake.file import SUFFIX, read_baked, read_header
+from depthwalk.bake.parts import ModelParams
 from depthwalk.bench.measure import commit
 from depthwalk.commands.console import asset_progress, frame_progress, log
 from depthwalk.commands.render import asset_files
+from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import GpuError
-from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.library import mesh_key
+from depthwalk.library import mesh_key, read_mesh
 from depthwalk.output import check_folder, write_bytes
 from depthwalk.params import Params
 from depthwalk.quality.advise import Recommendation, recommend
 from depthwalk.quality.candidate import examine, warnings
+from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES, summarise
-from depthwalk.quality.measure import ViewQuality, measure, measure_views, object_height
+from depthwalk.quality.measure import ViewQuality, flip_workers, measure, measure_views, object_height
 from depthwalk.quality.page import WorstView, panels, to_html, worst_viewpoints
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell, to_json, to_text
 from depthwalk.quality.twin import TwinRenderer
@@ -40,9 +36,6 @@ from depthwalk.scene.validate import load_model
 
 VERIFY_SIZE = 320, 240
 SMALLEST = 16  # pixels, each side of a picture
-_MOST_WORKERS = 4
-
-Report = Callable[[str, str], None]
 
 
 @dataclass(frozen=True)
@@ -50,8 +43,7 @@ class Plan:
     """What to compare. size: (width, height) of the pictures, pixels; wanted: dB to recommend for, or None; pictures:
     keep the worst views for the page."""
 
-    specs: Sequence[MeshAsset]
-    params: BakeParams
+    subjects: Sequence[Subject]
     settings: RenderSettings
     size: tuple[int, int]
     wanted: float | None
@@ -70,15 +62,6 @@ def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
         return load_model(empty, _Overridable, overrides)[0].render
 
 
-def find_file(path: Path, roots: Sequence[Path]) -> Path:
-    """`path`, or the file of that name below the first asset root that has one. Raises InputError."""
-    for root in roots:
-        if not root.is_dir():
-            raise InputError(f"--asset-root {root}: no such folder")
-    candidates = [path] if path.is_absolute() else [path, *(root / path for root in roots)]
-    return next((candidate for candidate in candidates if candidate.is_file()), path)
-
-
 def check_plan(plan: Plan, files: Sequence[Path | None]) -> None:
     """Makes sure that the pictures can be measured and the reports written. Raises InputError."""
     if min(plan.size) < SMALLEST:
@@ -86,11 +69,13 @@ def check_plan(plan: Plan, files: Sequence[Path | None]) -> None:
         raise InputError(f"--resolution {width},{height}: each side must be at least {SMALLEST} pixels")
     if plan.wanted is not None and not 0 < plan.wanted <= 100:
         raise InputError(f"--want-psnr {plan.wanted:g}: must be above 0 and at most 100 dB")
-    inputs = [file for spec in plan.specs for file in (spec.mesh, spec.texture) if file is not None]
+    specs = [subject.spec for subject in plan.subjects]
+    inputs = [file for spec in specs for file in (spec.mesh, spec.texture) if file is not None]
     for file in inputs:  # each takes a while: complain about the last one before the first is measured
         if not file.is_file():
             raise InputError(f"{file}: no such file")
-    taken = {file.resolve() for spec in plan.specs for file in asset_files(spec)}
+    taken = {file.resolve() for spec in specs for file in asset_files(spec)}
+    taken |= {subject.scene.resolve() for subject in plan.subjects if subject.scene is not None}
     for out in files:
         if out is not None:
             check_folder(out)
@@ -104,15 +89,12 @@ def run_compare(plan: Plan, json_file: Path | None, html_file: Path | None) -> N
     models: list[ModelReport] = []
     worst: list[list[WorstView]] = []
     driver = ""
-    with _flip_workers() as pool:
-        for spec in plan.specs:
-            model, shown, driver = _compare(spec, plan, pool)
+    with flip_workers() as pool:
+        for subject in plan.subjects:
+            model, shown, driver = _compare(subject, plan, pool)
             models.append(model)
             worst.append(shown)
-    params = plan.params
-    report = CompareReport(
-        depthwalk.__version__, commit(), driver, plan.size, params.resolution, params.layers, tuple(models)
-    )
+    report = CompareReport(depthwalk.__version__, commit(), driver, plan.size, tuple(models))
     if json_file is not None:
         write_bytes(json_file, to_json(report).encode())
     if html_file is not None:
@@ -120,13 +102,13 @@ def run_compare(plan: Plan, json_file: Path | None, html_file: Path | None) -> N
     print(to_text(report))
 
 
-def verify(specs: Sequence[MeshAsset], params: BakeParams, files: Sequence[Path]) -> None:
+def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> None:
     """Prints a line of image quality for each file that holds what baking its mesh gave; others are passed over."""
     for spec, file in zip(specs, files, strict=True):
         try:
             if read_header(file)["depthwalk.key"] != mesh_key(spec, params):
                 continue  # an older file: the bake failed, and said so
-            quality = measure(_load(spec), read_baked(file), RenderSettings(), VERIFY_SIZE, VERIFY)
+            quality = measure(read_mesh(spec), read_baked(file), RenderSettings(), VERIFY_SIZE, VERIFY)
         except InputError:
             continue
         except GpuError as error:
@@ -140,12 +122,16 @@ def _line(views: Sequence[ViewQuality]) -> str:
     return "; ".join(f"{each.title}: {cell(each, summarise(each, views).mean)}" for each in MEASURES)
 
 
-def _compare(spec: MeshAsset, plan: Plan, pool: Executor) -> tuple[ModelReport, list[WorstView], str]:
+def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport, list[WorstView], str]:
     """The report on one mesh, its worst views with pictures, and the GL driver's name."""
-    with asset_progress() as report:
+    spec = subject.spec
+    with asset_progress() as report, tempfile.TemporaryDirectory() as folder:
         report(spec.name, "reading")
-        mesh = _load(spec)
-        baked, seconds, size = _bake(mesh, plan.params, lambda stage: report(spec.name, stage))
+        mesh = read_mesh(spec)
+        report(spec.name, "baking")
+        file = Path(folder) / f"compared{SUFFIX}"
+        bake = measured_bake(spec, subject.params, file)
+        baked = read_baked(file)
         report(spec.name, "examining")
         candidate = examine(mesh, baked)
     height = object_height(mesh)
@@ -155,12 +141,13 @@ def _compare(spec: MeshAsset, plan: Plan, pool: Executor) -> tuple[ModelReport, 
             close = measure_views(twin, height, CLOSE_BY, pool, advance)
         if not views:
             raise InputError(f"{spec.mesh}: shows no pixel in any view")
-        costs = Costs(seconds, size, twin.gpu_bytes)
+        costs = Costs(bake.seconds, bake.peak_bytes, bake.bytes_disk, twin.gpu_bytes)
         shown = _worst_views(twin, views) if plan.pictures else []
         driver = twin.driver
     advice = _advice(spec, mesh, plan)
     reasons = tuple(warnings(candidate))
-    model = ModelReport(str(spec.mesh), len(mesh.faces), costs, views, close, candidate, reasons, advice)
+    what = subject.name, str(spec.mesh), len(mesh.faces), subject.params, len(baked.parts)
+    model = ModelReport(*what, costs, views, close, candidate, reasons, advice)
     return model, shown, driver
 
 
@@ -171,36 +158,9 @@ def _advice(spec: MeshAsset, mesh: Mesh, plan: Plan) -> Recommendation | None:
         return recommend(mesh, plan.settings, plan.size, plan.wanted, progress=lambda stage: report(spec.name, stage))
 
 
-def _load(spec: MeshAsset) -> Mesh:
-    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
-
-
-def _bake(mesh: Mesh, params: BakeParams, progress: Callable[[str], None]) -> tuple[BakedObject, float, int]:
-    """Depth images as they are read back from their file, the seconds of the bake and the file's bytes."""
-    start = time.perf_counter()
-    baked = bake_object(mesh, params, "compare", progress)
-    seconds = time.perf_counter() - start
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"compared{SUFFIX}"
-        write_baked(file, baked)
-        return read_baked(file), seconds, file.stat().st_size
-
-
 def _worst_views(twin: TwinRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:
     by_viewpoint = {view.viewpoint: view for view in views}
     return [
         WorstView(by_viewpoint[viewpoint], titles, panels(twin.pair(viewpoint)))
         for viewpoint, titles in worst_viewpoints(views).items()
     ]
-
-
-@contextmanager
-def _flip_workers() -> Iterator[Executor]:
-    """Processes for FLIP, which holds Python's lock while it computes. Spawned: no GL context survives a fork."""
-    workers = min(os.cpu_count() or 1, _MOST_WORKERS)
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise

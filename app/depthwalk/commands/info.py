@@ -1,9 +1,10 @@
 """`depthwalk info`: what this installation is and can do, or what a file holds."""
 
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,10 @@ import depthwalk
 from depthwalk import limits
 from depthwalk.commands.check import is_path_file
 from depthwalk.errors import InputError
+from depthwalk.render.rotation import rotate
+
+if TYPE_CHECKING:  # reading OpenEXR files takes time to import
+    from depthwalk.bake.images import BakedObject
 
 _LIBRARIES = (
     "numpy", "scipy", "moderngl", "moderngl-window", "imgui-bundle", "trimesh", "embreex", "OpenEXR", "Pillow",
@@ -84,7 +89,7 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     yield "kind", "scene"
     yield "objects", str(len(scene.objects))
     drawn = np.bincount(scene.objects.representation, minlength=len(Representation))
-    yield "drawn as", ", ".join(f"{kind.name.lower()} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
+    yield "drawn as", ", ".join(f"{kind.label} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
     for asset, count in zip(scene.assets, uses.tolist(), strict=True):
         file = asset.depth if isinstance(asset, DepthImageAsset) else asset.mesh
@@ -106,19 +111,33 @@ def _path_rows(path: Path) -> Iterator[Row]:
 def _baked_rows(path: Path) -> Iterator[Row]:
     from depthwalk.bake.file import read_baked
 
-    baked = read_baked(path)
-    cylinder = baked.cylinder
+    model = read_baked(path)
     yield "kind", "depth images"
     yield "bytes", str(path.stat().st_size)
-    yield "cylinder", f"radius {cylinder.radius:g} m, y from {cylinder.bottom:g} to {cylinder.top:g} m"
-    yield "grids", f"steps 1 to {1 << (baked.steps - 1)}"
-    yield "key", baked.key or "-"
+    yield "key", model.key or "-"
+    if len(model.parts) > 1:
+        yield "parts", str(len(model.parts))
+    for number, baked in enumerate(model.parts, 1):
+        yield from _object_rows(baked, f"part{number}." if len(model.parts) > 1 else "")
+
+
+def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
+    """One object of a baked file; prefix: of the names of its images there."""
+    cylinder, axis = baked.cylinder, rotate(np.array(baked.rotation), np.array([0.0, 1.0, 0.0]))
+    yield (
+        f"{prefix}cylinder",
+        (
+            f"radius {cylinder.radius:g} m, y from {cylinder.bottom:g} to {cylinder.top:g} m; "
+            f"about {_point(baked.position)} along {_point(axis.round(4).tolist())}"
+        ),
+    )
+    yield f"{prefix}grids", f"steps 1 to {1 << (baked.steps - 1)}"
     for image in baked.images:
         height, width = image.depth.shape
         covered = np.isfinite(image.depth)
         depths = image.depth[covered]
         span = f", depths {depths.min():.4g} to {depths.max():.4g} m" if len(depths) else ""
-        yield f"part {image.name}", f"{width} × {height}, {100 * covered.mean():.1f} % covered{span}"
+        yield f"part {prefix}{image.name}", f"{width} × {height}, {100 * covered.mean():.1f} % covered{span}"
 
 
 def _mesh_rows(path: Path) -> Iterator[Row]:
@@ -140,5 +159,5 @@ def _mesh_rows(path: Path) -> Iterator[Row]:
         yield f"material {part.material}", f"{part.face_count} triangles, {image}"
 
 
-def _point(point: tuple[float, float, float]) -> str:
+def _point(point: Sequence[float]) -> str:
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"

@@ -5,14 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from depthwalk.errors import InputError
-from depthwalk.limits import MAX_FRAMES, MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE
+from depthwalk.limits import MAX_DPCI_PARTS, MAX_FRAMES, MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE
 
 if TYPE_CHECKING:  # the scene package takes half a second to import, --help does not need it
+    from depthwalk.bake.axis import Axis as BakeAxis
     from depthwalk.scene.arrays import Camera, Representation
     from depthwalk.scene.scene import Scene
 
@@ -28,6 +29,7 @@ class RepresentationName(StrEnum):
     SCENE = "scene"
     DPCI = "dpci"
     MESH = "mesh"
+    MESH_LOD = "mesh-lod"
     DMESH = "dmesh"
 
 
@@ -53,6 +55,24 @@ AssetRoots = Annotated[
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the scene file: render.lod.bias=1."),
+]
+Parts = Annotated[
+    str | None,
+    typer.Option(
+        "--parts",
+        metavar="N|auto",
+        help="Objects that share a mesh, at most; auto: as many as it takes.",
+        show_default="1, or as the scene says",
+    ),
+]
+Axis = Annotated[
+    str | None,
+    typer.Option(
+        "--axis",
+        metavar="x|y|z|X,Y,Z|auto",
+        help="Axis of the cylinder; auto: the one whose images sample it best.",
+        show_default="y, or as the scene says",
+    ),
 ]
 Verbose = Annotated[bool, typer.Option("--verbose", help="Say what is done, show tracebacks.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
@@ -100,6 +120,28 @@ def parse_resolution(text: str) -> tuple[int, int]:
     if width * height > MAX_IMAGE_PIXELS:
         raise InputError(f"--resolution {text}: {width * height} pixels, the limit is {MAX_IMAGE_PIXELS}")
     return width, height
+
+
+def parse_parts(text: str | None) -> int | Literal["auto"] | None:
+    """How many objects are to share a mesh. Raises InputError."""
+    if text is None or text == "auto":
+        return text  # type: ignore[return-value]
+    if not (text.isascii() and text.isdigit() and len(text) <= 2 and 1 <= int(text) <= MAX_DPCI_PARTS):
+        raise InputError(f"--parts {text}: must be auto or a whole number from 1 to {MAX_DPCI_PARTS}")
+    return int(text)
+
+
+def parse_axis(text: str | None) -> "BakeAxis | None":
+    """The axis of a cylinder. Raises InputError."""
+    if text is None or text in ("auto", "x", "y", "z"):
+        return text  # type: ignore[return-value]
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--axis {text}: must be auto, x, y, z or X,Y,Z, a direction") from None
+    if not (any((x, y, z)) and all(abs(value) <= MAX_COORDINATE for value in (x, y, z))):
+        raise InputError(f"--axis {text}: not all may be 0, nor any beyond ±{MAX_COORDINATE:g}")
+    return x, y, z
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:

@@ -1,4 +1,5 @@
-"""`python -m depthwalk.demo OUTDIR [NAME...]` makes the demo's meshes and textures anew, the same bytes each time."""
+"""`python -m depthwalk.demo OUTDIR [NAME...]` makes the demo's meshes and textures anew, the same bytes each time.
+By name, it also makes `specimens`, which do not ship: `python -m depthwalk.demo /tmp animal chair`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,7 @@ from rich.progress import track
 
 from depthwalk.demo.catalogue import MODELS, TEXTURES
 from depthwalk.demo.model import write_ply
+from depthwalk.demo.specimens import SPECIMENS
 from depthwalk.demo.textures import write_png
 from depthwalk.errors import InputError, suggest
 
@@ -51,25 +53,28 @@ def write_textures(folder: Path, names: list[str]) -> list[str]:
 
 
 def generate(folder: Path, names: list[str]) -> None:
-    """Writes the named files, or all of them and SOURCES.md where no name is given.
+    """Writes the named files, or all that ship and SOURCES.md where no name is given.
 
     Raises InputError for an unknown name.
     """
-    known = [*MODELS, *TEXTURES]
+    known = [*MODELS, *TEXTURES, *SPECIMENS]
     for name in names:
         if name not in known:
             raise InputError(f"no demo file is called {name!r}{suggest(name, known)}")
     folder.mkdir(parents=True, exist_ok=True)
-    wanted = names or known
+    wanted = names or [*MODELS, *TEXTURES]
     models = write_models(folder, [n for n in wanted if n in MODELS])
     textures = write_textures(folder, [n for n in wanted if n in TEXTURES])
+    for name in wanted:
+        if name in SPECIMENS:
+            write_ply(folder / f"{name}.ply", SPECIMENS[name]())
     if not names:
         (folder / "SOURCES.md").write_text(HEADER + "".join(models) + TEXTURE_HEADER + "".join(textures), "utf-8")
 
 
 def main(
     outdir: Annotated[Path, typer.Argument(help="Folder to write to")],
-    names: Annotated[list[str] | None, typer.Argument(help="Only these files, without suffix")] = None,
+    names: Annotated[list[str] | None, typer.Argument(help="Only these files, without suffix; specimens")] = None,
 ) -> None:
     """Make the demo's meshes and textures anew."""
     try:

@@ -11,12 +11,12 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
+from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.library import mesh_key
+from depthwalk.library import mesh_key, model_params
 from depthwalk.resources import scene_root
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
@@ -51,13 +51,13 @@ def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
     """Bakes `asset` to a file in `folder`, or beside its mesh, and returns which. Raises InputError, OSError."""
     mesh = load_mesh(asset.mesh, texture=asset.texture, up=asset.up, height=asset.height)
     file = sidecar(asset.mesh if folder is None else folder / asset.mesh.name)
-    write_baked(file, bake_object(mesh, _params(asset), baked_key(asset)))
+    write_baked(file, bake_model(mesh, _params(asset), baked_key(asset)))
     return file
 
 
-def _params(asset: MeshAsset) -> BakeParams:
+def _params(asset: MeshAsset) -> ModelParams:
     assert asset.dpci is not None  # callers pass assets with depth images
-    return BakeParams(asset.dpci.resolution, asset.dpci.layers, asset.dpci.method)
+    return model_params(asset.dpci)
 
 
 def main(

@@ -80,18 +80,29 @@ class Scope:
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture
 
-    def texture_array(
+    def texture_array(self, size: tuple[int, int, int], components: int, data: bytes) -> moderngl.TextureArray:
+        """Layers (width, height, count) of 8-bit texels with mip-maps, trilinear."""
+        array = self._array(size, components, data, "f1")
+        array.build_mipmaps()
+        array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        return array
+
+    def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
     ) -> moderngl.TextureArray:
-        """Layers (width, height, count) with mip-maps, trilinear, repeating along x."""
+        """Layers (width, height, count) of integers, which shaders fetch. dtype: moderngl's ("i2", "u4" …)."""
+        array = self._array(size, components, data, dtype)
+        array.filter = moderngl.NEAREST, moderngl.NEAREST
+        return array
+
+    def _array(self, size: tuple[int, int, int], components: int, data: bytes, dtype: str) -> moderngl.TextureArray:
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
         make = self.device.context.texture_array
-        array = self._make("texture_array", size, lambda: make(size, components, data, dtype=dtype))
-        array.build_mipmaps()
-        array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-        array.repeat_y = False
+        array: moderngl.TextureArray = self._make(
+            "texture_array", size, lambda: make(size, components, data, dtype=dtype)
+        )
         return array
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:

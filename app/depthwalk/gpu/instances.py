@@ -1,5 +1,6 @@
 """Instanced drawing: per-instance records as vertex attributes, and one vertex array per asset."""
 
+from collections.abc import Hashable
 from typing import Any
 
 import moderngl
@@ -42,19 +43,19 @@ class InstanceStream:
 
 
 class AssetArrays:
-    """Vertex arrays of one program over the assets' buffers, made when first drawn."""
+    """Vertex arrays of one program over the assets' buffers, by any key, made when first drawn."""
 
     def __init__(self, scope: Scope, program: moderngl.Program, layout: str, *attributes: str) -> None:
         self._scope = scope
         self._program = program
         self._format = (layout, *attributes)
-        self._arrays: dict[int, moderngl.VertexArray] = {}
+        self._arrays: dict[Hashable, moderngl.VertexArray] = {}
 
-    def get(self, asset: int, vertices: moderngl.Buffer, indices: moderngl.Buffer) -> moderngl.VertexArray:
-        if asset not in self._arrays:
+    def get(self, key: Hashable, vertices: moderngl.Buffer, indices: moderngl.Buffer) -> moderngl.VertexArray:
+        if key not in self._arrays:
             content = [(vertices, *self._format)]
-            self._arrays[asset] = self._scope.vertex_array(self._program, content, index_buffer=indices)
-        return self._arrays[asset]
+            self._arrays[key] = self._scope.vertex_array(self._program, content, index_buffer=indices)
+        return self._arrays[key]
 
     def forget(self) -> None:
         """Releases all of them; to be called before the assets' buffers go."""

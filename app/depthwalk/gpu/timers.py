@@ -46,6 +46,11 @@ class PassTimers:
             self._context.finish()
             self._frame.append((name, (time.perf_counter() - start) * 1e3))
 
+    @property
+    def pending(self) -> int:
+        """Frames that were drawn and whose times are not known yet."""
+        return len(self._pending)
+
     def end_frame(self) -> None:
         """Publishes the times of this frame, or on a GPU of one a few frames ago."""
         self._pending.append(self._frame)

@@ -54,3 +54,11 @@ class Mesh:
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Corners (3,), (3,) of the axis-aligned bounding box."""
         return self.positions.min(axis=0), self.positions.max(axis=0)
+
+
+@dataclass(frozen=True)
+class MeshLevel:
+    """A mesh that stands for a finer one. error: how far that one's surface is off at most, metres."""
+
+    mesh: Mesh
+    error: float

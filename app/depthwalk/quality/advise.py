@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
 from depthwalk.quality.twin import TwinRenderer
@@ -58,7 +58,7 @@ def recommend(
     trials: list[Trial] = []
     for params in _by_cost(resolutions, trials):
         progress(f"trying {params.resolution}², {params.layers} layers")
-        baked = bake_object(mesh, params, key="")
+        baked = bake_model(mesh, params, key="")
         with TwinRenderer(mesh, baked, settings, size) as twin:
             trials.append(Trial(params.resolution, params.layers, mean_psnr(twin, viewpoints), twin.gpu_bytes))
         if trials[-1].psnr >= wanted:
@@ -78,9 +78,9 @@ def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:
     return sum(values) / len(values) if values else float("inf")
 
 
-def _by_cost(resolutions: Sequence[int], trials: Sequence[Trial]) -> Iterator[BakeParams]:
+def _by_cost(resolutions: Sequence[int], trials: Sequence[Trial]) -> Iterator[ModelParams]:
     """What to try next, by texels: resolution² · layers. A resolution is left when a layer brought little."""
-    everything = [BakeParams(side, layers) for side in resolutions for layers in range(1, MOST_LAYERS + 1)]
+    everything = [ModelParams(side, layers) for side in resolutions for layers in range(1, MOST_LAYERS + 1)]
     for params in sorted(everything, key=lambda params: (params.resolution**2 * params.layers, params.resolution)):
         same = [trial for trial in trials if trial.resolution == params.resolution]
         exhausted = len(same) < params.layers - 1 or (len(same) > 1 and same[-1].psnr - same[-2].psnr < LEAST_GAIN)

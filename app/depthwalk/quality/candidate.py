@@ -8,7 +8,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from depthwalk.bake.images import BakedObject, Face, texel_size
+from depthwalk.bake.model import BakedModel
 from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.sampling import face_normals, sample_surface
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
 from depthwalk.render.grids import build_grids
@@ -34,17 +36,16 @@ class Candidate:
     texel: float
 
 
-def examine(mesh: Mesh, baked: BakedObject) -> Candidate:
+def examine(mesh: Mesh, model: BakedModel) -> Candidate:
     """Judges `mesh` and the depth images made of it, by `SAMPLES` points spread evenly over its surface."""
-    image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
-    texel = max(texel_size(baked.cylinder, image.face, (image.depth.shape[0], image.depth.shape[1])))
+    texel = max(map(_texel, model.parts))
     caster = RayCaster(mesh)
     points, normals = sample_surface(mesh, SAMPLES)
     seen = _visible(mesh, caster, points)
     if not seen.any():
         return Candidate(1.0, 0.0, count_parts(mesh), texel)
     points, normals = points[seen], normals[seen]
-    held = RayCaster(_grid_mesh(baked)).first(points + texel * normals, -normals).distance <= 2 * texel
+    held = RayCaster(_grid_mesh(model)).first(points + texel * normals, -normals).distance <= 2 * texel
     skin = 1e-5 * bounding_sphere(mesh).radius
     behind = caster.first(points - skin * normals, -normals)
     thin = behind.flipped & (behind.distance < texel)
@@ -67,20 +68,6 @@ def warnings(candidate: Candidate) -> list[str]:
     return lines
 
 
-def sample_surface(mesh: Mesh, count: int) -> tuple[Array, Array]:
-    """Points (count, 3) spread evenly over the surface, always the same, and its unit normals (count, 3) there."""
-    corners = mesh.positions[mesh.faces].astype(np.float64)
-    normals, areas = _face_normals(corners)
-    random = np.random.default_rng(0)
-    ends = np.cumsum(areas)
-    face = np.searchsorted(ends, (np.arange(count) + random.random(count)) / count * ends[-1]).clip(0, len(ends) - 1)
-    u, v = random.random((2, count))
-    over = u + v > 1
-    u, v = np.where(over, 1 - u, u)[:, None], np.where(over, 1 - v, v)[:, None]
-    a, b, c = corners[face].transpose(1, 0, 2)
-    return a + u * (b - a) + v * (c - a), normals[face]
-
-
 def count_parts(mesh: Mesh) -> int:
     """Pieces that share no vertex position with another, of at least `LEAST_PART` of the surface."""
     _, welded = np.unique(mesh.positions, axis=0, return_inverse=True)
@@ -89,16 +76,9 @@ def count_parts(mesh: Mesh) -> int:
     vertices = int(welded.max()) + 1
     graph = coo_array((np.ones(len(first), np.int8), (first, second)), (vertices, vertices))
     count, part = connected_components(graph, directed=False)
-    _, areas = _face_normals(mesh.positions[mesh.faces].astype(np.float64))
+    _, areas = face_normals(mesh.positions[mesh.faces].astype(np.float64))
     share = np.bincount(part[faces[:, 0]], weights=areas, minlength=count) / areas.sum()
     return int((share >= LEAST_PART).sum())
-
-
-def _face_normals(corners: Array) -> tuple[Array, Array]:
-    """Unit normals (n, 3) and areas (n,) of triangles (n, 3, 3)."""
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    doubled = np.linalg.norm(cross, axis=1)
-    return cross / np.maximum(doubled, 1e-300)[:, None], doubled / 2
 
 
 def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:
@@ -111,12 +91,25 @@ def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:
     return (met >= length - 1e-4 * sphere.radius).reshape(len(viewers), -1).any(0)
 
 
-def _grid_mesh(baked: BakedObject) -> Mesh:
+def _texel(baked: BakedObject) -> float:
+    image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
+    return max(texel_size(baked.cylinder, image.face, (image.depth.shape[0], image.depth.shape[1])))
+
+
+def _grid_mesh(model: BakedModel) -> Mesh:
     """The triangles of all depth images at full resolution, in the asset's frame; nothing but shape."""
+    positions, faces = zip(*map(_grid_triangles, model.parts), strict=True)
+    first = np.cumsum([0, *map(len, positions)])
+    every = np.concatenate([part + start for part, start in zip(faces, first, strict=False)])
+    none = np.zeros((0, 3), np.float32)
+    return Mesh(np.concatenate(positions), none, none.astype(np.uint8), none, every.astype(np.int32), (), ())
+
+
+def _grid_triangles(baked: BakedObject) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Positions (v, 3), asset's frame, and triangles (t, 3) of one object."""
     grids = build_grids(baked)
     runs = zip(grids.first[0, Case.ALL].tolist(), grids.count[0, Case.ALL].tolist(), strict=True)
     faces = np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
     inside = grids.box_low + grids.vertices[:, :3] / np.float32(65535) * grids.box_size
     turned = rotate(np.asarray(baked.rotation), inside) + np.asarray(baked.position)
-    none = np.zeros((0, 3), np.float32)
-    return Mesh(turned.astype(np.float32), none, none.astype(np.uint8), none, faces.astype(np.int32), (), ())
+    return turned.astype(np.float32), faces.astype(np.int64)

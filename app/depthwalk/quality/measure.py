@@ -1,13 +1,16 @@
 """The six measures of every view, and what they come to over the views."""
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from depthwalk.bake.images import BakedObject
+from depthwalk.bake.model import BakedModel
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
 from depthwalk.quality.twin import Pair, TwinRenderer
@@ -15,6 +18,7 @@ from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.render.settings import RenderSettings
 
 MOST_WAITING = 8  # views whose FLIP is not done: bounds the memory of their pictures
+MOST_WORKERS = 4
 FLATTEST = 0.01  # height over extent; what lies flatter is measured by its extent
 
 
@@ -43,7 +47,7 @@ class Quality:
 
 def measure(
     mesh: Mesh,
-    baked: BakedObject,
+    baked: BakedModel,
     settings: RenderSettings,
     size: tuple[int, int] = (1024, 768),
     viewpoints: Sequence[Viewpoint] = SPHERE,
@@ -87,6 +91,18 @@ def object_height(mesh: Mesh) -> float:
     low, high = mesh.bounds
     extent = (high - low).astype(np.float64)
     return float(extent[1] if extent[1] >= FLATTEST * extent.max() else extent.max())
+
+
+@contextmanager
+def flip_workers() -> Iterator[Executor]:
+    """Processes for FLIP, which holds Python's lock while it computes. Spawned: no GL context survives a fork."""
+    workers = min(os.cpu_count() or 1, MOST_WORKERS)
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _start(

@@ -12,12 +12,23 @@ from depthwalk.output import png_bytes
 from depthwalk.quality import metrics
 from depthwalk.quality.goals import MEASURES, Measure, Summary, summarise
 from depthwalk.quality.measure import ViewQuality
-from depthwalk.quality.report import CompareReport, ModelReport, cell, costs_line, direction, headline, overall
+from depthwalk.quality.report import (
+    CompareReport,
+    ModelReport,
+    cell,
+    costs_line,
+    direction,
+    headline,
+    mark,
+    overall,
+    overview,
+)
 from depthwalk.quality.twin import Pair
 from depthwalk.quality.views import Viewpoint
 
 _MARGIN = 12  # pixels around the object
 _NOTHING, _BOTH, _EDGE, _HOLE, _EXTRA = (255, 255, 255), (208, 208, 208), (255, 176, 64), (214, 20, 20), (40, 90, 220)
+_MISSED = ' class="missed"'
 
 
 @dataclass(frozen=True)
@@ -60,14 +71,15 @@ def to_html(report: CompareReport, worst: Sequence[Sequence[WorstView]]) -> str:
     if len(report.models) > 1:
         rows = [(measure, *overall(measure, report.models)) for measure in MEASURES]
         body.append(
-            f"<h2>Overall</h2>{_table([(m, summary, (escape(mesh),)) for m, summary, mesh in rows], ('mesh',))}"
+            f"<h2>Overall</h2>{_table([(m, summary, (escape(name),)) for m, summary, name in rows], ('model',))}"
         )
+        body.append(_plain_table(overview(report.models)))
     for model, views in zip(report.models, worst, strict=True):
-        body += [_section(report, model), *(_figure(view) for view in views)]
+        body += [_section(model), *(_figure(view) for view in views)]
     return f"{_HEAD}{''.join(body)}</body></html>\n"
 
 
-def _section(report: CompareReport, model: ModelReport) -> str:
+def _section(model: ModelReport) -> str:
     close = [summarise(measure, model.close) for measure in MEASURES]
     rows = [
         (measure, summarise(measure, model.views), (cell(measure, near.mean), cell(measure, near.worst)))
@@ -77,7 +89,7 @@ def _section(report: CompareReport, model: ModelReport) -> str:
     if model.recommendation is not None:
         notes.append(model.recommendation.text())
     return (
-        f"<h2>{escape(model.mesh)}</h2><p>{escape(costs_line(report, model))}</p>"
+        f"<h2>{escape(model.name)}</h2><p>{escape(costs_line(model))}</p>"
         f"{_table(rows, ('close: mean', 'close: worst'))}{''.join(f'<p>{escape(note)}</p>' for note in notes)}"
     )
 
@@ -93,9 +105,20 @@ def _table(rows: Sequence[tuple[Measure, Summary, tuple[str, ...]]], more: tuple
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
+def _plain_table(rows: Sequence[tuple[str, ...]]) -> str:
+    """Rows of text, the first of them titles; what misses its goal stands out."""
+    titles, *others = rows
+    head = "".join(f"<th>{escape(title)}</th>" for title in titles)
+    body = "".join(f"<tr>{''.join(_plain_cell(text) for text in row)}</tr>" for row in others)
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _plain_cell(text: str) -> str:
+    return f"<td{_MISSED if text.endswith(mark(False)) else ''}>{escape(text)}</td>"
+
+
 def _goal_cell(measure: Measure, value: float, goal: float | None) -> str:
-    missed = ' class="missed"' if measure.reached(value, goal) is False else ""
-    return f"<td{missed}>{cell(measure, value, goal)}</td>"
+    return _plain_cell(cell(measure, value, goal))
 
 
 def _figure(worst: WorstView) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from depthwalk.bake.parts import ModelParams
 from depthwalk.quality import goals
 from depthwalk.quality.advise import Recommendation
 from depthwalk.quality.candidate import Candidate
@@ -14,22 +15,30 @@ from depthwalk.quality.measure import ViewQuality
 from depthwalk.quality.metrics import FLIP_PIXELS_PER_DEGREE
 from depthwalk.quality.views import FOV, Viewpoint
 
+_COSTS = "bake, s", "bake, MB", "disk, MB", "GPU, MB"
+
 
 @dataclass(frozen=True)
 class Costs:
-    """bake_seconds: from the mesh in memory to depth images in memory; bytes on disk and on the GPU."""
+    """bake_seconds: from the mesh in memory to depth images in memory; bake_peak_bytes: see `BakeCosts`; bytes on disk
+    and on the GPU."""
 
     bake_seconds: float
+    bake_peak_bytes: int | None
     bytes_disk: int
     bytes_gpu: int
 
 
 @dataclass(frozen=True)
 class ModelReport:
-    """One mesh. mesh: the file as the user gave it; views: on the sphere; close: from close by."""
+    """One mesh. name: its file as the user gave it, or scene and asset; mesh: its file; params: of its depth images;
+    objects: into how many it was split; views: on the sphere; close: from close by."""
 
+    name: str
     mesh: str
     triangles: int
+    params: ModelParams
+    objects: int
     costs: Costs
     views: tuple[ViewQuality, ...]
     close: tuple[ViewQuality, ...]
@@ -41,33 +50,31 @@ class ModelReport:
 @dataclass(frozen=True)
 class CompareReport:
     """What `depthwalk compare` found. commit: of the checkout that ran, else None; renderer: the GL driver's name;
-    image_size: the pictures' (width, height); resolution, layers: of the depth images."""
+    image_size: the pictures' (width, height)."""
 
     version: str
     commit: str | None
     renderer: str
     image_size: tuple[int, int]
-    resolution: int
-    layers: int
     models: tuple[ModelReport, ...]
 
 
 def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, str]:
-    """The mean of the models' means, the worst view of all, and the mesh that it shows."""
+    """The mean of the models' means, the worst view of all, and the name of what it shows."""
     means = [mean for model in models if not math.isnan(mean := summarise(measure, model.views).mean)]
     every = summarise(measure, [view for model in models for view in model.views])
-    shown = [m.mesh for m in models if summarise(measure, m.views).worst == every.worst]
+    shown = [m.name for m in models if summarise(measure, m.views).worst == every.worst]
     mean = sum(means) / len(means) if means else math.nan
     return Summary(mean, every.worst, every.worst_view), shown[0] if shown else ""
 
 
-def cost_goals(report: CompareReport, costs: Costs) -> dict[str, bool | None]:
+def cost_goals(model: ModelReport) -> dict[str, bool | None]:
     """Whether the costs reach their goals, which are set for one resolution and number of layers; else None."""
-    if (report.resolution, report.layers) != (goals.GOAL_RESOLUTION, goals.GOAL_LAYERS):
+    if (model.params.resolution, model.params.layers) != (goals.GOAL_RESOLUTION, goals.GOAL_LAYERS):
         return {"bake_seconds": None, "bytes_gpu": None}
     return {
-        "bake_seconds": costs.bake_seconds <= goals.BAKE_SECONDS,
-        "bytes_gpu": costs.bytes_gpu <= goals.GPU_BYTES,
+        "bake_seconds": model.costs.bake_seconds <= goals.BAKE_SECONDS,
+        "bytes_gpu": model.costs.bytes_gpu <= goals.GPU_BYTES,
     }
 
 
@@ -80,9 +87,8 @@ def to_json(report: CompareReport) -> str:
         "image_size": report.image_size,
         "fov": FOV,
         "flip_pixels_per_degree": FLIP_PIXELS_PER_DEGREE,
-        "dpci": {"resolution": report.resolution, "layers": report.layers},
         "goals": {m.key: {"mean": m.goal_mean, "worst": m.goal_worst} for m in MEASURES},
-        "models": [_model(report, model) for model in report.models],
+        "models": [_model(model) for model in report.models],
         "overall": {m.key: _summary(m, *overall(m, report.models)) for m in MEASURES},
     }
     return json.dumps(_finite(document), indent=2, allow_nan=False) + "\n"
@@ -92,34 +98,57 @@ def to_text(report: CompareReport) -> str:
     """The report as tables for reading."""
     lines = [headline(report)]
     for model in report.models:
-        lines += ["", f"{model.mesh}: {costs_line(report, model)}", *_table(model)]
+        lines += ["", model.name, f"  {costs_line(model)}", *_table(model)]
         lines += [f"  a poor candidate: {warning}" for warning in model.warnings]
         if model.recommendation is not None:
             lines.append(f"  {model.recommendation.text()}")
     if len(report.models) > 1:
         lines += ["", f"overall, {len(report.models)} models", _head()]
         for measure in MEASURES:
-            summary, mesh = overall(measure, report.models)
-            lines.append(_row(measure, summary) + f"  {mesh}")
+            summary, name = overall(measure, report.models)
+            lines.append(_row(measure, summary) + f"  {name}")
+        titles, *rows = overview(report.models)
+        wide = max(len(row[0]) for row in rows)
+        lines += ["", *("  " + row[0].ljust(wide) + "".join(c.rjust(20) for c in row[1:]) for row in (titles, *rows))]
     return "\n".join(lines)
+
+
+def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
+    """Titles, then a row per model: its name, the mean of each measure and what it costs."""
+    rows = [("mean over the views", *(measure.title for measure in MEASURES), *_COSTS)]
+    for model in models:
+        means = [cell(measure, summarise(measure, model.views).mean, measure.goal_mean) for measure in MEASURES]
+        reached, costs = cost_goals(model), model.costs
+        seconds = f"{costs.bake_seconds:.1f}{mark(reached['bake_seconds'])}"
+        peak, disk, gpu = map(_megabytes, (costs.bake_peak_bytes, costs.bytes_disk, costs.bytes_gpu))
+        rows.append((model.name, *means, seconds, peak, disk, gpu + mark(reached["bytes_gpu"])))
+    return rows
 
 
 def headline(report: CompareReport) -> str:
     width, height = report.image_size
     return (
-        f"depth images of {report.resolution}², {report.layers} layers, against the mesh; {width} × {height} pixels; "
+        f"depth images against the mesh; {width} × {height} pixels; "
         f"depthwalk {report.version} ({report.commit or 'installed'}), {report.renderer}"
     )
 
 
-def costs_line(report: CompareReport, model: ModelReport) -> str:
-    reached, costs = cost_goals(report, model.costs), model.costs
+def costs_line(model: ModelReport) -> str:
+    reached, costs, params = cost_goals(model), model.costs, model.params
+    peak = "" if costs.bake_peak_bytes is None else f" within {costs.bake_peak_bytes / 1e6:.0f} MB"
+    layers = f"{params.layers} layer{'s' if params.layers > 1 else ''}"
+    parts = f" in {model.objects} parts" if model.objects > 1 else ""
     return (
+        f"{params.resolution}², {layers}, {params.method}{parts}; "
         f"{model.triangles} triangles, {len(model.views)} views; "
-        f"baked in {costs.bake_seconds:.1f} s{mark(reached['bake_seconds'])}, "
+        f"baked in {costs.bake_seconds:.1f} s{mark(reached['bake_seconds'])}{peak}, "
         f"{costs.bytes_disk / 1e6:.1f} MB on disk, "
         f"{costs.bytes_gpu / 1e6:.1f} MB on the GPU{mark(reached['bytes_gpu'])}"
     )
+
+
+def _megabytes(count: int | None) -> str:
+    return "–" if count is None else f"{count / 1e6:.1f}"
 
 
 def mark(reached: bool | None) -> str:
@@ -156,12 +185,15 @@ def _row(measure: Measure, summary: Summary) -> str:
     return f"  {measure.title}".ljust(24) + "".join(c.rjust(14) for c in (*cells, direction(summary.worst_view)))
 
 
-def _model(report: CompareReport, model: ModelReport) -> dict[str, Any]:
+def _model(model: ModelReport) -> dict[str, Any]:
     return {
+        "name": model.name,
         "mesh": model.mesh,
         "triangles": model.triangles,
+        "dpci": {key: value for key, value in asdict(model.params).items() if key != "refinements"},
+        "parts": model.objects,
         **asdict(model.costs),
-        "cost_goals": cost_goals(report, model.costs),
+        "cost_goals": cost_goals(model),
         "summary": {m.key: _summary(m, summarise(m, model.views)) for m in MEASURES},
         "close_summary": {m.key: _summary(m, summarise(m, model.close), aims=False) for m in MEASURES},
         "views": [_view(view) for view in model.views],
@@ -172,11 +204,11 @@ def _model(report: CompareReport, model: ModelReport) -> dict[str, Any]:
     }
 
 
-def _summary(measure: Measure, summary: Summary, mesh: str | None = None, aims: bool = True) -> dict[str, Any]:
-    """aims: say which goals are reached. mesh: which one the worst view shows, where there are several."""
+def _summary(measure: Measure, summary: Summary, name: str | None = None, aims: bool = True) -> dict[str, Any]:
+    """aims: say which goals are reached. name: of what the worst view shows, where there are several."""
     document: dict[str, Any] = {"mean": summary.mean, "worst": summary.worst}
-    if mesh is not None:
-        document["worst_mesh"] = mesh
+    if name is not None:
+        document["worst_model"] = name
     document["worst_view"] = summary.worst_view and _viewpoint(summary.worst_view)
     if aims:
         document["mean_reached"] = measure.reached(summary.mean, measure.goal_mean)

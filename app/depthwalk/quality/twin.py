@@ -9,9 +9,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject
+from depthwalk.bake.model import BakedModel
 from depthwalk.headless import HeadlessRenderer
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.quality.views import Viewpoint, bounding_sphere, view_of
 from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Objects, Representation
@@ -49,7 +49,7 @@ class TwinRenderer:
     size: (width, height), pixels.
     """
 
-    def __init__(self, mesh: Mesh, baked: BakedObject, settings: RenderSettings, size: tuple[int, int]) -> None:
+    def __init__(self, mesh: Mesh, baked: BakedModel, settings: RenderSettings, size: tuple[int, int]) -> None:
         self.size = size
         self._sphere = bounding_sphere(mesh)
         library = _OneObject(mesh, baked)
@@ -74,8 +74,9 @@ class TwinRenderer:
     @property
     def gpu_bytes(self) -> int:
         """What the depth images occupy on the GPU: buffers and textures, mip-maps included."""
-        drawn = self._headless.renderer.assets.depth_object(0)
-        return sum(_gl_bytes(getattr(drawn, field.name)) for field in fields(drawn))
+        assets = self._headless.renderer.assets
+        drawn = [assets.depth_object(number) for number in assets.depth_numbers(0)]
+        return sum(_gl_bytes(getattr(part, field.name)) for part in drawn for field in fields(part))
 
     def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
         self._headless.renderer.representation = representation
@@ -87,7 +88,7 @@ class TwinRenderer:
 class _OneObject:
     """A library (render.assets.Library) of one asset that is in memory already."""
 
-    def __init__(self, mesh: Mesh, baked: BakedObject) -> None:
+    def __init__(self, mesh: Mesh, baked: BakedModel) -> None:
         self._mesh, self._baked = mesh, baked
 
     def __len__(self) -> int:
@@ -99,11 +100,14 @@ class _OneObject:
     def has_mesh(self, asset: int) -> bool:
         return True
 
-    def baked(self, asset: int) -> BakedObject:
+    def baked(self, asset: int) -> BakedModel:
         return self._baked
 
     def mesh(self, asset: int) -> Mesh:
         return self._mesh
+
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
+        return (MeshLevel(self._mesh, 0.0),)
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
         raise LookupError(f"the scene of one object names no textures: {path}")

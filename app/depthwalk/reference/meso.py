@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import Face, face_outward
 from depthwalk.bake.meso import Meso
 
 Array = NDArray[np.floating]
@@ -38,13 +38,11 @@ def place(points: Array, face: Face, meso: Meso, radius: float) -> Placed:
             across * (turns * width / (2 * np.pi * distance))[:, None],
             np.stack([zero, one, zero], -1),
         )
-    sign = -1 if face is Face.TOP else 1  # seen from its own side, z runs down on the top and up on the bottom
-    return Placed(
-        np.stack([x / width, sign * z / height], -1),
-        np.stack([zero, -sign * one, zero], -1),
-        np.stack([one, zero, zero], -1),
-        np.stack([zero, zero, sign * one], -1),
-    )
+    outward = face_outward(face)
+    up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # seen from outside
+    right = np.cross(up, outward)
+    uv = np.stack([points @ right / width, points @ up / height], -1)
+    return Placed(uv, *(np.broadcast_to(axis, points.shape) for axis in (outward, right, up)))
 
 
 def relief_at(meso: Meso, uv: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Assets on the GPU: depth images as grids and texture arrays, meshes as vertex buffers. Loaded when first drawn."""
+"""Assets on the GPU: depth images as grids and pages, meshes as vertex buffers. Loaded when first drawn."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,15 +7,17 @@ from typing import Any, Protocol
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from depthwalk.bake.images import BakedObject, Cylinder, Face, square_texel, texel_size
 from depthwalk.bake.meso import Meso
+from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.program import Program
-from depthwalk.ingest.mesh import Mesh, Part
-from depthwalk.render.grids import Grids, build_grids
+from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.render.grids import build_grids
 from depthwalk.render.lod import LodParams
+from depthwalk.render.pages import build_pages
+from depthwalk.render.polygons import WHITE, MeshLook, MeshObject, upload_look, upload_mesh
 
 
 class Library(Protocol):
@@ -24,8 +26,9 @@ class Library(Protocol):
     def __len__(self) -> int: ...
     def has_baked(self, asset: int) -> bool: ...
     def has_mesh(self, asset: int) -> bool: ...
-    def baked(self, asset: int) -> BakedObject | None: ...
+    def baked(self, asset: int) -> BakedModel | None: ...
     def mesh(self, asset: int) -> Mesh | None: ...
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]: ...
     def texture(self, path: Path) -> NDArray[np.uint8]: ...
 
 
@@ -38,11 +41,11 @@ class DepthObject:
     count: NDArray[np.int64]
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
-    albedo: moderngl.TextureArray
-    normal: moderngl.TextureArray
+    pages: moderngl.TextureArray
+    page_table: moderngl.TextureArray
     meso: moderngl.Texture
     geometry: dict[str, Any]  # uniforms of the vertex stage
-    surface: dict[str, Any]  # uniforms of common/depth_images.glsl
+    surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
     relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
 
     def use_geometry(self, program: Program, unit: int, lod: LodParams, pixel_angle: float) -> None:
@@ -53,88 +56,98 @@ class DepthObject:
 
     def use_surface(self, program: Program, units: tuple[int, int, int]) -> None:
         """Binds images and uniforms that `surface_at` reads, to three texture units."""
-        self.albedo.use(units[0])
-        self.normal.use(units[1])
+        self.pages.use(units[0])
+        self.page_table.use(units[1])
         self.meso.use(units[2])
-        images = {"albedo_images": units[0], "normal_images": units[1], "meso_relief": units[2]}
+        images = {"pages": units[0], "page_table": units[1], "meso_relief": units[2]}
         program.set(**images, **self.surface, **self.relief)
 
 
-@dataclass
-class MeshObject:
-    """A mesh on the GPU; textures: one per material."""
-
-    parts: tuple[Part, ...]
-    vertices: moderngl.Buffer
-    indices: moderngl.Buffer
-    textures: list[moderngl.Texture]
-    materials: list[dict[str, Any]]
-
-
 class AssetStore:
-    """Uploads assets once and owns their GL objects. Several passes draw from it."""
+    """Uploads assets once and owns their GL objects. Several passes draw from it.
+
+    Meshes go by the number of their asset. Depth objects, of which an asset may have several, are numbered from there
+    on, in the order in which they are asked for, and keep their numbers when all is released.
+
+    paper_cases: what is uploaded serves the paper's cases, which needs half as much again; to be set while it is empty.
+    """
 
     def __init__(self, device: Device, library: Library) -> None:
         self.gl = device.scope("assets")
+        self.paper_cases = False
         self._library = library
+        self._baked: list[BakedObject] = []
+        self._numbers: dict[int, range] = {}
         self._depth: dict[int, DepthObject] = {}
-        self._grids: dict[int, Grids] = {}
-        self._mesh: dict[int, MeshObject] = {}
+        self._mesh: dict[tuple[int, int], MeshObject] = {}
+        self._looks: dict[int, MeshLook] = {}
 
-    def depth_object(self, asset: int) -> DepthObject:
-        if asset not in self._depth:
-            baked = self._library.baked(asset)
-            if baked is None:
+    def __len__(self) -> int:
+        """One more than the largest number given."""
+        return len(self._library) + len(self._baked)
+
+    def depth_numbers(self, asset: int) -> range:
+        """The numbers of the depth objects that show `asset`; its depth images are read for it."""
+        if asset not in self._numbers:
+            model = self._library.baked(asset)
+            if model is None:
                 raise LookupError(f"asset {asset} has no depth images")
-            self._depth[asset] = _upload_baked(self.gl, baked, build_grids(baked))
-        return self._depth[asset]
+            first = len(self)
+            self._baked += model.parts
+            self._numbers[asset] = range(first, len(self))
+        return self._numbers[asset]
 
-    def grids(self, asset: int) -> Grids:
-        """The arrays that `depth_object` uploaded, made again for whoever needs them on this side."""
-        if asset not in self._grids:
-            self._grids[asset] = build_grids(self.depth_object(asset).baked)
-        return self._grids[asset]
+    def baked(self, number: int) -> BakedObject:
+        """What depth object `number` is made of."""
+        return self._baked[number - len(self._library)]
 
-    def mesh_object(self, asset: int) -> MeshObject:
-        if asset not in self._mesh:
+    def depth_object(self, number: int) -> DepthObject:
+        if number not in self._depth:
+            self._depth[number] = _upload_baked(self.gl, self.baked(number), self.paper_cases)
+        return self._depth[number]
+
+    def mesh_object(self, asset: int, level: int = 0) -> MeshObject:
+        """Level 0 is the mesh itself, others are those of `Library.mesh_levels`."""
+        if (asset, level) not in self._mesh:
             mesh = self._library.mesh(asset)
             if mesh is None:
                 raise LookupError(f"asset {asset} has no mesh")
-            self._mesh[asset] = _upload_mesh(self.gl, mesh)
-        return self._mesh[asset]
+            if asset not in self._looks:
+                self._looks[asset] = upload_look(self.gl, mesh)
+            drawn = self._library.mesh_levels(asset)[level].mesh if level else mesh
+            self._mesh[asset, level] = upload_mesh(self.gl, drawn, self._looks[asset])
+        return self._mesh[asset, level]
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
         """Texels (H, W, 4) of an image file, sRGB; one white texel for None."""
-        return _WHITE if path is None else self._library.texture(path)
+        return WHITE if path is None else self._library.texture(path)
 
     def release(self) -> None:
         self.gl.release()
         self._depth.clear()
-        self._grids.clear()
         self._mesh.clear()
+        self._looks.clear()
 
 
-def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
-    images = baked.images
-    height, width = images[0].depth.shape
-    albedo = np.stack([_spread(image.albedo, image.depth) for image in images])
-    normal = np.stack([_spread(image.normal, image.depth) for image in images])
-    # Colours as square roots: 8 bits suffice, and moderngl offers no sRGB texture arrays.
-    colours = _byte(np.concatenate([np.sqrt(np.maximum(albedo[..., :3], 0)), albedo[..., 3:]], -1))
-    depth = np.stack([np.minimum(image.depth / _reach(baked.cylinder, image.face), 1) for image in images])
-    shading = _byte(np.concatenate([normal / 2 + 0.5, depth[..., None]], -1))
-    size = (width, height, len(images))
-    cylinder = baked.cylinder
-    shape = (height, width)
+def _upload_baked(gl: Scope, baked: BakedObject, paper_cases: bool) -> DepthObject:
+    if (
+        baked.meso is not None
+    ):  # it winds round the side, and faces lay it along axes of their own: the fewer the better
+        baked = baked.without_flanks()
+    grids = build_grids(baked, paper_cases)
+    images, cylinder = baked.images, baked.cylinder
+    height, width = shape = images[0].depth.shape
     faces = np.array([image.face for image in images])
+    pages = build_pages(baked, grids)
+    plain = pages.plain_colour
     return DepthObject(
         baked,
         grids.first,
         grids.count,
         gl.buffer(grids.vertices),
         gl.buffer(grids.indices),
-        gl.texture_array(size, 4, colours.tobytes(), "f1"),
-        gl.texture_array(size, 4, shading.tobytes(), "f1"),
+        gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes()),
+        gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
         _upload_meso(gl, baked.meso),
         geometry={
             "box_low": tuple(grids.box_low.tolist()),
@@ -143,14 +156,19 @@ def _upload_baked(gl: Scope, baked: BakedObject, grids: Grids) -> DepthObject:
             "meso_spacing": max(max(texel_size(cylinder, image.face, shape)) for image in images),
         },
         surface={
-            "texels": tuple(1 / max(texel_size(cylinder, face, shape)) for face in (Face.SIDE, Face.TOP)),
+            "texels": [1 / max(texel_size(cylinder, face, shape)) for face in Face],
             "shininess": baked.shininess,
+            "coloured": plain is None,
+            "plain_colour": (0.0,) * 4 if plain is None else tuple((plain / 255).tolist()),
+            "image_size": (width, height),
+            "first_rows": pages.first_rows,
+            "last_segment": pages.last_segment,
         },
         relief=_relief(baked.meso, cylinder)
         | {
             "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
             "cylinder_height": cylinder.height,
-            "first_images": (int((faces < Face.SIDE).sum()), int((faces < Face.BOTTOM).sum())),
+            "first_images": [int((faces < face).sum()) for face in Face],
         },
     )
 
@@ -174,44 +192,4 @@ def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:
     }
 
 
-def _reach(cylinder: Cylinder, face: Face) -> float:
-    """The greatest depth of a face, metres; empty texels have it too."""
-    return 2 * cylinder.radius if face is Face.SIDE else cylinder.height
-
-
-def _spread(values: NDArray[np.float32], depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """`values` (H, W, C) with every empty texel set to its nearest used one, so that filtering meets no black."""
-    empty = ~np.isfinite(depth)
-    if not empty.any():
-        return values
-    rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
-    return values[rows, columns]
-
-
-def _byte(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
-
-
 _SETBACK = 0.5  # texels; 0, 0.5, 1 and 2 were tried on five models, and most alike were the pictures at 0.5
-_WHITE = np.full((1, 1, 4), 255, np.uint8)
-_VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
-MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
-
-
-def _upload_mesh(gl: Scope, mesh: Mesh) -> MeshObject:
-    vertices = np.zeros(len(mesh.positions), _VERTEX)
-    vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions, mesh.normals, mesh.uv
-    vertices["colour"][:, :3] = mesh.colours
-    textures, materials = [], []
-    for material in mesh.materials:
-        texels = _WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
-        textures.append(gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes()))
-        materials.append(
-            {
-                "base_colour": tuple(material.base_colour),
-                "specular": material.specular,
-                "shininess": material.shininess,
-            }
-        )
-    indices = gl.buffer(np.ascontiguousarray(mesh.faces, np.uint32))
-    return MeshObject(mesh.parts, gl.buffer(vertices.view(np.uint8)), indices, textures, materials)

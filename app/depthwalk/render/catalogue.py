@@ -6,71 +6,103 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, Face, square_texel
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
 from depthwalk.render.plan import AssetTable
 from depthwalk.render.planes import Volumes
 from depthwalk.render.rotation import multiply, rotate
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 if TYPE_CHECKING:
     from depthwalk.scene.scene import Scene
 
 
-def place_objects(scene: "Scene", library: Library, wanted: Representation | None) -> Objects:
-    """The scene's objects, by the representation `wanted` where their asset has it, placed as the renderer draws them:
-    by the frame of their depth images, or of their mesh."""
+def place_objects(scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None) -> Objects:
+    """The scene's objects as the renderer draws them, by the representation `wanted` where their asset has it: as the
+    mesh, or a row for each part of the depth images, in its frame. `asset` holds the numbers of `store`."""
     objects = scene.objects
     representation = objects.representation.copy()
     if wanted is not None:
-        has = library.has_mesh if wanted is Representation.MESH else library.has_baked
+        has = library.has_mesh if wanted in MESHES else library.has_baked
         able = np.array([has(asset) for asset in range(len(library))], bool)
         representation[able[objects.asset]] = wanted
-    position, rotation = objects.position.copy(), objects.rotation.copy()
-    imaged = np.flatnonzero(representation != Representation.MESH)
+    imaged = ~np.isin(representation, MESHES)
+    first, count = np.arange(len(library)), np.ones(len(library), np.int64)
     for asset in np.unique(objects.asset[imaged]).tolist():
-        baked = library.baked(asset)
-        if baked is not None and (any(baked.position) or baked.rotation != (0.0, 0.0, 0.0, 1.0)):
-            mine = imaged[objects.asset[imaged] == asset]
-            offset = rotate(rotation[mine], np.asarray(baked.position, np.float32))
-            position[mine] += objects.scale[mine, None] * offset
-            rotation[mine] = multiply(rotation[mine], np.asarray(baked.rotation, np.float32))
-    return Objects(objects.asset, position, rotation, objects.scale, representation)
+        numbers = store.depth_numbers(asset)
+        first[asset], count[asset] = numbers.start, len(numbers)
+    count = np.where(imaged, count[objects.asset], 1)
+    row = np.repeat(np.arange(len(objects)), count)
+    part = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    number = np.where(imaged, first[objects.asset], objects.asset)[row] + part
+    position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
+    offset, turn = _placements(library, store)
+    moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
+    position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
+    rotation[moved] = multiply(rotation[moved], turn[number[moved]])
+    return Objects(number.astype(np.int32), position, rotation, scale, representation[row])
+
+
+def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Position (numbers, 3) and rotation (numbers, 4) of all that `store` numbers, in the asset's frame."""
+    offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
+    turn[:, 3] = 1
+    for number in range(len(library), len(store)):
+        baked = store.baked(number)
+        offset[number], turn[number] = baked.position, baked.rotation
+    return offset, turn
 
 
 def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
-    """Rows of the assets that `objects` use, loaded for it; rows of others stay zero."""
-    count = len(library)
+    """Rows of all that `store` numbers, loaded where `objects` use it; rows of others stay zero."""
+    count = len(store)
     numbers = {name: np.zeros(count) for name in ("radius", "bottom", "top", "half_width", "half_depth")}
     has_side = np.zeros(count, bool)
     texel, reach, centre = np.ones(count), np.zeros(count), np.zeros((count, 3))
     levels = np.zeros(count, np.int64)
+    thinned = np.isin(np.arange(count), objects.asset[objects.representation == Representation.MESH_LOD])
+    details: dict[int, tuple[MeshLevel, ...]] = {}
     runs: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
-    imaged = objects.representation != Representation.MESH
-    for asset in np.unique(objects.asset[imaged]).tolist():
-        drawn = store.depth_object(asset)
+    for number in np.unique(objects.asset).tolist():
+        if number < len(library):
+            mesh = library.mesh(number)
+            if mesh is not None:
+                centre[number], reach[number] = _mesh_sphere(mesh)
+                details[number] = library.mesh_levels(number) if thinned[number] else (MeshLevel(mesh, 0.0),)
+            continue
+        drawn = store.depth_object(number)
         baked = drawn.baked
         for name, column in numbers.items():
-            column[asset] = getattr(baked.cylinder, name)
-        has_side[asset] = any(image.face is Face.SIDE for image in baked.images)
-        texel[asset] = square_texel(baked)
-        levels[asset] = baked.steps - 1
-        runs[asset] = drawn.first, drawn.count
-        centre[asset], reach[asset] = _bounding_sphere(baked)
-    for asset in np.unique(objects.asset[~imaged]).tolist():
-        mesh = library.mesh(asset)
-        if mesh is not None and asset not in runs:
-            centre[asset], reach[asset] = _mesh_sphere(mesh)
+            column[number] = getattr(baked.cylinder, name)
+        has_side[number] = any(image.face is Face.SIDE for image in baked.images)
+        texel[number] = square_texel(baked)
+        levels[number] = baked.steps - 1
+        runs[number] = drawn.first, drawn.count
+        centre[number], reach[number] = _bounding_sphere(baked)
     most = max((first.shape[0] for first, _ in runs.values()), default=1)
     index_first = np.zeros((count, most, len(Case), RUNS_PER_CASE), np.int64)
     index_count = np.zeros_like(index_first)
-    for asset, (first, length) in runs.items():
-        index_first[asset, : len(first)], index_count[asset, : len(length)] = first, length
+    for number, (first, length) in runs.items():
+        index_first[number, : len(first)], index_count[number, : len(length)] = first, length
     triangles = index_count[:, :, Case.ALL].sum(-1) // 3
     volumes = Volumes(**numbers, has_side=has_side)
-    return AssetTable(volumes, texel, levels, centre, reach, index_first, index_count, triangles)
+    return AssetTable(
+        volumes, texel, levels, centre, reach, index_first, index_count, triangles, *_mesh_details(count, details)
+    )
+
+
+def _mesh_details(
+    count: int, details: dict[int, tuple[MeshLevel, ...]]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """AssetTable.mesh_error and AssetTable.mesh_triangles of `count` assets, those in `details` being meshes."""
+    error = np.full((count, max(map(len, details.values()), default=1)), np.inf)
+    triangles = np.zeros(error.shape, np.int64)
+    for number, levels in details.items():
+        error[number, : len(levels)] = [level.error for level in levels]
+        triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
+    return error, triangles
 
 
 def _bounding_sphere(baked: BakedObject) -> tuple[NDArray[np.float64], float]:

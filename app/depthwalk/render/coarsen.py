@@ -1,126 +1,164 @@
-"""Fewer, larger triangles where a depth image is smooth.
+"""Fewer, larger triangles where a depth image is smooth: right-triangulated irregular networks (Evans, Kirkpatrick and
+Townsend 2001).
 
-Geometry and shading need not share a resolution: colour and normal are looked up per pixel, so a block of
-8 × 8 cells may be drawn with cells of 2, 4 or 8 if no sample comes off the coarser surface by more than a tolerance.
-Blocks of different steps meet without cracks: the edge between two takes the finer step, and the coarser block's
-cells become fans around their middle node there.
+Geometry and shading need not share a resolution: colour and normal are looked up per pixel, so the grid may be drawn
+with larger triangles where no sample comes off them by more than a tolerance. These are the halves of square blocks,
+split again and again from the right angle to the middle of the hypotenuse, at the finest into halves of cells. The two
+triangles on one hypotenuse, here a *diamond*, are split together, and so is every diamond that holds one that is
+split. Thus there are no cracks, and the nodes in the middle of split diamonds tell the whole network.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import DepthImage, Face, cell_triangles, grid_nodes
+from depthwalk.bake.images import DepthImage, Face, cell_triangles, grid_nodes, whole_cells
 
-BLOCK = 8  # cells
-_STEPS = (8, 4, 2)
-_UNIFORM = np.array([1 | k << 1 | k << 4 for k in range(8)])  # a triangle with all corners on layer k
+_BLOCK = 32  # cells: side of the squares that are split; larger ones save less than one triangle in a thousand
+_MARGIN = _BLOCK // 2  # nodes around an array of nodes: diamonds across its edge have all their corners in it
 
 
 @dataclass(frozen=True)
 class Surface:
     """What is known of each texel of one layer, flattened: point (n, 3) and normal (n, 3), metres, object frame;
-    label (n,): texels of one block must share it."""
+    label (n,): texels of one triangle must share it."""
 
     point: NDArray[np.float32]
     normal: NDArray[np.float32]
     label: NDArray[np.integer]
 
 
-def coarse_blocks(
+@dataclass(frozen=True)
+class _Diamonds:
+    """Diamonds of one size and direction, (row, column) in half cells: the middle of the first, the way from its middle
+    to an end of its hypotenuse, and the step from one to the next along both axes."""
+
+    first: tuple[int, int]
+    half: tuple[int, int]
+    step: int
+
+    def at(self, nodes: NDArray[Any], along: float = 0, across: float = 0) -> NDArray[Any]:
+        """A view of `nodes` (with margin): of each diamond the node `along` halves from its middle toward an end of the
+        hypotenuse and `across` toward a right angle; at ±1 its corners."""
+        (row, column), (up, right) = self.first, self.half
+        offsets = row + along * up - across * right, column + along * right + across * up
+        slices = []
+        for count, first, offset in zip(nodes.shape, self.first, offsets, strict=True):
+            start = _MARGIN + int(offset) // 2
+            length = count - 2 * _MARGIN - (first + 1) // 2  # nodes from the first middle on
+            slices.append(slice(start, start + length, self.step // 2))
+        return nodes[tuple(slices)]
+
+    def within(self, nodes: NDArray[Any]) -> list[NDArray[Any]]:
+        """Views of the nodes in the middle of the four diamonds that these hold; none where these hold half cells."""
+        if self.half in ((0, 2), (2, 0)):
+            return []
+        return [self.at(nodes, along, across) for along in (0.5, -0.5) for across in (0.5, -0.5)]
+
+
+def coarse_triangles(
     image: DepthImage, surface: Surface, level: int, tolerance: float
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Triangles (t, 3) of texel numbers that replace whole blocks of the grid of step 2^level, and which of its cells
-    (cells,), in the order of `grid_cells`, they replace. tolerance: metres."""
+    """Triangles (t, 3) of texel numbers that replace cells of the grid of step 2^level, and which of its cells
+    (cells,), in the order of `grid_cells`, they replace. Front faces are those of `cell_triangles`.
+
+    Replaced are only cells whose two triangles lie on the surface, with all corners on this layer and of one label.
+    tolerance: how far samples may be off the triangles, along normals, metres; −inf replaces nothing.
+    """
     height, width = image.depth.shape
     wraps = image.face is Face.SIDE
     columns, rows = grid_nodes(width, 1 << level, wraps), grid_nodes(height, 1 << level, wraps=False)
-    across, down = len(columns) - (not wraps), len(rows) - 1
-    wide, high = across // BLOCK, down // BLOCK
-    replaced = np.zeros((down, across), bool)
-    if not (wide and high):
-        return np.zeros((0, 3), np.int64), replaced.ravel()
-    uniform = _UNIFORM[image.layer]
-    whole = (image.cells[level] == (uniform | uniform << 7)).reshape(down, across)
-    whole = whole[: high * BLOCK, : wide * BLOCK].reshape(high, BLOCK, wide, BLOCK).all((1, 3))
-    block_row, block_column = whole.nonzero()
-    nodes = np.arange(BLOCK + 1)
-    i = columns[(block_column[:, None] * BLOCK + nodes) % len(columns)]
-    j = rows[block_row[:, None] * BLOCK + nodes]
-    texels = j[:, :, None] * width + i[:, None, :]  # (blocks, 9 rows, 9 columns)
-    step = np.ones((high, wide), np.int64)
-    step[block_row, block_column] = _block_steps(surface, texels, tolerance)
-
-    edges = _edge_steps(step, wraps and wide * BLOCK == across)[:, block_row, block_column]
-    steps = np.concatenate([step[block_row, block_column][None], edges])
-    coarse = steps[0] > 1
-    cells = replaced[: high * BLOCK, : wide * BLOCK].reshape(high, BLOCK, wide, BLOCK)
-    cells[block_row[coarse], :, block_column[coarse]] = True
-    triangles = []
-    kinds, which = np.unique(steps[:, coarse], axis=1, return_inverse=True)
-    flat = texels.reshape(-1, (BLOCK + 1) ** 2)[coarse]
-    for number, kind in enumerate(kinds.T.tolist()):
-        pattern = _pattern(*kind, image.face is Face.BOTTOM)
-        triangles.append(flat[which == number][:, pattern].reshape(-1, 3))
-    return np.concatenate([np.zeros((0, 3), np.int64), *triangles]), replaced.ravel()
+    texels = rows[:, None] * width + (np.append(columns, 0) if wraps else columns)
+    down, across = texels.shape[0] - 1, texels.shape[1] - 1
+    plain, label = whole_cells(image, level).reshape(down, across), surface.label[texels]
+    for other in label[1:, :-1], label[:-1, 1:], label[1:, 1:]:
+        plain &= other == label[:-1, :-1]
+    if not plain.any():
+        return np.zeros((0, 3), np.int64), plain.ravel()
+    block = min(_BLOCK, 1 << min(down, across).bit_length() - 1)
+    rest = -down % block, -across % block
+    texels = np.pad(texels, [(_MARGIN, _MARGIN + cells) for cells in rest], mode="edge")
+    plain = np.pad(plain, [(0, cells) for cells in rest])
+    split, block = _split_nodes(surface, texels, plain, (0, across) if wraps else (0,), block, tolerance)
+    triangles, replaced = _leaves(texels, split, block)
+    return triangles if _clockwise(image.face) else triangles[:, ::-1], replaced[:down, :across].ravel()
 
 
-def _block_steps(surface: Surface, texels: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-    """The largest step (b,) at which each block of texels (b, 9, 9) stays within `tolerance` of its samples."""
-    point, normal, label = surface.point[texels], surface.normal[texels], surface.label[texels]
-    same = (label == label[:, :1, :1]).all((1, 2))
-    steps = np.ones(len(texels), np.int64)
-    for step in reversed(_STEPS):
-        off = point - _interpolated(point, step)
-        deviation = np.abs(np.einsum("brci,brci->brc", off, normal)).max((1, 2), initial=0)
-        steps[same & (deviation <= tolerance)] = step
-    return steps
+def _split_nodes(
+    surface: Surface,
+    texels: NDArray[np.int64],
+    plain: NDArray[np.bool_],
+    seam: tuple[int, ...],
+    block: int,
+    tolerance: float,
+) -> tuple[NDArray[np.bool_], int]:
+    """Whether each node, in the shape of `texels`, is the middle of a split diamond or a corner of one of the squares
+    that the network begins with; and the side of these, at most `block` cells.
+
+    seam: the columns that are the same nodes. Corners of cells that are not plain (rows, columns) are vertices.
+    """
+    bound = np.zeros(texels.shape, np.float32)  # how far samples may come off a diamond; +inf where it is split
+    nodes = bound[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
+    for corners in nodes[1:, 1:], nodes[1:, :-1], nodes[:-1, 1:], nodes[:-1, :-1]:
+        corners[~plain] = np.inf
+    size, whole = 1, True
+    while whole and size < block:
+        size *= 2
+        whole = False
+        for diamonds in _diamonds(size):
+            nodes[:, seam] = nodes[:, seam].max(1, keepdims=True)
+            here = diamonds.at(bound)
+            inner = np.max([here, *diamonds.within(bound)], axis=0)
+            held = np.isfinite(inner)
+            middle, start, end = (diamonds.at(texels, along)[held] for along in (0, -1, 1))
+            off = surface.point[middle] - (surface.point[start] + surface.point[end]) / 2
+            # Linear interpolations over a triangle and over its halves differ nowhere by more than in that middle.
+            total = np.abs(np.einsum("ni,ni->n", off, surface.normal[middle])) + inner[held]
+            here[...] = np.inf
+            here[held] = np.where(total <= tolerance, total, np.inf)
+            whole |= bool((total <= tolerance).any())
+    nodes[::size, ::size] = np.inf
+    return np.isinf(bound), size
 
 
-def _interpolated(point: NDArray[np.float32], step: int) -> NDArray[np.float32]:
-    """The nodes (b, 9, 9, 3) of blocks where cells of `step`, each two triangles, put them."""
-    node = np.arange(BLOCK + 1)
-    low = np.minimum(node // step * step, BLOCK - step)
-    part = ((node - low) / step).astype(np.float32)
-    y, x = part[:, None, None], part[None, :, None]
-    corner = [[point[:, low[:, None] + dy * step, low[None] + dx * step] for dx in (0, 1)] for dy in (0, 1)]
-    lower = corner[0][0] + x * (corner[0][1] - corner[0][0]) + y * (corner[1][0] - corner[0][0])
-    upper = corner[1][1] + (1 - x) * (corner[1][0] - corner[1][1]) + (1 - y) * (corner[0][1] - corner[1][1])
-    return np.where(x + y <= 1, lower, upper)
+def _leaves(
+    texels: NDArray[np.int64], split: NDArray[np.bool_], block: int
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """The network's triangles (t, 3), clockwise in columns and rows, and the cells (rows, columns) that they cover.
+    Cells of which both halves are in the network are left as they are, so that these keep their own diagonal."""
+    triangles = [np.zeros((0, 3), np.int64)]
+    covered = np.zeros([count - 2 * _MARGIN - 1 for count in split.shape], bool)
+    for size in (1 << k for k in range(block.bit_length())):
+        for diamonds in _diamonds(size):
+            # A triangle exists where its right angle is the middle of a split one; of these, it takes the unsplit.
+            exists = {side: diamonds.at(split, across=side) for side in (1, -1)}
+            if size == 1:
+                finer = exists[1] & exists[-1]
+                covered[tuple(slice(first // 2, None, 2) for first in diamonds.first)] = ~finer
+            else:
+                finer = diamonds.at(split)
+            for side in exists:
+                leaf = exists[side] & ~finer
+                corners = (0, side), (-side, 0), (side, 0)
+                triangles.append(np.stack([diamonds.at(texels, *corner)[leaf] for corner in corners], -1))
+    return np.concatenate(triangles), covered
 
 
-def _edge_steps(step: NDArray[np.int64], wraps: bool) -> NDArray[np.int64]:
-    """For each block (rows, columns) the steps of its left, right, lower and upper edge: (4, rows, columns)."""
-    padded = np.ones((step.shape[0] + 2, step.shape[1] + 2), np.int64)
-    padded[1:-1, 1:-1] = step
-    if wraps:
-        padded[1:-1, 0], padded[1:-1, -1] = step[:, -1], step[:, 0]
-    beside = padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]
-    return np.stack([np.minimum(step, other) for other in beside])
+def _diamonds(size: int) -> Iterator[_Diamonds]:
+    """Those whose hypotenuse is a side of a square of `size` cells, then, as these hold them, those on its diagonal.
+    Cells have only the latter, without a node in the middle."""
+    if size > 1:
+        yield _Diamonds((0, size), (0, size), 2 * size)
+        yield _Diamonds((size, 0), (size, 0), 2 * size)
+    for row, column in np.ndindex(2, 2):  # the diagonals of four squares meet in the middle
+        first = (1 + 2 * row) * size, (1 + 2 * column) * size
+        yield _Diamonds(first, (size if row == column else -size, size), 4 * size)
 
 
-@cache
-def _pattern(step: int, left: int, right: int, low: int, high: int, turned: bool) -> NDArray[np.int64]:
-    """Triangles (t, 3) of a block's node numbers, row · 9 + column, for its own step and those of its edges."""
-    face = Face.BOTTOM if turned else Face.TOP
-    triangles = []
-    for j in range(0, BLOCK, step):
-        for i in range(0, BLOCK, step):
-            sides = (  # the cell's border, round from the lower left corner: up, right, down, left
-                [(i, y) for y in range(j, j + step, left if i == 0 else step)],
-                [(x, j + step) for x in range(i, i + step, high if j + step == BLOCK else step)],
-                [(i + step, y) for y in range(j + step, j, -(right if i + step == BLOCK else step))],
-                [(x, j) for x in range(i + step, i, -(low if j == 0 else step))],
-            )
-            border = [corner for side in sides for corner in side]
-            if len(border) == 4:
-                columns, rows = cell_triangles(face, *(np.array([at]) for at in (i, j, i + step, j + step)))
-                triangles += (rows[:, 0] * (BLOCK + 1) + columns[:, 0]).tolist()
-                continue
-            middle = (j + step // 2) * (BLOCK + 1) + i + step // 2
-            numbers = [y * (BLOCK + 1) + x for x, y in border]
-            fan = [[middle, a, b] for a, b in zip(numbers, numbers[1:] + numbers[:1], strict=True)]
-            triangles += [triangle[::-1] for triangle in fan] if turned else fan
-    return np.array(triangles, np.int64)
+def _clockwise(face: Face) -> bool:
+    """Whether triangles of `face` run clockwise in columns and rows."""
+    columns, rows = cell_triangles(face, *np.array([[0], [0], [1], [1]]))
+    return bool(np.linalg.det([columns[0, 0], rows[0, 0], np.ones(3)]) < 0)

@@ -3,9 +3,9 @@ overwrite what was drawn before it.
 
 Along a ray that leaves the viewer C, θ − θ_C and y − C.y each keep their sign and grow in size, and so do x − C.x and
 z − C.z. So of two cells of a depth image that one ray meets, the farther is not nearer to the epipole, the texel of C,
-in columns nor in rows. Far rows first, within a row far columns first, is therefore exact, whatever the depths; and so
-it is for blocks of cells, whose steps may differ, and then for the cells of each. Triangles of one cell share edges: as
-all face the viewer, they do not overlap.
+in columns nor in rows. Far rows first, within a row far columns first, is therefore exact, whatever the depths. It
+needs cells: the grids it draws are whole ones, without larger triangles where the surface is smooth. Triangles of one
+cell share edges: as all face the viewer, they do not overlap.
 
 This holds for one surface per cell. What lacks a cell of its own is told apart by depth, as the paper does with caps:
 deeper layers, the other faces, the ends of surfaces, samples past the axis, whose θ is not that of their texel.
@@ -17,26 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, DepthImage, Face, grid_nodes
-from depthwalk.render.coarsen import BLOCK
-from depthwalk.render.grids import EASE_SHIFT, Grids
+from depthwalk.render.grids import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Grids
 
-Runs = tuple[tuple[int, int], ...]  # first index and number of indices of each
 Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Triangles of some runs of `Grids.indices`, all of one level.
+    """Triangles of one level and case of whole `Grids`.
 
     ordered: (n, 3) uint32, those with a cell of their own; unordered: (m, 3) uint32, the others.
-    cell, block: (n, 2, 2) int32, first and last (axis 1) column and row (axis 2) of the cell and of its block, in nodes
-    of the level's grid. nodes: texel numbers of those columns and of those rows, from the first to the last.
+    cell: (n, 2) int32, column and row of the cell, in nodes of the level's grid. nodes: texel numbers of those columns
+    and of those rows, from the first to the last.
     """
 
     ordered: NDArray[np.uint32]
     unordered: NDArray[np.uint32]
     cell: Ints
-    block: Ints
     nodes: tuple[NDArray[np.int64], NDArray[np.int64]]
     wraps: bool
 
@@ -46,14 +43,15 @@ def ordered_image(baked: BakedObject) -> DepthImage:
     return next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
 
 
-def image_cells(grids: Grids, baked: BakedObject, runs: Runs) -> Cells:
-    """The triangles of `runs`, with the cells of those that can be ordered."""
+def image_cells(grids: Grids, baked: BakedObject, level: int, case: int) -> Cells:
+    """The triangles of whole `grids` at a level in a case, with the cells of those that can be ordered."""
+    runs = zip(grids.first[level, case].tolist(), grids.count[level, case].tolist(), strict=True)
     triangles = np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
-    level = int(np.searchsorted(grids.first[..., 0].min(1), runs[0][0], side="right")) - 1
     image = ordered_image(baked)
-    number = next(k for k, other in enumerate(baked.images) if other is image)
-    # Flags of border vertices and of samples past the axis are part of the number.
-    own = (grids.vertices[triangles, 3] & (1 << EASE_SHIFT) - 1 == number).all(1)
+    # Samples past the axis differ in their flag.
+    number = grids.vertices[triangles, 3] & (1 << EASE_SHIFT) - 1 - EDGE - BORDER
+    sampled = grids.texels[triangles, 0] >= 0
+    own = (sampled & (number == image.face << FACE_SHIFT)).all(1)
     height, width = image.depth.shape
     wraps = image.face is Face.SIDE
     texels = grids.texels[triangles[own]].astype(np.int32)
@@ -64,20 +62,7 @@ def image_cells(grids: Grids, baked: BakedObject, runs: Runs) -> Cells:
     columns = grid_nodes(width, 1 << level, wraps)
     nodes = np.append(columns, width) if wraps else columns, grid_nodes(height, 1 << level, wraps=False)
     corners = -(-texels // (1 << level))  # rounded up: the last node may be closer than a step
-    return Cells(triangles[own], triangles[~own], *_spans(corners, nodes), nodes, wraps)
-
-
-def _spans(corners: Ints, nodes: tuple[NDArray[np.int64], NDArray[np.int64]]) -> tuple[Ints, Ints]:
-    """Cells.cell and Cells.block of triangles with corners (n, 3, 2), columns and rows in nodes."""
-    last = np.array([len(axis) - 1 for axis in nodes], np.int32)
-    block = corners.min(1) // BLOCK
-    _, which = np.unique(block[:, 1] * (last[0] + 1) + block[:, 0], return_inverse=True)
-    step = np.zeros(which.max(initial=0) + 1, np.int32)
-    np.maximum.at(step, which, np.ptp(corners, axis=1).max(1))  # a block has cells of one size
-    size = step[which][:, None]
-    cell = block * BLOCK + (corners.sum(1) - 3 * block * BLOCK) // (3 * size) * size  # the one that holds the centroid
-    first = block * BLOCK
-    return np.stack([cell, cell + size], 1), np.stack([first, np.minimum(first + BLOCK, last)], 1)
+    return Cells(triangles[own], triangles[~own], corners.min(1), nodes, wraps)
 
 
 def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> tuple[int, int]:
@@ -100,20 +85,16 @@ def draw_order(cells: Cells, at: tuple[int, int]) -> NDArray[np.intp]:
     """The order (n,) in which to draw `cells.ordered` for the epipole `at`."""
     turn = len(cells.nodes[0]) - 1 if cells.wraps else None
     order = np.arange(len(cells.ordered))
-    for spans in (cells.cell, cells.block):  # stable sorts, the first key last; NumPy sorts 16 bits by radix
-        for axis in (0, 1):
-            distance = _distance(spans[..., axis], at[axis], turn if axis == 0 else None)
-            order = order[np.argsort(-distance[order], kind="stable")]
+    for axis in (0, 1):  # stable sorts, the first key last; NumPy sorts 16 bits by radix
+        distance = _distance(cells.cell[:, axis], at[axis], turn if axis == 0 else None)
+        order = order[np.argsort(-distance[order], kind="stable")]
     return order
 
 
-def _distance(spans: Ints, at: int, turn: int | None) -> NDArray[np.int16]:
-    """How many nodes lie between the epipole, in the interval after node `at`, and spans (n, 2) of first and last node:
-    0 for those that hold it. Round a circle of `turn` nodes, the span opposite is the farthest."""
-    first, last = spans[:, 0], spans[:, 1]
+def _distance(cell: Ints, at: int, turn: int | None) -> NDArray[np.int16]:
+    """How many nodes lie between the epipole, in the interval after node `at`, and the intervals (n,): 0 for the one
+    that holds it. Round a circle of `turn` nodes, the interval opposite is the farthest."""
     if turn is None:
-        return np.maximum(np.maximum(first - at, at + 1 - last), 0).astype(np.int16)
-    ahead, behind = (first - at - 1) % turn, (at - last) % turn
-    holds = ahead + last - first >= turn
-    opposite = (2 * ahead < turn) & (2 * behind < turn)
-    return np.where(holds, 0, np.where(opposite, turn, 1 + np.minimum(ahead, behind))).astype(np.int16)
+        return np.abs(cell - at).astype(np.int16)
+    ahead = (cell - at) % turn
+    return np.minimum(ahead, turn - ahead).astype(np.int16)

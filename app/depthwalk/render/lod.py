@@ -11,9 +11,6 @@ from depthwalk.params import Params, param
 Array = NDArray[np.floating]
 
 
-_CAP_TANGENT = 1.75  # tan 60°
-
-
 class LodParams(Params):
     """Which resolution and which depth images an object is warped with."""
 
@@ -22,7 +19,7 @@ class LodParams(Params):
     )
     max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
     triangles_per_pixel: float = param(
-        4.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
+        8.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
     )
     freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
     meso_fade: float = param(
@@ -34,7 +31,11 @@ class LodParams(Params):
 
 
 class Case(IntEnum):
-    """Which depth images a view needs (the paper's figure 11, cases 1 to 3)."""
+    """Which depth images a view needs (the paper's figure 11, cases 1 to 3).
+
+    The paper draws the side alone for viewers between the planes. But a step below eye height, a shoulder, the water
+    of a fountain are seen from there, and only a cap samples them; what faces along θ, only a flank. Hence ALL.
+    """
 
     SIDE = 0
     SIDE_AND_TOP = 1
@@ -46,17 +47,6 @@ def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
     """The paper's Case (n,) of viewers (n, 3) beside, above or below cylinders from `bottom` to `top` (n,)."""
     above, below = viewer[:, 1] > top, viewer[:, 1] < bottom
     return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.SIDE))
-
-
-def complete_cases(viewer: Array, bottom: Array, top: Array, radius: Array) -> NDArray[np.intp]:
-    """The Case (n,) that misses nothing: both caps, unless the view is so steep that the far one faces away.
-
-    The paper draws the side alone for viewers between the planes. But a step below eye height, a shoulder, the water
-    of a fountain are seen from there, and only a cap samples them. What a cap owns faces it within 60°.
-    """
-    steepest = _CAP_TANGENT * (np.hypot(viewer[:, 0], viewer[:, 2]) + radius)
-    above, below = viewer[:, 1] - top > steepest, bottom - viewer[:, 1] > steepest
-    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.ALL))
 
 
 def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height: int) -> Array:

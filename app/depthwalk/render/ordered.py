@@ -1,51 +1,70 @@
-"""Index buffers in occlusion-compatible order, one per asset, written anew when the epipole enters another cell."""
+"""Whole grids with index buffers in occlusion-compatible order, one per asset, written anew when the epipole enters
+another cell."""
+
+from dataclasses import dataclass, field
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.images import BakedObject
 from depthwalk.gpu.device import Scope
-from depthwalk.gpu.instances import AssetArrays
 from depthwalk.render.assets import AssetStore
-from depthwalk.render.epipole import Cells, Runs, draw_order, epipole, image_cells
-from depthwalk.render.grids import GRID_LAYOUT
+from depthwalk.render.epipole import Cells, draw_order, epipole, image_cells
+from depthwalk.render.grids import GRID_LAYOUT, Grids, build_grids
 from depthwalk.render.plan import Group
+
+Kind = tuple[int, int]  # level and case
+
+
+@dataclass
+class _Asset:
+    """cells: of the kinds drawn so far; written: what the index buffer was sorted for, kind and epipole."""
+
+    baked: BakedObject
+    grids: Grids
+    vertices: moderngl.Buffer
+    indices: moderngl.Buffer
+    array: moderngl.VertexArray
+    cells: dict[Kind, Cells] = field(default_factory=dict)
+    written: tuple[Kind, tuple[int, int]] | None = None
 
 
 class OrderedIndices:
     """Makes and keeps them."""
 
     def __init__(self, scope: Scope, program: moderngl.Program) -> None:
-        self._scope = scope
-        self._arrays = AssetArrays(scope, program, *GRID_LAYOUT)
-        self._buffers: dict[int, moderngl.Buffer] = {}
-        self._cells: dict[tuple[int, Runs], Cells] = {}
-        self._written: dict[int, tuple[Runs, tuple[int, int]]] = {}  # asset → what its buffer was sorted for
+        self._scope, self._program = scope, program
+        self._assets: dict[int, _Asset] = {}
 
     def get(self, assets: AssetStore, group: Group, record: np.void) -> tuple[moderngl.VertexArray, int, int]:
         """The asset's vertex array, how many of its indices are in order for one object of the group, from the first
         on, and how many more follow. record: the object's WARP_RECORD."""
-        asset = assets.depth_object(group.asset)
-        key = group.asset, group.indices
-        if key not in self._cells:
-            self._cells[key] = image_cells(assets.grids(group.asset), asset.baked, group.indices)
-        cells = self._cells[key]
-        if group.asset not in self._buffers:
-            self._buffers[group.asset] = self._scope.buffer(reserve=asset.indices.size, dynamic=True)
-        buffer = self._buffers[group.asset]
+        if group.asset not in self._assets:
+            self._assets[group.asset] = self._load(assets.depth_object(group.asset).baked, assets.paper_cases)
+        asset, kind = self._assets[group.asset], (group.level, group.case)
+        if kind not in asset.cells:
+            asset.cells[kind] = image_cells(asset.grids, asset.baked, *kind)
+        cells = asset.cells[kind]
         at = epipole(asset.baked, viewer_of(record), cells)
-        if self._written.get(group.asset) != (group.indices, at):
-            buffer.orphan()
-            buffer.write(np.concatenate([cells.ordered[draw_order(cells, at)], cells.unordered]))
-            self._written[group.asset] = group.indices, at
-        return self._arrays.get(group.asset, asset.vertices, buffer), cells.ordered.size, cells.unordered.size
+        if asset.written != (kind, at):
+            asset.indices.orphan()
+            asset.indices.write(np.concatenate([cells.ordered[draw_order(cells, at)], cells.unordered]))
+            asset.written = kind, at
+        return asset.array, cells.ordered.size, cells.unordered.size
+
+    def _load(self, baked: BakedObject, paper_cases: bool) -> _Asset:
+        grids = build_grids(baked, paper_cases, tolerance=-np.inf)
+        vertices = self._scope.buffer(grids.vertices)
+        indices = self._scope.buffer(reserve=max(int(grids.count.sum(-1).max()), 1) * 4, dynamic=True)
+        array = self._scope.vertex_array(self._program, [(vertices, *GRID_LAYOUT)], index_buffer=indices)
+        return _Asset(baked, grids, vertices, indices, array)
 
     def forget(self) -> None:
-        """To be called before the assets' buffers go."""
-        self._arrays.forget()
-        self._scope.free(*self._buffers.values())
-        for kept in (self._buffers, self._cells, self._written):
-            kept.clear()
+        """Releases all of them."""
+        for asset in self._assets.values():
+            self._scope.free(asset.array, asset.vertices, asset.indices)
+        self._assets.clear()
 
 
 def viewer_of(record: np.void) -> NDArray[np.floating]:

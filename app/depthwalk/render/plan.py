@@ -15,11 +15,11 @@ from depthwalk.render.lod import (
     Case,
     LodParams,
     affordable_level,
-    complete_cases,
     grid_level,
     iter_step,
     paper_cases,
 )
+from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
 from depthwalk.render.planes import (
     MIN_PLANE_DISTANCE,
     Planes,
@@ -31,18 +31,19 @@ from depthwalk.render.planes import (
 from depthwalk.render.records import composite_records, placed_records, warp_records
 from depthwalk.render.tiles import TileParams, Tiles, plane_tiles, screen_tiles
 from depthwalk.render.view import View
-from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
 class AssetTable:
-    """What the plan must know of each of a assets; arrays (a,) unless said otherwise.
+    """What the plan must know of each of a meshes and depth objects; arrays (a,) unless said otherwise.
 
     volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
     sphere about the asset's own centre, object frame; index_first, index_count: (a, levels, cases, runs), see Grids;
-    triangles: (a, levels), of all images.
+    triangles: (a, levels), of all images; mesh_error, mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0
+    where a mesh has no such level.
     """
 
     volumes: Volumes
@@ -53,6 +54,8 @@ class AssetTable:
     index_first: NDArray[np.int64]
     index_count: NDArray[np.int64]
     triangles: NDArray[np.int64]
+    mesh_error: Array
+    mesh_triangles: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,8 @@ class Group:
     count: int
     indices: tuple[tuple[int, int], ...] = ()  # first index and number of indices of each run
     clipped: bool = False  # samples may fall outside their tile
+    level: int = 0
+    case: int = Case.ALL
 
 
 @dataclass
@@ -101,6 +106,7 @@ class Planner:
         table: AssetTable,
         lod: LodParams,
         layout: TileParams,
+        polygons: MeshLodParams,
         atlas_size: tuple[int, int],
     ) -> FramePlan:
         """The frame that shows the objects `visible` (m,), nearest first, of all `objects`."""
@@ -137,10 +143,13 @@ class Planner:
         direct = direct[np.lexsort((case[direct], level[direct], shown.asset[direct]))]
         runs = _groups(table, shown.asset[direct], level[direct], case[direct])
         dmesh = Drawing(placed_records(view, shown.take(direct)), runs)
-        meshes = np.flatnonzero(shown.representation == Representation.MESH)
-        meshes = meshes[np.argsort(shown.asset[meshes], kind="stable")]
-        mesh = Drawing(placed_records(view, shown.take(meshes)), _groups(table, shown.asset[meshes]))
+        meshes = np.flatnonzero(np.isin(shown.representation, MESHES))
+        fine = mesh_level(view, shown.take(meshes), spheres.take(meshes), table.mesh_error, polygons.error)
+        order = np.lexsort((fine, shown.asset[meshes]))  # of equals, the nearest stays first
+        meshes, fine = meshes[order], fine[order]
+        mesh = Drawing(placed_records(view, shown.take(meshes)), _groups(table, shown.asset[meshes], fine))
         counts = _counts(len(objects), warp, composite, dmesh, mesh, level[warped], case[warped])
+        counts["mesh_triangles"] = int(table.mesh_triangles[shown.asset[meshes], fine].sum())
         counts |= {"atlas_used": used / atlas_size[1], "tile_resolution": shrink}
         return FramePlan(warp, composite, dmesh, mesh, used, counts)
 
@@ -168,10 +177,8 @@ def choose_levels(
     pixels = area * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2
     affordable = affordable_level(table.triangles[asset], pixels, lod.triangles_per_pixel)
     level = np.maximum(level, np.minimum(affordable, max_level))
-    if lod.cases == "paper":
-        case = paper_cases(viewer, volumes.bottom, volumes.top)
-    else:
-        case = complete_cases(viewer, volumes.bottom, volumes.top, volumes.radius)
+    in_paper = lod.cases == "paper"
+    case = paper_cases(viewer, volumes.bottom, volumes.top) if in_paper else np.full(len(asset), Case.ALL)
     return level, case.astype(np.int64)
 
 
@@ -208,10 +215,11 @@ def _groups(
     case: NDArray[np.integer] | None = None,
     clipped: NDArray[np.bool_] | None = None,
 ) -> list[Group]:
-    """Runs of equal asset (n,), and of equal level, case and clipped (n,) where given. The loop is over groups."""
+    """Runs of equal asset (n,), and of equal level, case and clipped (n,) where given. The loop is over groups. With a
+    case, they hold the runs of indices that a depth object has for it."""
     if not len(asset):
         return []
-    keys = [asset] if level is None or case is None else [asset, level, case]
+    keys = [key for key in (asset, level, case) if key is not None]
     clipped = np.zeros(len(asset), bool) if clipped is None else clipped
     changed = np.logical_or.reduce([key[1:] != key[:-1] for key in (*keys, clipped)])
     starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
@@ -220,10 +228,10 @@ def _groups(
     for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
         key = tuple(int(k[start]) for k in keys)
         runs: tuple[tuple[int, int], ...] = ()
-        if level is not None:
+        if case is not None:
             pairs = zip(table.index_first[key].tolist(), table.index_count[key].tolist(), strict=True)
             runs = tuple((first, length) for first, length in pairs if length)
-        groups.append(Group(key[0], start, count, runs, bool(clipped[start])))
+        groups.append(Group(key[0], start, count, runs, bool(clipped[start]), *key[1:]))
     return groups
 
 

@@ -57,7 +57,7 @@ class Renderer:
             visible, forward = bounds.visible(view)
             view = self._fitted(view, forward, bounds.reach[visible])
             plan = self._planner.plan(
-                view, objects, bounds, visible, table, settings.lod, settings.warp, targets.atlas_size
+                view, objects, bounds, visible, table, settings.lod, settings.warp, settings.mesh, targets.atlas_size
             )
         self.plan, self.view = plan, view
         targets.gbuffer.use()
@@ -71,9 +71,10 @@ class Renderer:
         self.timers.end_frame()
 
     def objects(self) -> Objects:
-        """The scene's objects as they are drawn: in their depth images' frames, by the representation asked for."""
+        """The scene's objects as they are drawn, by the representation asked for: a row for each part of their depth
+        images, in its frame. `asset` holds numbers of `AssetStore`."""
         if self._objects is None:
-            self._objects = place_objects(self.scene, self._library, self._representation)
+            self._objects = place_objects(self.scene, self._library, self.assets, self._representation)
         return self._objects
 
     def objects_moved(self) -> None:
@@ -100,6 +101,10 @@ class Renderer:
 
     def table(self) -> AssetTable:
         """Bounds, cylinders and index ranges of the assets, which are loaded for it."""
+        paper_cases = self.settings.lod.cases == "paper"
+        if self.assets.paper_cases != paper_cases:
+            self._forget_assets()
+            self.assets.paper_cases, self._table = paper_cases, None
         if self._table is None:
             self._table = asset_table(self.objects(), self._library, self.assets)
         return self._table
@@ -130,11 +135,15 @@ class Renderer:
         near, far = depth_range(forward, reach, seen)
         return replace(view, near=near, far=far)
 
-    def release(self) -> None:
+    def _forget_assets(self) -> None:
         for each in self.passes:
             each.forget_assets()
-            each.release()
         self.assets.release()
+
+    def release(self) -> None:
+        self._forget_assets()
+        for each in self.passes:
+            each.release()
         if self.targets is not None:
             self.targets.release()
 

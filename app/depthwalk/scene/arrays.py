@@ -14,6 +14,15 @@ class Representation(IntEnum):
     MESH = 0  # its triangles
     DPCI = 1  # depth images warped onto a plane (the paper)
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
+    MESH_LOD = 3  # its triangles, or fewer where nobody sees the difference
+
+    @property
+    def label(self) -> str:
+        """The name in scene files and on the command line."""
+        return self.name.lower().replace("_", "-")
+
+
+MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as polygons
 
 
 class Takes:

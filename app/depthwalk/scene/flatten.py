@@ -32,6 +32,8 @@ MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
 
 Spec = ObjectParams | GridParams | ScatterParams | GroupParams
 
+_BY_LABEL = {kind.label: kind for kind in Representation}
+
 
 @dataclass(frozen=True)
 class Row:
@@ -83,7 +85,7 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
             hint = suggest(row.spec.asset, list(assets))
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
         elif wanted is not None and wanted not in _representations(asset):
-            lack = "no mesh" if wanted == "mesh" else "no dpci"
+            lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
             message = f"{wanted!r} is not possible, asset {row.spec.asset!r} has {lack}"
             errors.append(source.error((*row.loc, "representation"), message))
     return errors
@@ -136,7 +138,7 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     """What an asset can be drawn as, the default first."""
     if isinstance(asset, DepthImageAssetParams):
         return "dpci", "dmesh"
-    return ("dpci", "mesh", "dmesh") if asset.dpci else ("mesh",)
+    return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.dpci else ("mesh", "mesh-lod")
 
 
 def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
@@ -147,7 +149,7 @@ def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[
         if not isinstance(row.spec, GroupParams):
             asset[i] = index[row.spec.asset]
             name = row.spec.representation or _representations(assets[row.spec.asset])[0]
-            representation[i] = Representation[name.upper()]
+            representation[i] = _BY_LABEL[name]
     return asset, representation
 
 

@@ -2,11 +2,12 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Strict, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, WithJsonSchema, model_validator
 
 from depthwalk.limits import (
     MAX_ASSETS,
     MAX_DPCI_LAYERS,
+    MAX_DPCI_PARTS,
     MAX_DPCI_RESOLUTION,
     MAX_INSTANCES,
     MIN_DPCI_RESOLUTION,
@@ -28,13 +29,39 @@ from depthwalk.scene.fields import (
     Version,
     numbers,
 )
-from depthwalk.scene.validate import KIND
+from depthwalk.scene.validate import KIND, shown
 
 _Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
 Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
 GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
-RepresentationName = Literal["dpci", "mesh", "dmesh"]
+RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
 BakeMethod = Literal["raycast", "six-view"]
+
+
+def _parts(value: Any) -> Any:
+    if value != "auto" and not (type(value) is int and 1 <= value <= MAX_DPCI_PARTS):
+        raise ValueError(f"must be auto or a whole number from 1 to {MAX_DPCI_PARTS}, not {shown(value)}")
+    return value
+
+
+def _axis(value: Any) -> Any:
+    if value not in ("auto", "x", "y", "z") and not (
+        isinstance(value, list | tuple)
+        and len(value) == 3
+        and all(type(part) in (int, float) and abs(part) <= MAX_COORDINATE for part in value)
+        and any(value)
+    ):
+        raise ValueError(f"must be auto, x, y, z or a direction [x, y, z], not {shown(value)}")
+    return value
+
+
+Parts = Annotated[
+    int | Literal["auto"],
+    BeforeValidator(_parts),
+    WithJsonSchema({"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1, "maximum": MAX_DPCI_PARTS}]}),
+]
+AxisName = Literal["auto", "x", "y", "z"]
+Axis = Annotated[AxisName | Vector, BeforeValidator(_axis)]
 
 
 class MesoParams(FileParams):
@@ -54,6 +81,8 @@ class DpciParams(FileParams):
     )
     layers: int = param(3, "Depth layers peeled along each ray; 1 with six-view", ge=1, le=MAX_DPCI_LAYERS)
     method: BakeMethod = param("raycast", "How surfaces are sampled: by rays, or by six views warped on the GPU")
+    parts: Parts = param(1, "Objects that share the mesh, at most; auto: as many as it takes to sample it well")
+    axis: Axis = param("y", "Of the cylinder, or of each part's: x, y, z, [x, y, z], or auto: what samples it best")
     meso: MesoParams | None = param(None, "Relief laid over the depth images when they are drawn; changes no bake")
 
     @model_validator(mode="before")

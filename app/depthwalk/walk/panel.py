@@ -13,7 +13,7 @@ from depthwalk.walk.state import State, representation_name
 
 _WIDTH = 340.0
 _MARGIN = 10.0
-_CHOICES: tuple[Representation | None, ...] = (None, Representation.DPCI, Representation.MESH, Representation.DMESH)
+_CHOICES: tuple[Representation | None, ...] = (None, *Representation)
 _SUN_MAX = 5.0  # the slider's end; Ctrl+click takes more
 
 

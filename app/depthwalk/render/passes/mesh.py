@@ -1,4 +1,4 @@
-"""Ordinary polygons, instanced per asset, into the same G-buffer and depth buffer."""
+"""Ordinary polygons, instanced per asset and level of detail, into the same G-buffer and depth buffer."""
 
 from typing import ClassVar
 
@@ -7,13 +7,14 @@ import moderngl
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
-from depthwalk.render.assets import MESH_LAYOUT
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.mesh_lod import MeshLodParams
+from depthwalk.render.polygons import MESH_LAYOUT
 from depthwalk.render.records import PLACED_RECORD
 from depthwalk.render.view import matrix_bytes
 
 
-class MeshParams(Params):
+class MeshParams(MeshLodParams):
     wireframe: bool = param(False, "Draw triangles as lines")
 
 
@@ -30,17 +31,18 @@ class MeshPass(Pass):
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
         frame.targets.gbuffer.use()
-        context.enable_only(moderngl.DEPTH_TEST)
         context.wireframe = frame.settings.mesh.wireframe
         self._program.set(clip_from_eye=matrix_bytes(frame.view.clip_from_eye), base_texture=0)
         self._instances.upload(frame.plan.mesh.records)
         for group in frame.plan.mesh.groups:
-            asset = frame.assets.mesh_object(group.asset)
-            array = self._arrays.get(group.asset, asset.vertices, asset.indices)
+            asset = frame.assets.mesh_object(group.asset, group.level)
+            array = self._arrays.get((group.asset, group.level), asset.vertices, asset.indices)
             self._instances.bind(array, group.first)
+            context.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if asset.look.solid else moderngl.NOTHING))
             for part in asset.parts:
-                asset.textures[part.material].use(0)
-                self._program.set(**asset.materials[part.material])
+                texture, uniforms = asset.look.materials[part.material]
+                texture.use(0)
+                self._program.set(**uniforms)
                 array.render(vertices=3 * part.face_count, first=3 * part.first_face, instances=group.count)
         context.wireframe = False
 

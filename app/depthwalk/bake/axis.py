@@ -1,0 +1,44 @@
+"""Which way an object's cylinder should stand, so that its images sample the surface best."""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.baker import BakeParams
+from depthwalk.bake.placement import cylinder_around, extent, place_along
+from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.sampling import Probes, sampled_footprints, spread_directions, squared_texels
+
+Direction = tuple[float, float, float]
+Axis = Literal["auto", "x", "y", "z"] | Direction
+"""auto, an axis of the asset's frame, or a direction in it."""
+
+NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_SPREAD = 20  # directions that are tried besides the named ones and the principal axes
+_LEAST_GAIN = 0.2  # of the mean squared footprint, for an axis other than y
+
+Array = NDArray[np.floating]
+
+
+def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakeParams) -> Direction:
+    """The axis of the cylinder around points (n, 3), the vertices of an object, whose images sample its probes best: by
+    the mean squared footprint. It is +Y unless another gains clearly, and never points down."""
+    axes = candidate_axes(probes)
+    texel = extent(cylinder_around(place_along(NAMED["y"], points), points)) / params.resolution
+    squares = []
+    for axis in axes:
+        placement = place_along(axis, points)
+        footprint = sampled_footprints(caster, probes, placement, cylinder_around(placement, points), params)
+        squares.append(np.average(squared_texels(footprint, texel), weights=probes.weight))
+    best = int(np.argmin(squares))
+    x, y, z = axes[best if squares[best] < (1 - _LEAST_GAIN) * squares[0] else 0].tolist()
+    return x, y, z
+
+
+def candidate_axes(probes: Probes) -> NDArray[np.float64]:
+    """Unit directions (c, 3) worth trying, none of which points down: y, x and z, the principal axes of the probes, and
+    others all around."""
+    around = spread_directions(2 * _SPREAD)[:_SPREAD]
+    axes = np.concatenate([[NAMED["y"], NAMED["x"], NAMED["z"]], probes.principal_axes(), around])
+    return axes * np.where(axes[:, 1:2] < 0, -1.0, 1.0)

@@ -1,0 +1,117 @@
+"""Coarser versions of a mesh, to be drawn from afar: what a polygon renderer has in place of depth images.
+
+Quadric decimation moves points and knows nothing else. So normals, colours and texture coordinates are those of the
+nearest vertex of the original, materials those of its nearest face; where a texture has a seam, coarse levels smear it.
+"""
+
+import fast_simplification
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from depthwalk.bake.sampling import face_normals, sample_surface, sample_triangles
+from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
+from depthwalk.ingest.normals import row_ids
+
+RATIOS = (4, 16, 64, 256, 1024)  # the mesh's triangles over a level's
+FEWEST = 50  # triangles of a level, about
+
+# A patient pass keeps the shape twice as well as a hasty one, but stops above what was asked for: the next one goes on.
+_HASTE = (3, 5, 7)
+_WORTH = 0.9  # of the finer level's triangles: with more than that it is no level of its own
+_PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
+_INWARD = 0.1  # of the way from a corner to the middle of its face: there it is on its own side of a seam
+
+Array = NDArray[np.floating]
+
+
+def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
+    """`mesh` itself, then a level for each of `RATIOS`, the finest first; fewer where there is little to thin out."""
+    weld, first = row_ids(mesh.positions)
+    points, faces = mesh.positions[first].astype(np.float64), weld[mesh.faces].astype(np.int32)
+    probes, wardrobe = sample_surface(mesh, _PROBES)[0], _Wardrobe(mesh)
+    levels = [MeshLevel(mesh, 0.0)]
+    for ratio in RATIOS:
+        wanted = max(len(mesh.faces) // ratio, FEWEST)
+        for haste in _HASTE:
+            if wanted < len(faces):  # from level to level: better than from the mesh each time, and faster
+                points, faces = fast_simplification.simplify(points, faces, target_count=wanted, agg=haste)
+        if not 0 < len(faces) < _WORTH * len(levels[-1].mesh.faces):
+            break
+        error = _distance(probes, points[faces])
+        levels.append(MeshLevel(wardrobe.dressed(points, faces), max(error, levels[-1].error)))
+    return tuple(levels)
+
+
+def _distance(points: Array, corners: Array) -> float:
+    """The largest distance of points (n, 3) from triangles (m, 3, 3). Discs that just overlap stand for these, which is
+    right within a disc's radius beside the nearest one, and exact above it."""
+    middle, normal = sample_triangles(corners, _DISCS)
+    away, nearest = cKDTree(middle).query(points)
+    above = np.einsum("ij,ij->i", points - middle[nearest], normal[nearest])
+    beside = np.sqrt(np.maximum(away**2 - above**2, 0))
+    radius = 2 * np.sqrt(face_normals(corners)[1].sum() / _DISCS)
+    return float(np.hypot(above, np.maximum(beside - radius, 0)).max())
+
+
+class _Wardrobe:
+    """What the surface of a mesh looks like, to be put on other surfaces near it.
+
+    A chart is a connected piece of it; seams of textures and creases end one, or run within it.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
+        middle, corners = _inward(mesh.positions[mesh.faces].astype(np.float64))
+        self._faces = cKDTree(middle)
+        self._chart = _charts(mesh)
+        self._apart = 10 * float(np.ptp(mesh.positions, axis=0).max())  # metres between charts along a fourth axis
+        self._vertices = self._tree(mesh.positions)
+        anchor = mesh.positions.astype(np.float64)
+        anchor[mesh.faces] = corners  # that of any of its faces: they all lie on its side of the seam
+        self._anchors = self._tree(anchor)
+        places, _ = row_ids(np.column_stack([mesh.positions, self._chart]))
+        self._on_seam = np.bincount(places)[places] > 1
+        self._material = np.repeat([part.material for part in mesh.parts], [part.face_count for part in mesh.parts])
+
+    def dressed(self, points: Array, faces: NDArray[np.integer]) -> Mesh:
+        """Points (v, 3) and faces (f, 3) as a mesh. All corners of a face get their looks from the same chart."""
+        mesh = self._mesh
+        middle, corners = _inward(points[faces])
+        face = self._faces.query(middle)[1]
+        offset = self._apart * np.repeat(self._chart[mesh.faces[face, 0]], 3)
+        source = self._vertices.query(np.column_stack([points[faces.ravel()], offset]))[1]
+        seam = np.flatnonzero(self._on_seam[source])
+        source[seam] = self._anchors.query(np.column_stack([corners.reshape(-1, 3)[seam], offset[seam]]))[1]
+        pairs, vertex = np.unique(np.stack([faces.ravel(), source], -1), axis=0, return_inverse=True)
+        material = self._material[face]
+        count = np.bincount(material)
+        start = np.cumsum(count) - count
+        return Mesh(
+            positions=points[pairs[:, 0]].astype(np.float32),
+            normals=mesh.normals[pairs[:, 1]],
+            colours=mesh.colours[pairs[:, 1]],
+            uv=mesh.uv[pairs[:, 1]],
+            faces=vertex.reshape(-1, 3)[np.argsort(material, kind="stable")].astype(np.int32),
+            parts=tuple(Part(int(start[m]), int(count[m]), int(m)) for m in np.flatnonzero(count)),
+            materials=mesh.materials,
+        )
+
+    def _tree(self, points: Array) -> cKDTree:
+        return cKDTree(np.column_stack([points, self._apart * self._chart]))
+
+
+def _inward(corners: Array) -> tuple[Array, Array]:
+    """Middles (n, 3) of triangles (n, 3, 3), and their corners drawn a little towards them."""
+    middle = corners.mean(axis=1)
+    return middle, corners + _INWARD * (middle[:, None] - corners)
+
+
+def _charts(mesh: Mesh) -> NDArray[np.int32]:
+    """(V,) number of the connected piece of surface that each vertex is of; seams separate pieces."""
+    count = len(mesh.positions)
+    start, end = mesh.faces[:, [0, 1]].ravel(), mesh.faces[:, [1, 2]].ravel()
+    links = coo_array((np.ones(len(start), bool), (start, end)), (count, count))
+    return connected_components(links, directed=False)[1]

@@ -1,0 +1,110 @@
+"""A mesh as one baked object, or as several where one would sample it badly: parts with a cylinder each."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.axis import NAMED, Axis, Direction, choose_axis
+from depthwalk.bake.baker import BakeParams, Progress, bake_object
+from depthwalk.bake.division import divide, part_faces
+from depthwalk.bake.images import BakedObject
+from depthwalk.bake.model import BakedModel
+from depthwalk.bake.placement import cylinder_around, extent, place_along
+from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.sampling import probe
+from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import Mesh, Part
+from depthwalk.limits import MAX_DPCI_PARTS, MIN_DPCI_RESOLUTION
+
+_PROBES = 1000
+_RIM = 2.0  # texels of surface beyond a cut that a part holds besides its own
+
+
+@dataclass(frozen=True)
+class ModelParams(BakeParams):
+    """How a mesh is baked. parts: at most so many objects; auto: as many as it takes to sample the surface well. axis:
+    of the cylinder, or of each part's, in the asset's frame; auto: the one that samples it best.
+
+    Raises InputError for what cannot be.
+    """
+
+    parts: int | Literal["auto"] = 1
+    axis: Axis = "y"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.parts != "auto" and not 1 <= self.parts <= MAX_DPCI_PARTS:
+            raise InputError(f"parts: {self.parts}: must be 1 to {MAX_DPCI_PARTS}, or auto")
+        if self.axis not in ("auto", *NAMED) and not 0 < np.linalg.norm(np.asarray(self.axis, float)) < np.inf:
+            raise InputError(f"axis: {self.axis}: must be a direction, not all of it 0")
+
+
+def bake_model(mesh: Mesh, params: ModelParams, key: str, progress: Progress = lambda stage: None) -> BakedModel:
+    """The depth images of `mesh`; `progress` is called with the name of each stage.
+
+    Raises InputError where the mesh cannot be baked by the method asked for.
+    """
+    if params.parts != 1:
+        progress("parts")
+        caster = RayCaster(mesh)
+        upright = cylinder_around(place_along(NAMED["y"], mesh.positions), mesh.positions)
+        texel = extent(upright) / params.resolution
+        cells = divide(mesh, caster, params, texel, None if params.parts == "auto" else params.parts)
+        if len(cells) > 1:
+            pieces = (submesh(mesh, part_faces(mesh, cell, _RIM * texel)) for cell in cells)
+            baked = (_bake_placed(piece, params, key, progress, texel, caster.two_sided) for piece in pieces)
+            return BakedModel(tuple(baked))
+    return BakedModel((_bake_placed(mesh, params, key, progress),))
+
+
+def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:
+    """The faces `kept` (F,) of a mesh, and what they need of it."""
+    used, corners = np.unique(mesh.faces[kept], return_inverse=True)
+    counts = [int(kept[run.first_face : run.first_face + run.face_count].sum()) for run in mesh.parts]
+    firsts = np.cumsum([0, *counts]).tolist()
+    runs = [Part(first, n, run.material) for first, n, run in zip(firsts, counts, mesh.parts, strict=False) if n]
+    return replace(
+        mesh,
+        positions=mesh.positions[used],
+        normals=mesh.normals[used],
+        colours=mesh.colours[used],
+        uv=mesh.uv[used],
+        faces=corners.reshape(-1, 3).astype(np.int32),
+        parts=tuple(runs),
+    )
+
+
+def _bake_placed(
+    mesh: Mesh,
+    params: ModelParams,
+    key: str,
+    progress: Progress,
+    texel: float | None = None,
+    two_sided: bool | None = None,
+) -> BakedObject:
+    """`mesh` baked about the axis asked for. texel: metres, None for the resolution asked for; two_sided: see
+    `RayCaster`."""
+    placement = place_along(_direction(mesh, params, progress, two_sided), mesh.positions)
+    if texel is not None:
+        texels = extent(cylinder_around(placement, mesh.positions)) / texel
+        params = replace(params, resolution=_resolution(texels, params.resolution))
+    baked = bake_object(placement.placed(mesh), params, key, progress, two_sided)
+    position, rotation = placement.position.tolist(), placement.rotation.as_quat().tolist()
+    return replace(baked, position=tuple(position), rotation=tuple(rotation))
+
+
+def _direction(mesh: Mesh, params: ModelParams, progress: Progress, two_sided: bool | None) -> Direction:
+    """The axis asked for."""
+    if params.axis == "auto":
+        progress("axis")
+        caster = RayCaster(mesh, two_sided)
+        return choose_axis(caster, mesh.positions, probe(mesh, caster, _PROBES), params)
+    return params.axis if isinstance(params.axis, tuple) else NAMED[params.axis]
+
+
+def _resolution(texels: float, most: int) -> int:
+    """Side of an image that holds so many texels."""
+    rounded = -(-int(np.ceil(texels)) // MIN_DPCI_RESOLUTION) * MIN_DPCI_RESOLUTION
+    return min(max(rounded, 4 * MIN_DPCI_RESOLUTION), most)

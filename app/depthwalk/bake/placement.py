@@ -1,0 +1,96 @@
+"""Where a cylinder stands in its asset: its axis, and the smallest circle about it."""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from depthwalk.bake.images import Cylinder
+from depthwalk.ingest.mesh import Mesh
+
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """The frame of a baked object in its asset's: asset point = position + rotation · object point."""
+
+    position: Array  # (3,), metres
+    rotation: Rotation
+
+    def into_object(self, points: Array) -> Array:
+        """Points (n, 3) of the asset in the object's frame."""
+        return self.rotation.apply(points - self.position, inverse=True)
+
+    def into_asset(self, points: Array) -> NDArray[np.float32]:
+        """Points (n, 3) of the object in the asset's frame."""
+        return (self.position + self.rotation.apply(points)).astype(np.float32)
+
+    def turned_into_object(self, vectors: Array) -> Array:
+        """Directions (n, 3) of the asset in the object's frame."""
+        return self.rotation.apply(vectors, inverse=True)
+
+    def placed(self, mesh: Mesh) -> Mesh:
+        """`mesh` in the object's frame."""
+        positions, normals = self.into_object(mesh.positions), self.turned_into_object(mesh.normals)
+        return replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32))
+
+
+def place_along(axis: ArrayLike, points: Array) -> Placement:
+    """The placement whose +Y is `axis` (3,), in the middle of the smallest circle around points (n, 3) seen along it.
+
+    The turn from +Y to the axis is the shortest one.
+    """
+    rotation, _ = Rotation.align_vectors(np.asarray(axis, float).reshape(1, 3), [[0.0, 1.0, 0.0]])
+    (x, z), _ = smallest_circle(rotation.apply(points, inverse=True)[:, [0, 2]])
+    return Placement(rotation.apply([x, 0.0, z]), rotation)
+
+
+def cylinder_around(placement: Placement, points: Array) -> Cylinder:
+    """The smallest cylinder at `placement` that holds points (n, 3) of the asset's frame, however flat they are."""
+    x, y, z = placement.into_object(points).T
+    radius, bottom, top = float(np.hypot(x, z).max()), float(y.min()), float(y.max())
+    slack = 1e-4 * max(radius, top - bottom)
+    radius = max(radius, slack)
+    return Cylinder(radius, bottom - slack, top + slack, radius, radius)
+
+
+def extent(cylinder: Cylinder) -> float:
+    """The side of the largest square image, metres."""
+    return max(2 * cylinder.radius, cylinder.height)
+
+
+def smallest_circle(points: Array) -> tuple[Array, float]:
+    """Centre (2,) and radius of the smallest circle around points (n, 2).
+
+    Grows from the circle around a few points, those that lie on it, by whichever lies farthest outside (Gärtner 1999,
+    "Fast and robust smallest enclosing balls", in the plane).
+    """
+    support = points[:1]
+    centre, radius = support[0], 0.0
+    while True:
+        away = np.hypot(*(points - centre).T)
+        farthest = int(away.argmax())
+        if away[farthest] <= radius * (1 + 1e-7):
+            return centre, float(away[farthest])
+        few = np.concatenate([support, points[farthest : farthest + 1]])
+        circles = (_circle(few[list(chosen)]) for size in (2, 3) for chosen in combinations(range(len(few)), size))
+        holding = [circle for circle in circles if np.hypot(*(few - circle[0]).T).max() <= circle[1] * (1 + 1e-9)]
+        if not holding:
+            return centre, float(away[farthest])  # rounding alone keeps the point out
+        centre, radius, support = min(holding, key=lambda circle: circle[1])
+
+
+def _circle(points: Array) -> tuple[Array, float, Array]:
+    """Centre and radius of the circle through two points (2, 2), on a diameter, or three (3, 2); and the points. The
+    radius is NaN for three on a line."""
+    if len(points) == 2:
+        centre = points.mean(0)
+    else:
+        (a, b), first = points[1:] - points[0], points[0]
+        doubled = 2 * (a[0] * b[1] - a[1] * b[0])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            centre = first + np.array([b[1] * (a @ a) - a[1] * (b @ b), a[0] * (b @ b) - b[0] * (a @ a)]) / doubled
+    return centre, float(np.hypot(*(points - centre).T).max()), points

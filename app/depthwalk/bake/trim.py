@@ -1,0 +1,91 @@
+"""What is never drawn of an image, left out: samples and triangles of caps and flanks that another face owns.
+
+The side keeps all it sees, for the paper's cases, which draw it alone.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import Border, DepthImage, Face, layer_triangles, triangle_places
+
+
+def trim(images: list[DepthImage], borders: list[Border]) -> tuple[list[DepthImage], list[Border]]:
+    """`images` and `borders` without what is never drawn."""
+    trimmed: list[DepthImage] = []
+    left: list[Border] = []
+    for face in Face:
+        layers = [image for image in images if image.face is face]
+        edges = [border for border in borders if border.face is face]
+        if layers and face is not Face.SIDE:
+            layers, edges = _trim_face(face, layers, edges)
+        trimmed += layers
+        left += edges
+    return trimmed, left
+
+
+def _trim_face(face: Face, layers: list[DepthImage], borders: list[Border]) -> tuple[list[DepthImage], list[Border]]:
+    size = layers[0].depth.size
+    owner = np.concatenate([image.owner.ravel() for image in layers])
+    used = np.zeros(len(owner), bool)
+    cells = []
+    for image in layers:
+        kept = [_kept_cells(image, level, owner, used) for level in range(len(image.cells))]
+        cells.append(tuple(kept))
+    borders = [_kept_border(border, owner, used) for border in borders]
+    count = int((used.reshape(len(layers), size).any(1) * np.arange(1, len(layers) + 1)).max(initial=0))
+    trimmed = [
+        replace(_only(image, used.reshape(-1, *image.depth.shape)[image.layer]), cells=cells[image.layer])
+        for image in layers[:count]
+    ]
+    shift = size * (len(layers) - count)  # border vertices are numbered after all samples
+    return trimmed, [
+        replace(border, triangles=border.triangles - np.int32(shift) * (border.triangles >= len(owner)))
+        for border in borders
+        if len(border.triangles)
+    ]
+
+
+def _kept_cells(image: DepthImage, level: int, owner: NDArray[np.uint8], used: NDArray[np.bool_]) -> NDArray[np.uint16]:
+    """The cells of a level without triangles that are never drawn; marks the samples of the others in `used`."""
+    layer, texel = layer_triangles(image, level)
+    half, cell = triangle_places(image, level)
+    corners = layer * image.depth.size + texel
+    yielded = image.cells[level][cell] >> (14 + half) & 1 > 0
+    drawn = _drawn(owner[corners], image.face) & ~yielded
+    used[corners[drawn]] = True
+    cleared = np.zeros_like(image.cells[level])
+    np.bitwise_or.at(cleared, cell[~drawn], (0b1111111 << 7 * half[~drawn] | 1 << 14 + half[~drawn]).astype(np.uint16))
+    return image.cells[level] & ~cleared
+
+
+def _kept_border(border: Border, owner: NDArray[np.uint8], used: NDArray[np.bool_]) -> Border:
+    """A border without triangles that are never drawn; marks the samples of the others in `used`."""
+    samples, triangles = len(owner), border.triangles
+    owners = owner[np.where(triangles < samples, triangles, triangles[:, :1])]
+    triangles = triangles[_drawn(owners, border.face)]
+    ends = triangles >= samples
+    used[triangles[~ends]] = True
+    kept, number = np.unique(triangles[ends] - samples, return_inverse=True)
+    used[border.start[kept]] = True
+    triangles = triangles.copy()
+    triangles[ends] = samples + number
+    return replace(
+        border, start=border.start[kept], offset=border.offset[kept], rise=border.rise[kept], triangles=triangles
+    )
+
+
+def _drawn(owners: NDArray[np.uint8], face: Face) -> NDArray[np.bool_]:
+    """Whether triangles (n,) with corners of `owners` (n, 3) are: not those left to another face with all corners."""
+    return (owners[:, 0] == face) | (owners != owners[:, :1]).any(1)
+
+
+def _only(image: DepthImage, used: NDArray[np.bool_]) -> DepthImage:
+    return replace(
+        image,
+        depth=np.where(used, image.depth, np.float32(np.inf)),
+        normal=np.where(used[..., None], image.normal, np.float32(0)),
+        albedo=np.where(used[..., None], image.albedo, np.float32(0)),
+        owner=np.where(used, image.owner, np.uint8(image.face)),
+    )

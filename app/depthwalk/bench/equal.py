@@ -1,0 +1,68 @@
+"""Equal pictures: how coarse each of two ways to draw a scene may be until both differ alike from a better picture."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.colour import srgb8_from_linear
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.quality.metrics import flip_map
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera
+
+SUPERSAMPLING = 4  # along either axis
+TOLERANCE = 0.02  # of FLIP, within which two pictures are equally good
+_BISECTIONS = 8
+
+Picture = NDArray[np.uint8]
+
+
+def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[Picture]:
+    """Pictures (H, W, 3), sRGB, by a renderer of `SUPERSAMPLING` times that size, averaged in linear light."""
+    return [_reduced(headless, camera) for camera in cameras]
+
+
+def _reduced(headless: HeadlessRenderer, camera: Camera) -> Picture:
+    headless.draw(View(camera, headless.size))
+    colour = np.clip(headless.linear_image().colour[..., :3], 0, 1)  # what is too bright is white, not a glare
+    height, width = (side // SUPERSAMPLING for side in colour.shape[:2])
+    return srgb8_from_linear(colour.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3).mean((1, 3)))
+
+
+def path_flip(
+    headless: HeadlessRenderer, cameras: Sequence[Camera], references: Sequence[Picture], pool: Executor
+) -> float:
+    """Mean FLIP, over the whole of all pictures, of what `headless` draws against `references`."""
+    pending = []
+    for camera, reference in zip(cameras, references, strict=True):
+        headless.draw(View(camera, headless.size))
+        pending.append(pool.submit(_picture_flip, reference, headless.pixels()[..., :3].copy()))
+    return float(np.mean([each.result() for each in pending]))
+
+
+def _picture_flip(reference: Picture, test: Picture) -> float:
+    return float(flip_map(reference, test).mean(dtype=np.float64))
+
+
+def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:
+    """The setting between `fine` and `coarse` whose FLIP is `target`, and its FLIP, found by bisection.
+
+    flip_at: rises; `fine` itself is at most the target. Where FLIP rises in steps, the setting below the target is
+    taken; where even `coarse` stays below it, that.
+    """
+    best, best_flip = coarse, flip_at(coarse)
+    if best_flip <= (1 + TOLERANCE) * target:
+        return best, best_flip
+    best, best_flip = fine, flip_at(fine)
+    for _ in range(_BISECTIONS):
+        if abs(best_flip - target) <= TOLERANCE * target:
+            break
+        middle = (fine + coarse) / 2
+        flip = flip_at(middle)
+        if flip > (1 + TOLERANCE) * target:
+            coarse = middle
+        else:
+            fine, best, best_flip = middle, middle, flip
+    return best, best_flip

@@ -1,0 +1,226 @@
+"""A row of the table: the same objects, drawn as meshes, as simplified meshes and as depth images, at equal picture."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bench.equal import SUPERSAMPLING, Picture, coarsened, path_flip, supersampled
+from depthwalk.bench.measure import Run, commit, measure
+from depthwalk.errors import InputError
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.library import SceneLibrary
+from depthwalk.render.bounds import Bounds
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.path import CameraPath
+from depthwalk.scene.scene import Scene
+
+MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
+REFERENCE_ERROR = 0.05  # pixels, of those meshes
+SETTLING = 4  # frames before each moment's timed ones, so that kept images are as old as on a walk
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What of a path is looked at. moments: the cameras of each, `SETTLING` that lead there and those to be timed, of
+    which the first is compared; seconds: for timing a column; size: (width, height), pixels."""
+
+    moments: tuple[tuple[Camera, ...], ...]
+    seconds: float
+    size: tuple[int, int]
+
+    @classmethod
+    def along(cls, path: CameraPath, moments: int, run: int, seconds: float, size: tuple[int, int]) -> Self:
+        """`moments` spread evenly over the path, each of `run` successive frames. Raises InputError."""
+        times = path.frames()
+        last = len(times) - SETTLING - run
+        if last < 0:
+            raise InputError(f"--path: has {len(times)} frames; a moment takes {SETTLING + run} of them")
+        starts = np.linspace(0, last, moments).astype(int).tolist()
+        cameras = [tuple(path.sample(time) for time in times[k : k + SETTLING + run]) for k in starts]
+        return cls(tuple(cameras), seconds, size)
+
+    @property
+    def compared(self) -> list[Camera]:
+        return [moment[SETTLING] for moment in self.moments]
+
+
+@dataclass(frozen=True)
+class Column:
+    """frame_ms: median of `frames` frames; passes_ms, counts: medians over moments; flip: mean, None where nothing was
+    compared; setting: what was tuned for it."""
+
+    frame_ms: float
+    frames: int
+    flip: float | None
+    setting: str
+    passes_ms: dict[str, float]
+    counts: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Row:
+    """reference: how the pictures that all are compared with were drawn; commit: of the checkout that measured."""
+
+    objects: int
+    reference: str
+    commit: str | None
+    columns: dict[str, Column]
+
+
+def row_from(document: dict[str, Any]) -> Row:
+    """A row as `dataclasses.asdict` gave it. Raises TypeError, KeyError."""
+    columns = {name: Column(**column) for name, column in document["columns"].items()}
+    return Row(**document | {"columns": columns})
+
+
+@dataclass(frozen=True)
+class _Knob:
+    """A setting that makes a representation coarser; exponential: what is turned is its logarithm to base 2."""
+
+    group: str
+    name: str
+    coarsest: float
+    exponential: bool = False
+
+    def turn(self, headless: HeadlessRenderer, to: float) -> str:
+        """Sets it, and says to what."""
+        value = round(2.0**to if self.exponential else to, 3)
+        setattr(getattr(headless.renderer.settings, self.group), self.name, value)
+        return f"{self.name}={value:g}"
+
+
+COLUMNS = {
+    "mesh": Representation.MESH,
+    "mesh-lod": Representation.MESH_LOD,
+    "re-warped": Representation.DPCI,  # all of it in every frame
+    "dpci": Representation.DPCI,
+}
+_MESH_ERROR, _BIAS = _Knob("mesh", "error", coarsest=7, exponential=True), _Knob("lod", "bias", coarsest=6)
+_FINEST_MESH = -6  # of _MESH_ERROR: 1/64 pixel
+
+
+def make_row(
+    walk: Walk, scene: Scene, library: SceneLibrary, count: int, pool: Executor, report: Callable[[str], None]
+) -> Row:
+    """Tunes and times every column for `count` of the scene's objects. pool: for FLIP; report: told what is done."""
+    scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
+    report("reference")
+    described, references = _references(walk, scene, library)
+    with ExitStack() as opened:
+        drawn = {name: opened.enter_context(_open(scene, library, walk.size, kind)) for name, kind in COLUMNS.items()}
+        if "reuse_error" in type(scene.render.warp).model_fields:
+            drawn["re-warped"].renderer.settings.warp.reuse_error = 0.0
+        report("tuning")
+        tuned = _tuned(drawn, lambda headless: path_flip(headless, walk.compared, references, pool))
+        if count <= MOST_MESHES:
+            tuned["mesh"] = "", path_flip(drawn["mesh"], walk.compared, references, pool)
+        report("timing")
+        runs = _timed(walk, drawn)
+    return Row(count, described, commit(), {name: _column(runs[name], tuned.get(name)) for name in drawn})
+
+
+def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
+    """The `count` objects that most moments show, of these the nearest: every one of few is in the picture."""
+    position = scene.objects.position
+    places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)
+    nearest = np.full(len(position), np.inf)
+    for camera in walk.compared:
+        view = View(camera, walk.size)
+        seen[places.visible(view)[0]] += 1
+        nearest = np.minimum(nearest, np.linalg.norm(position - view.position, axis=1))
+    return np.sort(np.lexsort((nearest, -seen))[:count])
+
+
+def _open(
+    scene: Scene, library: SceneLibrary, size: tuple[int, int], representation: Representation
+) -> HeadlessRenderer:
+    """A renderer with settings of its own."""
+    return HeadlessRenderer(replace(scene, render=scene.render.model_copy(deep=True)), library, size, representation)
+
+
+def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, list[Picture]]:
+    """How the reference was drawn, and its pictures at the moments compared."""
+    size = walk.size[0] * SUPERSAMPLING, walk.size[1] * SUPERSAMPLING
+    exact = len(scene.objects) <= MOST_MESHES
+    with _open(scene, library, size, Representation.MESH if exact else Representation.MESH_LOD) as headless:
+        headless.renderer.settings.mesh.error = REFERENCE_ERROR * SUPERSAMPLING
+        pictures = supersampled(headless, walk.compared)
+    kind = "mesh" if exact else f"mesh-lod within {REFERENCE_ERROR:g} pixels"
+    return f"{kind}, {SUPERSAMPLING**2} samples a pixel", pictures
+
+
+def _tuned(
+    drawn: dict[str, HeadlessRenderer], flip_of: Callable[[HeadlessRenderer], float]
+) -> dict[str, tuple[str, float]]:
+    """Setting and FLIP by column. The target is the FLIP of depth images as the scene has them, or that of the finest
+    mesh, where that is worse; both are made as coarse as it allows."""
+    meshes, warped = drawn["mesh-lod"], drawn["re-warped"]
+
+    def mesh_flip(error: float) -> float:
+        _MESH_ERROR.turn(meshes, error)
+        return flip_of(meshes)
+
+    def warped_flip(bias: float) -> float:
+        _BIAS.turn(warped, bias)
+        return flip_of(warped)
+
+    bias = warped.renderer.settings.lod.bias
+    target = max(flip_of(warped), mesh_flip(_FINEST_MESH))
+    error, flip = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
+    tuned = {"mesh-lod": (_MESH_ERROR.turn(meshes, error), flip)}
+    bias, flip = coarsened(warped_flip, bias, _BIAS.coarsest, flip)
+    # After a jump nothing is kept, so the picture of `dpci` is that of `re-warped`: its frames cost less, that is all.
+    return tuned | {name: (_BIAS.turn(drawn[name], bias), flip) for name in ("re-warped", "dpci")}
+
+
+def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run]]:
+    """The runs of each column, one a moment, all columns in turn; those that are slow stop early."""
+    runs: dict[str, list[Run]] = {name: [] for name in drawn}
+    left = dict.fromkeys(drawn, 1e3 * walk.seconds)
+    frame_ms = {name: _first_frame(headless, walk) for name, headless in drawn.items()}
+    for moment in walk.moments:
+        for name, headless in drawn.items():
+            if runs[name] and left[name] <= 0:
+                continue
+            for camera in moment[:SETTLING] if name == "dpci" else ():
+                headless.draw(View(camera, walk.size))
+            affordable = max(1, int(left[name] / frame_ms[name]))
+            run = measure(headless, name, moment[SETTLING:][:affordable], 0, lambda: None)
+            runs[name].append(run)
+            frame_ms[name] = run.frame_ms.mean
+            left[name] -= sum(run.frame_times)
+    return runs
+
+
+def _first_frame(headless: HeadlessRenderer, walk: Walk) -> float:
+    """Its milliseconds, with what is loaded for it."""
+    start = time.perf_counter()
+    headless.draw(View(walk.compared[0], walk.size))
+    headless.device.context.finish()
+    return 1e3 * (time.perf_counter() - start)
+
+
+def _column(runs: list[Run], tuned: tuple[str, float] | None) -> Column:
+    times = [time for run in runs for time in run.frame_times]
+    setting, flip = tuned or ("", None)
+    return Column(
+        frame_ms=round(float(np.median(times)), 3),
+        frames=len(times),
+        flip=flip,
+        setting=setting,
+        passes_ms=_medians([{name: spread.p50 for name, spread in run.passes_ms.items()} for run in runs]),
+        counts=_medians([run.counts for run in runs]),
+    )
+
+
+def _medians(rows: list[dict[str, float]]) -> dict[str, float]:
+    """By name, over all rows; what a row lacks is 0 there."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: round(float(np.median([row.get(name, 0.0) for row in rows])), 3) for name in names}

@@ -1,0 +1,51 @@
+"""What baking an object costs, measured in a process of its own."""
+
+import logging
+import multiprocessing
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from depthwalk.bake.file import write_baked
+from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.library import read_mesh
+from depthwalk.scene.scene import MeshAsset
+
+
+@dataclass(frozen=True)
+class BakeCosts:
+    """seconds: from the mesh in memory to depth images in memory; peak_bytes: the most memory that the process, with
+    interpreter, libraries and mesh, held until then, None where the system does not tell; bytes_disk: of the file."""
+
+    seconds: float
+    peak_bytes: int | None
+    bytes_disk: int
+
+
+def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts:
+    """Bakes a mesh to `file` in a fresh process, whose memory nothing else has grown. Raises InputError."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(_bake, spec, params, file).result()
+
+
+def peak_memory() -> int | None:
+    """The most bytes of memory that this process has held so far; None but on Linux.
+
+    Not by `getrusage`, where a new process starts with what its parent held.
+    """
+    status = Path("/proc/self/status")
+    if not status.is_file():
+        return None
+    kilobytes = next(line.split()[1] for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
+    return 1024 * int(kilobytes)
+
+
+def _bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts:
+    logging.disable()  # whoever asked has read the mesh as well, and was warned
+    mesh = read_mesh(spec)
+    start = time.perf_counter()
+    baked = bake_model(mesh, params, "compare")
+    seconds, peak = time.perf_counter() - start, peak_memory()
+    write_baked(file, baked)
+    return BakeCosts(seconds, peak, file.stat().st_size)

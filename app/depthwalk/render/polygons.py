@@ -1,0 +1,63 @@
+"""Meshes on the GPU: vertex buffers, textures, and whether their back faces can be seen."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from depthwalk.gpu.device import Scope
+from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.ingest.normals import row_ids
+
+WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of what has none
+MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
+_VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
+
+
+@dataclass
+class MeshLook:
+    """What all levels of a mesh share. materials: the texture and the uniforms of each; solid: see `is_solid`."""
+
+    materials: list[tuple[moderngl.Texture, dict[str, Any]]]
+    solid: bool
+
+
+@dataclass
+class MeshObject:
+    """One level of a mesh on the GPU."""
+
+    parts: tuple[Part, ...]
+    vertices: moderngl.Buffer
+    indices: moderngl.Buffer
+    look: MeshLook
+
+
+def upload_look(gl: Scope, mesh: Mesh) -> MeshLook:
+    return MeshLook([_upload_material(gl, material) for material in mesh.materials], is_solid(mesh))
+
+
+def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook) -> MeshObject:
+    vertices = np.zeros(len(mesh.positions), _VERTEX)
+    vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions, mesh.normals, mesh.uv
+    vertices["colour"][:, :3] = mesh.colours
+    indices = gl.buffer(np.ascontiguousarray(mesh.faces, np.uint32))
+    return MeshObject(mesh.parts, gl.buffer(vertices.view(np.uint8)), indices, look)
+
+
+def is_solid(mesh: Mesh) -> bool:
+    """Whether the mesh is the skin of a solid, seen from outside: its faces meet in opposite directions at every edge
+    and enclose a volume. Nobody outside sees a back face of it."""
+    faces = row_ids(mesh.positions)[0][mesh.faces]
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    count = np.int64(len(mesh.positions))
+    if not np.array_equal(np.sort(start * count + end), np.sort(end * count + start)):
+        return False
+    a, b, c = mesh.positions[mesh.faces].astype(np.float64).transpose(1, 0, 2)
+    return bool(np.einsum("ij,ij->", a, np.cross(b, c)) > 0)
+
+
+def _upload_material(gl: Scope, material: Material) -> tuple[moderngl.Texture, dict[str, Any]]:
+    texels = WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
+    texture = gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes())
+    return texture, {name: getattr(material, name) for name in ("base_colour", "specular", "shininess")}

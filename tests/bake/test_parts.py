@@ -1,0 +1,153 @@
+"""Models of several objects: where they are cut, and their files."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from depthwalk.bake.division import Cell, part_faces
+from depthwalk.bake.file import read_baked, read_header, write_baked
+from depthwalk.bake.images import image_points
+from depthwalk.bake.model import BakedModel
+from depthwalk.bake.parts import ModelParams, bake_model, submesh
+from depthwalk.cli import app
+from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import Material, Part
+from depthwalk.render.rotation import rotate
+from files import write_ply
+from shapes import bake, box, joined, sphere
+
+
+def heap(side):
+    """side³ boxes with gaps between: a line through them meets many surfaces."""
+    middles = np.arange(side) - (side - 1) / 2
+    return joined(*(box(0.7, 0.7, 0.7, (x, y, z)) for x in middles for y in middles for z in middles))
+
+
+def points_of(model):
+    """Every sample (n, 3) of a model, asset's frame."""
+    return np.concatenate(
+        [
+            rotate(np.array(part.rotation), image_points(part.cylinder, image)[np.isfinite(image.depth)])
+            + np.array(part.position)
+            for part in model.parts
+            for image in part.images
+        ]
+    )
+
+
+@pytest.fixture(scope="module")
+def model():
+    """A heap, in as many parts as it takes for one layer."""
+    return bake_model(heap(3), ModelParams(64, 1, parts="auto"), "key")
+
+
+def test_what_straddles_a_cut_belongs_to_both_sides():
+    mesh = sphere(1.0, columns=64, rows=32)
+    near, far = (part_faces(mesh, cell, 0.0) for cell in Cell().cut(np.array([1.0, 0, 0, 0.25])))
+    x = mesh.positions[:, 0][mesh.faces]
+    assert (near | far).all()
+    np.testing.assert_array_equal(near & far, (x.min(1) <= 0.25) & (x.max(1) >= 0.25))
+    wider = part_faces(mesh, Cell().cut(np.array([1.0, 0, 0, 0.25]))[0], 0.1)
+    np.testing.assert_array_equal(wider, x.min(1) <= 0.35)
+
+
+def test_a_part_of_a_mesh_keeps_materials_and_corners():
+    mesh = joined(box(1, 1, 1, colour=(1, 2, 3)), box(1, 1, 1, (5, 0, 0)), box(1, 1, 1, (9, 0, 0)))
+    mesh = replace(
+        mesh,
+        parts=(Part(0, 12, 2), Part(12, 12, 0), Part(24, 12, 1)),
+        materials=(Material(), Material(specular=0.5), Material(specular=0.7)),
+    )
+    kept = np.zeros(36, bool)
+    kept[[1, 30, 31]] = True
+    part = submesh(mesh, kept)
+    assert part.parts == (Part(0, 1, 2), Part(1, 2, 1)) and part.materials == mesh.materials
+    for name in ("positions", "normals", "colours", "uv"):
+        np.testing.assert_array_equal(getattr(part, name)[part.faces], getattr(mesh, name)[mesh.faces[kept]])
+
+
+def test_a_ball_is_one_part_and_a_heap_several(model):
+    assert len(bake_model(sphere(columns=48, rows=24), ModelParams(32, 1, parts="auto"), "").parts) == 1
+    assert 1 < len(model.parts) <= 16 and model.key == "key" and {part.key for part in model.parts} == {"key"}
+
+
+def test_parts_hold_what_one_object_does_not(model):
+    """The gaps beside the box in the middle, of which one layer sees nothing from outside."""
+    held = points_of(model)
+    inside = [np.abs(points).max(1) < 0.5 for points in (points_of(bake_model(heap(3), ModelParams(64, 1), "")), held)]
+    assert inside[0].sum() == 0 and inside[1].sum() > 1000
+    off = np.abs(np.abs((held + 0.5) % 1 - 0.5) - 0.35).min(1)  # from the nearest side of a box, along an axis
+    assert off.max() < 2e-3
+
+
+def test_texels_of_parts_are_about_as_large_as_the_whole_has(model):
+    (one,) = bake_model(heap(3), ModelParams(64, 1), "").parts
+    size = max(2 * one.cylinder.radius, one.cylinder.height) / 64
+    for part in model.parts:
+        extent = max(2 * part.cylinder.radius, part.cylinder.height)
+        assert 0.5 * size < extent / part.images[0].depth.shape[0] <= 1.01 * size
+
+
+def test_parts_are_at_most_as_many_as_wanted():
+    assert len(bake_model(heap(2), ModelParams(32, 1, parts=2), "").parts) == 2
+    for parts in (0, 17):
+        with pytest.raises(InputError, match="must be 1 to 16, or auto"):
+            ModelParams(parts=parts)
+
+
+def test_a_file_holds_all_parts(tmp_path, model):
+    path = tmp_path / "x.dpci.exr"
+    write_baked(path, model)
+    again = read_baked(path)
+    assert len(again.parts) == len(model.parts) and again.key == "key" == read_header(path)["depthwalk.key"]
+    for old, new in zip(model.parts, again.parts, strict=True):
+        assert np.allclose(new.position, old.position, atol=1e-6) and np.allclose(new.rotation, old.rotation, atol=1e-6)
+        assert [image.name for image in new.images] == [image.name for image in old.images]
+        for one, other in zip(old.images, new.images, strict=True):
+            np.testing.assert_array_equal(one.depth, other.depth)
+        triangles = [sum(len(border.triangles) for border in part.borders) for part in (old, new)]
+        assert triangles[0] == triangles[1] > 0
+    assert read_header(path)["name"].startswith("part1.")
+    shown = CliRunner().invoke(app, ["info", str(path)]).stdout
+    assert f"{'parts':<24} {len(model.parts)}\n" in shown and "part part2." in shown
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        (lambda part: (part, replace(part, key="other")), "the headers of its objects differ"),
+        (lambda part: (part,) * 17, "objects are missing or too many"),
+    ],
+)
+def test_files_of_parts_that_do_not_fit_are_refused(tmp_path, parts, message):
+    small = bake(sphere(columns=16, rows=8), resolution=16, layers=1)
+    write_baked(tmp_path / "x.dpci.exr", BakedModel(parts(small)))
+    with pytest.raises(InputError, match=message):
+        read_baked(tmp_path / "x.dpci.exr")
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (["--parts", "17"], "--parts 17: must be auto or a whole number from 1 to 16"),
+        (["--parts", "few"], "--parts few: must be auto or a whole number from 1 to 16"),
+        (["--axis", "w"], "--axis w: must be auto, x, y, z or X,Y,Z, a direction"),
+        (["--axis", "0,0,0"], "--axis 0,0,0: not all may be 0, nor any beyond ±1e+06"),
+        (["--axis", "nan,0,0"], "--axis nan,0,0: not all may be 0, nor any beyond ±1e+06"),
+    ],
+)
+@pytest.mark.parametrize("command", ["bake", "compare"])
+def test_options_that_say_nothing_of_use_are_refused(tmp_path, command, option, message):
+    ball = write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4))
+    result = CliRunner().invoke(app, [command, str(ball), *option])
+    assert (result.exit_code, result.stdout, result.stderr.strip()) == (2, "", message)
+
+
+def test_bake_says_how_many_parts(tmp_path):
+    mesh = write_ply(tmp_path / "heap.ply", heap(2))
+    arguments = ["--dpci-resolution", "32", "--layers", "1", "--parts", "2", "--axis", "auto"]
+    result = CliRunner().invoke(app, ["bake", str(mesh), *arguments])
+    assert result.exit_code == 0 and "96 triangles, 2 parts, " in result.stdout and "at most 32²" in result.stdout
+    assert len(read_baked(tmp_path / "heap.dpci.exr").parts) == 2

@@ -1,0 +1,53 @@
+"""Caps and flanks keep what is drawn of them and no more."""
+
+import numpy as np
+import pytest
+
+from depthwalk.bake.file import read_baked, write_baked
+from depthwalk.bake.images import FLANKS, Face
+from depthwalk.bake.model import BakedModel
+from depthwalk.render.grids import build_grids
+from depthwalk.render.lod import Case
+from shapes import bake, box, joined, sphere
+
+
+def statue():
+    return joined(sphere(0.7, 48, 24), box(0.3, 1, 0.9, (0.5, 1.2, 0)), box(1.2, 0.1, 0.1, (0, 0.9, 0.3)))
+
+
+@pytest.fixture
+def untrimmed(monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr("depthwalk.bake.baker.trim", lambda images, borders: (images, borders))
+        return bake(statue(), resolution=96, layers=2)
+
+
+def triangles(baked, level, case=Case.ALL):
+    """The triangles drawn, in an order of their own: positions (n, 3) packed into numbers, smallest first in each."""
+    grids = build_grids(baked, paper_cases=True, tolerance=-np.inf)  # larger ones depend on what is around
+    runs = zip(grids.first[level, case].tolist(), grids.count[level, case].tolist(), strict=True)
+    corners = np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
+    positions = grids.vertices[corners, :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
+    rows = np.sort(positions, axis=1)
+    return rows[np.lexsort(rows.T)]
+
+
+@pytest.mark.parametrize("level", [0, 1, 3])
+@pytest.mark.parametrize("case", Case)
+def test_what_is_drawn_stays(untrimmed, level, case):
+    trimmed = bake(statue(), resolution=96, layers=2)
+    np.testing.assert_array_equal(triangles(trimmed, level, case), triangles(untrimmed, level, case))
+
+
+def test_the_rest_goes(untrimmed, tmp_path):
+    trimmed = bake(statue(), resolution=96, layers=2)
+
+    def samples(baked, faces):
+        return sum(int(np.isfinite(image.depth).sum()) for image in baked.images if image.face in faces)
+
+    others = {Face.TOP, Face.BOTTOM, *FLANKS}
+    assert samples(trimmed, others) < 0.85 * samples(untrimmed, others)
+    assert samples(trimmed, {Face.SIDE}) == samples(untrimmed, {Face.SIDE})
+    write_baked(tmp_path / "trimmed.dpci.exr", BakedModel((trimmed,)))
+    again = read_baked(tmp_path / "trimmed.dpci.exr").parts[0]
+    np.testing.assert_array_equal(triangles(again, 0), triangles(trimmed, 0))

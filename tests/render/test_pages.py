@@ -1,0 +1,209 @@
+"""Lookups in the pages against lookups in whole images."""
+
+import moderngl
+import numpy as np
+import pytest
+
+from depthwalk.bake.images import Face
+from depthwalk.bake.planar import bake_planar
+from depthwalk.gpu.program import Source
+from depthwalk.ingest.image import PlanarImage
+from depthwalk.render.assets import AssetStore
+from depthwalk.render.coverage import BLOCK
+from depthwalk.render.grids import FACE_SHIFT, build_grids
+from depthwalk.render.lod import Case
+from depthwalk.render.pages import LEVELS, build_pages, image_texels
+from shapes import ShapeLibrary, bake, box, joined, sphere
+
+ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
+
+
+def statue():
+    """A ball beside the axis, across the seam, over a plinth: caps, several layers and much that is empty."""
+    return bake(joined(sphere(0.5, 48, 24), box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1)), box(0.05, 0.05, 0.6, (0.7, 0.3, 0))))
+
+
+def relief():
+    """A planar image of odd size, torn along its middle."""
+    rng = np.random.default_rng(3)
+    depth = rng.uniform(0, 0.01, (83, 53)).astype(np.float32)
+    depth[:, 20:30] = np.inf
+    normal = np.zeros((83, 53, 3), np.float32)
+    normal[..., 2] = 1
+    colour = rng.integers(0, 256, (83, 53, 3)).astype(np.uint8)
+    return bake_planar(PlanarImage(depth, colour, normal, (0.53, 0.83)), "relief")
+
+
+@pytest.fixture(scope="module", params=[statue, relief], ids=["statue", "relief"])
+def baked(request):
+    return request.param()
+
+
+@pytest.fixture(scope="module")
+def grids(baked):
+    return build_grids(baked)
+
+
+@pytest.fixture(scope="module")
+def pages(baked, grids):
+    return build_pages(baked, grids)
+
+
+def boxed(texels, size, period):
+    """Averages (H, W, 8) over boxes of `size` texels, the first of which begins BLOCK texels and half a block before
+    the image, and the number of boxes before its own."""
+    start = BLOCK + BLOCK // 2
+    count = [(extent + 2 * start) // size + 1 for extent in texels.shape[:2]]
+    rows, columns = (np.arange(size * n) - start for n in count)
+    columns = columns % period if period else columns.clip(0, texels.shape[1] - 1)
+    wide = texels[rows.clip(0, texels.shape[0] - 1)[:, None], columns].astype(float)
+    return wide.reshape(count[0], size, count[1], size, -1).mean((1, 3)), start / size
+
+
+def bilinear(texels, at):
+    """Between the texels (H, W, …) around points (n, 2), x and y in texels."""
+    low = np.floor(at - 0.5).astype(int)
+    f = (at - 0.5 - low)[:, :, None]
+    part = [
+        texels[low[:, 1] + dy, low[:, 0] + dx] * np.abs(1 - dx - f[:, 0]) * np.abs(1 - dy - f[:, 1])
+        for dy in (0, 1)
+        for dx in (0, 1)
+    ]
+    return sum(part)
+
+
+def in_image(texels, at, segment, lod, period):
+    """Texels (n, 8) of a whole image at points (n, 2), in texels, from its eighths if `segment` says so."""
+    for _ in range(segment):
+        rows, columns = ((extent + BLOCK // 2 - 1) // BLOCK + 1 for extent in texels.shape[:2])
+        texels = np.round(boxed(texels, BLOCK, period)[0][1 : rows + 1, 1 : columns + 1])
+        at, period = (at + BLOCK / 2) / BLOCK, period // BLOCK
+    level = min(max(lod - LEVELS * segment, 0), LEVELS)
+    pair = [boxed(texels, 1 << whole, period) for whole in (int(level), int(level) + 1)]
+    lower, upper = (bilinear(box, at / (1 << (int(level) + k)) + before) for k, (box, before) in enumerate(pair))
+    return lower + (level - int(level)) * (upper - lower)
+
+
+def in_pages(pages, image, at, lod, size):
+    """The twin of common/pages.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
+    segment = min(int(lod / LEVELS), pages.last_segment)
+    fixed = 32 / 7
+    at = np.clip(at, 0, np.asarray(size) - 0.01)
+    block = (((at + 4 - fixed) / 8.0**segment + fixed - 4) / BLOCK).astype(int)
+    entry = pages.table[image, block[:, 1] + pages.first_rows[segment], block[:, 0]].astype(int)
+    found = entry[:, 0] & 7
+    place = (at + 4 - fixed) / 8.0 ** found[:, None] + fixed + (entry & ~7)
+    level = np.clip(lod - LEVELS * found, 0, LEVELS)
+    pictures = [
+        pages.texels[0],
+        pages.texels[1] if pages.plain_colour is None else np.full_like(pages.texels[0], pages.plain_colour),
+    ]
+    mips = [np.concatenate(pictures, -1).astype(float)]
+    for _ in range(LEVELS):
+        height, width = mips[-1].shape[:2]
+        mips.append(np.round(mips[-1].reshape(height // 2, 2, width // 2, 2, 8).mean((1, 3))))
+    values = np.stack(
+        [bilinear(np.pad(mip, ((1, 1), (1, 1), (0, 0))), place / (1 << k) + 1) for k, mip in enumerate(mips)]
+    )
+    below = np.minimum(level.astype(int), LEVELS - 1)
+    part = (level - below)[:, None]
+    every = np.arange(len(at))
+    return (1 - part) * values[below, every] + part * values[below + 1, every], found
+
+
+def points(image):
+    """Points (n, 2), in texels, all over an image, at the edges of its blocks and at its own."""
+    height, width = image.depth.shape
+    rng = np.random.default_rng(7)
+    anywhere = rng.uniform(0, (width, height), (400, 2))
+    on_edges = np.round(anywhere / BLOCK) * BLOCK + rng.choice([-0.01, 0, 0.01], anywhere.shape)
+    at_ends = np.where(rng.random(anywhere.shape) < 0.5, rng.choice([0, 0.3, 0.9], anywhere.shape), anywhere)
+    at_ends = np.where(rng.random(anywhere.shape) < 0.5, (width, height) - at_ends, at_ends)
+    return np.concatenate([anywhere, on_edges, at_ends]).clip(0, np.array([width, height]) - 0.01)
+
+
+@pytest.mark.parametrize("lod", [0, 1, 2, 3, 4, 5, 0.5, 2.25])
+def test_pages_hold_what_the_images_hold(baked, pages, lod):
+    """Wherever one looks, or else in a coarser segment, which stands in for what is never drawn."""
+    for number, image in enumerate(baked.images):
+        texels = image_texels(baked.cylinder, image)
+        at, period = points(image), image.depth.shape[1] if image.face is Face.SIDE else 0
+        found, segment = in_pages(pages, number, at, lod, image.depth.shape[::-1])
+        for coarsest in np.unique(segment):
+            here = segment == coarsest
+            expected = in_image(texels, at[here], int(coarsest), lod, period)
+            assert np.abs(found[here] - expected).max() <= ROUNDING, (image.name, coarsest)
+
+
+@pytest.mark.parametrize(("lod", "level"), [(0, 0), (1.5, 1), (4, 2)])
+def test_what_is_drawn_is_found_in_its_own_segment(baked, grids, pages, lod, level):
+    """Points anywhere within the triangles of a grid, but for borders."""
+    runs = grids.first[level, Case.ALL], grids.count[level, Case.ALL]
+    triangles = np.concatenate([grids.indices[first : first + count] for first, count in zip(*runs, strict=True)])
+    triangles = triangles.reshape(-1, 3)
+    triangles = triangles[(grids.texels[triangles] >= 0).all((1, 2))]
+    height, width = baked.images[0].depth.shape
+    corners = grids.texels[triangles].astype(float)
+    flags = grids.vertices[triangles[:, 2], 3]
+    side = (flags >> FACE_SHIFT & 7) == Face.SIDE
+    turned = corners[..., 0] - corners[:, :1, 0]
+    corners[..., 0] -= side[:, None] * width * np.round(turned / width)
+    weights = np.random.default_rng(2).dirichlet((1, 1, 1), len(corners))
+    at = np.einsum("tk,tki->ti", weights, corners) + 0.5
+    at[:, 0] = np.where(side, at[:, 0] % width, at[:, 0])
+    numbers = np.searchsorted([image.face for image in baked.images], flags >> FACE_SHIFT & 7) + (flags & 7)
+    for number in range(len(baked.images)):
+        _, segment = in_pages(pages, number, at[numbers == number], lod, (width, height))
+        assert (segment == min(int(lod / LEVELS), pages.last_segment)).all()
+
+
+def test_pages_are_smaller_than_images():
+    """What only the paper's cases draw is stored for those only."""
+    baked = statue()
+    all_cases, paper = (build_pages(baked, build_grids(baked, paper_cases=wanted)) for wanted in (False, True))
+    whole = len(baked.images) * baked.images[0].depth.size
+    assert all_cases.texels[0, ..., 0].size < paper.texels[0, ..., 0].size < 0.8 * whole
+
+
+LOOK_UP = """
+in vec2 uv;
+in float lod;
+uniform int image;
+out vec4 normal, colour;
+void main() {
+    vec3 place = page_at(image, uv, lod);
+    normal = page_texel(place, NORMALS);
+    colour = page_texel(place, COLOURS);
+}
+"""
+
+
+def test_the_shader_matches_its_twin(gl_device, baked, pages):
+    """Random points of every image at random levels of detail through common/pages.glsl, by transform feedback."""
+    store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked])), gl_device.scope("test")
+    drawn = store.depth_object(store.depth_numbers(0)[0])
+    text = Source("common/pages.glsl", "").text + LOOK_UP
+    program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour"])
+    drawn.pages.use(0)
+    drawn.page_table.use(1)
+    program["pages"], program["page_table"] = 0, 1
+    for name in ("coloured", "plain_colour", "image_size", "first_rows", "last_segment"):
+        program[name] = drawn.surface[name]
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own
+    for number, image in enumerate(baked.images):
+        size = image.depth.shape[::-1]
+        at = points(image)
+        for lod in (0, 0.7, 2, 3.4, 7):
+            asked = np.column_stack([at / size, np.full(len(at), lod)]).astype(np.float32)
+            array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f 1f", "uv", "lod")])
+            out = scope.buffer(reserve=32 * len(at))
+            program["image"] = number
+            array.transform(out, moderngl.POINTS)
+            found = np.frombuffer(out.read(), np.float32).reshape(-1, 8) * 255
+            array.release()
+            expected, _ = in_pages(pages, number, asked[:, :2].astype(float) * size, lod, size)
+            off = np.abs(found - expected).max(1)
+            assert np.quantile(off, 0.99) < ROUNDING, (image.name, lod)  # rounding may choose another block at an edge
+    program.release()
+    scope.release()
+    store.release()
