@@ -1,5 +1,6 @@
-// The surface point behind a pixel of the rectangle is P = C + (X − C) / λ; its depth makes objects, meshes and
-// effects meet correctly (Liu et al. 2007, §2.2: Z_t = D_t + depth).
+// The surface point behind a pixel of the rectangle is P = C + (X − C) / λ, for the viewer that the tile was warped for;
+// its depth makes objects, meshes and effects meet correctly (Liu et al. 2007, §2.2: Z_t = D_t + depth). Where the viewer has
+// moved since, see composite.vert: λ is looked for along the present ray, P lies on that ray at the depth that λ stands for.
 #include "common/rotation.glsl"
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
@@ -9,13 +10,16 @@ uniform usampler2D atlas_owner;
 uniform mat4 clip_from_eye;
 uniform float pixel_angle;          // metres a pixel covers at one metre
 uniform int show_tiles;             // the panel's view of the intermediate images
+uniform int steps;                  // of the search for λ, where the viewer has moved
 
 in vec3 ray;
-in vec3 in_tile_texel;
+in vec3 texel_near;
+in vec3 texel_far;
 flat in vec3 viewer;
 flat in vec4 rotation;
 flat in vec4 tile;
 flat in vec2 scales;
+flat in vec3 parallax;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
@@ -77,13 +81,28 @@ float tile_depth(vec2 texel, out ivec2 nearest) {
     return dot(weight, depth) / dot(weight, vec4(1.0));
 }
 
+// Homogeneous texel of the tile where the present ray meets the surface. A step takes λ from where the last one led.
+vec3 surface_texel() {
+    vec3 at = mix(texel_far, texel_near, parallax.y);
+    for (int k = 0; k < steps && parallax.z > 0.0; ++k) {
+        ivec2 texel = ivec2(tile.xy + clamp(at.xy / at.z, vec2(0.0), tile.zw - 1.0));
+        float stored = texelFetch(atlas_depth, texel, 0).r;
+        if (stored == 1.0) break;
+        at = mix(texel_far, texel_near, (1.0 - stored) * at.z / scales.y);
+    }
+    return at;
+}
+
 void main() {
     ivec2 nearest;
     float scale = scales.x;
-    float depth = tile_depth(tile.xy + in_tile_texel.xy / in_tile_texel.z, nearest);
+    vec3 at = surface_texel();
+    vec2 texel = at.xy / at.z;
+    if (any(lessThan(texel, vec2(-1.0))) || any(greaterThan(texel, tile.zw + 1.0))) discard;
+    float depth = tile_depth(tile.xy + texel, nearest);
     if (depth == 1.0) discard;
-    float lambda = (1.0 - depth) * in_tile_texel.z / scales.y;
-    vec3 from_viewer = ray / lambda;
+    float lambda = (1.0 - depth) * at.z / scales.y;
+    vec3 from_viewer = ray * (1.0 + parallax.x * (1.0 / lambda - 1.0));
     vec3 point = viewer + rotate_back(rotation, from_viewer) / scale;
     int image = int(texelFetch(atlas_owner, nearest, 0).r);
     Surface surface = surface_at(point, image, length(from_viewer) * pixel_angle / scale);

@@ -1,31 +1,58 @@
 // Pass 2: one rectangle per object, the part of the plane that its intermediate image covers.
+//
+// The image may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
+// (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
+//   λ·x + (1 − λ)·r·(x − δ):
+// between x itself and x(∞) = r·(x − δ), what C sees at infinity there. So the tile's texel is linear in λ too.
+#include "common/rotation.glsl"
 uniform mat4 clip_from_eye;     // clip coordinates of a world vector from the viewer
 
-in vec3 in_corner;              // world vectors from the viewer to the rectangle's corner and along its edges
-in vec3 in_edge_u;
-in vec3 in_edge_v;
-in vec3 in_texel;               // texels from the tile's corner, homogeneous, there
-in vec3 in_texel_u;
-in vec3 in_texel_v;
-in vec3 in_viewer;              // object frame
-in vec4 in_rotation;
+in vec4 in_right;               // plane axes, object frame; w: low corner of the rectangle
+in vec4 in_up;
+in vec4 in_normal;              // toward the viewer; w: D0
+in vec4 in_reach;               // high corner of the rectangle; λ of the nearest and of the farthest that may be there
+in vec4 in_origin;              // C0, object frame; the tile's least w / λ
+in vec3 in_to_x;                // homography from plane coordinates, relative to the epipole, to texels from the tile's corner
+in vec3 in_to_y;
+in vec3 in_to_w;
 in vec4 in_tile;                // x, y, width, height in texels
-in vec2 in_scales;              // the object's scale; the tile's least w / λ
+in vec4 in_viewer;              // C, object frame; the object's scale
+in vec4 in_rotation;
 
 out vec3 ray;                   // world, from the viewer to the plane
-out vec3 in_tile_texel;         // homogeneous
+out vec3 texel_near;            // homogeneous, of x and of x(∞)
+out vec3 texel_far;
 flat out vec3 viewer;
 flat out vec4 rotation;
 flat out vec4 tile;
-flat out vec2 scales;
+flat out vec2 scales;           // the object's; the tile's least w / λ
+flat out vec3 parallax;         // r; λ in the middle of what may be there; 1 where C is not C0
+
+// Where C sees what C0 has at `position`, if its λ is `lambda`.
+vec2 shifted(vec2 position, float lambda, float ratio, vec2 aside) {
+    return (position + (1.0 - lambda) * ratio * aside) / (lambda + (1.0 - lambda) * ratio);
+}
 
 void main() {
-    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
-    ray = in_corner + corner.x * in_edge_u + corner.y * in_edge_v;
-    in_tile_texel = in_texel + corner.x * in_texel_u + corner.y * in_texel_v;
-    viewer = in_viewer;
+    vec3 moved = in_viewer.xyz - in_origin.xyz;
+    vec2 aside = vec2(dot(in_right.xyz, moved), dot(in_up.xyz, moved));
+    float away = in_normal.w + dot(in_normal.xyz, moved);
+    float ratio = in_normal.w / away;
+    vec2 low = vec2(in_right.w, in_up.w), high = in_reach.xy;
+    bvec2 last = bvec2(gl_VertexID & 1, gl_VertexID >> 1);
+    vec2 corner = mix(low, high, last);
+    vec2 near = shifted(corner, in_reach.z, ratio, aside), far = shifted(corner, in_reach.w, ratio, aside);
+    vec2 place = mix(min(near, far), max(near, far), last);
+
+    mat3 texel_from_plane = transpose(mat3(in_to_x, in_to_y, in_to_w));
+    texel_near = texel_from_plane * vec3(place, 1.0);
+    texel_far = texel_from_plane * vec3(ratio * (place - aside), 1.0);
+    vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
+    ray = rotate(in_rotation, direction) * in_viewer.w;
+    viewer = in_viewer.xyz;
     rotation = in_rotation;
     tile = in_tile;
-    scales = in_scales;
+    scales = vec2(in_viewer.w, in_origin.w);
+    parallax = vec3(ratio, 0.5 * (in_reach.z + in_reach.w), dot(moved, moved) > 0.0);
     gl_Position = clip_from_eye * vec4(ray, 1.0);
 }

@@ -7,9 +7,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from depthwalk.bench.equal import TOLERANCE, coarsened
+from depthwalk.bench.equal import TOLERANCE, _picture_flip, coarsened
 from depthwalk.bench.rows import COLUMNS, SETTLING, Walk, most_seen
 from depthwalk.bench.table import main
+from depthwalk.quality.metrics import flip_map
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 
@@ -23,12 +24,12 @@ def run(*arguments):
 
 @pytest.fixture
 def crowd(tiny_scene):
-    """The scene with nine balls in a row, and a path of twelve frames past them."""
+    """The scene with nine balls in a row, and a path of forty frames past them."""
     text = tiny_scene.read_text().replace("- {asset: ball}", "- {grid: {asset: ball, count: [9, 1], spacing: [3, 3]}}")
     tiny_scene.write_text(text)
     path = tiny_scene.with_name("past.yaml")
     path.write_text(
-        "version: 1\nfps: 11\nkeyframes:\n"
+        "version: 1\nfps: 39\nkeyframes:\n"
         "  - {time: 0, position: [-12, 1, 9], target: [-12, 1, 0], fov: 45}\n"
         "  - {time: 1, position: [-9, 1, 9], target: [-9, 1, 0], fov: 45}\n"
     )
@@ -89,7 +90,7 @@ def test_rows_are_made_once(crowd, tmp_path):
         (["--counts", "1,x"], "--counts 1,x: must be N,…, whole numbers from 1"),
         (["--counts", "0"], "--counts 0: must be N,…, whole numbers from 1"),
         (["--counts", "12"], "--counts 12: {s} has 9 objects; --set objects.0.grid.count=[X,Z] adds"),
-        (["--counts", "1", "--run", "9"], "--path: has 12 frames; a moment takes 13 of them"),
+        (["--counts", "1", "--run", "11"], "--path: has 40 frames; a moment takes 41 of them"),
         (["--counts", "1", "--json", "{d}/scene.yaml"], "{d}/scene.yaml: not a table of ours: Expecting value: line 1"),
     ],
 )
@@ -106,3 +107,12 @@ def test_a_table_of_something_else_is_not_mixed_in(crowd, tmp_path):
     result = run(crowd[0], "--path", crowd[1], "--counts", "1", "--run", 2, "--json", out)
     assert result.exit_code == 2 and "holds a table of another version" in result.stderr
     assert np.array_equal(json.loads(out.read_text())["resolution"], [8, 8])
+
+
+def test_flip_of_a_picture_needs_only_what_differs():
+    random = np.random.default_rng(0)
+    reference = random.integers(0, 256, (120, 160, 3), np.uint8)
+    test = reference.copy()
+    test[40:60, 70:90] //= 2
+    assert _picture_flip(reference, reference) == 0
+    assert _picture_flip(reference, test) == pytest.approx(float(flip_map(reference, test).mean()), rel=1e-4)

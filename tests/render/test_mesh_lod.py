@@ -162,7 +162,8 @@ def test_back_faces_of_a_solid_do_not_matter(studio):
     np.testing.assert_array_equal(*pictures)
 
 
-def test_levels_are_kept_and_found_again(tiny_scene, cache_home):
+def test_levels_are_kept_and_found_again(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = load_scene(tiny_scene).assets
     stages: list[str] = []
     made = SceneLibrary(assets, lambda name, stage: stages.append(stage)).mesh_levels(0)
@@ -174,8 +175,8 @@ def test_levels_are_kept_and_found_again(tiny_scene, cache_home):
         assert one.mesh.parts == other.mesh.parts
         for name in ("positions", "normals", "colours", "uv", "faces"):
             np.testing.assert_array_equal(getattr(one.mesh, name), getattr(other.mesh, name))
-    for file in cache_home.rglob("*.levels.npz"):
-        file.write_bytes(file.read_bytes()[:-200])
+    (file,) = (tmp_path / "cache").rglob("*.levels.npz")
+    file.write_bytes(file.read_bytes()[:-200])
     SceneLibrary(assets, lambda name, stage: stages.append(stage)).mesh_levels(0)
     assert stages[3:] == ["reading", "simplifying"]
 
@@ -194,3 +195,8 @@ def test_relief_has_no_levels():
     library = SceneLibrary((SimpleNamespace(),))  # neither kind of asset has to be read
     library._meshes[0] = None
     assert library.mesh_levels(0) == ()
+
+
+def test_a_scene_file_may_ask_for_it(tiny_scene):
+    tiny_scene.write_text(tiny_scene.read_text().replace("{asset: ball}", "{asset: ball, representation: mesh-lod}"))
+    assert load_scene(tiny_scene).objects.representation.tolist() == [Representation.MESH_LOD]

@@ -124,8 +124,8 @@ def _on_surface(
 ) -> NDArray[np.bool_]:
     """Whether triangles of the samples u, v, depth (n, 3) approximate the mesh.
 
-    One whose depths differ by less than `limit`, a cell, does. A steeper one does if the mesh is where its middle is; of
-    a long one, which something may cross by chance, three more points are asked.
+    One whose depths differ by less than `limit`, a cell, does. A steeper one does if the mesh is where its middle is;
+    of a long one, which something may cross by chance, three more points are asked.
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.headless import HeadlessRenderer
-from depthwalk.quality.metrics import flip_map
+from depthwalk.quality.metrics import FLIP_REACH, bounding_window, flip_map
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
 
@@ -32,18 +32,23 @@ def _reduced(headless: HeadlessRenderer, camera: Camera) -> Picture:
 
 
 def path_flip(
-    headless: HeadlessRenderer, cameras: Sequence[Camera], references: Sequence[Picture], pool: Executor
+    headless: HeadlessRenderer, moments: Sequence[Sequence[Camera]], references: Sequence[Picture], pool: Executor
 ) -> float:
-    """Mean FLIP, over the whole of all pictures, of what `headless` draws against `references`."""
+    """Mean FLIP, over the whole of all pictures, of the last frame of each moment against its reference."""
     pending = []
-    for camera, reference in zip(cameras, references, strict=True):
-        headless.draw(View(camera, headless.size))
+    for cameras, reference in zip(moments, references, strict=True):
+        for camera in cameras:
+            headless.draw(View(camera, headless.size))
         pending.append(pool.submit(_picture_flip, reference, headless.pixels()[..., :3].copy()))
     return float(np.mean([each.result() for each in pending]))
 
 
 def _picture_flip(reference: Picture, test: Picture) -> float:
-    return float(flip_map(reference, test).mean(dtype=np.float64))
+    differs = (reference != test).any(axis=-1)
+    if not differs.any():
+        return 0.0
+    window = bounding_window(differs, FLIP_REACH)  # beyond it FLIP is 0, and takes as long as here
+    return float(flip_map(reference[window], test[window]).sum(dtype=np.float64) / differs.size)
 
 
 def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -23,7 +24,7 @@ from depthwalk.scene.scene import Scene
 
 MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
 REFERENCE_ERROR = 0.05  # pixels, of those meshes
-SETTLING = 4  # frames before each moment's timed ones, so that kept images are as old as on a walk
+SETTLING = 30  # frames before each moment's timed ones, so that kept images are as old as on a walk
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,11 @@ class Walk:
     @property
     def compared(self) -> list[Camera]:
         return [moment[SETTLING] for moment in self.moments]
+
+    @property
+    def approaches(self) -> list[tuple[Camera, ...]]:
+        """The frames that lead to what is compared, which is the last of each."""
+        return [moment[: SETTLING + 1] for moment in self.moments]
 
 
 @dataclass(frozen=True)
@@ -115,19 +121,16 @@ def make_row(
     described, references = _references(walk, scene, library)
     with ExitStack() as opened:
         drawn = {name: opened.enter_context(_open(scene, library, walk.size, kind)) for name, kind in COLUMNS.items()}
-        if "reuse_error" in type(scene.render.warp).model_fields:
-            drawn["re-warped"].renderer.settings.warp.reuse_error = 0.0
+        drawn["re-warped"].renderer.settings.warp.reuse_error = 0.0
         report("tuning")
-        tuned = _tuned(drawn, lambda headless: path_flip(headless, walk.compared, references, pool))
-        if count <= MOST_MESHES:
-            tuned["mesh"] = "", path_flip(drawn["mesh"], walk.compared, references, pool)
+        tuned = _tuned(walk, drawn, references, pool)
         report("timing")
         runs = _timed(walk, drawn)
     return Row(count, described, commit(), {name: _column(runs[name], tuned.get(name)) for name in drawn})
 
 
 def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
-    """The `count` objects that most moments show, of these the nearest: every one of few is in the picture."""
+    """Numbers (count,) of the objects that most moments show, of these the nearest: so that few are in the picture."""
     position = scene.objects.position
     places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)
     nearest = np.full(len(position), np.inf)
@@ -157,27 +160,28 @@ def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, l
 
 
 def _tuned(
-    drawn: dict[str, HeadlessRenderer], flip_of: Callable[[HeadlessRenderer], float]
+    walk: Walk, drawn: dict[str, HeadlessRenderer], references: list[Picture], pool: Executor
 ) -> dict[str, tuple[str, float]]:
     """Setting and FLIP by column. The target is the FLIP of depth images as the scene has them, or that of the finest
     mesh, where that is worse; both are made as coarse as it allows."""
-    meshes, warped = drawn["mesh-lod"], drawn["re-warped"]
+    stills = [[camera] for camera in walk.compared]
 
-    def mesh_flip(error: float) -> float:
-        _MESH_ERROR.turn(meshes, error)
-        return flip_of(meshes)
+    def flip_at(name: str, knob: _Knob, to: float) -> float:
+        knob.turn(drawn[name], to)
+        return path_flip(drawn[name], stills, references, pool)
 
-    def warped_flip(bias: float) -> float:
-        _BIAS.turn(warped, bias)
-        return flip_of(warped)
-
-    bias = warped.renderer.settings.lod.bias
-    target = max(flip_of(warped), mesh_flip(_FINEST_MESH))
-    error, flip = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
-    tuned = {"mesh-lod": (_MESH_ERROR.turn(meshes, error), flip)}
-    bias, flip = coarsened(warped_flip, bias, _BIAS.coarsest, flip)
-    # After a jump nothing is kept, so the picture of `dpci` is that of `re-warped`: its frames cost less, that is all.
-    return tuned | {name: (_BIAS.turn(drawn[name], bias), flip) for name in ("re-warped", "dpci")}
+    mesh_flip, warped_flip = partial(flip_at, "mesh-lod", _MESH_ERROR), partial(flip_at, "re-warped", _BIAS)
+    bias = drawn["re-warped"].renderer.settings.lod.bias
+    target = max(warped_flip(bias), mesh_flip(_FINEST_MESH))
+    error, target = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
+    tuned = {"mesh-lod": (_MESH_ERROR.turn(drawn["mesh-lod"], error), target)}
+    bias, flip = coarsened(warped_flip, bias, _BIAS.coarsest, target)
+    tuned["re-warped"] = _BIAS.turn(drawn["re-warped"], bias), flip
+    setting = _BIAS.turn(drawn["dpci"], bias)
+    tuned["dpci"] = setting, path_flip(drawn["dpci"], walk.approaches, references, pool)
+    if len(drawn["mesh"].renderer.objects()) <= MOST_MESHES:
+        tuned["mesh"] = "", path_flip(drawn["mesh"], stills, references, pool)
+    return tuned
 
 
 def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run]]:

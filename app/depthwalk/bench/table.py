@@ -61,14 +61,9 @@ def main(
             f"--counts {max(numbers)}: {scene} has {placed} objects; --set objects.0.grid.count=[X,Z] adds"
         )
     walk = Walk.along(camera_path, frames, run, seconds, size)
-    device = headless_device()
-    renderer, software = device.renderer, device.software
-    device.context.release()
-    if gpu and software:
-        raise InputError(f"--gpu: OpenGL here is {renderer}, which runs on the CPU")
     head = {
         "version": depthwalk.__version__,
-        "renderer": renderer,
+        "renderer": _driver(gpu),
         "resolution": list(size),
         "scene": str(scene),
         "path": str(path),
@@ -95,6 +90,15 @@ def _parse_counts(text: str) -> list[int]:
     if not counts or min(counts) < 1:
         raise InputError(f"--counts {text}: must be N,…, whole numbers from 1")
     return counts
+
+
+def _driver(gpu: bool) -> str:
+    """The GL driver's name. Raises InputError where a GPU is asked for and there is none."""
+    device = headless_device()
+    device.context.release()
+    if gpu and device.software:
+        raise InputError(f"--gpu: OpenGL here is {device.renderer}, which runs on the CPU")
+    return device.renderer
 
 
 def _kept_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:

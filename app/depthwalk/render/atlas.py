@@ -1,10 +1,82 @@
-"""Where each intermediate image lies in the atlas: shelf packing, highest tiles first."""
+"""Where each intermediate image lies in the atlas, from frame to frame.
+
+Tiles get slots that are cut from free rectangles (a guillotine allocator); slots given back grow together again.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
+Rows = NDArray[np.integer]
 
-def pack_shelves(sizes: NDArray[np.int64], width: int) -> tuple[NDArray[np.int64], int]:
+
+class Atlas:
+    """The free rectangles of an atlas of `size` (width, height) texels; they and slots are rows x, y, width, height."""
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self.size = size
+        self._free: Rows = np.array([[0, 0, *size]], np.int64)
+
+    def pack(self, sizes: Rows) -> Rows | None:
+        """Slots (n, 4) for tiles of `sizes` (n, 2), instead of all there were; None where they do not fit."""
+        corners, used = pack_shelves(sizes, self.size[0])
+        if used > self.size[1]:
+            return None
+        width, height = self.size
+        starts, shelf = np.unique(corners[:, 1], return_inverse=True)
+        heights = np.diff(np.append(starts, used))
+        ends = np.zeros_like(starts)
+        np.maximum.at(ends, shelf, corners[:, 0] + sizes[:, 0])
+        rest = np.stack([ends, starts, width - ends, heights], -1)
+        self._free = np.concatenate([rest, [[0, used, width, height - used]]])
+        return np.column_stack([corners, sizes[:, 0], heights[shelf]])
+
+    def allocate(self, size: Rows) -> Rows | None:
+        """The slot (4,) for a tile of `size` (2,), where it fits most snugly; None where there is no room."""
+        free = self._free
+        left = free[:, 2:] - size
+        fits = np.flatnonzero((left >= 0).all(1))
+        if not len(fits):
+            return None
+        best = int(fits[np.argmin(left[fits].min(1))])
+        x, y, wide, high = free[best].tolist()
+        width, height = size.tolist()
+        # What is left is an L: cut so that its larger part stays whole.
+        if wide - width > high - height:
+            rest = [x + width, y, wide - width, high], [x, y + height, width, high - height]
+        else:
+            rest = [x, y + height, wide, high - height], [x + width, y, wide - width, height]
+        self._free[best] = rest[0]
+        if rest[1][2] * rest[1][3]:
+            self._free = np.concatenate([self._free, rest[1:]])
+        return np.array([x, y, width, height])
+
+    def release(self, slots: Rows) -> None:
+        """Gives slots (n, 4) back; neighbours that are free and make a rectangle become one."""
+        free = np.concatenate([self._free, slots])
+        free = free[(free[:, 2:] > 0).all(1)]
+        for axis in (0, 1):
+            free = _joined(free, axis)
+        self._free = free
+
+    @property
+    def free_texels(self) -> int:
+        return int(self._free[:, 2:].prod(1).sum())
+
+
+def _joined(free: Rows, axis: int) -> Rows:
+    """Rectangles (n, 4) that touch end to end along the axis, and are equal along the other, as one each."""
+    start, length, other, across = (free[:, k] for k in (axis, 2 + axis, 1 - axis, 3 - axis))
+    order = np.lexsort((start, across, other))
+    free, start, length, other, across = free[order], start[order], length[order], other[order], across[order]
+    touch = (start[1:] == (start + length)[:-1]) & (other[1:] == other[:-1]) & (across[1:] == across[:-1])
+    first = np.flatnonzero(np.append(True, ~touch)[: len(free)])
+    joined = free[first]
+    if len(first):
+        joined[:, 2 + axis] = np.add.reduceat(length, first)
+    return joined
+
+
+def pack_shelves(sizes: Rows, width: int) -> tuple[Rows, int]:
     """Lower left corners (n, 2) of tiles of `sizes` (n, 2) in a strip `width` texels wide, and the height used.
 
     Next-fit decreasing height: sorted by height, tiles fill a shelf until its width is spent. The loop runs over

@@ -5,11 +5,11 @@ that the shaders read. No GL here.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.atlas import pack_shelves
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.lod import (
     Case,
@@ -20,16 +20,10 @@ from depthwalk.render.lod import (
     paper_cases,
 )
 from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
-from depthwalk.render.planes import (
-    MIN_PLANE_DISTANCE,
-    Planes,
-    Volumes,
-    choose_planes,
-    crop_to_frustum,
-    viewer_in_object,
-)
-from depthwalk.render.records import composite_records, placed_records, warp_records
-from depthwalk.render.tiles import TileParams, Tiles, plane_tiles, screen_tiles
+from depthwalk.render.planes import MIN_PLANE_DISTANCE, Volumes, nearest_faces, viewer_in_object
+from depthwalk.render.records import placed_records
+from depthwalk.render.reuse import Shown, TilePlanner, TileWork
+from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
@@ -81,21 +75,25 @@ class Drawing:
 
 @dataclass
 class FramePlan:
-    """What the passes draw. counts: numbers for HUD and benchmark; atlas_height: rows of the atlas in use."""
+    """What the passes draw. counts: numbers for HUD and benchmark; cleared: (n, 4), slots of the atlas, x, y, width and
+    height, that pass 1 fills anew."""
 
     warp: Drawing
     composite: Drawing
     dmesh: Drawing
     mesh: Drawing
-    atlas_height: int
+    cleared: NDArray[np.integer]
     counts: dict[str, int | float]
 
 
 class Planner:
-    """Makes the plan of each frame; holds what `lod.freeze` keeps."""
+    """Makes the plan of each frame; holds the intermediate images that are kept, and what `lod.freeze` keeps."""
 
     def __init__(self) -> None:
         self._frozen: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None  # level and case of every object
+        self._tiles = TilePlanner()
+        self._objects: Objects | None = None  # of the frame before, and what else its tiles were made for
+        self._made_for: tuple[Any, ...] = ()
 
     def plan(
         self,
@@ -110,48 +108,67 @@ class Planner:
         atlas_size: tuple[int, int],
     ) -> FramePlan:
         """The frame that shows the objects `visible` (m,), nearest first, of all `objects`."""
-        shown, spheres = objects.take(visible), bounds.take(visible)
-        viewer = viewer_in_object(view, shown.position, shown.rotation, shown.scale)
+        self._forget_if_changed(view, objects, table, lod, layout, atlas_size)
+        placed, spheres = objects.take(visible), bounds.take(visible)
+        viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
         if lod.freeze:
             level, case = self._frozen_levels(view, objects, bounds, table, lod)
             level, case = level[visible], case[visible]
         else:
             self._frozen = None
-            level, case = choose_levels(view, shown, spheres, viewer, table, lod)
-        imaged = np.flatnonzero(shown.representation == Representation.DPCI)
-        volumes = table.volumes.take(shown.asset[imaged])
-        planes = choose_planes(viewer[imaged], volumes)
-        usable = planes.distance >= MIN_PLANE_DISTANCE * volumes.radius
+            level, case = choose_levels(view, placed, spheres, viewer, table, lod)
+        imaged = np.flatnonzero(placed.representation == Representation.DPCI)
+        volumes = table.volumes.take(placed.asset[imaged])
+        _, distance = nearest_faces(viewer[imaged], volumes)
+        usable = distance >= MIN_PLANE_DISTANCE * volumes.radius
         # Inside the cylinder or nearly so no plane serves. A planar image seen from behind is left out: it has no back
         # (Liu et al. 2007, §2).
-        near = imaged[~usable & (volumes.has_side | (planes.distance > 0))]
+        near = imaged[~usable & (volumes.has_side | (distance > 0))]
         case[near] = Case.ALL  # from inside, any image may be seen
-        kept, planes, tiles, whole = _place_tiles(
-            view, shown.take(imaged[usable]), spheres.take(imaged[usable]), planes.take(usable), layout, min(atlas_size)
-        )
-        warped = imaged[usable][kept]
-        tiles, corners, used, shrink = _pack(tiles, atlas_size)
+        imaged = imaged[usable]
+        triangles = table.triangles[placed.asset[imaged], level[imaged]]
+        parts = placed.take(imaged), spheres.take(imaged), volumes.take(usable)
+        shown = Shown(visible[imaged], *parts, viewer[imaged], level[imaged], case[imaged], triangles)
+        work = self._tiles.plan(view, shown, layout)
 
-        order = np.lexsort((~whole, case[warped], level[warped], shown.asset[warped]))
-        warped, planes, tiles, corners = warped[order], planes.take(order), tiles.take(order), corners[order]
-        runs = _groups(table, shown.asset[warped], level[warped], case[warped], ~whole[order])
-        warp = Drawing(warp_records(planes, tiles, corners, atlas_size), runs)
-        rectangles = composite_records(shown.take(warped), viewer[warped], planes, tiles, corners)
-        composite = Drawing(rectangles, _groups(table, shown.asset[warped]))
+        anew = shown.take(work.anew)
+        order = np.lexsort((~work.whole, anew.case, anew.level, anew.objects.asset))
+        anew = anew.take(order)
+        runs = _groups(table, anew.objects.asset, anew.level, anew.case, ~work.whole[order])
+        warp = Drawing(work.warp[order], runs)
+        composite = Drawing(work.composite, _groups(table, work.asset))
 
-        direct = np.concatenate([np.flatnonzero(shown.representation == Representation.DMESH), near])
-        direct = direct[np.lexsort((case[direct], level[direct], shown.asset[direct]))]
-        runs = _groups(table, shown.asset[direct], level[direct], case[direct])
-        dmesh = Drawing(placed_records(view, shown.take(direct)), runs)
-        meshes = np.flatnonzero(np.isin(shown.representation, MESHES))
-        fine = mesh_level(view, shown.take(meshes), spheres.take(meshes), table.mesh_error, polygons.error)
-        order = np.lexsort((fine, shown.asset[meshes]))  # of equals, the nearest stays first
+        direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
+        direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
+        runs = _groups(table, placed.asset[direct], level[direct], case[direct])
+        dmesh = Drawing(placed_records(view, placed.take(direct)), runs)
+        meshes = np.flatnonzero(np.isin(placed.representation, MESHES))
+        fine = mesh_level(view, placed.take(meshes), spheres.take(meshes), table.mesh_error, polygons.error)
+        order = np.lexsort((fine, placed.asset[meshes]))  # of equals, the nearest stays first
         meshes, fine = meshes[order], fine[order]
-        mesh = Drawing(placed_records(view, shown.take(meshes)), _groups(table, shown.asset[meshes], fine))
-        counts = _counts(len(objects), warp, composite, dmesh, mesh, level[warped], case[warped])
-        counts["mesh_triangles"] = int(table.mesh_triangles[shown.asset[meshes], fine].sum())
-        counts |= {"atlas_used": used / atlas_size[1], "tile_resolution": shrink}
-        return FramePlan(warp, composite, dmesh, mesh, used, counts)
+        mesh = Drawing(placed_records(view, placed.take(meshes)), _groups(table, placed.asset[meshes], fine))
+        counts = _counts(len(objects), warp, composite, dmesh, mesh, work)
+        counts["mesh_triangles"] = int(table.mesh_triangles[placed.asset[meshes], fine].sum())
+        return FramePlan(warp, composite, dmesh, mesh, work.slots, counts)
+
+    def _forget_if_changed(
+        self,
+        view: View,
+        objects: Objects,
+        table: AssetTable,
+        lod: LodParams,
+        layout: TileParams,
+        atlas_size: tuple[int, int],
+    ) -> None:
+        """Drops what is kept where it was made for other objects or with other settings. Where an object stands does
+        not matter: it is compared by the viewer in its frame."""
+        made_for = table, lod.model_dump(), layout.model_dump(), view.size, atlas_size
+        before = self._objects
+        same = before is not None and made_for[0] is self._made_for[0] and made_for[1:] == self._made_for[1:]
+        self._objects, self._made_for = objects, made_for
+        if same and (objects is before or _of_one_kind(objects, before)):
+            return
+        self._tiles.forget(len(objects), atlas_size)
 
     def _frozen_levels(
         self, view: View, objects: Objects, bounds: Bounds, table: AssetTable, lod: LodParams
@@ -161,6 +178,11 @@ class Planner:
             viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
             self._frozen = choose_levels(view, objects, bounds, viewer, table, lod)
         return self._frozen
+
+
+def _of_one_kind(objects: Objects, before: Objects | None) -> bool:
+    columns = ("asset", "representation")
+    return all(np.array_equal(getattr(objects, name), getattr(before, name)) for name in columns)
 
 
 def choose_levels(
@@ -180,32 +202,6 @@ def choose_levels(
     in_paper = lod.cases == "paper"
     case = paper_cases(viewer, volumes.bottom, volumes.top) if in_paper else np.full(len(asset), Case.ALL)
     return level, case.astype(np.int64)
-
-
-def _place_tiles(
-    view: View, objects: Objects, bounds: Bounds, planes: Planes, layout: TileParams, limit: int
-) -> tuple[NDArray[np.intp], Planes, Tiles, NDArray[np.bool_]]:
-    """Which of the objects are seen (m,), their planes cut to the frustum, their tiles, and which are whole (m,)."""
-    planes, seen = crop_to_frustum(planes, view, objects.rotation)
-    kept = np.flatnonzero(seen.visible)
-    planes, seen = planes.take(kept), seen.take(kept)
-    if layout.tiles == "plane":
-        return kept, *plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit), seen.whole
-    nearest = (bounds.centre[kept] - view.position) @ view.axes[2] - bounds.reach[kept]
-    depth = np.maximum(nearest, view.depth_range[0]) / objects.scale[kept]
-    return kept, planes, screen_tiles(planes, seen, view, depth, layout.tile_scale, limit), seen.whole
-
-
-def _pack(tiles: Tiles, atlas_size: tuple[int, int]) -> tuple[Tiles, NDArray[np.int64], int, float]:
-    """The tiles, shrunk by a common factor if they would not fit; their corners (n, 2); rows used; that factor."""
-    shrink = 1.0
-    packed = tiles
-    while True:
-        corners, used = pack_shelves(packed.size, atlas_size[0])
-        if used <= atlas_size[1]:
-            return packed, corners, used, shrink
-        shrink *= min(0.97, (atlas_size[1] / used) ** 0.5)
-        packed = tiles.shrunk(shrink)
 
 
 def _groups(
@@ -236,22 +232,23 @@ def _groups(
 
 
 def _counts(
-    total: int,
-    warp: Drawing,
-    composite: Drawing,
-    dmesh: Drawing,
-    mesh: Drawing,
-    level: NDArray[np.int64],
-    case: NDArray[np.int64],
+    total: int, warp: Drawing, composite: Drawing, dmesh: Drawing, mesh: Drawing, work: TileWork
 ) -> dict[str, int | float]:
+    warped = sum(group.count * length for group in warp.groups + dmesh.groups for _, length in group.indices) // 3
     drawn: dict[str, int | float] = {
         "objects": total,
         "dpci": len(composite.records),
         "dmesh": len(dmesh.records),
         "mesh": len(mesh.records),
+        "warped": len(warp.records),
+        "warped_triangles": warped,
+        "draw_groups": len(warp.groups),
     }
-    warped = sum(group.count * length for group in warp.groups + dmesh.groups for _, length in group.indices) // 3
-    drawn |= {"warped_triangles": warped, "draw_groups": len(warp.groups)}
-    steps = {f"step_{1 << k}": int(n) for k, n in enumerate(np.bincount(level)) if n}
-    cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(case)) if n}
-    return drawn | steps | cases
+    steps = {f"step_{1 << k}": int(n) for k, n in enumerate(np.bincount(work.level)) if n}
+    cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(work.case)) if n}
+    atlas = {
+        "atlas_used": work.atlas_used,
+        "tile_resolution": float(work.resolution.min(initial=1)),
+        "tile_error": float(work.error.max(initial=0)),
+    }
+    return drawn | steps | cases | atlas

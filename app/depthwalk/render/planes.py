@@ -18,7 +18,7 @@ Array = NDArray[np.floating]
 # Closer to every plane than this part of its radius, an object is warped straight to the screen: the tile of a
 # plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
 MIN_PLANE_DISTANCE = 0.1
-_GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neighbours for filtering at its border
+GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neighbours for filtering at its border
 
 
 @dataclass(frozen=True)
@@ -62,23 +62,25 @@ def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array)
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 
 
-def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
-    """For each viewer (n, 3) the plane it is farthest from, hence sees most squarely, and the object's rectangle on it.
+def nearest_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Array]:
+    """The Face (n,) in whose plane each object is warped for a viewer (n, 3), and the distance (n,) to that plane.
 
     Where the distance is not positive the viewer is inside the cylinder, or behind a planar image.
     """
-    v = volumes
-    rho = np.hypot(viewer[:, 0], viewer[:, 2])
-    never = np.full(len(viewer), -np.inf)
-    distances = np.stack(
-        [
-            viewer[:, 1] - v.top,
-            np.where(v.has_side, rho - v.radius, never),
-            np.where(v.has_side, v.bottom - viewer[:, 1], never),
-        ]
-    )
+    above = viewer[:, 1] - volumes.top
+    beside = np.hypot(viewer[:, 0], viewer[:, 2]) - volumes.radius
+    below = volumes.bottom - viewer[:, 1]
+    beside, below = (np.where(volumes.has_side, each, -np.inf) for each in (beside, below))
+    distances = np.stack([above, beside, below])
     face = distances.argmax(axis=0)
-    distance = distances.max(axis=0)
+    return face, distances.max(axis=0)
+
+
+def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
+    """For each viewer (n, 3) the plane that it sees most squarely (`nearest_faces`), and the object's bounds on it."""
+    v = volumes
+    face, distance = nearest_faces(viewer, volumes)
+    rho = np.hypot(viewer[:, 0], viewer[:, 2])
     side, above = face == Face.SIDE, face == Face.TOP
 
     outward = viewer[:, [0, 2]] / np.maximum(rho, 1e-12)[:, None]
@@ -92,6 +94,15 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
     offset = np.einsum("ni,ni->n", viewer, normal) - distance
     low, high = _rectangles(v, side, distance, epipole)
     return Planes(face, right, up, normal, distance, epipole, offset, low - epipole, high - epipole)
+
+
+def depths_behind(planes: Planes, volumes: Volumes) -> Array:
+    """Least and greatest depth (n, 2) of the objects' boxes behind their planes, metres."""
+    v = volumes
+    reach = np.abs(planes.normal[:, 0]) * v.half_width + np.abs(planes.normal[:, 2]) * v.half_depth
+    reach = np.where(planes.face == Face.SIDE, np.minimum(reach, v.radius), (v.top - v.bottom) / 2)
+    middle = np.where(planes.face == Face.SIDE, v.radius, reach)
+    return np.stack([middle - reach, middle + reach], -1)
 
 
 def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: Array) -> tuple[Array, Array]:
@@ -128,15 +139,15 @@ class Seen(Takes):
     pixel_high: Array
 
 
-def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes, Seen]:
-    """The rectangles cut down to what the camera sees.
+def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = GUARD) -> tuple[Planes, Seen]:
+    """The rectangles cut down to what the camera sees, in pictures `guard` times as wide and high as the view's.
 
     The seen part is a convex polygon: its corners are corners of the rectangle, crossings of an edge with a side of
     the frustum, or the frustum's own corner rays. Its bounding box is kept.
     """
     axes = rotate(conjugate(rotation)[:, None], view.axes[None])  # (n, 3, 3) right, up, forward in the object frame
     camera = axes @ np.stack([planes.right, planes.up, planes.normal], -1)
-    tan_x, tan_y = (_GUARD * t for t in view.half_extent)
+    tan_x, tan_y = (guard * t for t in view.half_extent)
     right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
     sides = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
     lines = sides.copy()  # (n, 4, 3): line · (s, v, 1) is positive inside
@@ -146,7 +157,7 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes
     corners = np.stack([np.stack([s[:, 0], v[:, 1]], -1) for s in (low, high) for v in (low, high)], 1)  # (n, 4, 2)
     whole = np.asarray((_evaluate(lines, corners) >= 0).all((1, 2)))
     visible = whole.copy()
-    pixel_low, pixel_high = _pixel_bounds(view, camera, planes.distance, corners, whole[:, None].repeat(4, 1))
+    pixel_low, pixel_high = _pixel_bounds(view, guard, camera, planes.distance, corners, whole[:, None].repeat(4, 1))
     cut = np.flatnonzero(~whole)
     if len(cut):
         crossings = _edge_crossings(lines[cut], low[cut], high[cut])
@@ -162,19 +173,21 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array) -> tuple[Planes
         low[cut] = np.where(inside[..., None], candidates, np.inf).min(1)
         high[cut] = np.where(inside[..., None], candidates, -np.inf).max(1)
         visible[cut] = (high[cut] > low[cut]).all(-1)
-        pixel_low[cut], pixel_high[cut] = _pixel_bounds(view, camera[cut], planes.distance[cut], candidates, inside)
+        pixel_low[cut], pixel_high[cut] = _pixel_bounds(
+            view, guard, camera[cut], planes.distance[cut], candidates, inside
+        )
     return replace(planes, low=low, high=high), Seen(camera, visible, whole, pixel_low, pixel_high)
 
 
 def _pixel_bounds(
-    view: View, camera: Array, distance: Array, points: Array, valid: NDArray[np.bool_]
+    view: View, guard: float, camera: Array, distance: Array, points: Array, valid: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """Bounds (n, 2) on the screen, widened by the guard at most, of the `valid` ones of the plane points (n, k, 2)."""
     behind = np.broadcast_to(-distance[:, None, None], (*points.shape[:2], 1))
     x, y, z = np.moveaxis(np.concatenate([points, behind], -1) @ np.swapaxes(camera, 1, 2), -1, 0)
     z = np.maximum(z, 1e-9)
     pixels = np.stack([x / z / view.half_extent[0], y / z / view.half_extent[1]], -1)
-    pixels = (np.clip(pixels, -_GUARD, _GUARD) + 1) / 2 * np.asarray(view.size)
+    pixels = (np.clip(pixels, -guard, guard) + 1) / 2 * np.asarray(view.size)
     low = np.where(valid[..., None], pixels, np.inf).min(1)
     return low, np.where(valid[..., None], pixels, -np.inf).max(1)
 

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.planes import Planes
-from depthwalk.render.rotation import rotate
 from depthwalk.render.tiles import Tiles
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
@@ -25,21 +24,23 @@ WARP_RECORD = np.dtype(
         ("bounds", "4f4"),
     ]
 )
-# What composite.vert reads per object: rays from the viewer to the rectangle's corner and along its edges (world), and
-# the tile's homogeneous texels there; the viewer in the object's frame, the object's rotation, the tile in texels,
-# the object's scale and the tile's nearest w / λ.
+# What composite.vert reads per object. Of its tile: the plane's axes with the rectangle's low corner and the distance
+# of the viewer it was warped for; the high corner, and λ of the object's nearest and farthest; that viewer, object
+# frame, and the tile's nearest w / λ; rows that map plane coordinates to its texels; where it lies, in texels. Of the
+# object: the present viewer in its frame, and its scale; its rotation.
 COMPOSITE_RECORD = np.dtype(
     [
-        ("corner", "3f4"),
-        ("edge_u", "3f4"),
-        ("edge_v", "3f4"),
-        ("texel", "3f4"),
-        ("texel_u", "3f4"),
-        ("texel_v", "3f4"),
-        ("viewer", "3f4"),
-        ("rotation", "4f4"),
+        ("right", "4f4"),
+        ("up", "4f4"),
+        ("normal", "4f4"),
+        ("reach", "4f4"),
+        ("origin", "4f4"),
+        ("to_x", "3f4"),
+        ("to_y", "3f4"),
+        ("to_w", "3f4"),
         ("tile", "4f4"),
-        ("scales", "2f4"),
+        ("viewer", "4f4"),
+        ("rotation", "4f4"),
     ]
 )
 # What mesh.vert and dmesh.vert read per object: where it stands relative to the viewer, and how it is turned.
@@ -47,7 +48,7 @@ PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4"
 
 
 def warp_records(
-    planes: Planes, tiles: Tiles, corners: NDArray[np.int64], atlas_size: tuple[int, int]
+    planes: Planes, tiles: Tiles, corners: NDArray[np.integer], atlas_size: tuple[int, int]
 ) -> NDArray[np.void]:
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
@@ -63,24 +64,27 @@ def warp_records(
     return records
 
 
-def composite_records(
-    objects: Objects, viewer: Array, planes: Planes, tiles: Tiles, corners: NDArray[np.int64]
+def tile_records(
+    viewer: Array, planes: Planes, depths: Array, tiles: Tiles, corners: NDArray[np.integer]
 ) -> NDArray[np.void]:
-    """Of n objects with the viewer (n, 3) in their frames, whose tiles lie at `corners` (n, 2)."""
+    """Composite records of n tiles at `corners` (n, 2), still without their objects. viewer: (n, 3), object frame;
+    depths: (n, 2), least and greatest behind the plane."""
     records = np.zeros(len(corners), COMPOSITE_RECORD)
-    corner = planes.low[:, :1] * planes.right + planes.low[:, 1:] * planes.up - planes.distance[:, None] * planes.normal
-    extent = planes.high - planes.low
-    vectors = (("corner", corner), ("edge_u", extent[:, :1] * planes.right), ("edge_v", extent[:, 1:] * planes.up))
-    for name, vector in vectors:
-        records[name] = rotate(objects.rotation, vector) * objects.scale[:, None]
-    records["texel"] = np.einsum("nij,nj->ni", tiles.texel, np.column_stack([planes.low, np.ones(len(corners))]))
-    records["texel_u"] = tiles.texel[..., 0] * extent[:, :1]
-    records["texel_v"] = tiles.texel[..., 1] * extent[:, 1:]
-    records["viewer"] = viewer
-    records["rotation"] = objects.rotation
+    records["right"] = np.column_stack([planes.right, planes.low[:, 0]])
+    records["up"] = np.column_stack([planes.up, planes.low[:, 1]])
+    records["normal"] = np.column_stack([planes.normal, planes.distance])
+    distance = planes.distance[:, None]
+    records["reach"] = np.column_stack([planes.high, distance / (distance + depths)])
+    records["origin"] = np.column_stack([viewer, tiles.nearest])
+    records["to_x"], records["to_y"], records["to_w"] = np.moveaxis(tiles.texel, 1, 0)
     records["tile"] = np.column_stack([corners, tiles.size])
-    records["scales"] = np.column_stack([objects.scale, tiles.nearest])
     return records
+
+
+def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation: Array) -> None:
+    """Completes composite records of n objects. viewer: (n, 3), the present one in their frames."""
+    records["viewer"][:, :3], records["viewer"][:, 3] = viewer, scale
+    records["rotation"] = rotation
 
 
 def placed_records(view: View, objects: Objects) -> NDArray[np.void]:

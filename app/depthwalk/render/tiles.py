@@ -19,10 +19,23 @@ Array = NDArray[np.floating]
 
 
 class TileParams(Params):
-    """Layout of the intermediate images."""
+    """Layout of the intermediate images, and how long they are kept."""
 
     tiles: Literal["screen", "plane"] = param("screen", "Texels: the screen's pixels, or squares on the plane (paper)")
     tile_scale: float = param(1.0, "Texels of an intermediate image per pixel of the screen", ge=0.1, le=4)
+    reuse_error: float = param(
+        0.5,
+        "Intermediate images are kept from frame to frame while no point is farther off than this; 0: never kept",
+        unit="pixels",
+        ge=0,
+        le=16,
+    )
+    budget: int = param(
+        1_000_000,
+        "What is warped anew in a frame; images past reuse_error wait, up to four times that error",
+        unit="triangles",
+        ge=0,
+    )
 
 
 @dataclass(frozen=True)
@@ -35,11 +48,10 @@ class Tiles(Takes):
 
     texel: Array
     nearest: Array
-    size: NDArray[np.int64]
+    size: NDArray[np.integer]
 
-    def shrunk(self, factor: float) -> "Tiles":
-        """The same with fewer texels."""
-        size = np.maximum((self.size * factor).astype(np.int64), 1)
+    def resized(self, size: NDArray[np.integer]) -> "Tiles":
+        """The same with other numbers (n, 2) of texels."""
         scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
         return Tiles(self.texel * scale[..., None], self.nearest, size)
 

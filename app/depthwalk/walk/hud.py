@@ -123,7 +123,7 @@ def _draw_counts(state: State) -> None:
             ("drawn", _lines(kinds)),
             ("case", _lines(cases)),
             ("step", _lines([f"{step} on {count:,}" for step, count in sorted(steps)])),
-            ("warped", f"{counts['warped_triangles']:,} triangles"),
+            ("warped", f"{counts['warped']:,} of {counts['dpci']:,}\n{counts['warped_triangles']:,} triangles"),
             ("atlas", f"{counts['atlas_used']:.0%} used, tiles at {counts['tile_resolution']:.0%}"),
         ],
     )

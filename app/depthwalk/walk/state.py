@@ -131,4 +131,4 @@ class State:
 
 
 def representation_name(representation: Representation | None) -> str:
-    return "as in the scene" if representation is None else representation.name.lower()
+    return "as in the scene" if representation is None else representation.label

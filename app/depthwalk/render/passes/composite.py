@@ -14,6 +14,12 @@ from depthwalk.render.view import matrix_bytes
 
 
 class CompositeParams(Params):
+    parallax: int = param(
+        1,
+        "Steps by which the surface is sought along the rays of a viewer who moved since the warp; 0: flat",
+        ge=0,
+        le=8,
+    )
     show_tiles: bool = param(False, "Paint each intermediate image in a colour of its own")
 
 
@@ -40,6 +46,7 @@ class CompositePass(Pass):
             atlas_owner=1,
             clip_from_eye=matrix_bytes(frame.view.clip_from_eye),
             pixel_angle=1 / frame.view.focal_pixels,
+            steps=frame.settings.composite.parallax,
             show_tiles=int(frame.settings.composite.show_tiles),
         )
         self._instances.upload(frame.plan.composite.records)

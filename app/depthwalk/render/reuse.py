@@ -1,0 +1,182 @@
+"""Which intermediate images a frame warps anew, and which it shows as they are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.ageing import MARGIN, coarseness, due, frustum_rows, held, parallax
+from depthwalk.render.bounds import Bounds
+from depthwalk.render.kept import KeptTiles, TileCache, shrunk
+from depthwalk.render.planes import GUARD, Planes, Volumes, choose_planes, crop_to_frustum, depths_behind
+from depthwalk.render.records import place_tiles, tile_records, warp_records
+from depthwalk.render.tiles import TileParams, Tiles, plane_tiles, screen_tiles
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Objects
+
+Array = NDArray[np.floating]
+Rows = NDArray[np.integer]
+Mask = NDArray[np.bool_]
+
+_MOST_ANEW = 0.5  # where more of the tiles must be warped, all are, and packed tightly: a cut
+
+
+@dataclass(frozen=True)
+class Shown:
+    """m objects of a frame that are drawn by intermediate images, nearest first.
+
+    row: (m,) of all objects; viewer: (m, 3) in their frames; level, case: (m,) of the grids that serve them now;
+    triangles: (m,) of those.
+    """
+
+    row: Rows
+    objects: Objects
+    bounds: Bounds
+    volumes: Volumes
+    viewer: Array
+    level: Rows
+    case: Rows
+    triangles: Rows
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    def take(self, rows: Rows | Mask) -> "Shown":
+        parts = self.objects.take(rows), self.bounds.take(rows), self.volumes.take(rows)
+        level, case, triangles = self.level[rows], self.case[rows], self.triangles[rows]
+        return Shown(self.row[rows], *parts, self.viewer[rows], level, case, triangles)
+
+
+@dataclass(frozen=True)
+class TileWork:
+    """What passes 1 and 2 do in a frame.
+
+    anew: (k,) numbers of those `Shown` whose tiles are warped; warp: (k,) WARP_RECORD; whole: (k,), the tile holds all
+    of the object; slots: (k, 4) of the atlas.
+    asset: (d,) of those that are drawn, in order, of each the nearest first; composite: (d,) COMPOSITE_RECORD; level,
+    case, resolution: (d,), see `KeptTiles`; error: (d,), how far off they may be, 1 where as far as allowed.
+    atlas_used: part of the atlas.
+    """
+
+    anew: Rows
+    warp: NDArray[np.void]
+    whole: Mask
+    slots: Rows
+    asset: Rows
+    composite: NDArray[np.void]
+    level: Rows
+    case: Rows
+    resolution: Array
+    error: Array
+    atlas_used: float
+
+
+class TilePlanner:
+    """Keeps tiles from frame to frame."""
+
+    def __init__(self) -> None:
+        self._cache = TileCache()
+
+    def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
+        """Starts with an empty atlas of that size, for as many objects."""
+        self._cache = TileCache(objects, atlas_size)
+
+    def plan(self, view: View, shown: Shown, layout: TileParams) -> TileWork:
+        """What to warp and to draw for the view, of objects that have a plane each."""
+        cache = self._cache
+        cache.frame += 1
+        error = self._errors(view, shown, layout)
+        stale = due(error, shown.triangles, layout.budget)
+        if stale.sum() > _MOST_ANEW * len(shown):
+            stale[:] = True
+        placed = _place(view, shown, np.flatnonzero(stale), layout, min(cache.atlas_size))
+        found = None if len(shown) and stale.all() else cache.allocate(shown.row[placed.number], placed.tiles.size)
+        if found is None:
+            if not stale.all():
+                stale[:] = True
+                placed = _place(view, shown, np.arange(len(shown)), layout, min(cache.atlas_size))
+            cache.clear()
+            found = cache.pack(placed.tiles.size, roomy=layout.reuse_error > 0)
+        slots, resolution = found
+        tiles = placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None]))
+        cache.store(_kept(view, shown.take(placed.number), placed, tiles, slots, resolution, cache.frame))
+        error[placed.number] = 0
+        stale[placed.number] = False  # what still is stale is out of sight
+        row = cache.rows(shown.row)
+        drawn = np.flatnonzero((row >= 0) & ~stale)
+        asset = shown.objects.asset[drawn]
+        order = np.argsort(asset, kind="stable")
+        asset, drawn = asset[order], drawn[order]
+        kept, row = cache.tiles, row[drawn]
+        composite = kept.record.take(row)  # of records, far quicker than an index
+        place_tiles(composite, shown.viewer[drawn], shown.objects.scale[drawn], shown.objects.rotation[drawn])
+        warp = warp_records(placed.planes, tiles, slots[:, :2], cache.atlas_size)
+        columns = kept.level[row], kept.case[row], kept.resolution[row], error[drawn]
+        return TileWork(placed.number, warp, placed.whole, slots, asset, composite, *columns, cache.used)
+
+    def _errors(self, view: View, shown: Shown, layout: TileParams) -> Array:
+        """How far off (n,) what is kept shows each object, 1 where as far as allowed; inf where nothing is kept."""
+        error = np.full(len(shown), np.inf)
+        row = self._cache.rows(shown.row)
+        known = np.flatnonzero(row >= 0)
+        if not layout.reuse_error or not len(known):
+            return error
+        tiles, row, viewer = self._cache.tiles, row[known], shown.viewer[known]
+        tiles.seen[row] = self._cache.frame
+        scale = shown.objects.scale[known]
+        to_centre = shown.bounds.centre[known] - view.position
+        pixels = parallax(tiles.record.take(row), viewer, view.focal_pixels)
+        density = view.focal_pixels * scale / np.linalg.norm(to_centre, axis=1)
+        error[known] = np.maximum(pixels / layout.reuse_error, coarseness(tiles.density[row], density))
+        cut = np.flatnonzero(~tiles.whole[row])
+        forward, reach = to_centre[cut] @ view.axes[2], shown.bounds.reach[known[cut]]
+        span = np.stack([np.maximum(forward - reach, 0), forward + reach], -1) / scale[cut, None]
+        holds = held(tiles.take(row[cut]), view, shown.objects.rotation[known[cut]], viewer[cut], span)
+        error[known[cut[~holds]]] = np.inf
+        return error
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """Planes and tiles of k objects, which are `number` (k,) of the `Shown`, and which tiles hold the whole object."""
+
+    number: Rows
+    planes: Planes
+    tiles: Tiles
+    whole: Mask
+
+
+def _place(view: View, shown: Shown, number: Rows, layout: TileParams, limit: int) -> _Placed:
+    """Of the objects `number` (n,) those in sight, on planes cut to it, with tiles of `limit` texels at most."""
+    some = shown.take(number)
+    planes = choose_planes(some.viewer, some.volumes)
+    guard = MARGIN if layout.reuse_error else GUARD
+    planes, seen = crop_to_frustum(planes, view, some.objects.rotation, guard)
+    rows = np.flatnonzero(seen.visible)
+    planes, seen, some = planes.take(rows), seen.take(rows), some.take(rows)
+    if layout.tiles == "plane":
+        planes, tiles = plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit)
+    else:
+        nearest = (some.bounds.centre - view.position) @ view.axes[2] - some.bounds.reach
+        depth = np.maximum(nearest, view.depth_range[0]) / some.objects.scale
+        tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale, limit)
+    return _Placed(number[rows], planes, tiles, seen.whole)
+
+
+def _kept(
+    view: View, shown: Shown, placed: _Placed, tiles: Tiles, slots: Rows, resolution: Array, frame: int
+) -> KeptTiles:
+    depths = depths_behind(placed.planes, shown.volumes)
+    distance = np.linalg.norm(shown.bounds.centre - view.position, axis=1)
+    return KeptTiles(
+        tile_records(shown.viewer, placed.planes, depths, tiles, slots[:, :2]),
+        shown.row,
+        slots,
+        np.full(len(slots), frame),
+        view.focal_pixels * shown.objects.scale / distance,
+        frustum_rows(view, shown.objects.rotation),
+        placed.whole,
+        shown.level,
+        shown.case,
+        resolution,
+    )

@@ -1,0 +1,3 @@
+layout(location = 0) out uint owner;
+
+void main() { owner = 0u; }
