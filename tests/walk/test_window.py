@@ -123,11 +123,13 @@ class User:
         end = time.monotonic() + 20
         while time.monotonic() < end:
             self.program.check_running()
-            search = ["xdotool", "search", "--name", "depthwalk"]
+            # It exists before it is shown, and takes the focus only then.
+            search = ["xdotool", "search", "--onlyvisible", "--name", "depthwalk"]
             found = subprocess.run(search, env=self.environment, capture_output=True, text=True, timeout=20).stdout
             if found:
-                self.do("windowfocus", "--sync", found.split()[0])
-                return found.split()[0]
+                focus = ["xdotool", "windowfocus", "--sync", found.split()[0]]
+                if subprocess.run(focus, env=self.environment, capture_output=True, timeout=20).returncode == 0:
+                    return found.split()[0]
             time.sleep(0.1)
         raise AssertionError("no window")
 

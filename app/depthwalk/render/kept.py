@@ -13,6 +13,8 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 
 _SHRINK = 0.7, 6  # resolution of a tile that finds no room, and how often it is tried
+_SPARSE = 0.5  # an atlas that is used less but has no room is in pieces
+_SELDOM = 120  # frames from one packing to the next for that reason: it costs a frame without reuse
 
 
 @dataclass
@@ -63,6 +65,7 @@ class TileCache:
         self.atlas_size = atlas_size
         self.frame = 0
         self._row = np.full(objects, -1, np.int32)
+        self._packed = 0  # number of the frame that packed it last
         self.clear()
 
     def clear(self) -> None:
@@ -83,6 +86,7 @@ class TileCache:
     def pack(self, sizes: Rows, roomy: bool) -> tuple[Rows, Array]:
         """Slots (n, 4) for tiles of `sizes` (n, 2) in an atlas that holds nothing else, and the part of their width and
         height (n,) that all must do with. roomy: slots have room for tiles that grow."""
+        self._packed = self.frame
         wanted = _roomy(sizes) if roomy else sizes
         resolution = 1.0
         while (slots := self._atlas.pack(shrunk(wanted, resolution))) is None:
@@ -94,7 +98,7 @@ class TileCache:
         part of their width and height (n,) that they must do with.
 
         For want of room, tiles that no frame has shown for longest go, then the new ones get fewer texels. None where
-        that does not help: the atlas is then to be packed anew.
+        that does not help, or now and then where the room lies in pieces: the atlas is then to be packed anew.
         """
         row = self._row[objects]
         had = np.where((row >= 0)[:, None], self.tiles.slot[row], 0)
@@ -113,6 +117,8 @@ class TileCache:
         slot = self._atlas.allocate(size)
         while slot is None and self._evict():
             slot = self._atlas.allocate(size)
+        if slot is None and self.used < _SPARSE and self.frame > self._packed + _SELDOM:
+            return None
         resolution, tries = 1.0, _SHRINK[1]
         while slot is None and tries:
             resolution, tries = resolution * _SHRINK[0], tries - 1
