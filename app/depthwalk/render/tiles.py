@@ -24,7 +24,7 @@ class TileParams(Params):
     tiles: Literal["screen", "plane"] = param("screen", "Texels: the screen's pixels, or squares on the plane (paper)")
     tile_scale: float = param(1.0, "Texels of an intermediate image per pixel of the screen", ge=0.1, le=4)
     reuse_error: float = param(
-        1.0,
+        0.0,
         "Intermediate images are kept from frame to frame while no point is farther off than this; 0: never kept",
         unit="pixels",
         ge=0,
