@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from depthwalk.bake import connectivity
-from depthwalk.bake.baker import BakeParams, cast_face, enclosing_cylinder
-from depthwalk.bake.images import Face
+from depthwalk.bake.baker import BakeParams, cast_face
+from depthwalk.bake.images import Face, enclosing_cylinder
 from depthwalk.bake.raycast import RayCaster
 from shapes import box, joined
 
@@ -15,7 +15,7 @@ from shapes import box, joined
 def samples(size, layers, face):
     """Caster, cylinder, face and depths (L, size, size) of a post before a plate."""
     mesh = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
-    caster, cylinder = RayCaster(mesh), enclosing_cylinder(mesh)
+    caster, cylinder = RayCaster(mesh), enclosing_cylinder(mesh.positions)
     return caster, cylinder, face, cast_face(mesh, caster, cylinder, face, BakeParams(size, layers)).samples.depth
 
 

@@ -8,9 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 from depthwalk.bake import six_view
-from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face, enclosing_cylinder
+from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face
 from depthwalk.bake.file import read_baked, write_baked
-from depthwalk.bake.images import PAPER_FACES, Face, layer_triangles, texel_size
+from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder, layer_triangles, texel_size
 from depthwalk.bake.parts import ModelParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.six_view import sample_six_views
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("gl_device")
 
 def rays_and_views(mesh, size, layers=1):
     """The samples of each face by rays, `layers` deep, and by six views, and the cylinder."""
-    cylinder = enclosing_cylinder(mesh)
+    cylinder = enclosing_cylinder(mesh.positions)
     caster = RayCaster(mesh)
     rays = {face: cast_face(mesh, caster, cylinder, face, BakeParams(size, layers)) for face in PAPER_FACES}
     return rays, sample_six_views(mesh, cylinder, size), cylinder
@@ -106,7 +106,7 @@ def test_only_the_nearest_surface_is_kept():
 
 def test_sampling_is_deterministic():
     mesh = sphere(columns=64, rows=32)
-    cylinder = enclosing_cylinder(mesh)
+    cylinder = enclosing_cylinder(mesh.positions)
     first, second = (sample_six_views(mesh, cylinder, 32)[Face.SIDE] for _ in range(2))
     np.testing.assert_array_equal(first.samples.depth, second.samples.depth)
     np.testing.assert_array_equal(first.normal, second.normal)
@@ -131,7 +131,7 @@ def test_a_baked_object_is_complete(tmp_path):
 
 def test_a_face_that_sees_nothing_has_no_image():
     mesh = sphere(columns=32, rows=16)
-    cylinder = enclosing_cylinder(mesh)
+    cylinder = enclosing_cylinder(mesh.positions)
     seen = sample_six_views(mesh, cylinder, 16)[Face.SIDE]
     empty = replace(seen, samples=replace(seen.samples, depth=np.full_like(seen.samples.depth, np.inf)))
     assert connect_face(RayCaster(mesh), cylinder, Face.SIDE, empty, 1) == []
@@ -142,7 +142,7 @@ def test_the_callers_context_stays_current_and_all_is_released(gl_device, monkey
     monkeypatch.setattr(six_view, "headless_device", lambda: made.append(headless_device()) or made[0])
     scope = gl_device.scope("test")
     mesh = sphere(columns=32, rows=16)
-    sample_six_views(mesh, enclosing_cylinder(mesh), 16)
+    sample_six_views(mesh, enclosing_cylinder(mesh.positions), 16)
     texture = scope.texture((1, 1), 4, data=b"\1\2\3\4")
     assert texture.read() == b"\1\2\3\4"
     scope.release()

@@ -19,6 +19,7 @@ from depthwalk.bake.images import (
     Cylinder,
     DepthImage,
     Face,
+    enclosing_cylinder,
     face_reach,
     surface_rays,
     texel_centres,
@@ -70,15 +71,6 @@ class BakeParams:
             raise InputError(f"layers: {self.layers}: method six-view sees one surface per ray; say 1, or use raycast")
 
 
-def enclosing_cylinder(mesh: Mesh) -> Cylinder:
-    """The smallest cylinder about +Y that holds the mesh, widened by 1e-4 so that no ray starts on the surface."""
-    radius = float(np.hypot(mesh.positions[:, 0], mesh.positions[:, 2]).max()) * 1.0001
-    low, high = mesh.bounds
-    slack = 1e-4 * max(radius, float(high[1] - low[1]))
-    radius = max(radius, slack)
-    return Cylinder(radius, float(low[1]) - slack, float(high[1]) + slack, radius, radius)
-
-
 def bake_object(
     mesh: Mesh,
     params: BakeParams,
@@ -90,7 +82,7 @@ def bake_object(
 
     Flanks hold only what the others sample badly; six views make none. two_sided: see `RayCaster`.
     """
-    cylinder, refinements = enclosing_cylinder(mesh), params.refinements
+    cylinder, refinements = enclosing_cylinder(mesh.positions), params.refinements
     caster = RayCaster(mesh, two_sided)
     steps = usable_steps((params.resolution, params.resolution))
     images: list[DepthImage] = []
@@ -122,6 +114,11 @@ def bake_object(
     return BakedObject(cylinder, tuple(images), tuple(borders), mean_shininess(mesh), steps, key)
 
 
+def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
+    """How many surfaces a ray counts: twice as many of an open mesh, which shows its inside, though little of it."""
+    return min(params.layers * (2 if caster.two_sided else 1), MAX_DPCI_LAYERS)
+
+
 def cast_face(
     mesh: Mesh,
     caster: RayCaster,
@@ -136,9 +133,7 @@ def cast_face(
     size = params.resolution
     centres = texel_centres(size)
     origin, direction = (part.reshape(-1, 3) for part in surface_rays(cylinder, face, centres, centres[:, None]))
-    # An open mesh shows its inside as well: twice the surfaces, of which few can be seen.
-    wanted = min(params.layers * (2 if caster.two_sided else 1), MAX_DPCI_LAYERS)
-    hits = caster.peel(origin, direction, wanted, face_reach(cylinder, face))
+    hits = caster.peel(origin, direction, peeled_layers(params, caster), face_reach(cylinder, face))
     found = np.isfinite(hits.distance)
     points = origin + np.where(found, hits.distance, 0)[..., None] * direction
     if face in FLANKS and inner:

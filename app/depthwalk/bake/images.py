@@ -69,6 +69,16 @@ class Cylinder:
         return low, np.array([2 * self.half_width, self.height, 2 * self.half_depth], np.float32)
 
 
+def enclosing_cylinder(points: NDArray[np.floating]) -> Cylinder:
+    """The smallest cylinder about +Y that holds points (n, 3), widened by 1e-4 so that no ray starts on the surface,
+    however flat they are."""
+    radius = float(np.hypot(points[:, 0], points[:, 2]).max()) * 1.0001
+    bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
+    slack = 1e-4 * max(radius, top - bottom)
+    radius = max(radius, slack)
+    return Cylinder(radius, bottom - slack, top + slack, radius, radius)
+
+
 @dataclass(frozen=True)
 class DepthImage:
     """One layer of one face.

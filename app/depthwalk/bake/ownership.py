@@ -40,13 +40,12 @@ def assign_owners(cylinder: Cylinder, images: list[DepthImage], inner: Inner) ->
         solid = np.isfinite(image.depth)
         point, normal = image_points(cylinder, image)[solid], image.normal[solid]
         winner, best = owner[solid], _handicapped(cylinder, image.face, image.depth.shape, point, normal)
-        for face in Face:
-            rivals = [other for other in images if other.face is face]
-            if face is image.face or not rivals:
+        for face in inner:
+            if face is image.face:
                 continue
             size = _handicapped(cylinder, face, image.depth.shape, point, normal)
             better = np.flatnonzero(size < best)
-            seen = _seen_by(cylinder, rivals, inner, point[better], normal[better])
+            seen = _seen_by(cylinder, face, images, inner, point[better], normal[better])
             winner[better[seen]], best[better[seen]] = face, size[better[seen]]
         owner[solid] = winner
         owners.append(owner)
@@ -61,9 +60,8 @@ def worth_adding(
     worth = np.ones(len(point), bool)
     own = _handicapped(cylinder, face, shape, point, normal)
     for other in inner:
-        rivals = [image for image in images if image.face is other]
         as_good = np.flatnonzero(worth & (_handicapped(cylinder, other, shape, point, normal) <= own))
-        worth[as_good[_seen_by(cylinder, rivals, inner, point[as_good], normal[as_good])]] = False
+        worth[as_good[_seen_by(cylinder, other, images, inner, point[as_good], normal[as_good])]] = False
     return worth & np.isfinite(own)
 
 
@@ -113,10 +111,9 @@ def _held_better(
     own = footprints(cylinder, face, shape, point, normal)
     held = np.zeros(len(point), bool)
     for other in inner.keys() - {face}:
-        rivals = [image for image in images if image.face is other]
         size = footprints(cylinder, other, shape, point, normal)
         some = np.flatnonzero(np.isfinite(size) & (gain * size < own) & ~held)
-        held[some] = _seen_by(cylinder, rivals, inner, point[some], normal[some])
+        held[some] = _seen_by(cylinder, other, images, inner, point[some], normal[some])
     return held
 
 
@@ -140,11 +137,10 @@ def footprints(
 
 
 def _seen_by(
-    cylinder: Cylinder, rivals: list[DepthImage], inner: Inner, point: Array, normal: Array
+    cylinder: Cylinder, face: Face, images: list[DepthImage], inner: Inner, point: Array, normal: Array
 ) -> NDArray[np.bool_]:
-    """Which points (n, 3) one of the layers `rivals` of a face holds, well inside a connected piece of surface."""
-    face = rivals[0].face
-    height, width = rivals[0].depth.shape
+    """Which points (n, 3) one of the layers of `face` holds, well inside a connected piece of surface."""
+    height, width = images[0].depth.shape
     u, v = image_position(cylinder, face, point)
     i = np.clip((u * width).astype(int), 0, width - 1)
     j = np.clip((v * height).astype(int), 0, height - 1)
@@ -152,7 +148,7 @@ def _seen_by(
     depth = np.linalg.norm(point - origin, axis=1)
     reach = 1.5 * footprints(cylinder, face, (height, width), point, normal)
     seen = np.zeros(len(point), bool)
-    for rival in rivals:
+    for rival in (image for image in images if image.face is face):
         with np.errstate(invalid="ignore"):
             same = np.abs(rival.depth[j, i] - depth) < reach
         facing = np.einsum("ni,ni->n", rival.normal[j, i], normal) > 0.5

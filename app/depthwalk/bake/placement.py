@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from depthwalk.bake.images import Cylinder
+from depthwalk.bake.images import Cylinder, enclosing_cylinder
 from depthwalk.ingest.mesh import Mesh
 
 Array = NDArray[np.floating]
@@ -49,12 +49,8 @@ def place_along(axis: ArrayLike, points: Array) -> Placement:
 
 
 def cylinder_around(placement: Placement, points: Array) -> Cylinder:
-    """The smallest cylinder at `placement` that holds points (n, 3) of the asset's frame, however flat they are."""
-    x, y, z = placement.into_object(points).T
-    radius, bottom, top = float(np.hypot(x, z).max()), float(y.min()), float(y.max())
-    slack = 1e-4 * max(radius, top - bottom)
-    radius = max(radius, slack)
-    return Cylinder(radius, bottom - slack, top + slack, radius, radius)
+    """The smallest cylinder at `placement` that holds points (n, 3) of the asset's frame."""
+    return enclosing_cylinder(placement.into_object(points))
 
 
 def extent(cylinder: Cylinder) -> float:

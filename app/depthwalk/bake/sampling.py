@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams
+from depthwalk.bake.baker import BakeParams, peeled_layers
 from depthwalk.bake.images import FLANKS, Cylinder, Face, face_reach, image_position, surface_rays
 from depthwalk.bake.ownership import footprints
 from depthwalk.bake.placement import Placement
@@ -73,7 +73,7 @@ def sampled_footprints(
     rays = [surface_rays(cylinder, face, *image_position(cylinder, face, point)) for face in faces]
     origin, direction = (np.stack(each)[number, which] for each in zip(*rays, strict=True))
     depth = np.linalg.norm(point[which] - origin, axis=1)
-    wanted = min(params.layers * (2 if caster.two_sided else 1), MAX_DPCI_LAYERS)
+    wanted = peeled_layers(params, caster)
     hits = caster.peel(
         placement.into_asset(origin),
         placement.rotation.apply(direction).astype(np.float32),

@@ -21,6 +21,8 @@ from depthwalk.bake.baker import Refinements
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
 from depthwalk.bench.measure import commit
+from depthwalk.commands.console import guarded
+from depthwalk.commands.options import Quiet, Verbose
 from depthwalk.errors import InputError
 from depthwalk.library import read_mesh
 from depthwalk.output import check_folder, write_bytes
@@ -130,6 +132,7 @@ def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
     return json_format.dumps(document, indent=2) + "\n"
 
 
+@guarded
 def main(
     meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
     json: Annotated[Path | None, typer.Option(metavar="F", help="Write the rows as JSON.")] = None,
@@ -139,30 +142,28 @@ def main(
         typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
     ] = 512,
     up: Annotated[str, typer.Option(metavar="y|z", help="The files' upward axis.")] = "y",
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure what each step from mesh to picture contributes."""
-    try:
-        if up not in ("y", "z"):
-            raise InputError(f"--up {up}: must be y or z")
-        for out in filter(None, (json, markdown)):
-            check_folder(out)
-        for mesh in meshes:  # each takes minutes: complain about the last one before that
-            if not mesh.is_file():
-                raise InputError(f"{mesh}: no such file")
-        ablations = []
-        with flip_workers() as pool:
-            for mesh in meshes:
-                spec = MeshAsset(mesh.stem, mesh, None, "z" if up == "z" else "y", height=None, dpci=None)
-                shown = track(list(setups()), mesh.name, console=Console(stderr=True))
-                ablations.append(ablate(spec, dpci_resolution, SIZE, shown, pool))
-        if json is not None:
-            write_bytes(json, to_json(ablations, dpci_resolution).encode())
-        if markdown is not None:
-            write_bytes(markdown, to_markdown(ablations).encode())
-        print(to_markdown(ablations), end="")
-    except InputError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(2) from None
+    if up not in ("y", "z"):
+        raise InputError(f"--up {up}: must be y or z")
+    for out in filter(None, (json, markdown)):
+        check_folder(out)
+    for mesh in meshes:  # each takes minutes: complain about the last one before that
+        if not mesh.is_file():
+            raise InputError(f"{mesh}: no such file")
+    ablations = []
+    with flip_workers() as pool:
+        for mesh in meshes:
+            spec = MeshAsset(mesh.stem, mesh, None, "z" if up == "z" else "y", height=None, dpci=None)
+            shown = track(list(setups()), mesh.name, console=Console(stderr=True))
+            ablations.append(ablate(spec, dpci_resolution, SIZE, shown, pool))
+    if json is not None:
+        write_bytes(json, to_json(ablations, dpci_resolution).encode())
+    if markdown is not None:
+        write_bytes(markdown, to_markdown(ablations).encode())
+    print(to_markdown(ablations), end="")
 
 
 if __name__ == "__main__":

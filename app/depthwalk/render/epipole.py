@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, DepthImage, Face, grid_nodes
+from depthwalk.bake.images import BakedObject, DepthImage, Face, grid_nodes, image_position
 from depthwalk.render.grids import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Grids
 
 Ints = NDArray[np.int32]
@@ -68,13 +68,9 @@ def image_cells(grids: Grids, baked: BakedObject, level: int, case: int) -> Cell
 def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> tuple[int, int]:
     """Column and row, in nodes, of the interval of the ordered image's grid that the viewer (3,), object frame, is in;
     −1 before the first, the last node beyond it."""
-    cylinder = baked.cylinder
-    x, y, z = viewer.tolist()
-    if cells.wraps:
-        u, v = np.arctan2(z, x) / (2 * np.pi) % 1, (y - cylinder.bottom) / cylinder.height
-    else:
-        u, v = x / (2 * cylinder.half_width) + 0.5, z / (2 * cylinder.half_depth) + 0.5
-    height, width = ordered_image(baked).depth.shape
+    image = ordered_image(baked)
+    u, v = (float(each[0]) for each in image_position(baked.cylinder, image.face, viewer[None]))
+    height, width = image.depth.shape
     column = u * width - 0.5
     at = column % width if cells.wraps else column, v * height - 0.5
     found = [int(np.searchsorted(nodes, value, side="right")) - 1 for nodes, value in zip(cells.nodes, at, strict=True)]
