@@ -17,7 +17,7 @@ _NEAREST = 0.05  # metres
 
 @dataclass(frozen=True)
 class Bounds(Takes):
-    """Bounding spheres of n objects: centre (n, 3), world, and reach (n,), metres."""
+    """Bounding spheres of n objects: centre (n, 3), world, and reach (n,), metres; float32, as the objects' places."""
 
     centre: Array
     reach: Array
@@ -37,8 +37,8 @@ class Bounds(Takes):
 def object_bounds(objects: Objects, centre: Array, reach: Array) -> Bounds:
     """Of objects whose assets' spheres are `centre` (a, 3) and `reach` (a,), in the assets' frames."""
     asset = objects.asset
-    offset = rotate(objects.rotation, centre[asset] * objects.scale[:, None])
-    return Bounds(objects.position + offset, reach[asset] * objects.scale)
+    offset = rotate(objects.rotation, centre.astype(np.float32)[asset] * objects.scale[:, None])
+    return Bounds(objects.position + offset, reach.astype(np.float32)[asset] * objects.scale)
 
 
 def depth_range(forward: Array, reach: Array, ground: tuple[float, float] | None) -> tuple[float, float]:

@@ -19,30 +19,53 @@ if TYPE_CHECKING:
     from depthwalk.scene.scene import Scene
 
 
-def place_objects(scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None) -> Objects:
-    """The scene's objects as the renderer draws them, by the representation `wanted` where their asset has it: as the
-    mesh, or a row for each part of the depth images, in its frame. `asset` holds the numbers of `store`."""
-    objects = scene.objects
+def place_objects(
+    scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None, which: slice = slice(None)
+) -> Objects:
+    """The scene's objects `which` as the renderer draws them, by the representation `wanted` where their asset has it:
+    as the mesh, or a row for each part of the depth images, in its frame. `asset` holds the numbers of `store`."""
+    objects = scene.objects.take(which)
+    representation, first, count = _rows(objects, library, store, wanted)
+    row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
+    part = np.arange(len(row), dtype=np.int32) - np.repeat(np.cumsum(count, dtype=np.int32) - count, count)
+    number = first[row] + part
+    position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
+    offset, turn = _placements(library, store)
+    moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
+    position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
+    rotation[moved] = multiply(rotation[moved], turn[number[moved]])
+    return Objects(number, position, rotation, scale, representation[row])
+
+
+def placed_rows(
+    scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None, which: slice
+) -> slice:
+    """The rows among those of all objects that `place_objects` makes of the objects `which`, a run of numbers."""
+    before, within = (
+        int(_rows(scene.objects.take(run), library, store, wanted)[2].sum()) for run in (slice(0, which.start), which)
+    )
+    return slice(before, before + within)
+
+
+def _rows(
+    objects: Objects, library: Library, store: AssetStore, wanted: Representation | None
+) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
+    """How each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
     representation = objects.representation.copy()
     if wanted is not None:
         has = library.has_mesh if wanted in MESHES else library.has_baked
         able = np.array([has(asset) for asset in range(len(library))], bool)
         representation[able[objects.asset]] = wanted
     imaged = ~np.isin(representation, MESHES)
-    first, count = np.arange(len(library)), np.ones(len(library), np.int64)
+    first, count = np.arange(len(library), dtype=np.int32), np.ones(len(library), np.int32)
     for asset in np.unique(objects.asset[imaged]).tolist():
         numbers = store.depth_numbers(asset)
         first[asset], count[asset] = numbers.start, len(numbers)
-    count = np.where(imaged, count[objects.asset], 1)
-    row = np.repeat(np.arange(len(objects)), count)
-    part = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-    number = np.where(imaged, first[objects.asset], objects.asset)[row] + part
-    position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
-    offset, turn = _placements(library, store)
-    moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
-    position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
-    rotation[moved] = multiply(rotation[moved], turn[number[moved]])
-    return Objects(number.astype(np.int32), position, rotation, scale, representation[row])
+    return (
+        representation,
+        np.where(imaged, first[objects.asset], objects.asset),
+        np.where(imaged, count[objects.asset], np.int32(1)),
+    )
 
 
 def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

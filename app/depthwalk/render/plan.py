@@ -100,7 +100,7 @@ class Planner:
         view: View,
         objects: Objects,
         bounds: Bounds,
-        visible: NDArray[np.intp],
+        visible: NDArray[np.integer],
         table: AssetTable,
         lod: LodParams,
         layout: TileParams,

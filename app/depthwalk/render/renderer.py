@@ -14,7 +14,8 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import Bounds, depth_range, object_bounds
-from depthwalk.render.catalogue import asset_table, place_objects
+from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
+from depthwalk.render.cells import Cells, sort_into_cells
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
@@ -48,13 +49,14 @@ class Renderer:
         self._table: AssetTable | None = None
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
+        self._cells: Cells | None = None
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
         """Draws what `view` sees of the scene into `screen`, which has the view's size."""
         targets, settings = self._targets(view.size), self.settings
-        table, objects, bounds = self.table(), self.objects(), self.bounds()
+        table, objects, bounds, cells = self.table(), self.objects(), self.bounds(), self._sorted()
         with self.timers.measure_cpu("plan"):
-            visible, forward = bounds.visible(view)
+            visible, forward = cells.visible(view, bounds, settings.culling.min_pixels)
             view = self._fitted(view, forward, bounds.reach[visible])
             plan = self._planner.plan(
                 view, objects, bounds, visible, table, settings.lod, settings.warp, settings.mesh, targets.atlas_size
@@ -77,9 +79,19 @@ class Renderer:
             self._objects = place_objects(self.scene, self._library, self.assets, self._representation)
         return self._objects
 
-    def objects_moved(self) -> None:
-        """To be called after `set_node_transform`."""
-        self._objects = self._bounds = None
+    def objects_moved(self, changed: slice | None = None) -> None:
+        """To be called after `set_node_transform`, with the slice of the scene's objects that it returned; None: any
+        may have moved."""
+        if changed is None or self._cells is None or self._bounds is None:
+            self._objects = self._bounds = self._cells = None
+            return
+        if changed.start == changed.stop:
+            return
+        context = self.scene, self._library, self.assets, self._representation
+        table, objects, rows = self.table(), self.objects(), placed_rows(*context, changed)
+        objects.put(rows, place_objects(*context, changed))
+        self._bounds.put(rows, object_bounds(objects.take(rows), table.centre, table.reach))
+        self._cells.refit(self._bounds, rows)
 
     def bounds(self) -> Bounds:
         """Where the objects are."""
@@ -87,6 +99,11 @@ class Renderer:
             table = self.table()
             self._bounds = object_bounds(self.objects(), table.centre, table.reach)
         return self._bounds
+
+    def _sorted(self) -> Cells:
+        if self._cells is None:
+            self._cells = sort_into_cells(self.bounds())
+        return self._cells
 
     @property
     def representation(self) -> Representation | None:
@@ -97,7 +114,7 @@ class Renderer:
     def representation(self, wanted: Representation | None) -> None:
         if wanted is not self._representation:
             self._representation = wanted
-            self._objects = self._table = self._bounds = None
+            self._objects = self._table = self._bounds = self._cells = None
 
     def table(self) -> AssetTable:
         """Bounds, cylinders and index ranges of the assets, which are loaded for it."""

@@ -26,10 +26,14 @@ MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as poly
 
 
 class Takes:
-    """Structures of arrays with one row per thing: `take` selects rows of all of them."""
+    """Structures of arrays with one row per thing: `take` selects rows of all of them, `put` overwrites them."""
 
-    def take(self, rows: NDArray[np.integer] | NDArray[np.bool_]) -> Self:
+    def take(self, rows: NDArray[np.integer] | NDArray[np.bool_] | slice) -> Self:
         return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))  # type: ignore[arg-type]
+
+    def put(self, rows: slice, other: Self) -> None:
+        for field in fields(self):  # type: ignore[arg-type]
+            getattr(self, field.name)[rows] = getattr(other, field.name)
 
 
 @dataclass

@@ -1,0 +1,120 @@
+"""Objects sorted into cells of neighbours, so that a frame asks only those that may be seen: a bounding volume
+hierarchy of one level."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.params import Params, param
+from depthwalk.render.bounds import Bounds
+from depthwalk.render.view import View
+
+Array = NDArray[np.floating]
+Rows = NDArray[np.integer]
+
+_OBJECTS = 256  # of a cell; 64 and 1024 took as long
+_MORTON_BITS = 10  # per axis: a thousandth of the scene
+
+
+class CullingParams(Params):
+    """What is not drawn."""
+
+    min_pixels: float = param(
+        0.5, "Objects are left out whose bounding sphere is smaller across than this", unit="pixels", ge=0, le=64
+    )
+
+
+@dataclass(frozen=True)
+class Cells:
+    """c cells. order: (n,) int32, rows of the objects cell by cell; first: (c + 1,), where each cell begins in it;
+    low, high: (c, 3) float32, world, the box around all spheres of a cell; largest: (c,) float32, the greatest reach
+    of them, metres."""
+
+    order: NDArray[np.int32]
+    first: NDArray[np.int64]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+    largest: NDArray[np.float32]
+
+    @cached_property
+    def _cell_of_row(self) -> NDArray[np.int32]:
+        """The cell (n,) of each object: only who moves objects asks."""
+        cell = np.empty(len(self.order), np.int32)
+        cell[self.order] = np.repeat(np.arange(len(self.low), dtype=np.int32), np.diff(self.first))
+        return cell
+
+    def visible(self, view: View, bounds: Bounds, min_pixels: float) -> tuple[Rows, Array]:
+        """Rows (m,) of the objects that `Bounds.visible` finds and that are not smaller than `min_pixels`, nearest
+        first; and the distances (m,) of their centres along the view axis."""
+        rows = self.order[_runs(self.first, np.flatnonzero(self._may_show(view, min_pixels)))]
+        near = bounds.take(rows)
+        seen, forward = near.visible(view)
+        if min_pixels:
+            distance = np.linalg.norm(near.centre[seen] - view.position, axis=1)
+            large = 2 * view.focal_pixels * near.reach[seen] >= min_pixels * distance
+            seen, forward = seen[large], forward[large]
+        return rows[seen], forward
+
+    def _may_show(self, view: View, min_pixels: float) -> NDArray[np.bool_]:
+        """Whether any object of each cell (c,) may be seen."""
+        tan_x, tan_y = view.half_extent
+        outward = [[1, 0, -tan_x], [-1, 0, -tan_x], [0, 1, -tan_y], [0, -1, -tan_y], [0, 0, -1]]
+        planes = np.array(outward) @ view.axes  # normals (5, 3) of the frustum's sides, and of the viewer's back
+        half, middle = (self.high - self.low) / 2, (self.high + self.low) / 2 - view.position
+        inside = (middle @ planes.T < half @ np.abs(planes).T).all(1)
+        gap = np.linalg.norm(np.maximum(np.abs(middle) - half, 0), axis=1)
+        return np.asarray(inside & (2 * view.focal_pixels * self.largest >= min_pixels * gap))
+
+    def refit(self, bounds: Bounds, rows: slice) -> None:
+        """Fits the boxes to objects that moved. They keep their cells: far from the others, they make them large."""
+        cells = np.unique(self._cell_of_row[rows])
+        runs = _runs(self.first, cells)
+        starts = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
+        self.low[cells], self.high[cells], self.largest[cells] = _boxes(bounds.take(self.order[runs]), starts)
+
+
+def sort_into_cells(bounds: Bounds) -> Cells:
+    """Cells of `_OBJECTS` objects each, which are neighbours along a Morton curve."""
+    count = len(bounds.reach)
+    order = np.argsort(_morton(bounds.centre), kind="stable").astype(np.int32)
+    first = np.append(np.arange(0, count, _OBJECTS), count)
+    return Cells(order, first, *_boxes(bounds.take(order), first[:-1]))
+
+
+def _morton(points: Array) -> NDArray[np.uint32]:
+    """Places (n,) on a Morton curve through the box around points (n, 3)."""
+    if not len(points):
+        return np.zeros(0, np.uint32)
+    low = points.min(0)
+    extent = max(float((points.max(0) - low).max()), 1e-9)
+    code = np.zeros(len(points), np.uint32)
+    for axis in range(3):
+        place = ((points[:, axis] - low[axis]) * (((1 << _MORTON_BITS) - 1) / extent)).astype(np.uint32)
+        for mask, shift in ((0x030000FF, 16), (0x0300F00F, 8), (0x030C30C3, 4), (0x09249249, 2)):
+            place = (place | place << shift) & mask
+        code |= place << axis
+    return code
+
+
+def _boxes(bounds: Bounds, starts: Rows) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """`low`, `high` and `largest` of runs of spheres that begin at `starts` (c,)."""
+    if not len(starts):
+        return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
+    reach = bounds.reach[:, None]
+    low = np.minimum.reduceat(bounds.centre - reach, starts)
+    high = np.maximum.reduceat(bounds.centre + reach, starts)
+    # Rounding to float32 must not let a sphere out.
+    return (
+        np.nextafter(low.astype(np.float32), np.float32(-np.inf)),
+        np.nextafter(high.astype(np.float32), np.float32(np.inf)),
+        np.maximum.reduceat(bounds.reach, starts).astype(np.float32),
+    )
+
+
+def _runs(first: NDArray[np.int64], cells: Rows) -> NDArray[np.int64]:
+    """The numbers of all objects of `cells` (k,), in their order."""
+    counts = first[cells + 1] - first[cells]
+    ends = np.cumsum(counts)
+    return np.arange(int(counts.sum())) + np.repeat(first[cells] - ends + counts, counts)
