@@ -103,6 +103,9 @@ class ShapeLibrary:
     def has_mesh(self, asset):
         return self._meshes[asset] is not None
 
+    def prepare(self, assets):
+        """All is there."""
+
     def baked(self, asset):
         return self._baked[asset]
 

@@ -198,11 +198,18 @@ def bake(
     up: Annotated[UpAxis, typer.Option(help="The files' upward axis.")] = UpAxis.Y,
     height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
     texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, max=limits.MAX_JOBS, help="Meshes at a time.", show_default="one per core"),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Bake also what is up to date.")] = False,
     verify: Annotated[bool, typer.Option("--verify", help="Say how like the mesh the depth images look.")] = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Bake meshes to depth images, NAME.dpci.exr; scenes that name the mesh with the same values use them."""
+    """Bake meshes to depth images, NAME.dpci.exr; scenes that name the mesh with the same values use them.
+
+    What is up to date, or in the cache, is not baked again: after Ctrl-C, the same command goes on where it stopped."""
     from depthwalk.bake.parts import ModelParams
     from depthwalk.commands import bake as work
 
@@ -215,7 +222,7 @@ def bake(
         params = ModelParams(dpci_resolution, layers, method.value, *split)
     except InputError as error:
         raise InputError(f"--{error}") from None
-    failures = work.bake_meshes(specs, params, files)
+    failures = work.bake_meshes(specs, params, files, jobs, force)
     if verify:
         from depthwalk.commands import compare
 

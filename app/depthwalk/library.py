@@ -2,21 +2,22 @@
 
 import logging
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.cache import bake_key, find_baked, keep_baked
+from depthwalk.bake.cache import bake_key, find_baked, has_key, keep_baked, kept_file, make_room, sidecar
 from depthwalk.bake.level_file import find_levels, keep_levels
 from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
+from depthwalk.bakery import Job, bake_all, mesh_key, model_params
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import PlanarImage, load_texture
 from depthwalk.ingest.loader import load_mesh
@@ -25,7 +26,7 @@ from depthwalk.ingest.meso import load_meso
 from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_range_image
 from depthwalk.ingest.sources import source_hash
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset
-from depthwalk.scene.schema import DpciParams, MesoParams
+from depthwalk.scene.schema import MesoParams
 
 log = logging.getLogger(__name__)
 
@@ -36,11 +37,18 @@ class SceneLibrary:
     """`baked`, `mesh` and `mesh_levels` by asset number; each is made once. Raises InputError for files that cannot be
     used.
 
-    report: told what is being done; may be replaced.
+    report: told what is being done; may be replaced. processes: bake that many missing assets at a time, None: as many
+    as there are cores. Only programs may say so whose main module can be imported again: processes do.
     """
 
-    def __init__(self, assets: tuple[Asset, ...], report: Report = lambda name, stage: None) -> None:
+    def __init__(
+        self,
+        assets: tuple[Asset, ...],
+        report: Report = lambda name, stage: None,
+        processes: int | None = 1,
+    ) -> None:
         self._assets = assets
+        self._processes = processes
         self.report = report
         self._baked: dict[int, BakedModel | None] = {}
         self._meshes: dict[int, Mesh | None] = {}
@@ -60,6 +68,38 @@ class SceneLibrary:
         if asset not in self._baked:
             self._baked[asset] = self._make_baked(asset)
         return self._baked[asset]
+
+    def prepare(self, assets: Sequence[int]) -> None:
+        """Bakes into the cache, several at a time, what is missing of the depth images of `assets`. What fails is left
+        for `baked` to complain about."""
+        missing = self._missing(assets) if self._processes != 1 else []
+        if len(missing) < 2:
+            return
+        names, done = [job.spec.name for job in missing], 0
+
+        def stage(number: int, name: str) -> None:
+            self.report(names[number], f"{name} ({done} of {len(missing)} baked)")
+
+        try:
+            missing[0].out.parent.mkdir(parents=True, exist_ok=True)
+            with closing(bake_all(missing, self._processes, stage)) as outcomes:
+                for number, outcome in outcomes:
+                    done += 1
+                    if not isinstance(outcome, InputError):
+                        make_room(missing[number].out)
+        except OSError as error:
+            log.warning("cannot keep depth images: %s", error)
+
+    def _missing(self, assets: Sequence[int]) -> list[Job]:
+        """What has to be baked for `assets`."""
+        jobs: dict[str, Job] = {}  # by key: assets may share one
+        for spec in (self._assets[asset] for asset in assets):
+            if isinstance(spec, MeshAsset) and spec.dpci is not None:
+                params = model_params(spec.dpci)
+                key = mesh_key(spec, params)
+                if not (has_key(sidecar(spec.mesh), key) or has_key(kept_file(key), key)):
+                    jobs[key] = Job(spec, params, kept_file(key))
+        return list(jobs.values())
 
     def mesh(self, asset: int) -> Mesh | None:
         if asset not in self._meshes:
@@ -170,26 +210,6 @@ def complaints_about(file: Path) -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
-
-
-def model_params(dpci: DpciParams) -> ModelParams:
-    """How a scene wants an asset baked."""
-    return ModelParams(dpci.resolution, dpci.layers, dpci.method, parts=dpci.parts, axis=dpci.axis)
-
-
-def mesh_key(spec: MeshAsset, params: ModelParams) -> str:
-    """The key of a mesh asset's depth images."""
-    # Defaults go without saying: files baked before there was a choice keep their keys.
-    default = ModelParams()
-    chosen = {name: getattr(params, name) for name in ("method", "parts", "axis")}
-    return bake_key(
-        source_hash(spec.mesh, spec.texture),
-        up=spec.up,
-        height=spec.height,
-        resolution=params.resolution,
-        layers=params.layers,
-        **{name: value for name, value in chosen.items() if value != getattr(default, name)},
-    )
 
 
 def _levels_key(spec: MeshAsset) -> str:

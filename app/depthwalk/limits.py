@@ -16,5 +16,6 @@ MAX_DPCI_LAYERS = 8
 MAX_DPCI_PARTS = 16
 MAX_BORDER_ENTRIES = 1 << 28  # vertices and triangles of all borders in a file: two thirds of the most texels
 MAX_CACHE_BYTES = 4 << 30  # a hundred trees or five hundred statues of 512², three layers deep
+MAX_JOBS = 256  # --jobs: each takes a gigabyte
 MAX_IMAGE_SIDE = 16_384  # --resolution
 MAX_IMAGE_PIXELS = 1 << 26  # the same: 8192 × 8192; a frame takes some 50 bytes a pixel on the GPU

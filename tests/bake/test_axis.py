@@ -11,8 +11,8 @@ from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.placement import cylinder_around, place_along, smallest_circle
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import probe, sampled_footprints, spread_directions
+from depthwalk.bakery import mesh_key
 from depthwalk.errors import InputError
-from depthwalk.library import mesh_key
 from depthwalk.render.rotation import rotate
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply

@@ -14,11 +14,11 @@ from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder, layer_t
 from depthwalk.bake.parts import ModelParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.six_view import sample_six_views
+from depthwalk.bakery import mesh_key
 from depthwalk.cli import app
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import GpuError, headless_device
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.library import mesh_key
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply

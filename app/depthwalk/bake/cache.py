@@ -29,13 +29,26 @@ def sidecar(mesh: Path) -> Path:
     return mesh.with_name(mesh.stem + SUFFIX)
 
 
+def kept_file(key: str) -> Path:
+    """Where the cache keeps the model of `key`."""
+    return cache_folder() / (key + SUFFIX)
+
+
+def has_key(path: Path, key: str) -> bool:
+    """Whether the file is a model of `key`, by its header."""
+    try:
+        return path.is_file() and read_header(path)["depthwalk.key"] == key
+    except InputError:
+        return False
+
+
 def find_baked(mesh: Path, key: str) -> BakedModel | None:
     """The model of `key` beside the mesh or in the cache; a file that is stale or damaged is passed over."""
-    kept = cache_folder() / (key + SUFFIX)
+    kept = kept_file(key)
     for path in (sidecar(mesh), kept):
+        if not has_key(path, key):
+            continue
         try:
-            if not path.is_file() or read_header(path)["depthwalk.key"] != key:
-                continue
             baked = read_baked(path)
         except InputError:
             continue
@@ -51,7 +64,7 @@ def keep_baked(baked: BakedModel) -> Path:
 
     Raises OSError where that is not possible, InputError as `write_baked` does.
     """
-    path = cache_folder() / (baked.key + SUFFIX)
+    path = kept_file(baked.key)
     write_baked(path, baked)
     make_room(path)
     return path

@@ -72,7 +72,7 @@ def main(
     }
     rows = {} if json_file is None else _kept_rows(json_file, head)
     with asset_progress() as report, flip_workers() as pool:
-        library = SceneLibrary(loaded.assets, report)
+        library = SceneLibrary(loaded.assets, report, processes=None)
         for count in numbers:
             if count not in rows:
                 rows[count] = make_row(walk, loaded, library, count, pool, partial(report, f"{count} objects"))

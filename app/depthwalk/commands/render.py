@@ -138,7 +138,7 @@ def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: O
 def open_headless(scene: Scene, size: tuple[int, int], representation: Representation | None) -> HeadlessRenderer:
     """A renderer with its assets loaded; progress on stderr. size: (width, height), pixels."""
     with asset_progress() as report:
-        return HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation)
+        return HeadlessRenderer(scene, SceneLibrary(scene.assets, report, processes=None), size, representation)
 
 
 @contextmanager

@@ -45,7 +45,7 @@ def open_walk(walk: Walk) -> str | None:
     """Opens the window and stays until it is closed; returns why there is none where there is no display."""
     from depthwalk.walk import NoDisplay, run  # the window's libraries: half a second
 
-    library = SceneLibrary(walk.scene.assets)
+    library = SceneLibrary(walk.scene.assets, processes=None)
     try:
         run(
             walk.scene,

@@ -14,9 +14,9 @@ from rich.progress import track
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bakery import mesh_key, model_params
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.library import mesh_key, model_params
 from depthwalk.resources import scene_root
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset

@@ -1,5 +1,6 @@
 """One object, drawn as its mesh and as its depth images, from the same views in the same light."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
@@ -99,6 +100,9 @@ class _OneObject:
 
     def has_mesh(self, asset: int) -> bool:
         return True
+
+    def prepare(self, assets: Sequence[int]) -> None:
+        """It is there."""
 
     def baked(self, asset: int) -> BakedModel:
         return self._baked

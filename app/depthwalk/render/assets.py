@@ -1,5 +1,6 @@
 """Assets on the GPU: depth images as grids and pages, meshes as vertex buffers. Loaded when first drawn."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,6 +27,7 @@ class Library(Protocol):
     def __len__(self) -> int: ...
     def has_baked(self, asset: int) -> bool: ...
     def has_mesh(self, asset: int) -> bool: ...
+    def prepare(self, assets: Sequence[int]) -> None: ...
     def baked(self, asset: int) -> BakedModel | None: ...
     def mesh(self, asset: int) -> Mesh | None: ...
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]: ...
@@ -85,6 +87,10 @@ class AssetStore:
     def __len__(self) -> int:
         """One more than the largest number given."""
         return len(self._library) + len(self._baked)
+
+    def knows(self, asset: int) -> bool:
+        """Whether `depth_numbers` need not read the depth images of `asset`."""
+        return asset in self._numbers
 
     def depth_numbers(self, asset: int) -> range:
         """The numbers of the depth objects that show `asset`; its depth images are read for it."""

@@ -58,7 +58,9 @@ def _rows(
         representation[able[objects.asset]] = wanted
     imaged = ~np.isin(representation, MESHES)
     first, count = np.arange(len(library), dtype=np.int32), np.ones(len(library), np.int32)
-    for asset in np.unique(objects.asset[imaged]).tolist():
+    shown = np.unique(objects.asset[imaged]).tolist()
+    library.prepare([asset for asset in shown if not store.knows(asset)])
+    for asset in shown:
         numbers = store.depth_numbers(asset)
         first[asset], count[asset] = numbers.start, len(numbers)
     return (
