@@ -61,8 +61,9 @@ A walk for `--path`. `smooth` passes a Catmull–Rom curve through the keyframes
 """
 _PARAMETERS = """# Passes and their parameters
 
-A frame is these passes, in this order; [architecture](architecture.md) says what a pass is and how to add one. `plan`,
-which the timers name as well, is the part on the CPU that decides what each of them draws.
+A frame is these passes, in this order; [architecture](architecture.md) says what a pass is and how to add one. The
+timers also name what the CPU does before: `cull` finds what is in sight, `upload` brings its assets to the GPU, `plan`
+decides what each pass draws.
 
 """
 _DECLARED = """
@@ -101,6 +102,7 @@ def scene_page() -> str:
 def parameter_page() -> str:
     scene = SceneFile.model_json_schema()
     parts = [_NOTICE, _PARAMETERS, _pass_table(), _DECLARED]
+    parts += ["## render\n\n", _table(_single_settings(scene), scene["$defs"], "render."), "\n"]
     for name, reference in _groups(scene).items():
         group = scene["$defs"][_name(reference)]
         parts += [f"## render.{name}\n\n", *[f"{group[key]}\n\n" for key in ("description",) if key in group]]
@@ -118,8 +120,14 @@ def _pass_table() -> str:
 
 def _groups(scene: Schema) -> dict[str, Schema]:
     """The groups of render settings by name, in the order of a frame."""
-    groups: dict[str, Schema] = scene["$defs"]["RenderSettings"]["properties"]
-    return groups
+    settings: dict[str, Schema] = scene["$defs"]["RenderSettings"]["properties"]
+    return {name: setting for name, setting in settings.items() if "$ref" in setting}
+
+
+def _single_settings(scene: Schema) -> Schema:
+    """The render settings that stand in no group."""
+    settings: dict[str, Schema] = scene["$defs"]["RenderSettings"]["properties"]
+    return {"properties": {name: setting for name, setting in settings.items() if "$ref" not in setting}}
 
 
 def _name(reference: Schema) -> str:

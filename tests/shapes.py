@@ -106,6 +106,9 @@ class ShapeLibrary:
     def prepare(self, assets):
         """All is there."""
 
+    def key(self, asset):
+        return ""  # nothing is kept
+
     def baked(self, asset):
         return self._baked[asset]
 

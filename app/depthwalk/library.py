@@ -34,8 +34,8 @@ Report = Callable[[str, str], None]  # asset's name, what is being done
 
 
 class SceneLibrary:
-    """`baked`, `mesh` and `mesh_levels` by asset number; each is made once. Raises InputError for files that cannot be
-    used.
+    """`baked`, `mesh` and `mesh_levels` by asset number; each is made once. Depth images are read anew where they are
+    asked for again: the renderer keeps what it needs of them. Raises InputError for files that cannot be used.
 
     report: told what is being done; may be replaced. processes: bake that many missing assets at a time, None: as many
     as there are cores. Only programs may say so whose main module can be imported again: processes do.
@@ -50,7 +50,8 @@ class SceneLibrary:
         self._assets = assets
         self._processes = processes
         self.report = report
-        self._baked: dict[int, BakedModel | None] = {}
+        self._keys: dict[int, str] = {}
+        self._unkept: dict[str, BakedModel] = {}  # by key: what could not be stored
         self._meshes: dict[int, Mesh | None] = {}
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
 
@@ -64,10 +65,18 @@ class SceneLibrary:
     def has_mesh(self, asset: int) -> bool:
         return isinstance(self._assets[asset], MeshAsset)
 
-    def baked(self, asset: int) -> BakedModel | None:
-        if asset not in self._baked:
-            self._baked[asset] = self._make_baked(asset)
-        return self._baked[asset]
+    def key(self, asset: int) -> str:
+        """What the asset's depth images depend on; empty where they are not stored, or not as they are drawn."""
+        if asset not in self._keys:
+            self._keys[asset] = self._find_key(self._assets[asset])
+        return self._keys[asset]
+
+    def _find_key(self, spec: Asset) -> str:
+        if isinstance(spec, DepthImageAsset):
+            return _range_key(spec) if spec.intrinsics is not None else ""
+        if spec.dpci is None or spec.dpci.meso is not None:
+            return ""
+        return mesh_key(spec, model_params(spec.dpci))
 
     def prepare(self, assets: Sequence[int]) -> None:
         """Bakes into the cache, several at a time, what is missing of the depth images of `assets`. What fails is left
@@ -121,14 +130,14 @@ class SceneLibrary:
         self.report(spec.name, "reading")
         return read_mesh(spec)
 
-    def _make_baked(self, asset: int) -> BakedModel | None:
+    def baked(self, asset: int) -> BakedModel | None:
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
             return self._bake_image(spec)
         if spec.dpci is None:
             return None
         params = model_params(spec.dpci)
-        key = mesh_key(spec, params)
+        key = self.key(asset) or mesh_key(spec, params)
         baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, spec, params, key))
         if spec.dpci.meso is None:
             return baked
@@ -142,7 +151,7 @@ class SceneLibrary:
 
     def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedModel]) -> BakedModel:
         """The model of `key` from beside its source or from the cache; else `bake` makes it and the cache keeps it."""
-        baked = find_baked(source, key)
+        baked = self._unkept.get(key) or find_baked(source, key)
         if baked is None:
             start = time.perf_counter()
             baked = bake()
@@ -151,6 +160,7 @@ class SceneLibrary:
                 keep_baked(baked)
             except OSError as error:  # a full or read-only disk costs the next start time, not this one
                 log.warning("cannot keep the depth images of %s: %s", name, error)
+                self._unkept[key] = baked
         return baked
 
     def _make_levels(self, spec: MeshAsset, mesh: Mesh) -> tuple[MeshLevel, ...]:

@@ -48,7 +48,7 @@ VIEWPOINTS = [
 @pytest.fixture(autouse=True)
 def whole_grids(monkeypatch):
     """The depth buffer draws the same triangles as the order."""
-    monkeypatch.setattr("depthwalk.render.assets.build_grids", partial(build_grids, tolerance=-np.inf))
+    monkeypatch.setattr("depthwalk.render.prepared.build_grids", partial(build_grids, tolerance=-np.inf))
 
 
 @pytest.mark.parametrize("asset", [0, 1, 2])

@@ -104,6 +104,9 @@ class _OneObject:
     def prepare(self, assets: Sequence[int]) -> None:
         """It is there."""
 
+    def key(self, asset: int) -> str:
+        return ""
+
     def baked(self, asset: int) -> BakedModel:
         return self._baked
 

@@ -1,6 +1,9 @@
-"""Assets on the GPU: depth images as grids and pages, meshes as vertex buffers. Loaded when first drawn."""
+"""Assets on the GPU: depth images as grids and pages, meshes as vertex buffers. Loaded when first drawn; depth images
+that are not seen give way to others within a budget of memory."""
 
-from collections.abc import Sequence
+import logging
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,10 +18,13 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, MeshLevel
-from depthwalk.render.grids import build_grids
+from depthwalk.render.grids import Grids
 from depthwalk.render.lod import LodParams
-from depthwalk.render.pages import build_pages
+from depthwalk.render.pages import Pages
 from depthwalk.render.polygons import WHITE, MeshLook, MeshObject, upload_look, upload_mesh
+from depthwalk.render.prepared import Prepared, as_drawn, find_prepared, keep_prepared, prepare
+
+log = logging.getLogger(__name__)
 
 
 class Library(Protocol):
@@ -28,6 +34,7 @@ class Library(Protocol):
     def has_baked(self, asset: int) -> bool: ...
     def has_mesh(self, asset: int) -> bool: ...
     def prepare(self, assets: Sequence[int]) -> None: ...
+    def key(self, asset: int) -> str: ...  # of its depth images, by which what is made of them is kept; "": nowhere
     def baked(self, asset: int) -> BakedModel | None: ...
     def mesh(self, asset: int) -> Mesh | None: ...
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]: ...
@@ -36,11 +43,8 @@ class Library(Protocol):
 
 @dataclass
 class DepthObject:
-    """A baked object on the GPU. first, count: see Grids."""
+    """A baked object on the GPU."""
 
-    baked: BakedObject
-    first: NDArray[np.int64]
-    count: NDArray[np.int64]
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
     pages: moderngl.TextureArray
@@ -66,27 +70,33 @@ class DepthObject:
 
 
 class AssetStore:
-    """Uploads assets once and owns their GL objects. Several passes draw from it.
+    """Uploads assets and owns their GL objects. Several passes draw from it.
 
     Meshes go by the number of their asset. Depth objects, of which an asset may have several, are numbered from there
     on, in the order in which they are asked for, and keep their numbers when all is released.
 
-    paper_cases: what is uploaded serves the paper's cases, which needs half as much again; to be set while it is empty.
+    budget: bytes of GPU memory for depth objects, which `stream` keeps to; before_release: called before GL objects of
+    some of them go; paper_cases: what is uploaded serves the paper's cases, which needs half as much again; to be set
+    while it is empty.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
         self.gl = device.scope("assets")
+        self.budget = DEFAULT_BUDGET
+        self.before_release: Callable[[], None] = lambda: None
         self.paper_cases = False
         self._library = library
-        self._baked: list[BakedObject] = []
+        self._assets: list[int] = []  # of each depth object
         self._numbers: dict[int, range] = {}
-        self._depth: dict[int, DepthObject] = {}
+        self._prepared: dict[int, Prepared] = {}
+        self._depth: dict[int, DepthObject] = {}  # the last used last
+        self._warned = False
         self._mesh: dict[tuple[int, int], MeshObject] = {}
         self._looks: dict[int, MeshLook] = {}
 
     def __len__(self) -> int:
         """One more than the largest number given."""
-        return len(self._library) + len(self._baked)
+        return len(self._library) + len(self._assets)
 
     def knows(self, asset: int) -> bool:
         """Whether `depth_numbers` need not read the depth images of `asset`."""
@@ -95,22 +105,105 @@ class AssetStore:
     def depth_numbers(self, asset: int) -> range:
         """The numbers of the depth objects that show `asset`; its depth images are read for it."""
         if asset not in self._numbers:
-            model = self._library.baked(asset)
-            if model is None:
-                raise LookupError(f"asset {asset} has no depth images")
-            first = len(self)
-            self._baked += model.parts
+            objects, first = self._prepare(asset), len(self)
+            self._assets += [asset] * len(objects)
             self._numbers[asset] = range(first, len(self))
+            self._prepared.update(zip(self._numbers[asset], objects, strict=True))
         return self._numbers[asset]
 
+    def prepared(self, number: int) -> Prepared:
+        """What depth object `number` is, without its pixels."""
+        if number not in self._prepared:
+            asset = self._asset_of(number)
+            self._prepared.update(zip(self._numbers[asset], self._prepare(asset), strict=True))
+        return self._prepared[number]
+
     def baked(self, number: int) -> BakedObject:
-        """What depth object `number` is made of."""
-        return self._baked[number - len(self._library)]
+        """What depth object `number` is made of; read for it."""
+        asset = self._asset_of(number)
+        return as_drawn(self._model(asset).parts[number - self._numbers[asset].start])
 
     def depth_object(self, number: int) -> DepthObject:
         if number not in self._depth:
-            self._depth[number] = _upload_baked(self.gl, self.baked(number), self.paper_cases)
+            prepared = self.prepared(number)
+            try:
+                grids, pages = prepared.load()
+            except OSError:  # removed from the cache meanwhile
+                del self._prepared[number]
+                prepared = self.prepared(number)
+                grids, pages = prepared.load()
+            self._depth[number] = _upload_depth(self.gl, prepared.outline, grids, pages)
         return self._depth[number]
+
+    def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
+        """Uploads the depth objects `needed`, in that order, and lets go of those not used for longest where the budget
+        would not hold both. Which of all numbers are there (numbers,); meshes always are.
+
+        seconds: after which no further upload begins, so that frames stay even; None: all that is needed comes. What a
+        frame needs is never let go of: where that is more than the budget, a warning says so once.
+        """
+        start = time.perf_counter()
+        for number in needed:
+            if number in self._depth:
+                self._depth[number] = self._depth.pop(number)
+        for number in needed:
+            if number in self._depth:
+                continue
+            if seconds is not None and time.perf_counter() - start > seconds:
+                break
+            self._make_room(self.prepared(number).bytes, set(needed))
+            self.depth_object(number)
+        there = np.ones(len(self), bool)
+        there[len(self._library) :] = [number in self._depth for number in range(len(self._library), len(self))]
+        return there
+
+    @property
+    def depth_bytes(self) -> int:
+        """What the depth objects take on the GPU."""
+        return sum(self._prepared[number].bytes for number in self._depth)
+
+    @property
+    def depth_count(self) -> int:
+        """How many depth objects are on the GPU."""
+        return len(self._depth)
+
+    def _make_room(self, size: int, needed: set[int]) -> None:
+        excess = self.depth_bytes + size - self.budget
+        if excess <= 0:
+            return
+        unused = [number for number in self._depth if number not in needed]
+        self.before_release()
+        for number in unused:
+            if excess <= 0:
+                return
+            drawn = self._depth.pop(number)
+            self.gl.free(drawn.vertices, drawn.indices, drawn.pages, drawn.page_table, drawn.meso)
+            excess -= self._prepared[number].bytes
+        if excess > 0 and not self._warned:
+            self._warned = True
+            log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
+
+    def _asset_of(self, number: int) -> int:
+        return self._assets[number - len(self._library)]
+
+    def _model(self, asset: int) -> BakedModel:
+        model = self._library.baked(asset)
+        if model is None:
+            raise LookupError(f"asset {asset} has no depth images")
+        return model
+
+    def _prepare(self, asset: int) -> tuple[Prepared, ...]:
+        """From the cache; else it is built and the cache keeps it."""
+        key = self._library.key(asset)
+        objects = find_prepared(key, self.paper_cases) if key else None
+        if objects is None:
+            objects = tuple(prepare(part, self.paper_cases) for part in self._model(asset).parts)
+            if key:
+                try:
+                    return keep_prepared(key, self.paper_cases, objects)
+                except OSError as error:  # they stay in memory
+                    log.warning("cannot keep what was prepared of depth images: %s", error)
+        return objects
 
     def mesh_object(self, asset: int, level: int = 0) -> MeshObject:
         """Level 0 is the mesh itself, others are those of `Library.mesh_levels`."""
@@ -131,25 +224,18 @@ class AssetStore:
     def release(self) -> None:
         self.gl.release()
         self._depth.clear()
+        self._prepared.clear()
         self._mesh.clear()
         self._looks.clear()
 
 
-def _upload_baked(gl: Scope, baked: BakedObject, paper_cases: bool) -> DepthObject:
-    if (
-        baked.meso is not None
-    ):  # it winds round the side, and faces lay it along axes of their own: the fewer the better
-        baked = baked.without_flanks()
-    grids = build_grids(baked, paper_cases)
+def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> DepthObject:
+    """baked: without pixels, see `Prepared`."""
     images, cylinder = baked.images, baked.cylinder
     height, width = shape = images[0].depth.shape
     faces = np.array([image.face for image in images])
-    pages = build_pages(baked, grids)
     plain = pages.plain_colour
     return DepthObject(
-        baked,
-        grids.first,
-        grids.count,
         gl.buffer(grids.vertices),
         gl.buffer(grids.indices),
         gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes()),
@@ -198,4 +284,5 @@ def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:
     }
 
 
+DEFAULT_BUDGET = 2 << 30  # bytes: with pictures and atlas at 4K, half of what cards have at least
 _SETBACK = 0.5  # texels; 0, 0.5, 1 and 2 were tried on five models, and most alike were the pictures at 0.5

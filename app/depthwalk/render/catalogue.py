@@ -75,13 +75,13 @@ def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32
     offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
     turn[:, 3] = 1
     for number in range(len(library), len(store)):
-        baked = store.baked(number)
+        baked = store.prepared(number).outline
         offset[number], turn[number] = baked.position, baked.rotation
     return offset, turn
 
 
 def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
-    """Rows of all that `store` numbers, loaded where `objects` use it; rows of others stay zero."""
+    """Rows of all that `store` numbers, described where `objects` use it; rows of others stay zero."""
     count = len(store)
     numbers = {name: np.zeros(count) for name in ("radius", "bottom", "top", "half_width", "half_depth")}
     has_side = np.zeros(count, bool)
@@ -97,14 +97,14 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
                 centre[number], reach[number] = _mesh_sphere(mesh)
                 details[number] = library.mesh_levels(number) if thinned[number] else (MeshLevel(mesh, 0.0),)
             continue
-        drawn = store.depth_object(number)
-        baked = drawn.baked
+        prepared = store.prepared(number)
+        baked = prepared.outline
         for name, column in numbers.items():
             column[number] = getattr(baked.cylinder, name)
         has_side[number] = any(image.face is Face.SIDE for image in baked.images)
         texel[number] = square_texel(baked)
         levels[number] = baked.steps - 1
-        runs[number] = drawn.first, drawn.count
+        runs[number] = prepared.first, prepared.count
         centre[number], reach[number] = _bounding_sphere(baked)
     most = max((first.shape[0] for first, _ in runs.values()), default=1)
     index_first = np.zeros((count, most, len(Case), RUNS_PER_CASE), np.int64)

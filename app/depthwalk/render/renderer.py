@@ -33,6 +33,8 @@ class Renderer:
         self.scene = scene
         self.settings = scene.render
         self.assets = AssetStore(device, library)
+        self.assets.before_release = self._forget_arrays
+        self.upload_seconds: float | None = None  # of a frame, see `AssetStore.stream`
         self.targets: Targets | None = None
         self.passes: list[Pass] = []
         try:
@@ -55,12 +57,17 @@ class Renderer:
         """Draws what `view` sees of the scene into `screen`, which has the view's size."""
         targets, settings = self._targets(view.size), self.settings
         table, objects, bounds, cells = self.table(), self.objects(), self.bounds(), self._sorted()
-        with self.timers.measure_cpu("plan"):
+        with self.timers.measure_cpu("cull"):
             visible, forward = cells.visible(view, bounds, settings.culling.min_pixels)
             view = self._fitted(view, forward, bounds.reach[visible])
+        with self.timers.measure_cpu("upload"):
+            visible = self._uploaded(objects.asset, visible)
+        with self.timers.measure_cpu("plan"):
             plan = self._planner.plan(
                 view, objects, bounds, visible, table, settings.lod, settings.warp, settings.mesh, targets.atlas_size
             )
+        plan.counts["assets"] = self.assets.depth_count
+        plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
         self.plan, self.view = plan, view
         targets.gbuffer.use()
         targets.gbuffer.clear(depth=1.0)
@@ -152,9 +159,21 @@ class Renderer:
         near, far = depth_range(forward, reach, seen)
         return replace(view, near=near, far=far)
 
-    def _forget_assets(self) -> None:
+    def _uploaded(self, asset: NDArray[np.integer], visible: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Those of the objects `visible` (m,), nearest first, whose assets are on the GPU, once what fits the time and
+        the budget has been brought there."""
+        self.assets.budget = self.settings.gpu_memory
+        numbers, first = np.unique(asset[visible], return_index=True)
+        depth = numbers[np.argsort(first)]
+        there = self.assets.stream(depth[depth >= len(self._library)].tolist(), self.upload_seconds)
+        return visible if there[numbers].all() else visible[there[asset[visible]]]
+
+    def _forget_arrays(self) -> None:
         for each in self.passes:
             each.forget_assets()
+
+    def _forget_assets(self) -> None:
+        self._forget_arrays()
         self.assets.release()
 
     def release(self) -> None:

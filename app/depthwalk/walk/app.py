@@ -26,6 +26,7 @@ from depthwalk.walk.state import State
 from depthwalk.walk.window import Window, open_window
 
 _LINES = 8  # of the progress of loading
+_UPLOADING = 0.008  # s of a frame, for assets that come into sight
 _IDLE = 0.05  # s between looks at a window that shows nothing
 
 
@@ -154,6 +155,7 @@ class _Walk:
         screen.viewport = (0, 0, *size)
         camera = state.camera
         renderer.render(View(camera, size), screen)
+        renderer.upload_seconds = _UPLOADING  # the first frame waited for all that it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
         self._overlay.draw(screen, self._window.size, size, dt, self._widgets)

@@ -124,6 +124,7 @@ def _draw_counts(state: State) -> None:
             ("case", _lines(cases)),
             ("step", _lines([f"{step} on {count:,}" for step, count in sorted(steps)])),
             ("warped", f"{counts['warped']:,} of {counts['dpci']:,}\n{counts['warped_triangles']:,} triangles"),
+            ("assets", f"{counts['assets']:,} on the GPU, {counts['gpu_mb']:,.0f} MB"),
             ("atlas", f"{counts['atlas_used']:.0%} used, tiles at {counts['tile_resolution']:.0%}"),
         ],
     )

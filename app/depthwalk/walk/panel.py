@@ -5,6 +5,7 @@ import math
 import numpy as np
 from imgui_bundle import imgui
 
+from depthwalk.params import Params
 from depthwalk.scene.arrays import Representation
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import draw_group
@@ -35,7 +36,7 @@ def draw_panel(state: State) -> Area:
         _draw_environment(state)
     settings = state.renderer.settings
     for name, group in settings:
-        if imgui.collapsing_header(name, imgui.TreeNodeFlags_.default_open):
+        if isinstance(group, Params) and imgui.collapsing_header(name, imgui.TreeNodeFlags_.default_open):
             imgui.push_id(name)
             refusal = draw_group(group)
             imgui.pop_id()

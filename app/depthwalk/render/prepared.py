@@ -1,0 +1,164 @@
+"""Baked objects made ready for the GPU: their grids and pages, which take seconds to build and are kept in the user's
+cache folder, so that an asset can come and go while somebody walks."""
+
+import contextlib
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.cache import cache_folder, make_room
+from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
+from depthwalk.render.grids import Grids, build_grids
+from depthwalk.render.pages import Pages, build_pages
+
+_MIP_MAPS = 4 / 3  # of a texture, with its mip-maps
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """outline: the object, its images of the right size but without pixels; first, count: see `Grids`; bytes: that it
+    takes on the GPU; load: its grids and pages. Raises OSError where the file that holds them has gone."""
+
+    outline: BakedObject
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    bytes: int
+    load: Callable[[], tuple[Grids, Pages]]
+
+
+def as_drawn(baked: BakedObject) -> BakedObject:
+    """`baked` with what of it is drawn."""
+    # Meso-structure winds round the side, and faces lay it along axes of their own: the fewer the better.
+    return baked if baked.meso is None else baked.without_flanks()
+
+
+def prepare(baked: BakedObject, paper_cases: bool) -> Prepared:
+    """Builds the grids and pages of `baked`."""
+    baked = as_drawn(baked)
+    grids = build_grids(baked, paper_cases)
+    pages = build_pages(baked, grids)
+    size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + int(_MIP_MAPS * pages.texels.nbytes)
+    return Prepared(_outline(baked), grids.first, grids.count, size, lambda: (grids, pages))
+
+
+def find_prepared(key: str, paper_cases: bool) -> tuple[Prepared, ...] | None:
+    """What `keep_prepared` kept of the model of `key`; None where there is nothing, or not all of it."""
+    path = _file(key, paper_cases)
+    try:
+        with path.open("rb") as file, np.load(file) as stored:
+            headers = json.loads(str(stored["objects"]))
+            found = tuple(_from_file(path, number, header, stored) for number, header in enumerate(headers))
+        os.utime(path)  # its age is that of its last use
+    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
+        return None
+    return found
+
+
+def keep_prepared(key: str, paper_cases: bool, objects: tuple[Prepared, ...]) -> tuple[Prepared, ...]:
+    """Keeps what was prepared of the model of `key` in the cache folder. The same, which now reads the file.
+
+    Raises OSError where that is not possible.
+    """
+    path = _file(key, paper_cases)
+    arrays: dict[str, Any] = {"objects": json.dumps([_header(each) for each in objects])}
+    for number, each in enumerate(objects):
+        for part in each.load():
+            arrays |= {_column(type(part), number, name): value for name, value in _values(part).items()}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.npz")
+    try:
+        np.savez(temporary, **arrays)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    make_room(path)
+    return tuple(replace(each, load=partial(_read, path, number)) for number, each in enumerate(objects))
+
+
+def _outline(baked: BakedObject) -> BakedObject:
+    return replace(baked, images=tuple(map(_bare, baked.images)), borders=())
+
+
+def _bare(image: DepthImage) -> DepthImage:
+    return _bare_image(image.face, image.layer, image.depth.shape)
+
+
+def _bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
+    """An image of `shape` that takes no memory."""
+    empty = np.broadcast_to(np.float32(np.inf), shape)
+    none = np.broadcast_to(np.float32(0), (*shape, 4))
+    return DepthImage(face, layer, empty, none[..., :3], none, (), np.broadcast_to(np.uint8(face), shape))
+
+
+def _header(each: Prepared) -> dict[str, Any]:
+    outline, cylinder = each.outline, each.outline.cylinder
+    return {
+        "cylinder": [float(getattr(cylinder, field.name)) for field in fields(Cylinder)],
+        "images": [[int(image.face), image.layer, *image.depth.shape] for image in outline.images],
+        "shininess": float(outline.shininess),
+        "steps": outline.steps,
+        "key": outline.key,
+        "position": [float(x) for x in outline.position],
+        "rotation": [float(x) for x in outline.rotation],
+        "bytes": each.bytes,
+    }
+
+
+def _from_file(path: Path, number: int, header: dict[str, Any], stored: Any) -> Prepared:
+    outline = BakedObject(
+        Cylinder(*header["cylinder"]),
+        tuple(_bare_image(Face(face), layer, tuple(shape)) for face, layer, *shape in header["images"]),
+        (),
+        header["shininess"],
+        header["steps"],
+        header["key"],
+        tuple(header["position"]),
+        tuple(header["rotation"]),
+    )
+    first, count = (stored[_column(Grids, number, name)] for name in ("first", "count"))
+    return Prepared(outline, first, count, header["bytes"], partial(_read, path, number))
+
+
+def _column(kind: type[Grids | Pages], number: int, name: str) -> str:
+    """What a field of an object's grids or pages is called in the file."""
+    return f"{number}.{kind.__name__}.{name}"
+
+
+def _values(part: Grids | Pages) -> dict[str, NDArray[Any]]:
+    """The fields as arrays; one that is None has no elements."""
+    values = {field.name: getattr(part, field.name) for field in fields(part)}
+    return {name: np.array([] if value is None else value) for name, value in values.items()}
+
+
+def _read(path: Path, number: int) -> tuple[Grids, Pages]:
+    with path.open("rb") as file, np.load(file) as stored:
+        grids, pages = (
+            {field.name: stored[_column(kind, number, field.name)] for field in fields(kind)} for kind in (Grids, Pages)
+        )
+    colour = pages["plain_colour"] if pages["plain_colour"].size else None
+    rows, last = pages["first_rows"].tolist(), int(pages["last_segment"])
+    return Grids(**grids), Pages(pages["texels"], colour, pages["table"], rows, last)
+
+
+def _file(key: str, paper_cases: bool) -> Path:
+    return cache_folder() / f"{key}-{_made_by()}{'-paper' if paper_cases else ''}.npz"
+
+
+@cache
+def _made_by() -> str:
+    """What stands for the code that prepares: no version number has to be remembered when it changes."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in sorted([*(package / "bake").glob("*.py"), *(package / "render").glob("*.py")]):
+        with contextlib.suppress(OSError):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
