@@ -18,7 +18,7 @@ def statue():
 @pytest.fixture
 def untrimmed(monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr("depthwalk.bake.baker.trim", lambda images, borders: (images, borders))
+        patch.setattr("depthwalk.bake.baker.trim", lambda images, borders, each: (images, borders))
         return bake(statue(), resolution=96, layers=2)
 
 

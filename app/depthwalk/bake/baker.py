@@ -1,7 +1,7 @@
 """From a mesh to depth images: Liu, Liu and Wu 2007, §3.1, by ray casting with layers by depth peeling or by the
 paper's six views, and a per-triangle cut of what does not lie on the surface."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter
 
-from depthwalk.bake.border import trace_borders
+from depthwalk.bake.border import trace_border
 from depthwalk.bake.connectivity import connect
 from depthwalk.bake.images import (
     FLANKS,
@@ -26,6 +26,7 @@ from depthwalk.bake.images import (
     usable_steps,
 )
 from depthwalk.bake.ownership import Inner, assign_owners, inner_texels, worth_adding, yield_triangles
+from depthwalk.bake.parallel import Map, batches, thread_map
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.bake.surface import mean_shininess
@@ -38,6 +39,7 @@ from depthwalk.limits import MAX_DPCI_LAYERS
 Progress = Callable[[str], None]
 Method = Literal["raycast", "six-view"]
 _LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a flank must sample better than others, to be worth the trouble
+_BATCH = 1 << 15  # samples at a time
 _OVERLAP = 3  # texels by which a flank goes on beyond what it samples better than others
 
 
@@ -77,10 +79,12 @@ def bake_object(
     key: str,
     progress: Progress = lambda stage: None,
     two_sided: bool | None = None,
+    workers: int | None = None,
 ) -> BakedObject:
     """Side, caps and flanks of `mesh`, `params.layers` deep; `progress` is called with the name of each stage.
 
-    Flanks hold only what the others sample badly; six views make none. two_sided: see `RayCaster`.
+    Flanks hold only what the others sample badly; six views make none. two_sided: see `RayCaster`; workers: see
+    `thread_map`.
     """
     cylinder, refinements = enclosing_cylinder(mesh.positions), params.refinements
     caster = RayCaster(mesh, two_sided)
@@ -93,24 +97,23 @@ def bake_object(
 
         progress("six views")
         seen = sample_six_views(mesh, cylinder, params.resolution)
-    for face in tuple(seen) or (Face if refinements.flanks else PAPER_FACES):
-        progress(face.name.lower())
-        if face not in seen:
-            seen[face] = cast_face(mesh, caster, cylinder, face, params, images, inner)
-        layers = connect_face(caster, cylinder, face, seen[face], steps, refinements)
-        if layers:
-            inner[face] = inner_texels(layers)
-        images += layers
-    if refinements.owners:
-        progress("owners")
-        owners = assign_owners(cylinder, images, inner)
-        images = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
-        images = yield_triangles(cylinder, images, inner)
-    progress("borders")
-    borders: list[Border] = []
-    for face, samples in seen.items() if refinements.borders else ():
-        borders += border_face(caster, cylinder, face, samples, [image for image in images if image.face is face])
-    images, borders = trim(images, borders)
+    with thread_map(workers) as each:
+        for face in tuple(seen) or (Face if refinements.flanks else PAPER_FACES):
+            progress(face.name.lower())
+            if face not in seen:
+                seen[face] = cast_face(mesh, caster, cylinder, face, params, images, inner, each)
+            layers = connect_face(caster, cylinder, face, seen[face], steps, refinements, each)
+            if layers:
+                inner[face] = inner_texels(layers)
+            images += layers
+        if refinements.owners:
+            progress("owners")
+            owners = assign_owners(cylinder, images, inner, each)
+            images = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
+            images = yield_triangles(cylinder, images, inner, each)
+        progress("borders")
+        borders = trace_borders(caster, cylinder, seen, images, each) if refinements.borders else []
+        images, borders = trim(images, borders, each)
     return BakedObject(cylinder, tuple(images), tuple(borders), mean_shininess(mesh), steps, key)
 
 
@@ -127,20 +130,28 @@ def cast_face(
     params: BakeParams,
     others: Sequence[DepthImage] = (),
     inner: Inner | None = None,
+    each: Map = map,
 ) -> FaceSamples:
     """What rays from one face meet, `params.layers` deep, less what nobody outside can see; of a flank, less what the
     images of `others`, with their `inner_texels`, sample well enough."""
     size = params.resolution
     centres = texel_centres(size)
     origin, direction = (part.reshape(-1, 3) for part in surface_rays(cylinder, face, centres, centres[:, None]))
-    hits = caster.peel(origin, direction, peeled_layers(params, caster), face_reach(cylinder, face))
+    hits = caster.peel(origin, direction, peeled_layers(params, caster), face_reach(cylinder, face), each)
     found = np.isfinite(hits.distance)
-    points = origin + np.where(found, hits.distance, 0)[..., None] * direction
     if face in FLANKS and inner:
+        layer, ray = found.nonzero()
+
+        def worth_it(some: slice) -> NDArray[np.bool_]:
+            at = layer[some], ray[some]
+            points = origin[at[1]] + hits.distance[at][:, None] * direction[at[1]]
+            return worth_adding(cylinder, list(others), inner, face, points, hits.normal[at])
+
         worth = np.zeros(found.shape, bool)
-        worth[found] = worth_adding(cylinder, list(others), inner, face, points[found], hits.normal[found])
+        worth[found] = np.concatenate(list(each(worth_it, batches(len(layer), _BATCH))))
         found &= _spread(worth.reshape(-1, size, size)).reshape(found.shape)
-    return face_samples(mesh, prune_hidden(caster, points, hits, (size, size), found), size)
+    hits = prune_hidden(caster, (origin, direction), hits, (size, size), found, each)
+    return face_samples(mesh, hits, size, each)
 
 
 def _spread(worth: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -156,23 +167,32 @@ def connect_face(
     seen: FaceSamples,
     steps: int,
     refinements: Refinements = EVERYTHING,
+    each: Map = map,
 ) -> list[DepthImage]:
     """The layers of one face that see anything at all; each owns all it sees until owners are assigned."""
     if not np.isfinite(seen.samples.depth).any():
         return []
-    cells = connect(caster, cylinder, face, seen.samples.depth, steps, refinements.cut, refinements.across_layers)
-    owner = np.full(seen.samples.depth.shape[1:], face, np.uint8)
+    depth = seen.samples.depth
+    cells = connect(caster, cylinder, face, depth, steps, refinements.cut, refinements.across_layers, each)
+    owner = np.full(depth.shape[1:], face, np.uint8)
     return [
-        DepthImage(face, layer, depth, seen.normal[layer], seen.albedo[layer], tuple(cells[layer]), owner)
-        for layer, depth in enumerate(seen.samples.depth)
+        DepthImage(face, layer, depth[layer], seen.normal[layer], seen.albedo[layer], tuple(cells[layer]), owner)
+        for layer in range(len(depth))
     ]
 
 
-def border_face(
-    caster: RayCaster, cylinder: Cylinder, face: Face, seen: FaceSamples, images: list[DepthImage]
+def trace_borders(
+    caster: RayCaster, cylinder: Cylinder, seen: Mapping[Face, FaceSamples], images: list[DepthImage], each: Map = map
 ) -> list[Border]:
-    """The borders of one face; images: its layers. What another face owns needs none."""
-    if not images:
-        return []
-    wanted = np.stack([image.owner == face for image in images])
-    return trace_borders(caster, cylinder, face, seen.samples, [list(image.cells) for image in images], wanted)
+    """The borders of `images`, face by face and level by level, from what was `seen`. What another face owns needs
+    none."""
+
+    def trace(task: tuple[Face, int]) -> Border:
+        face, level = task
+        layers = [image for image in images if image.face is face]
+        codes, wanted = [image.cells[level] for image in layers], np.stack([image.owner == face for image in layers])
+        return trace_border(caster, cylinder, face, seen[face].samples, level, codes, wanted)
+
+    return list(
+        each(trace, dict.fromkeys((image.face, level) for image in images for level in range(len(image.cells))))
+    )

@@ -33,22 +33,7 @@ class Samples:
     flipped: NDArray[np.bool_]
 
 
-def trace_borders(
-    caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
-    samples: Samples,
-    cells: list[list[NDArray[np.uint16]]],
-    wanted: NDArray[np.bool_],
-) -> list[Border]:
-    """The border of each level, from the `wanted` (L, H, W) samples; cells: [layer][level] as `connect` made them."""
-    return [
-        _trace_level(caster, cylinder, face, samples, level, [layer[level] for layer in cells], wanted)
-        for level in range(len(cells[0]))
-    ]
-
-
-def _trace_level(
+def trace_border(
     caster: RayCaster,
     cylinder: Cylinder,
     face: Face,
@@ -57,6 +42,8 @@ def _trace_level(
     codes: list[NDArray[np.uint16]],
     wanted: NDArray[np.bool_],
 ) -> Border:
+    """The border of one level, from the `wanted` (L, H, W) samples; codes: the cells of each layer, as `connect` made
+    them."""
     layers, height, width = samples.depth.shape
     corners = grid_cells((height, width), face, 1 << level)
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
@@ -72,13 +59,13 @@ def _trace_level(
 
     # The two edges of each free corner, most of them shared by two triangles: each is followed once.
     turns = np.stack([(corner + 1) % 3, (corner + 2) % 3])
-    edges = np.stack([np.broadcast_to(start, turns.shape), texels[triangle, turns]], -1).reshape(-1, 2)
-    _, once, edge = np.unique(edges, axis=0, return_index=True, return_inverse=True)
+    edges = (start * (height * width) + texels[triangle, turns]).ravel()
+    _, once, edge = np.unique(edges, return_index=True, return_inverse=True)
+    from_sample = np.tile(start, 2)[once]
     begin, end = position[triangle, corner], position[triangle, turns].reshape(-1, 2)
     cell = (1 << level) * max(texel_size(cylinder, face, (height, width)))
-    along, depth = _follow(
-        caster, cylinder, face, samples, edges[once, 0], np.tile(begin, (2, 1))[once], end[once], cell
-    )
+    begin, end = np.tile(begin, (2, 1))[once], end[once]
+    along, depth = _follow(caster, cylinder, face, samples, from_sample, begin, end, cell)
 
     edge = edge.reshape(2, -1)
     partner = _partners(
@@ -94,9 +81,8 @@ def _trace_level(
     ends = triangles >= samples.depth.size
     used, number = np.unique(triangles[ends] - samples.depth.size, return_inverse=True)
     triangles[ends] = samples.depth.size + number
-    chosen = once[used]
-    origin, from_sample = np.tile(begin, (2, 1))[chosen], edges[chosen, 0]
-    offset = along[used, None] * (end[chosen] - origin) * [width, height]
+    from_sample = from_sample[used]
+    offset = along[used, None] * (end[used] - begin[used]) * [width, height]
     rise = depth[used] - samples.depth.ravel()[from_sample]
     order = np.argsort(triangles[:, 0], kind="stable")
     return Border(

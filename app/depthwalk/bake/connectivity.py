@@ -5,11 +5,15 @@ goes on one layer deeper. So each corner of a triangle is taken from the layer w
 what remains is tested against the mesh with rays.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import Cylinder, Face, cell_triangles, face_reach, grid_cells, surface_rays, texel_size
+from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import RayCaster
+from depthwalk.scene.arrays import Takes
 
 # A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its
 # depth range: half-way values separate a slope (0) from a step (0.33 to 0.67), measured on five models.
@@ -34,23 +38,29 @@ def connect(
     steps: int,
     cut: bool = True,
     across_layers: bool = True,
+    each: Map = map,
 ) -> list[list[NDArray[np.uint16]]]:
     """The `cells` of every layer of a face: [layer][level], see `DepthImage`. depths: (L, H, W).
 
     Without `cut` every triangle counts as surface; without `across_layers` its corners are of one layer.
     """
-    layers, height, width = depths.shape
-    cells: list[list[NDArray[np.uint16]]] = [[] for _ in range(layers)]
-    for level in range(steps):
-        corners = grid_cells((height, width), face, 1 << level)
-        codes = np.empty((layers, corners[0].size), np.uint16)
-        for first in range(0, corners[0].size, _BATCH):
-            some = slice(first, first + _BATCH)
-            cells_here = [axis[some] for axis in corners]
-            codes[:, some] = _connect_cells(caster, cylinder, face, depths, cells_here, level, cut, across_layers)
-        for layer in range(layers):
-            cells[layer].append(codes[layer])
-    return cells
+    shape = depths.shape[1], depths.shape[2]
+    corners = [grid_cells(shape, face, 1 << level) for level in range(steps)]
+    codes = [np.zeros((len(depths), level[0].size), np.uint16) for level in corners]
+    solid = np.isfinite(depths[0])  # samples fill the first layers
+
+    def work(task: tuple[int, slice]) -> None:
+        level, some = task
+        i0, j0, i1, j1 = here = [axis[some] for axis in corners[level]]
+        samples = np.sum([solid[j, i] for j in (j0, j1) for i in (i0, i1)], axis=0)
+        filled = np.flatnonzero(samples >= 3)
+        cells = [axis[filled] for axis in here]
+        found = _connect_cells(caster, cylinder, face, depths, cells, level, cut, across_layers)
+        codes[level][:, some.start + filled] = found
+
+    tasks = [(level, some) for level, grid in enumerate(corners) for some in batches(grid[0].size, _BATCH)]
+    list(each(work, tasks))
+    return [[level[layer] for level in codes] for layer in range(len(depths))]
 
 
 def _connect_cells(
@@ -66,12 +76,14 @@ def _connect_cells(
     """The codes (L, cells) of some cells of one level; corners: theirs, as `grid_cells` gives them."""
     layers, height, width = depths.shape
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
-    solid = np.flatnonzero(np.isfinite(depths[0])[rows, columns].all(1))  # samples fill the first layers
+    texels = (rows * width + columns).T
+    solid = np.flatnonzero(np.isfinite(depths[0].ravel()[texels]).all(0))
     columns, rows = columns[solid], rows[solid]
-    corner_depths = np.moveaxis(depths[:, rows, columns], 2, 0)  # (3, L, solid)
+    flat = depths.reshape(layers, -1)
+    corner_depths = np.stack([flat[:, corner] for corner in texels[:, solid]])  # (3, L, solid)
     anchor, triangle, second, third = (_continue_layers if across_layers else _single_layers)(corner_depths)
     chosen = np.stack([corner_depths[0][anchor, triangle], corner_depths[1][second, triangle],
-                       corner_depths[2][third, triangle]], -1)  # fmt: skip
+                       corner_depths[2][third, triangle]]).T  # fmt: skip
     # The unwrapped column of a wrapped corner, so that a centre never averages across the seam.
     unwrapped = np.where(columns < np.tile(corners[0], 2)[solid, None], columns + width, columns)
     u, v = ((unwrapped + 0.5) / width)[triangle], ((rows + 0.5) / height)[triangle]
@@ -85,13 +97,16 @@ def _connect_cells(
 
 
 def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
-    """Candidate triangles of corner depths (3, L, n): anchor layer, triangle number, layers of its other corners.
+    """Candidate triangles of corner depths (3, L, n), all of layer 0 finite: anchor layer, triangle number, layers of
+    its other corners.
 
     Two samples belong together if each is the other's nearest in depth; a triangle needs that of all three pairs.
     """
-    parts = []
     deepest = np.isfinite(depths).sum(1).max(0)  # samples fill the first layers; few cells have many
-    for layers in range(1, depths.shape[1] + 1):
+    alone = np.flatnonzero(deepest == 1)
+    nearest = np.zeros_like(alone)
+    parts = [(nearest, alone, nearest, nearest)]
+    for layers in range(2, depths.shape[1] + 1):
         some = np.flatnonzero(deepest == layers)
         first, second, third = depths[:, :layers, some]
         to_second, to_third, between = _mutual(first, second), _mutual(first, third), _mutual(second, third)
@@ -111,12 +126,32 @@ def _single_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
 def _mutual(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.intp]:
     """For each sample of `here` (L, n) the layer of its partner in `there` (L, n), or −1."""
     with np.errstate(invalid="ignore"):
-        gap = np.nan_to_num(np.abs(here[:, None] - there[None]), nan=np.inf, posinf=np.inf)  # (L here, L there, n)
+        gap = np.fmin(np.abs(here[:, None] - there[None]), np.float32(np.inf))  # (L here, L there, n); not NaN
     forth, back = gap.argmin(1), gap.argmin(0)
     columns = np.arange(here.shape[1])[None]
     layers = np.arange(len(here))[:, None]
     mutual = (back[forth, columns] == layers) & np.isfinite(gap.min(1))
     return np.where(mutual, forth, -1)
+
+
+@dataclass(frozen=True)
+class _Triangles(Takes):
+    """Triangles of samples. u, v, depth: (n, 3), of their corners; points: (n, 3, 3), the corners, object frame;
+    normal: (n, 3), unit."""
+
+    u: Array
+    v: Array
+    depth: Array
+    points: Array
+    normal: Array
+
+
+def _placed(cylinder: Cylinder, face: Face, u: Array, v: Array, depth: Array) -> _Triangles:
+    origin, direction = surface_rays(cylinder, face, u, v)
+    points = origin + depth[..., None] * direction
+    normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
+    return _Triangles(u, v, depth, points, normal)
 
 
 def _on_surface(
@@ -129,52 +164,41 @@ def _on_surface(
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
-    steep = np.flatnonzero(~kept)
-    kept[steep] = _meets(caster, cylinder, face, u[steep], v[steep], depth[steep], _MIDDLE, limit, layers)
+    rows = np.flatnonzero(~kept)
+    steep = _placed(cylinder, face, u[rows], v[rows], depth[rows])
+    kept[rows] = _meets(caster, cylinder, face, steep, _MIDDLE, limit, layers)
     for weights in _NEAR_CORNERS:
-        long = np.flatnonzero(kept & (spread > _LONG * limit))
-        kept[long] = _meets(caster, cylinder, face, u[long], v[long], depth[long], weights, limit, layers)
+        long = np.flatnonzero(kept[rows] & (spread[rows] > _LONG * limit))
+        kept[rows[long]] = _meets(caster, cylinder, face, steep.take(long), weights, limit, layers)
     return kept
 
 
 def _meets(
-    caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
-    u: Array,
-    v: Array,
-    depth: Array,
-    weights: Array,
-    limit: float,
-    layers: int,
+    caster: RayCaster, cylinder: Cylinder, face: Face, triangles: _Triangles, weights: Array, limit: float, layers: int
 ) -> NDArray[np.bool_]:
-    """Whether the mesh is at one point of triangles (n, 3), given by `weights` (3,) of their corners.
+    """Whether the mesh is at one point of triangles (n,), given by `weights` (3,) of their corners.
 
     It is if the ray through that point meets the mesh where it meets the triangle; or, at a wall along the rays, if the
     mesh is hardly off it.
     """
-    origin, direction = surface_rays(cylinder, face, u, v)
-    points = origin + depth[..., None] * direction  # (n, 3, 3)
-    edges = np.roll(points, -1, axis=1) - points
-    normal = np.cross(edges[:, 0], edges[:, 1])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
-
-    origin, direction = surface_rays(cylinder, face, u @ weights, v @ weights)
+    points, normal = triangles.points, triangles.normal
+    origin, direction = surface_rays(cylinder, face, triangles.u @ weights, triangles.v @ weights)
     with np.errstate(divide="ignore", invalid="ignore"):
         expected = np.einsum("ni,ni->n", points[:, 0] - origin, normal) / np.einsum("ni,ni->n", direction, normal)
         hits = caster.peel(origin, direction, layers, face_reach(cylinder, face))
         # What is met must also lie as the triangle does: where surfaces are many, some are at any depth by chance.
         aligned = np.abs(np.einsum("lni,ni->ln", hits.normal, normal)) >= _LEAST_ALIGNMENT
         off = np.abs(hits.distance - expected)
-        met = ((off <= CUT_TOLERANCE * np.ptp(depth, axis=1)) & aligned).any(0)
+        met = ((off <= CUT_TOLERANCE * np.ptp(triangles.depth, axis=1)) & aligned).any(0)
 
     wall = np.flatnonzero(~met)
-    near = _WALL_SLACK * np.minimum(np.linalg.norm(edges[wall], axis=2).min(1), limit)[:, None].astype(np.float32)
+    points, ahead = points[wall], normal[wall].astype(np.float32)
+    edges = np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2)
+    near = _WALL_SLACK * np.minimum(edges.min(1), limit)[:, None].astype(np.float32)
     # Grid triangles face outward (but for those past the axis, where θ runs the other way): meet the mesh head on.
-    ahead = normal[wall].astype(np.float32)
     if face is Face.SIDE:
-        ahead[depth[wall].mean(1) > cylinder.radius] *= -1
-    start = np.einsum("k,nki->ni", weights, points[wall]).astype(np.float32) + near * ahead
+        ahead[triangles.depth[wall].mean(1) > cylinder.radius] *= -1
+    start = np.einsum("k,nki->ni", weights, points).astype(np.float32) + near * ahead
     hits = caster.peel(start, -ahead, 2, np.inf)
     met[wall] = ((hits.distance <= 2 * near[:, 0]) & (caster.two_sided | ~hits.flipped)).any(0)
     return met

@@ -168,8 +168,7 @@ def surface_rays(
     u, v: (…) in [0, 1], broadcast against each other; u runs with θ, x or (right, left) z, v with y or (caps) z. Depth
     d is the point origin + d · direction (B = ((R−d)cosθ, y, (R−d)sinθ) for the side).
     """
-    u, v = np.broadcast_arrays(u, v)
-    origin = np.empty((*u.shape, 3), np.float32)
+    origin = np.empty((*np.broadcast_shapes(u.shape, v.shape), 3), np.float32)
     direction = np.zeros_like(origin)
     if face is Face.SIDE:
         theta = 2 * np.pi * u
@@ -306,15 +305,27 @@ def layer_triangles(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`, but
     for those in the cells (cells,) `without`."""
-    height, width = image.depth.shape
     half, cell = triangle_places(image, level, without)
-    corners = grid_cells((height, width), image.face, 1 << level)
-    filled, which = np.unique(cell, return_inverse=True)
-    columns, rows = cell_triangles(image.face, *(axis[filled] for axis in corners))
     code = image.cells[level][cell] >> 7 * half
     anchor = np.full(len(cell), image.layer)
     layers = np.stack([anchor, code >> 1 & 7, code >> 4 & 7], -1).astype(np.int64)
-    return layers, (rows * width + columns)[half, which]
+    return layers, _triangle_texels(image, level, half, cell)
+
+
+def _triangle_texels(
+    image: DepthImage, level: int, half: NDArray[np.intp], cell: NDArray[np.intp]
+) -> NDArray[np.int64]:
+    """Texel numbers (triangles, 3) of the corners of `cell_triangles`, of those halves (triangles,) of those cells."""
+    height, width = image.depth.shape
+    columns = grid_nodes(width, 1 << level, wraps=image.face is Face.SIDE)
+    rows = grid_nodes(height, 1 << level, wraps=False)
+    row, column = np.divmod(cell, len(columns) - (image.face is not Face.SIDE))
+    i0, i1 = columns[column], np.roll(columns, -1)[column]
+    j0, j1 = rows[row] * width, rows[row + 1] * width
+    table = np.stack([np.ravel(axis) for axis in cell_triangles(image.face, *np.array([[0], [0], [1], [1]]))])
+    right, up = table.reshape(2, 2, 3)
+    texels = np.stack([j0 + i0, j0 + i1, j1 + i0, j1 + i1])
+    return texels[(right + 2 * up)[half], np.arange(len(cell))[:, None]]
 
 
 def triangle_places(
@@ -322,5 +333,5 @@ def triangle_places(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Which half of which cell, each (triangles,), the triangles of `layer_triangles` are, in its order."""
     codes = image.cells[level] if without is None else np.where(without, 0, image.cells[level])
-    half, cell = np.stack([codes & 1, codes >> 7 & 1]).nonzero()
-    return half, cell
+    lower, upper = np.flatnonzero(codes & 1), np.flatnonzero(codes & 128)
+    return np.repeat([0, 1], [len(lower), len(upper)]), np.concatenate([lower, upper])

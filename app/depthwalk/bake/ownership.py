@@ -21,6 +21,7 @@ from depthwalk.bake.images import (
     texel_size,
     triangle_places,
 )
+from depthwalk.bake.parallel import Map
 
 Array = NDArray[np.floating]
 Inner = dict[Face, NDArray[np.bool_]]  # `inner_texels` of each face that has images
@@ -32,24 +33,28 @@ _OVERLAP_GAIN = 2.0  # a triangle with corners of two owners is left to the othe
 _WALL = 0.5  # cosine between a triangle and the surface at its corners, below which it is no part of that surface
 
 
-def assign_owners(cylinder: Cylinder, images: list[DepthImage], inner: Inner) -> list[NDArray[np.uint8]]:
+def assign_owners(
+    cylinder: Cylinder, images: list[DepthImage], inner: Inner, each: Map = map
+) -> list[NDArray[np.uint8]]:
     """For each image the Face (H, W) that samples the surface at a texel with the smallest footprint."""
-    owners = []
-    for image in images:
+
+    def assign(image: DepthImage) -> NDArray[np.uint8]:
         owner = np.full(image.depth.shape, image.face, np.uint8)
         solid = np.isfinite(image.depth)
         point, normal = image_points(cylinder, image)[solid], image.normal[solid]
-        winner, best = owner[solid], _handicapped(cylinder, image.face, image.depth.shape, point, normal)
+        winner = owner[solid]
+        best = _handicap(image.face) * footprints(cylinder, image.face, image.depth.shape, point, normal)
         for face in inner:
             if face is image.face:
                 continue
-            size = _handicapped(cylinder, face, image.depth.shape, point, normal)
-            better = np.flatnonzero(size < best)
-            seen = _seen_by(cylinder, face, images, inner, point[better], normal[better])
-            winner[better[seen]], best[better[seen]] = face, size[better[seen]]
+            size = footprints(cylinder, face, image.depth.shape, point, normal)
+            better = np.flatnonzero(_handicap(face) * size < best)
+            seen = better[_seen_by(cylinder, face, images, inner, point[better], normal[better], size[better])]
+            winner[seen], best[seen] = face, _handicap(face) * size[seen]
         owner[solid] = winner
-        owners.append(owner)
-    return owners
+        return owner
+
+    return list(each(assign, images))
 
 
 def worth_adding(
@@ -57,44 +62,52 @@ def worth_adding(
 ) -> NDArray[np.bool_]:
     """Which points (n, 3) with normals (n, 3) `face` would own against `images` of other faces."""
     shape = images[0].depth.shape
-    worth = np.ones(len(point), bool)
-    own = _handicapped(cylinder, face, shape, point, normal)
+    own = _handicap(face) * footprints(cylinder, face, shape, point, normal)
+    worth = np.isfinite(own)
     for other in inner:
-        as_good = np.flatnonzero(worth & (_handicapped(cylinder, other, shape, point, normal) <= own))
-        worth[as_good[_seen_by(cylinder, other, images, inner, point[as_good], normal[as_good])]] = False
-    return worth & np.isfinite(own)
+        rows = np.flatnonzero(worth)
+        size = footprints(cylinder, other, shape, point[rows], normal[rows])
+        as_good = _handicap(other) * size <= own[rows]
+        rows, size = rows[as_good], size[as_good]
+        worth[rows[_seen_by(cylinder, other, images, inner, point[rows], normal[rows], size)]] = False
+    return worth
 
 
-def yield_triangles(cylinder: Cylinder, images: list[DepthImage], inner: Inner) -> list[DepthImage]:
+def yield_triangles(cylinder: Cylinder, images: list[DepthImage], inner: Inner, each: Map = map) -> list[DepthImage]:
     """`images` with those triangles marked in `cells` that another face holds better, whoever owns their corners.
 
     A wall spans what no ray samples between two samples (the tread of a step between two risers). It lies on another
     surface than they do, so their normals and owners say nothing of it. And where owners meet, triangles overlap, of
     which a slanted one is a worse guess at the surface.
     """
-    marked = []
-    for image in images:
-        layers = [other for other in images if other.face is image.face]
-        points = np.stack([image_points(cylinder, layer).reshape(-1, 3) for layer in layers])
-        normals = np.stack([layer.normal.reshape(-1, 3) for layer in layers])
-        owner = np.stack([layer.owner.ravel() for layer in layers])
-        cells = []
-        for level, codes in enumerate(image.cells):
-            corner = layer_triangles(image, level)
-            corners, owners = points[corner], owner[corner]
-            across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-20)
-            wall = (np.einsum("nci,ni->nc", normals[corner], across) < _WALL).any(1)
-            mixed = (owners != image.face).any(1) & (owners == image.face).any(1)
-            some = np.flatnonzero(wall | mixed)
-            gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
-            held = some[_held_better(cylinder, image.face, images, inner, corners[some].mean(1), across[some], gain)]
-            half, cell = (place[held] for place in triangle_places(image, level))
-            changed = codes.copy()
-            np.bitwise_or.at(changed, cell, (1 << 14 + half).astype(np.uint16))
-            cells.append(changed)
-        marked.append(replace(image, cells=tuple(cells)))
-    return marked
+
+    def mark(face: Face) -> list[DepthImage]:
+        layers = [image for image in images if image.face is face]
+        points = np.concatenate([image_points(cylinder, layer).reshape(-1, 3) for layer in layers])
+        normals = np.concatenate([layer.normal.reshape(-1, 3) for layer in layers])
+        owner = np.concatenate([layer.owner.ravel() for layer in layers])
+        marked = []
+        for image in layers:
+            cells = []
+            for level, codes in enumerate(image.cells):
+                layer, texel = layer_triangles(image, level)
+                corner = (layer * image.depth.size + texel).T
+                corners, owners = points[corner], owner[corner]  # (3, triangles, …)
+                across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+                across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-20)
+                wall = (np.einsum("cni,ni->cn", normals[corner], across) < _WALL).any(0)
+                mixed = (owners != face).any(0) & (owners == face).any(0)
+                some = np.flatnonzero(wall | mixed)
+                gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
+                held = some[_held_better(cylinder, face, images, inner, corners[:, some].mean(0), across[some], gain)]
+                half, cell = (place[held] for place in triangle_places(image, level))
+                changed = codes.copy()
+                np.bitwise_or.at(changed, cell, (1 << 14 + half).astype(np.uint16))
+                cells.append(changed)
+            marked.append(replace(image, cells=tuple(cells)))
+        return marked
+
+    return [image for layers in each(mark, inner) for image in layers]
 
 
 def _held_better(
@@ -111,15 +124,17 @@ def _held_better(
     own = footprints(cylinder, face, shape, point, normal)
     held = np.zeros(len(point), bool)
     for other in inner.keys() - {face}:
-        size = footprints(cylinder, other, shape, point, normal)
-        some = np.flatnonzero(np.isfinite(size) & (gain * size < own) & ~held)
-        held[some] = _seen_by(cylinder, other, images, inner, point[some], normal[some])
+        rows = np.flatnonzero(~held)
+        size = footprints(cylinder, other, shape, point[rows], normal[rows])
+        better = np.isfinite(size) & (gain[rows] * size < own[rows])
+        rows, size = rows[better], size[better]
+        held[rows] = _seen_by(cylinder, other, images, inner, point[rows], normal[rows], size)
     return held
 
 
-def _handicapped(cylinder: Cylinder, face: Face, shape: tuple[int, ...], point: Array, normal: Array) -> Array:
-    """Footprints (n,), those of flanks made worse by what they must gain."""
-    return footprints(cylinder, face, shape, point, normal) * (_FLANK_GAIN if face in FLANKS else 1.0)
+def _handicap(face: Face) -> float:
+    """By which its footprints are compared: those of flanks are made worse by what they must gain."""
+    return _FLANK_GAIN if face in FLANKS else 1.0
 
 
 def footprints(
@@ -137,22 +152,29 @@ def footprints(
 
 
 def _seen_by(
-    cylinder: Cylinder, face: Face, images: list[DepthImage], inner: Inner, point: Array, normal: Array
+    cylinder: Cylinder,
+    face: Face,
+    images: list[DepthImage],
+    inner: Inner,
+    point: Array,
+    normal: Array,
+    footprint: Array,
 ) -> NDArray[np.bool_]:
-    """Which points (n, 3) one of the layers of `face` holds, well inside a connected piece of surface."""
+    """Which points (n, 3) one of the layers of `face` holds, well inside a connected piece of surface. footprint (n,):
+    theirs in `face`."""
     height, width = images[0].depth.shape
     u, v = image_position(cylinder, face, point)
     i = np.clip((u * width).astype(int), 0, width - 1)
-    j = np.clip((v * height).astype(int), 0, height - 1)
+    texel = np.clip((v * height).astype(int), 0, height - 1) * width + i
     origin, _ = surface_rays(cylinder, face, u, v)
     depth = np.linalg.norm(point - origin, axis=1)
-    reach = 1.5 * footprints(cylinder, face, (height, width), point, normal)
     seen = np.zeros(len(point), bool)
     for rival in (image for image in images if image.face is face):
         with np.errstate(invalid="ignore"):
-            same = np.abs(rival.depth[j, i] - depth) < reach
-        facing = np.einsum("ni,ni->n", rival.normal[j, i], normal) > 0.5
-        seen |= same & facing & inner[face][rival.layer, j, i]
+            same = np.abs(rival.depth.ravel()[texel] - depth) < 1.5 * footprint
+        some = np.flatnonzero(same & inner[face][rival.layer].ravel()[texel])
+        rivals = rival.normal.reshape(-1, 3)[texel[some]]
+        seen[some] |= np.einsum("ni,ni->n", rivals, normal[some]) > 0.5
     return seen
 
 

@@ -41,8 +41,14 @@ class ModelParams(BakeParams):
             raise InputError(f"axis: {self.axis}: must be a direction, not all of it 0")
 
 
-def bake_model(mesh: Mesh, params: ModelParams, key: str, progress: Progress = lambda stage: None) -> BakedModel:
-    """The depth images of `mesh`; `progress` is called with the name of each stage.
+def bake_model(
+    mesh: Mesh,
+    params: ModelParams,
+    key: str,
+    progress: Progress = lambda stage: None,
+    workers: int | None = None,
+) -> BakedModel:
+    """The depth images of `mesh`; `progress` is called with the name of each stage. workers: see `thread_map`.
 
     Raises InputError where the mesh cannot be baked by the method asked for.
     """
@@ -54,9 +60,9 @@ def bake_model(mesh: Mesh, params: ModelParams, key: str, progress: Progress = l
         cells = divide(mesh, caster, params, texel, None if params.parts == "auto" else params.parts)
         if len(cells) > 1:
             pieces = (submesh(mesh, part_faces(mesh, cell, _RIM * texel)) for cell in cells)
-            baked = (_bake_placed(piece, params, key, progress, texel, caster.two_sided) for piece in pieces)
+            baked = (_bake_placed(piece, params, key, progress, workers, texel, caster.two_sided) for piece in pieces)
             return BakedModel(tuple(baked))
-    return BakedModel((_bake_placed(mesh, params, key, progress),))
+    return BakedModel((_bake_placed(mesh, params, key, progress, workers),))
 
 
 def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:
@@ -81,6 +87,7 @@ def _bake_placed(
     params: ModelParams,
     key: str,
     progress: Progress,
+    workers: int | None,
     texel: float | None = None,
     two_sided: bool | None = None,
 ) -> BakedObject:
@@ -90,7 +97,7 @@ def _bake_placed(
     if texel is not None:
         texels = extent(cylinder_around(placement, mesh.positions)) / texel
         params = replace(params, resolution=_resolution(texels, params.resolution))
-    baked = bake_object(placement.placed(mesh), params, key, progress, two_sided)
+    baked = bake_object(placement.placed(mesh), params, key, progress, two_sided, workers)
     position, rotation = placement.position.tolist(), placement.rotation.as_quat().tolist()
     return replace(baked, position=tuple(position), rotation=tuple(rotation))
 

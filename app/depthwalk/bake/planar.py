@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams, border_face, cast_face, connect_face
+from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_borders
 from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Face, grid_cells, usable_steps
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.colour import linear_from_srgb8
@@ -64,7 +64,7 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
     caster = RayCaster(lying)
     seen = cast_face(lying, caster, cylinder, Face.TOP, BakeParams(texels, _RANGE_LAYERS))
     images = connect_face(caster, cylinder, Face.TOP, seen, steps)
-    borders = border_face(caster, cylinder, Face.TOP, seen, images)
+    borders = trace_borders(caster, cylinder, {Face.TOP: seen}, images)
     return _upright(cylinder, height, tuple(images), tuple(borders), steps, key)
 
 

@@ -7,10 +7,11 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from depthwalk.bake.parallel import Map, batches
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.normals import row_ids
 
-_BATCH = 1 << 18  # rays per call: bounds the memory of the hit records (about 10 MB)
+_BATCH = 1 << 15  # rays per call: what is known of them stays in the cache
 
 
 @dataclass(frozen=True)
@@ -56,25 +57,46 @@ class RayCaster:
         self.two_sided = is_open(mesh) if two_sided is None else two_sided
         self._scene = EmbreeScene()
         TriangleMesh(self._scene, np.ascontiguousarray(mesh.positions), np.ascontiguousarray(mesh.faces))
+        self.escapes(np.zeros((0, 3)), np.zeros((0, 3)))  # builds embree's tree, which must not begin in two threads
 
     def first(self, origin: NDArray[np.floating], direction: NDArray[np.floating]) -> FirstHits:
         """What rays (n, 3), (n, 3) meet first, from either side."""
-        rays = [np.ascontiguousarray(part, np.float32) for part in (origin, direction)]
+        rays = _single(origin), _single(direction)
         result = self._scene.run(*rays, query="INTERSECT", output=True)
         distance = np.where(result["primID"] >= 0, result["tfar"], np.float32(np.inf))
         normal, flipped = facing_normals(result["Ng"], rays[1])
         return FirstHits(distance, normal, flipped)
 
-    def peel(self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float) -> Hits:
+    def escapes(
+        self, origin: NDArray[np.floating], direction: NDArray[np.floating], each: Map = map
+    ) -> NDArray[np.bool_]:
+        """Which rays (n, 3), (n, 3) meet nothing."""
+
+        def escapes(some: slice) -> NDArray[np.bool_]:
+            return self._scene.run(_single(origin[some]), _single(direction[some]), query="OCCLUDED") < 0
+
+        return np.concatenate(list(each(escapes, batches(len(origin), _BATCH))))
+
+    def peel(
+        self,
+        origin: NDArray[np.float32],
+        direction: NDArray[np.float32],
+        layers: int,
+        reach: float,
+        each: Map = map,
+    ) -> Hits:
         """The first `layers` surfaces along rays (n, 3), (n, 3) within `reach` metres: those that face the ray's
         origin, and of an open mesh those that do not as well. The very first counts from either side."""
-        batches = range(0, max(len(origin), 1), _BATCH)
-        parts = [self._peel(origin[k : k + _BATCH], direction[k : k + _BATCH], layers, reach) for k in batches]
+
+        def peel(some: slice) -> Hits:
+            return self._peel(origin[some], direction[some], layers, reach)
+
+        parts = list(each(peel, batches(len(origin), _BATCH)))
         return Hits(*(np.concatenate([getattr(part, field.name) for part in parts], 1) for field in fields(Hits)))
 
     def _peel(self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float) -> Hits:
         count = len(origin)
-        hits = _no_hits(layers, count)
+        hits = no_hits(layers, count)
         active = np.arange(count)
         travelled = np.zeros(count, np.float32)
         found = np.zeros(count, np.int32)
@@ -118,7 +140,8 @@ def facing_normals(
     return normal / np.where(flipped, -length, length)[:, None], flipped
 
 
-def _no_hits(layers: int, count: int) -> Hits:
+def no_hits(layers: int, count: int) -> Hits:
+    """`layers` × `count` hits, of which there is none."""
     shape = (layers, count)
     return Hits(
         np.full(shape, np.inf, np.float32),
@@ -128,3 +151,7 @@ def _no_hits(layers: int, count: int) -> Hits:
         np.zeros((*shape, 3), np.float32),
         np.zeros(shape, bool),
     )
+
+
+def _single(vectors: NDArray[np.floating]) -> NDArray[np.float32]:
+    return np.ascontiguousarray(vectors, np.float32)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.border import Samples
+from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits
 from depthwalk.bake.surface import surface_at
 from depthwalk.ingest.mesh import Mesh
@@ -21,9 +22,9 @@ class FaceSamples:
     albedo: NDArray[np.float32]
 
 
-def face_samples(mesh: Mesh, hits: Hits, size: int) -> FaceSamples:
+def face_samples(mesh: Mesh, hits: Hits, size: int, each: Map = map) -> FaceSamples:
     """The samples of hits (L, size²) on `mesh`."""
     shape = (len(hits), size, size)
-    normal, albedo = surface_at(mesh, hits)
+    normal, albedo = surface_at(mesh, hits, each)
     samples = Samples(hits.distance.reshape(shape), hits.normal.reshape(*shape, 3), hits.flipped.reshape(shape))
     return FaceSamples(samples, normal.reshape(*shape, 3), albedo.reshape(*shape, 4))

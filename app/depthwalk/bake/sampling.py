@@ -134,6 +134,6 @@ def _openness(caster: RayCaster, point: Array, normal: Array) -> NDArray[np.floa
     """Part (n,), by the cosine, of the directions above points (n, 3) in which nothing hides them from afar."""
     toward = spread_directions(_DIRECTIONS)
     start = np.repeat(point + 10 * caster.epsilon * normal, len(toward), axis=0)
-    free = np.isinf(caster.first(start, np.tile(toward, (len(point), 1))).distance).reshape(len(point), -1)
+    free = caster.escapes(start, np.tile(toward, (len(point), 1))).reshape(len(point), -1)
     cosine = np.maximum(normal @ toward.T, 0)
     return (free * cosine).sum(1) / cosine.sum(1)

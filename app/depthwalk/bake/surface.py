@@ -3,26 +3,33 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import Hits
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.ingest.mesh import Material, Mesh
 
+_BATCH = 1 << 15  # hits at a time
 
-def surface_at(mesh: Mesh, hits: Hits) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+
+def surface_at(mesh: Mesh, hits: Hits, each: Map = map) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Normal (L, n, 3), unit, and albedo (L, n, 4), linear RGB + specular strength, at each hit; zeros without."""
     normal = np.zeros((*hits.face.shape, 3), np.float32)
     albedo = np.zeros((*hits.face.shape, 4), np.float32)
-    rays = hits.face >= 0
-    if rays.any():
-        corners = mesh.faces[hits.face[rays]]  # (hits, 3)
-        u, v = hits.u[rays], hits.v[rays]
+    layer, ray = (hits.face >= 0).nonzero()
+
+    def look(some: slice) -> None:
+        at = layer[some], ray[some]
+        face, u, v = hits.face[at], hits.u[at], hits.v[at]
+        corners = mesh.faces[face]  # (hits, 3)
         weights = np.stack([1 - u - v, u, v], -1)
         shading = np.einsum("nk,nkc->nc", weights, mesh.normals[corners])
-        shading[hits.flipped[rays]] *= -1
-        normal[rays] = shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-12)
-        colour = np.einsum("nk,nkc->nc", weights, linear_from_srgb8(mesh.colours)[corners])
+        shading[hits.flipped[at]] *= -1
+        normal[at] = shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-12)
+        colour = np.einsum("nk,nkc->nc", weights, linear_from_srgb8(mesh.colours[corners]))
         uv = np.einsum("nk,nkc->nc", weights, mesh.uv[corners])
-        albedo[rays] = _apply_materials(mesh, hits.face[rays], colour, uv)
+        albedo[at] = _apply_materials(mesh, face, colour, uv)
+
+    list(each(look, batches(len(ray), _BATCH)))
     return normal, albedo
 
 
@@ -49,16 +56,17 @@ def _textured(material: Material, uv: NDArray[np.float32]) -> NDArray[np.float32
     base = np.asarray(material.base_colour, np.float32)
     if material.texture is None:
         return np.broadcast_to(base, (len(uv), 3))
-    return base * bilinear(linear_from_srgb8(material.texture[..., :3]), uv)
+    return base * _bilinear(material.texture, uv)
 
 
-def bilinear(texture: NDArray[np.float32], uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Samples (n, C) of a repeating texture (H, W, C), row 0 at v = 1, at uv (n, 2)."""
+def _bilinear(texture: NDArray[np.uint8], uv: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear RGB (n, 3) of a repeating texture (H, W, 4), row 0 at v = 1, at uv (n, 2)."""
     height, width = texture.shape[:2]
     x, y = uv[:, 0] * width - 0.5, (1 - uv[:, 1]) * height - 0.5
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
     fx, fy = (x - i)[:, None].astype(np.float32), (y - j)[:, None].astype(np.float32)
     i0, i1, j0, j1 = i % width, (i + 1) % width, j % height, (j + 1) % height
-    low = texture[j0, i0] * (1 - fx) + texture[j0, i1] * fx
-    high = texture[j1, i0] * (1 - fx) + texture[j1, i1] * fx
+    corners = [linear_from_srgb8(texture[row, column, :3]) for row in (j0, j1) for column in (i0, i1)]
+    low = corners[0] * (1 - fx) + corners[1] * fx
+    high = corners[2] * (1 - fx) + corners[3] * fx
     return low * (1 - fy) + high * fy

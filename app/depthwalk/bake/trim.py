@@ -4,25 +4,25 @@ The side keeps all it sees, for the paper's cases, which draw it alone.
 """
 
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import Border, DepthImage, Face, layer_triangles, triangle_places
+from depthwalk.bake.parallel import Map
 
 
-def trim(images: list[DepthImage], borders: list[Border]) -> tuple[list[DepthImage], list[Border]]:
+def trim(images: list[DepthImage], borders: list[Border], each: Map = map) -> tuple[list[DepthImage], list[Border]]:
     """`images` and `borders` without what is never drawn."""
-    trimmed: list[DepthImage] = []
-    left: list[Border] = []
-    for face in Face:
+
+    def trim_face(face: Face) -> tuple[list[DepthImage], list[Border]]:
         layers = [image for image in images if image.face is face]
         edges = [border for border in borders if border.face is face]
-        if layers and face is not Face.SIDE:
-            layers, edges = _trim_face(face, layers, edges)
-        trimmed += layers
-        left += edges
-    return trimmed, left
+        return _trim_face(face, layers, edges) if layers and face is not Face.SIDE else (layers, edges)
+
+    trimmed, left = zip(*each(trim_face, Face), strict=True)
+    return list(chain(*trimmed)), list(chain(*left))
 
 
 def _trim_face(face: Face, layers: list[DepthImage], borders: list[Border]) -> tuple[list[DepthImage], list[Border]]:

@@ -1,0 +1,39 @@
+"""Work in several threads: NumPy, SciPy and embreex let go of Python's lock while they compute."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import Protocol, TypeVar
+
+_MOST = 4  # threads by default: more wait for the lock, and each holds intermediate arrays of its own
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+
+class Map(Protocol):
+    """`map`, or what calls from several threads at once and yields results in the same order."""
+
+    def __call__(self, function: Callable[[S], T], things: Iterable[S], /) -> Iterator[T]: ...
+
+
+@contextmanager
+def thread_map(workers: int | None = None) -> Iterator[Map]:
+    """A `Map` over so many threads; None: one per core, up to four. What is called must not use it in turn."""
+    workers = min(_cores(), _MOST) if workers is None else workers
+    if workers == 1:
+        yield map
+        return
+    with ThreadPoolExecutor(workers, "bake") as pool:
+        yield pool.map
+
+
+def batches(count: int, size: int) -> list[slice]:
+    """Slices of at most `size` that cover `count` things; at least one."""
+    return [slice(first, first + size) for first in range(0, max(count, 1), size)]
+
+
+def _cores() -> int:
+    """How many cores this process may run on."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
