@@ -49,8 +49,9 @@ def trace_border(
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
     texels = rows * width + columns
     free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
-    some = np.flatnonzero((free & wanted.reshape(layers, -1)[:, texels]).any((0, 2)))
-    free, columns, rows, texels = free[:, some], columns[some], rows[some], texels[some]
+    begins = (free & wanted.reshape(layers, -1).take(texels, 1)).any(0)
+    some = np.unique(np.flatnonzero(begins) // 3)
+    free, columns, rows, texels = free.take(some, 1), columns.take(some, 0), rows.take(some, 0), texels.take(some, 0)
     # Unwrapped, so that an edge across the seam is a short one.
     unwrapped = np.where(columns < np.tile(corners[0], 2)[some, None], columns + width, columns)
     layer, triangle, corner = free.nonzero()
@@ -64,7 +65,7 @@ def trace_border(
     from_sample = np.tile(start, 2)[once]
     begin, end = position[triangle, corner], position[triangle, turns].reshape(-1, 2)
     cell = (1 << level) * max(texel_size(cylinder, face, (height, width)))
-    begin, end = np.tile(begin, (2, 1))[once], end[once]
+    begin, end = np.tile(begin, (2, 1)).take(once, 0), end.take(once, 0)
     along, depth = _follow(caster, cylinder, face, samples, from_sample, begin, end, cell)
 
     edge = edge.reshape(2, -1)
@@ -108,7 +109,7 @@ def _free_corners(
 
     solid: (L, H·W), there is a sample.
     """
-    free = solid[:, texels]
+    free = solid.take(texels, 1)
     for anchor, code in enumerate(codes):
         for half, offset in ((code & 127, 0), (code >> 7, code.size)):
             filled = np.flatnonzero(half & 1)
@@ -134,29 +135,31 @@ def _follow(
     Each advance must meet the mesh within a slack of the tangent plane at the last point; where it does not, the
     stride is halved.
     """
-    depth = samples.depth.ravel()[start].copy()
-    normal = samples.facing.reshape(-1, 3)[start].copy()
-    from_behind = samples.flipped.ravel()[start]
+    depth = samples.depth.take(start)
+    normal = samples.facing.reshape(-1, 3).take(start, 0)
+    from_behind = samples.flipped.take(start)
     origin, direction = surface_rays(cylinder, face, begin[:, 0], begin[:, 1])
     point = origin + depth[:, None] * direction
     along, stride = np.zeros(len(start)), np.full(len(start), _FIRST_STRIDE)
     for _ in range(_STRIDES):
         going = np.flatnonzero(along < 1)
         target = np.minimum(along[going] + stride[going], 1)
-        spot = begin[going] + target[:, None] * (end[going] - begin[going])
+        from_here, facing = begin.take(going, 0), normal.take(going, 0)
+        spot = from_here + target[:, None] * (end.take(going, 0) - from_here)
         origin, direction = surface_rays(cylinder, face, spot[:, 0], spot[:, 1])
-        slope = np.einsum("ni,ni->n", direction, normal[going])
+        slope = np.einsum("ni,ni->n", direction, facing)
         steep = np.minimum(slope, -0.03)  # a surface along the rays has no depth to predict: about 88°
-        expected = np.einsum("ni,ni->n", point[going] - origin, normal[going]) / steep
+        expected = np.einsum("ni,ni->n", point.take(going, 0) - origin, facing) / steep
         slack = _SLACK * stride[going] * cell * (1 - 0.5 / steep)
         first = np.maximum(expected - slack, 0).astype(np.float32)
         hit = caster.first(origin + first[:, None] * direction, direction)
         found = first + hit.distance
-        met = (slope < -0.03) & (found <= expected + slack) & (hit.flipped == from_behind[going])
+        meets = (slope < -0.03) & (found <= expected + slack) & (hit.flipped == from_behind[going])
+        met = np.flatnonzero(meets)
         on = going[met]
-        along[on], depth[on], normal[on] = target[met], found[met], hit.normal[met]
-        point[on] = origin[met] + found[met, None] * direction[met]
-        stride[going[~met]] /= 2
+        along[on], depth[on], normal[on] = target[met], found[met], hit.normal.take(met, 0)
+        point[on] = origin.take(met, 0) + found[met, None] * direction.take(met, 0)
+        stride[going[~meets]] /= 2
     return along, depth
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import Cylinder, Face, cell_triangles, face_reach, grid_cells, surface_rays, texel_size
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.vectors import lengths
 from depthwalk.scene.arrays import Takes
 
 # A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its
@@ -77,16 +78,16 @@ def _connect_cells(
     layers, height, width = depths.shape
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
     texels = (rows * width + columns).T
-    solid = np.flatnonzero(np.isfinite(depths[0].ravel()[texels]).all(0))
-    columns, rows = columns[solid], rows[solid]
+    solid = np.flatnonzero(np.isfinite(depths[0].take(texels)).all(0))
+    columns, rows = columns.take(solid, 0), rows.take(solid, 0)
     flat = depths.reshape(layers, -1)
-    corner_depths = np.stack([flat[:, corner] for corner in texels[:, solid]])  # (3, L, solid)
+    corner_depths = np.stack([flat.take(corner, 1) for corner in texels.take(solid, 1)])  # (3, L, solid)
     anchor, triangle, second, third = (_continue_layers if across_layers else _single_layers)(corner_depths)
     chosen = np.stack([corner_depths[0][anchor, triangle], corner_depths[1][second, triangle],
                        corner_depths[2][third, triangle]]).T  # fmt: skip
     # The unwrapped column of a wrapped corner, so that a centre never averages across the seam.
     unwrapped = np.where(columns < np.tile(corners[0], 2)[solid, None], columns + width, columns)
-    u, v = ((unwrapped + 0.5) / width)[triangle], ((rows + 0.5) / height)[triangle]
+    u, v = (((axis + 0.5) / size).take(triangle, 0) for axis, size in ((unwrapped, width), (rows, height)))
     limit = (1 << level) * max(texel_size(cylinder, face, (height, width)))
     kept = _on_surface(caster, cylinder, face, u, v, chosen, limit, layers) if cut else np.ones(len(chosen), bool)
     codes = np.zeros((layers, 2 * corners[0].size), np.uint16)
@@ -136,22 +137,15 @@ def _mutual(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np
 
 @dataclass(frozen=True)
 class _Triangles(Takes):
-    """Triangles of samples. u, v, depth: (n, 3), of their corners; points: (n, 3, 3), the corners, object frame;
-    normal: (n, 3), unit."""
+    """Triangles of samples. u, v, depth: (n, 3), of their corners; spread: (n,), how much the depths differ; points:
+    (n, 3, 3), the corners, object frame; normal: (n, 3), unit."""
 
     u: Array
     v: Array
     depth: Array
+    spread: Array
     points: Array
     normal: Array
-
-
-def _placed(cylinder: Cylinder, face: Face, u: Array, v: Array, depth: Array) -> _Triangles:
-    origin, direction = surface_rays(cylinder, face, u, v)
-    points = origin + depth[..., None] * direction
-    normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 1])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
-    return _Triangles(u, v, depth, points, normal)
 
 
 def _on_surface(
@@ -164,13 +158,22 @@ def _on_surface(
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
-    rows = np.flatnonzero(~kept)
-    steep = _placed(cylinder, face, u[rows], v[rows], depth[rows])
-    kept[rows] = _meets(caster, cylinder, face, steep, _MIDDLE, limit, layers)
+    some = np.flatnonzero(~kept)
+    steep = _triangles(cylinder, face, u.take(some, 0), v.take(some, 0), depth.take(some, 0), spread[some])
+    met = _meets(caster, cylinder, face, steep, _MIDDLE, limit, layers)
     for weights in _NEAR_CORNERS:
-        long = np.flatnonzero(kept[rows] & (spread[rows] > _LONG * limit))
-        kept[rows[long]] = _meets(caster, cylinder, face, steep.take(long), weights, limit, layers)
+        long = np.flatnonzero(met & (steep.spread > _LONG * limit))
+        met[long] = _meets(caster, cylinder, face, steep.take(long), weights, limit, layers)
+    kept[some] = met
     return kept
+
+
+def _triangles(cylinder: Cylinder, face: Face, u: Array, v: Array, depth: Array, spread: Array) -> _Triangles:
+    origin, direction = surface_rays(cylinder, face, u, v)
+    points = origin + depth[..., None] * direction
+    normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 1])
+    normal /= np.maximum(lengths(normal), np.float32(1e-20))[:, None]
+    return _Triangles(u, v, depth, spread, points, normal)
 
 
 def _meets(
@@ -185,20 +188,21 @@ def _meets(
     origin, direction = surface_rays(cylinder, face, triangles.u @ weights, triangles.v @ weights)
     with np.errstate(divide="ignore", invalid="ignore"):
         expected = np.einsum("ni,ni->n", points[:, 0] - origin, normal) / np.einsum("ni,ni->n", direction, normal)
-        hits = caster.peel(origin, direction, layers, face_reach(cylinder, face))
+        allowed = CUT_TOLERANCE * triangles.spread
+        reach = np.fmin(expected + 1.01 * allowed, face_reach(cylinder, face))  # what is met farther does not matter
+        hits = caster.peel(origin, direction, layers, reach)
         # What is met must also lie as the triangle does: where surfaces are many, some are at any depth by chance.
         aligned = np.abs(np.einsum("lni,ni->ln", hits.normal, normal)) >= _LEAST_ALIGNMENT
-        off = np.abs(hits.distance - expected)
-        met = ((off <= CUT_TOLERANCE * np.ptp(triangles.depth, axis=1)) & aligned).any(0)
+        met = ((np.abs(hits.distance - expected) <= allowed) & aligned).any(0)
 
     wall = np.flatnonzero(~met)
-    points, ahead = points[wall], normal[wall].astype(np.float32)
-    edges = np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2)
-    near = _WALL_SLACK * np.minimum(edges.min(1), limit)[:, None].astype(np.float32)
+    corners, ahead = np.moveaxis(points.take(wall, 0), 1, 0), normal.take(wall, 0)
+    shortest = np.min([lengths(corners[k] - corners[k - 1]) for k in range(3)], axis=0)
+    near = _WALL_SLACK * np.minimum(shortest, limit).astype(np.float32)
     # Grid triangles face outward (but for those past the axis, where θ runs the other way): meet the mesh head on.
     if face is Face.SIDE:
-        ahead[triangles.depth[wall].mean(1) > cylinder.radius] *= -1
-    start = np.einsum("k,nki->ni", weights, points).astype(np.float32) + near * ahead
-    hits = caster.peel(start, -ahead, 2, np.inf)
-    met[wall] = ((hits.distance <= 2 * near[:, 0]) & (caster.two_sided | ~hits.flipped)).any(0)
+        ahead[triangles.depth.take(wall, 0).mean(1) > cylinder.radius] *= -1
+    start = np.einsum("k,kni->ni", weights, corners).astype(np.float32) + near[:, None] * ahead
+    hits = caster.peel(start, -ahead, 2, 2.01 * near)
+    met[wall] = ((hits.distance <= 2 * near) & (caster.two_sided | ~hits.flipped)).any(0)
     return met

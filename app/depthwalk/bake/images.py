@@ -308,8 +308,8 @@ def layer_triangles(
     half, cell = triangle_places(image, level, without)
     code = image.cells[level][cell] >> 7 * half
     anchor = np.full(len(cell), image.layer)
-    layers = np.stack([anchor, code >> 1 & 7, code >> 4 & 7], -1).astype(np.int64)
-    return layers, _triangle_texels(image, level, half, cell)
+    layers = np.stack([anchor, code >> 1 & 7, code >> 4 & 7]).astype(np.int64)
+    return layers.T, _triangle_texels(image, level, half, cell)
 
 
 def _triangle_texels(
@@ -320,12 +320,10 @@ def _triangle_texels(
     columns = grid_nodes(width, 1 << level, wraps=image.face is Face.SIDE)
     rows = grid_nodes(height, 1 << level, wraps=False)
     row, column = np.divmod(cell, len(columns) - (image.face is not Face.SIDE))
-    i0, i1 = columns[column], np.roll(columns, -1)[column]
-    j0, j1 = rows[row] * width, rows[row + 1] * width
-    table = np.stack([np.ravel(axis) for axis in cell_triangles(image.face, *np.array([[0], [0], [1], [1]]))])
-    right, up = table.reshape(2, 2, 3)
-    texels = np.stack([j0 + i0, j0 + i1, j1 + i0, j1 + i1])
-    return texels[(right + 2 * up)[half], np.arange(len(cell))[:, None]]
+    right, up = (axis[:, 0].T.take(half, 1) for axis in cell_triangles(image.face, *np.array([[0], [0], [1], [1]])))
+    i = np.where(right, np.roll(columns, -1)[column], columns[column])
+    j = np.where(up, rows[row + 1], rows[row])
+    return (j * width + i).T
 
 
 def triangle_places(

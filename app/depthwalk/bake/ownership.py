@@ -22,6 +22,7 @@ from depthwalk.bake.images import (
     triangle_places,
 )
 from depthwalk.bake.parallel import Map
+from depthwalk.bake.vectors import lengths
 
 Array = NDArray[np.floating]
 Inner = dict[Face, NDArray[np.bool_]]  # `inner_texels` of each face that has images
@@ -49,7 +50,9 @@ def assign_owners(
                 continue
             size = footprints(cylinder, face, image.depth.shape, point, normal)
             better = np.flatnonzero(_handicap(face) * size < best)
-            seen = better[_seen_by(cylinder, face, images, inner, point[better], normal[better], size[better])]
+            seen = better[
+                _seen_by(cylinder, face, images, inner, point.take(better, 0), normal.take(better, 0), size[better])
+            ]
             winner[seen], best[seen] = face, _handicap(face) * size[seen]
         owner[solid] = winner
         return owner
@@ -66,10 +69,11 @@ def worth_adding(
     worth = np.isfinite(own)
     for other in inner:
         rows = np.flatnonzero(worth)
-        size = footprints(cylinder, other, shape, point[rows], normal[rows])
-        as_good = _handicap(other) * size <= own[rows]
+        size = footprints(cylinder, other, shape, point.take(rows, 0), normal.take(rows, 0))
+        as_good = np.flatnonzero(_handicap(other) * size <= own[rows])
         rows, size = rows[as_good], size[as_good]
-        worth[rows[_seen_by(cylinder, other, images, inner, point[rows], normal[rows], size)]] = False
+        seen = _seen_by(cylinder, other, images, inner, point.take(rows, 0), normal.take(rows, 0), size)
+        worth[rows[seen]] = False
     return worth
 
 
@@ -92,10 +96,10 @@ def yield_triangles(cylinder: Cylinder, images: list[DepthImage], inner: Inner, 
             for level, codes in enumerate(image.cells):
                 layer, texel = layer_triangles(image, level)
                 corner = (layer * image.depth.size + texel).T
-                corners, owners = points[corner], owner[corner]  # (3, triangles, …)
+                corners, owners = points.take(corner, 0), owner.take(corner)  # (3, triangles, …)
                 across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-                across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-20)
-                wall = (np.einsum("cni,ni->cn", normals[corner], across) < _WALL).any(0)
+                across /= np.maximum(lengths(across), np.float32(1e-20))[:, None]
+                wall = (np.einsum("cni,ni->cn", normals.take(corner, 0), across) < _WALL).any(0)
                 mixed = (owners != face).any(0) & (owners == face).any(0)
                 some = np.flatnonzero(wall | mixed)
                 gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
@@ -125,10 +129,10 @@ def _held_better(
     held = np.zeros(len(point), bool)
     for other in inner.keys() - {face}:
         rows = np.flatnonzero(~held)
-        size = footprints(cylinder, other, shape, point[rows], normal[rows])
-        better = np.isfinite(size) & (gain[rows] * size < own[rows])
+        size = footprints(cylinder, other, shape, point.take(rows, 0), normal.take(rows, 0))
+        better = np.flatnonzero(np.isfinite(size) & (gain[rows] * size < own[rows]))
         rows, size = rows[better], size[better]
-        held[rows] = _seen_by(cylinder, other, images, inner, point[rows], normal[rows], size)
+        held[rows] = _seen_by(cylinder, other, images, inner, point.take(rows, 0), normal.take(rows, 0), size)
     return held
 
 
@@ -167,14 +171,14 @@ def _seen_by(
     i = np.clip((u * width).astype(int), 0, width - 1)
     texel = np.clip((v * height).astype(int), 0, height - 1) * width + i
     origin, _ = surface_rays(cylinder, face, u, v)
-    depth = np.linalg.norm(point - origin, axis=1)
+    depth = lengths(point - origin)
     seen = np.zeros(len(point), bool)
     for rival in (image for image in images if image.face is face):
         with np.errstate(invalid="ignore"):
-            same = np.abs(rival.depth.ravel()[texel] - depth) < 1.5 * footprint
-        some = np.flatnonzero(same & inner[face][rival.layer].ravel()[texel])
-        rivals = rival.normal.reshape(-1, 3)[texel[some]]
-        seen[some] |= np.einsum("ni,ni->n", rivals, normal[some]) > 0.5
+            same = np.abs(rival.depth.take(texel) - depth) < 1.5 * footprint
+        some = np.flatnonzero(same & inner[face][rival.layer].take(texel))
+        rivals = rival.normal.reshape(-1, 3).take(texel[some], 0)
+        seen[some] |= np.einsum("ni,ni->n", rivals, normal.take(some, 0)) > 0.5
     return seen
 
 

@@ -8,6 +8,7 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from depthwalk.bake.parallel import Map, batches
+from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.normals import row_ids
 
@@ -82,19 +83,23 @@ class RayCaster:
         origin: NDArray[np.float32],
         direction: NDArray[np.float32],
         layers: int,
-        reach: float,
+        reach: float | NDArray[np.floating],
         each: Map = map,
     ) -> Hits:
-        """The first `layers` surfaces along rays (n, 3), (n, 3) within `reach` metres: those that face the ray's
-        origin, and of an open mesh those that do not as well. The very first counts from either side."""
+        """The first `layers` surfaces along rays (n, 3), (n, 3) within `reach` metres, (n,) or the same for all: those
+        that face the ray's origin, and of an open mesh those that do not as well. The very first counts from either
+        side."""
+        limit = np.broadcast_to(np.asarray(reach, np.float32), len(origin))
 
         def peel(some: slice) -> Hits:
-            return self._peel(origin[some], direction[some], layers, reach)
+            return self._peel(origin[some], direction[some], layers, limit[some])
 
         parts = list(each(peel, batches(len(origin), _BATCH)))
         return Hits(*(np.concatenate([getattr(part, field.name) for part in parts], 1) for field in fields(Hits)))
 
-    def _peel(self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, reach: float) -> Hits:
+    def _peel(
+        self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, limit: NDArray[np.float32]
+    ) -> Hits:
         count = len(origin)
         hits = no_hits(layers, count)
         active = np.arange(count)
@@ -105,18 +110,20 @@ class RayCaster:
         for cast in range(4 * layers):
             if not len(active):
                 break
-            start = origin[active] + travelled[active, None] * direction[active]
-            result = self._scene.run(start, direction[active], query="INTERSECT", output=True)
-            distance = travelled[active] + result["tfar"]
-            alive = (result["primID"] >= 0) & (distance < reach)
-            active, distance = active[alive], distance[alive]
-            normal, back = facing_normals(result["Ng"][alive], direction[active])
-            taken = ~back if cast and not self.two_sided else np.ones(len(back), bool)
-            at = found[active[taken]], active[taken]
-            hits.distance[at], hits.face[at] = distance[taken], result["primID"][alive][taken]
-            hits.u[at], hits.v[at] = result["u"][alive][taken], result["v"][alive][taken]
-            hits.normal[at], hits.flipped[at] = normal[taken], back[taken]
-            found[active] += taken
+            along, begin, end = direction.take(active, 0), travelled[active], limit[active]
+            start = origin.take(active, 0) + begin[:, None] * along
+            result = self._scene.run(start, along, end - begin + self.epsilon, query="INTERSECT", output=True)
+            distance = begin + result["tfar"]
+            met = np.flatnonzero((result["primID"] >= 0) & (distance < end))
+            active, distance, along = active[met], distance[met], along.take(met, 0)
+            normal, back = facing_normals(result["Ng"].take(met, 0), along)
+            taken = np.flatnonzero(~back) if cast and not self.two_sided else np.arange(len(back))
+            rays, met = active[taken], met[taken]
+            at = found[rays], rays
+            hits.distance[at], hits.face[at] = distance[taken], result["primID"][met]
+            hits.u[at], hits.v[at] = result["u"][met], result["v"][met]
+            hits.normal[at], hits.flipped[at] = normal.take(taken, 0), back[taken]
+            found[rays] += 1
             travelled[active] = distance + self.epsilon
             active = active[found[active] < layers]
         return hits
@@ -136,7 +143,7 @@ def facing_normals(
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Normals (n, 3) made unit and turned against ray directions (n, 3), and which (n,) had to be turned."""
     flipped = np.einsum("ij,ij->i", normal, direction) > 0
-    length = np.maximum(np.linalg.norm(normal, axis=1), np.float32(1e-30))
+    length = np.maximum(lengths(normal), np.float32(1e-30))
     return normal / np.where(flipped, -length, length)[:, None], flipped
 
 

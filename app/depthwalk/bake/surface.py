@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import Hits
+from depthwalk.bake.vectors import lengths
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.ingest.mesh import Material, Mesh
 
@@ -20,13 +21,13 @@ def surface_at(mesh: Mesh, hits: Hits, each: Map = map) -> tuple[NDArray[np.floa
     def look(some: slice) -> None:
         at = layer[some], ray[some]
         face, u, v = hits.face[at], hits.u[at], hits.v[at]
-        corners = mesh.faces[face]  # (hits, 3)
+        corners = mesh.faces.take(face, 0)  # (hits, 3)
         weights = np.stack([1 - u - v, u, v], -1)
-        shading = np.einsum("nk,nkc->nc", weights, mesh.normals[corners])
+        shading = np.einsum("nk,nkc->nc", weights, mesh.normals.take(corners, 0))
         shading[hits.flipped[at]] *= -1
-        normal[at] = shading / np.maximum(np.linalg.norm(shading, axis=1, keepdims=True), 1e-12)
-        colour = np.einsum("nk,nkc->nc", weights, linear_from_srgb8(mesh.colours[corners]))
-        uv = np.einsum("nk,nkc->nc", weights, mesh.uv[corners])
+        normal[at] = shading / np.maximum(lengths(shading), np.float32(1e-12))[:, None]
+        colour = np.einsum("nk,nkc->nc", weights, linear_from_srgb8(mesh.colours.take(corners, 0)))
+        uv = np.einsum("nk,nkc->nc", weights, mesh.uv.take(corners, 0))
         albedo[at] = _apply_materials(mesh, face, colour, uv)
 
     list(each(look, batches(len(ray), _BATCH)))

@@ -8,6 +8,7 @@ from scipy.ndimage import maximum_filter
 
 from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits, RayCaster, no_hits
+from depthwalk.bake.vectors import lengths
 
 _ROUNDS = 8  # each casts rays from a quarter of the samples still in doubt; with the neighbours' about 160 decide
 _NEIGHBOURHOOD = 9  # texels
@@ -31,7 +32,8 @@ def prune_hidden(
     layer, sample = found[1:].nonzero()
     layer += 1
     normal = hits.normal[layer, sample]
-    start = origin[sample] + hits.distance[layer, sample, None] * inward[sample] + caster.epsilon * normal
+    start = origin.take(sample, 0) + hits.distance[layer, sample, None] * inward.take(sample, 0)
+    start += caster.epsilon * normal
     random = np.random.default_rng(0)
     near = np.zeros(found.shape, bool)
     near[0] = True
@@ -39,8 +41,8 @@ def prune_hidden(
     quarter = (sample % shape[1] + 2 * (sample // shape[1])) % 4
     for number in range(_ROUNDS if len(layer) else 0):
         doubtful = undecided[quarter[undecided] == number % 4]
-        direction = normal[doubtful] + 0.98 * _unit(random.normal(size=(len(doubtful), 3)))  # cosine-weighted
-        escaped = doubtful[caster.escapes(start[doubtful], _unit(direction), each)]
+        direction = normal.take(doubtful, 0) + 0.98 * _unit(random.normal(size=(len(doubtful), 3)))  # cosine-weighted
+        escaped = doubtful[caster.escapes(start.take(doubtful, 0), _unit(direction), each)]
         seen = np.zeros((len(found) - 1, *shape), bool)
         seen.reshape(len(seen), -1)[layer[escaped] - 1, sample[escaped]] = True
         around = each(lambda image: maximum_filter(image, _NEIGHBOURHOOD), seen)
@@ -60,4 +62,4 @@ def _compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
 
 
 def _unit(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+    return vectors / np.maximum(lengths(vectors), 1e-12)[:, None]
