@@ -15,6 +15,9 @@ from depthwalk.demo.noise import fractal
 from depthwalk.demo.sdf import Blob, Points, Rod, ellipsoid, rod, sculpt, union
 from depthwalk.demo.textures import grass, paving, tiling_noise, write_png
 from depthwalk.errors import InputError
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.render.polygons import is_solid
+from depthwalk.scene.loader import load_scene
 
 
 def signed_volume(model: Model) -> float:
@@ -199,3 +202,13 @@ def test_generate_writes_what_is_asked(tmp_path: Path) -> None:
     assert [f.name for f in (tmp_path / "out").iterdir()] == ["pedestal.ply"]
     with pytest.raises(InputError, match="no demo file is called 'pedestel'; did you mean 'pedestal'"):
         generate(tmp_path, ["pedestel"])
+
+
+def test_the_market_is_a_scene_of_different_assets(tmp_path):
+    generate(tmp_path, ["market"], assets=5)
+    scene = load_scene(tmp_path / "market.yaml")
+    assert len(scene.assets) == len(scene.objects) == 5
+    assert len({path.read_bytes() for path in tmp_path.glob("*.ply")}) == 5
+    assert len(np.unique(scene.objects.position, axis=0)) == 5
+    mesh = load_mesh(scene.assets[3].mesh)
+    assert 0.6 < mesh.bounds[1][1] < 1.4 and is_solid(mesh)

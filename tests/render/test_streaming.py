@@ -56,7 +56,7 @@ def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(store, caplo
     assert [record.message.split(":")[0] for record in caplog.records] == [
         "what is in sight takes more GPU memory than render.gpu_memory"
     ]
-    assert there(store, [6]) == [0, 1, 2, 3]  # nothing new: no reason to move
+    assert there(store, [6]) == [2]  # as soon as it is not needed
 
 
 def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(store, monkeypatch):

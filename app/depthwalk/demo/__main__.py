@@ -1,5 +1,6 @@
 """`python -m depthwalk.demo OUTDIR [NAME...]` makes the demo's meshes and textures anew, the same bytes each time.
-By name, it also makes `specimens`, which do not ship: `python -m depthwalk.demo /tmp animal chair`."""
+By name, it also makes what does not ship: `specimens` (`python -m depthwalk.demo /tmp animal chair`), and `market`, a
+scene of hundreds of assets."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,10 +11,12 @@ from rich.console import Console
 from rich.progress import track
 
 from depthwalk.demo.catalogue import MODELS, TEXTURES
+from depthwalk.demo.market import write_market
 from depthwalk.demo.model import write_ply
 from depthwalk.demo.specimens import SPECIMENS
 from depthwalk.demo.textures import write_png
 from depthwalk.errors import InputError, suggest
+from depthwalk.limits import MAX_ASSETS
 
 HEADER = """# Sources of the files in this folder
 
@@ -52,12 +55,12 @@ def write_textures(folder: Path, names: list[str]) -> list[str]:
     return rows
 
 
-def generate(folder: Path, names: list[str]) -> None:
-    """Writes the named files, or all that ship and SOURCES.md where no name is given.
+def generate(folder: Path, names: list[str], assets: int = 300) -> None:
+    """Writes the named files, or all that ship and SOURCES.md where no name is given. assets: of the market.
 
     Raises InputError for an unknown name.
     """
-    known = [*MODELS, *TEXTURES, *SPECIMENS]
+    known = [*MODELS, *TEXTURES, *SPECIMENS, "market"]
     for name in names:
         if name not in known:
             raise InputError(f"no demo file is called {name!r}{suggest(name, known)}")
@@ -68,17 +71,22 @@ def generate(folder: Path, names: list[str]) -> None:
     for name in wanted:
         if name in SPECIMENS:
             write_ply(folder / f"{name}.ply", SPECIMENS[name]())
+    if "market" in wanted:
+        write_market(folder, assets)
     if not names:
         (folder / "SOURCES.md").write_text(HEADER + "".join(models) + TEXTURE_HEADER + "".join(textures), "utf-8")
 
 
 def main(
     outdir: Annotated[Path, typer.Argument(help="Folder to write to")],
-    names: Annotated[list[str] | None, typer.Argument(help="Only these files, without suffix; specimens")] = None,
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Only these files, without suffix; specimens; market")
+    ] = None,
+    assets: Annotated[int, typer.Option(min=1, max=MAX_ASSETS, help="Of the market")] = 300,
 ) -> None:
     """Make the demo's meshes and textures anew."""
     try:
-        generate(outdir, names or [])
+        generate(outdir, names or [], assets)
     except InputError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(2) from None

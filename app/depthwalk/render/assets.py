@@ -153,6 +153,7 @@ class AssetStore:
                 break
             self._make_room(self.prepared(number).bytes, set(needed))
             self.depth_object(number)
+        self._make_room(0, set(needed))  # for what a frame before needed that was too much
         there = np.ones(len(self), bool)
         there[len(self._library) :] = [number in self._depth for number in range(len(self._library), len(self))]
         return there
@@ -172,7 +173,8 @@ class AssetStore:
         if excess <= 0:
             return
         unused = [number for number in self._depth if number not in needed]
-        self.before_release()
+        if unused:
+            self.before_release()
         for number in unused:
             if excess <= 0:
                 return
