@@ -82,9 +82,9 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
             yield number, outcome
 
 
-def bake_job(job: Job, staged: Path, stage: Callable[[str], None]) -> Baked | Kept:
+def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int | None = None) -> Baked | Kept:
     """Reads and bakes one mesh and writes it to `staged`, which takes the place of `job.out` when it is whole; `stage`
-    is called with the name of each stage. Raises InputError."""
+    is called with the name of each stage. workers: see `bake_model`. Raises InputError."""
     clock = _Stopwatch(stage)
     clock.start("read")
     key = mesh_key(job.spec, job.params)
@@ -97,7 +97,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None]) -> Baked | Ke
             return Kept(job.out, cached=True)
     mesh = load_mesh(job.spec.mesh, texture=job.spec.texture, up=job.spec.up, height=job.spec.height)
     clock.start("structure")  # what rays are cast against
-    model = bake_model(mesh, job.params, key, clock.start)
+    model = bake_model(mesh, job.params, key, clock.start, workers)
     clock.start("write")
     write_baked(staged, model)
     seconds = clock.stop()
@@ -213,4 +213,4 @@ def _end_with_parent() -> None:
 
 
 def _work(number: int, job: Job, staged: Path) -> Baked | Kept:
-    return bake_job(job, staged, lambda stage: _reports.put((number, stage)))
+    return bake_job(job, staged, lambda stage: _reports.put((number, stage)), workers=1)
