@@ -18,6 +18,7 @@ from typing import Any
 
 from depthwalk.bake.cache import bake_key, has_key, kept_file
 from depthwalk.bake.file import write_baked
+from depthwalk.bake.parallel import default_workers
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
@@ -84,7 +85,7 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
 
 def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int | None = None) -> Baked | Kept:
     """Reads and bakes one mesh and writes it to `staged`, which takes the place of `job.out` when it is whole; `stage`
-    is called with the name of each stage. workers: see `bake_model`. Raises InputError."""
+    is called with the name of each stage. workers: see `thread_map`. Raises InputError."""
     clock = _Stopwatch(stage)
     clock.start("read")
     key = mesh_key(job.spec, job.params)
@@ -172,8 +173,10 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
     context = multiprocessing.get_context("spawn")
     reports = context.Queue()
     pool = ProcessPoolExecutor(processes, context, _set_up_worker, (reports,))
-    work = enumerate(zip(jobs, staged, strict=True))
-    running: dict[Future[Baked | Kept], int] = {pool.submit(_work, number, *job): number for number, job in work}
+    work, workers = enumerate(zip(jobs, staged, strict=True)), default_workers(processes)
+    running: dict[Future[Baked | Kept], int] = {
+        pool.submit(_work, number, *job, workers): number for number, job in work
+    }
     try:
         while running:
             done, _ = wait(running, timeout=_POLL, return_when=FIRST_COMPLETED)
@@ -212,5 +215,5 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _work(number: int, job: Job, staged: Path) -> Baked | Kept:
-    return bake_job(job, staged, lambda stage: _reports.put((number, stage)), workers=1)
+def _work(number: int, job: Job, staged: Path, workers: int) -> Baked | Kept:
+    return bake_job(job, staged, lambda stage: _reports.put((number, stage)), workers)

@@ -3,6 +3,7 @@ paper's six views, and a per-triangle cut of what does not lie on the surface.""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -184,15 +185,14 @@ def connect_face(
 def trace_borders(
     caster: RayCaster, cylinder: Cylinder, seen: Mapping[Face, FaceSamples], images: list[DepthImage], each: Map = map
 ) -> list[Border]:
-    """The borders of `images`, face by face and level by level, from what was `seen`. What another face owns needs
-    none."""
+    """The borders of `images`, level by level, from what was `seen`. What another face owns needs none."""
 
-    def trace(task: tuple[Face, int]) -> Border:
-        face, level = task
+    def trace(task: tuple[int, Face]) -> Border:
+        level, face = task
         layers = [image for image in images if image.face is face]
         codes, wanted = [image.cells[level] for image in layers], np.stack([image.owner == face for image in layers])
         return trace_border(caster, cylinder, face, seen[face].samples, level, codes, wanted)
 
-    return list(
-        each(trace, dict.fromkeys((image.face, level) for image in images for level in range(len(image.cells))))
-    )
+    steps = len(images[0].cells) if images else 0
+    faces = dict.fromkeys(image.face for image in images)
+    return list(each(trace, product(range(steps), faces)))

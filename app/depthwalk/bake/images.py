@@ -305,17 +305,15 @@ def layer_triangles(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`, but
     for those in the cells (cells,) `without`."""
-    half, cell = triangle_places(image, level, without)
-    code = image.cells[level][cell] >> 7 * half
-    anchor = np.full(len(cell), image.layer)
-    layers = np.stack([anchor, code >> 1 & 7, code >> 4 & 7]).astype(np.int64)
-    return layers.T, _triangle_texels(image, level, half, cell)
+    return triangle_corners(image, level, *triangle_places(image, level, without))
 
 
-def _triangle_texels(
+def triangle_corners(
     image: DepthImage, level: int, half: NDArray[np.intp], cell: NDArray[np.intp]
-) -> NDArray[np.int64]:
-    """Texel numbers (triangles, 3) of the corners of `cell_triangles`, of those halves (triangles,) of those cells."""
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """As `layer_triangles`, of the triangles in those halves (triangles,) of those cells (triangles,)."""
+    code = image.cells[level][cell] >> 7 * half
+    layers = np.stack([np.full(len(cell), image.layer), code >> 1 & 7, code >> 4 & 7])
     height, width = image.depth.shape
     columns = grid_nodes(width, 1 << level, wraps=image.face is Face.SIDE)
     rows = grid_nodes(height, 1 << level, wraps=False)
@@ -323,7 +321,7 @@ def _triangle_texels(
     right, up = (axis[:, 0].T.take(half, 1) for axis in cell_triangles(image.face, *np.array([[0], [0], [1], [1]])))
     i = np.where(right, np.roll(columns, -1)[column], columns[column])
     j = np.where(up, rows[row + 1], rows[row])
-    return (j * width + i).T
+    return layers.T, (j * width + i).T
 
 
 def triangle_places(

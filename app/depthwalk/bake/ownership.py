@@ -19,9 +19,10 @@ from depthwalk.bake.images import (
     layer_triangles,
     surface_rays,
     texel_size,
+    triangle_corners,
     triangle_places,
 )
-from depthwalk.bake.parallel import Map
+from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.vectors import lengths
 
 Array = NDArray[np.floating]
@@ -31,6 +32,7 @@ _CORNERS = 6  # triangles around a texel that is inside its surface, not at a bo
 # A flank takes over only where its footprint is smaller by this factor: each takes a surface apart a little more.
 _FLANK_GAIN = 1.3
 _OVERLAP_GAIN = 2.0  # a triangle with corners of two owners is left to the other where that is better by this factor
+_BATCH = 1 << 15  # triangles at a time
 _WALL = 0.5  # cosine between a triangle and the surface at its corners, below which it is no part of that surface
 
 
@@ -85,33 +87,41 @@ def yield_triangles(cylinder: Cylinder, images: list[DepthImage], inner: Inner, 
     which a slanted one is a worse guess at the surface.
     """
 
-    def mark(face: Face) -> list[DepthImage]:
-        layers = [image for image in images if image.face is face]
-        points = np.concatenate([image_points(cylinder, layer).reshape(-1, 3) for layer in layers])
-        normals = np.concatenate([layer.normal.reshape(-1, 3) for layer in layers])
-        owner = np.concatenate([layer.owner.ravel() for layer in layers])
-        marked = []
-        for image in layers:
-            cells = []
-            for level, codes in enumerate(image.cells):
-                layer, texel = layer_triangles(image, level)
-                corner = (layer * image.depth.size + texel).T
-                corners, owners = points.take(corner, 0), owner.take(corner)  # (3, triangles, …)
-                across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-                across /= np.maximum(lengths(across), np.float32(1e-20))[:, None]
-                wall = (np.einsum("cni,ni->cn", normals.take(corner, 0), across) < _WALL).any(0)
-                mixed = (owners != face).any(0) & (owners == face).any(0)
-                some = np.flatnonzero(wall | mixed)
-                gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
-                held = some[_held_better(cylinder, face, images, inner, corners[:, some].mean(0), across[some], gain)]
-                half, cell = (place[held] for place in triangle_places(image, level))
-                changed = codes.copy()
-                np.bitwise_or.at(changed, cell, (1 << 14 + half).astype(np.uint16))
-                cells.append(changed)
-            marked.append(replace(image, cells=tuple(cells)))
-        return marked
+    return [image for face in inner for image in _yield_face(cylinder, images, inner, face, each)]
 
-    return [image for layers in each(mark, inner) for image in layers]
+
+def _yield_face(cylinder: Cylinder, images: list[DepthImage], inner: Inner, face: Face, each: Map) -> list[DepthImage]:
+    layers = [image for image in images if image.face is face]
+    points = np.concatenate([image_points(cylinder, layer).reshape(-1, 3) for layer in layers])
+    normals = np.concatenate([layer.normal.reshape(-1, 3) for layer in layers])
+    owner = np.concatenate([layer.owner.ravel() for layer in layers])
+
+    def yielded(task: tuple[DepthImage, int, NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.bool_]:
+        image, level, half, cell = task
+        layer, texel = triangle_corners(image, level, half, cell)
+        corner = (layer * image.depth.size + texel).T
+        corners, owners = points.take(corner, 0), owner.take(corner)  # (3, triangles, …)
+        across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        across /= np.maximum(lengths(across), np.float32(1e-20))[:, None]
+        wall = (np.einsum("cni,ni->cn", normals.take(corner, 0), across) < _WALL).any(0)
+        mixed = (owners != face).any(0) & (owners == face).any(0)
+        some = np.flatnonzero(wall | mixed)
+        gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
+        held = np.zeros(len(cell), bool)
+        middle = corners.take(some, 1).mean(0)
+        held[some] = _held_better(cylinder, face, images, inner, middle, across.take(some, 0), gain)
+        return held
+
+    places = [(image, level, *triangle_places(image, level)) for image in layers for level in range(len(image.cells))]
+    tasks = [
+        (image, level, half[some], cell[some])
+        for image, level, half, cell in places
+        for some in batches(len(cell), _BATCH)
+    ]
+    cells = [[codes.copy() for codes in image.cells] for image in layers]
+    for (image, level, half, cell), held in zip(tasks, each(yielded, tasks), strict=True):
+        np.bitwise_or.at(cells[image.layer][level], cell[held], (1 << 14 + half[held]).astype(np.uint16))
+    return [replace(image, cells=tuple(codes)) for image, codes in zip(layers, cells, strict=True)]
 
 
 def _held_better(

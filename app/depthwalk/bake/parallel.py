@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
-_MOST = 4  # threads by default: more wait for the lock, and each holds intermediate arrays of its own
+_MOST = 4  # more threads would mostly wait for the lock, and each holds intermediate arrays of its own
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -20,8 +20,8 @@ class Map(Protocol):
 
 @contextmanager
 def thread_map(workers: int | None = None) -> Iterator[Map]:
-    """A `Map` over so many threads; None: one per core, up to four. What is called must not use it in turn."""
-    workers = min(_cores(), _MOST) if workers is None else workers
+    """A `Map` over so many threads; None: `default_workers`. What is called must not use it in turn."""
+    workers = workers or default_workers()
     if workers == 1:
         yield map
         return
@@ -29,11 +29,12 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
         yield pool.map
 
 
+def default_workers(processes: int = 1) -> int:
+    """Threads for each of so many processes that bake side by side: together one per core, each at most four."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(max(cores // processes, 1), _MOST)
+
+
 def batches(count: int, size: int) -> list[slice]:
     """Slices of at most `size` that cover `count` things; at least one."""
     return [slice(first, first + size) for first in range(0, max(count, 1), size)]
-
-
-def _cores() -> int:
-    """How many cores this process may run on."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -95,6 +95,8 @@ class RayCaster:
             return self._peel(origin[some], direction[some], layers, limit[some])
 
         parts = list(each(peel, batches(len(origin), _BATCH)))
+        if len(parts) == 1:
+            return parts[0]
         return Hits(*(np.concatenate([getattr(part, field.name) for part in parts], 1) for field in fields(Hits)))
 
     def _peel(

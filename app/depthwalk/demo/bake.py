@@ -48,10 +48,11 @@ def baked_key(asset: MeshAsset) -> str:
 
 
 def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
-    """Bakes `asset` to a file in `folder`, or beside its mesh, and returns which. Raises InputError, OSError."""
+    """Bakes `asset`, in one thread, to a file in `folder`, or beside its mesh, and returns which. Raises InputError,
+    OSError."""
     mesh = load_mesh(asset.mesh, texture=asset.texture, up=asset.up, height=asset.height)
     file = sidecar(asset.mesh if folder is None else folder / asset.mesh.name)
-    write_baked(file, bake_model(mesh, _params(asset), baked_key(asset)))
+    write_baked(file, bake_model(mesh, _params(asset), baked_key(asset), workers=1))
     return file
 
 
