@@ -13,6 +13,7 @@ from depthwalk.render.coverage import BLOCK
 from depthwalk.render.grids import FACE_SHIFT, build_grids
 from depthwalk.render.lod import Case
 from depthwalk.render.pages import LEVELS, build_pages, image_texels
+from depthwalk.render.prepared import Form
 from shapes import ShapeLibrary, bake, box, joined, sphere
 
 ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
@@ -181,6 +182,7 @@ void main() {
 def test_the_shader_matches_its_twin(gl_device, baked, pages):
     """Random points of every image at random levels of detail through common/pages.glsl, by transform feedback."""
     store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked])), gl_device.scope("test")
+    store.form = Form(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.depth_numbers(0)[0])
     text = Source("common/pages.glsl", "").text + LOOK_UP
     program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour"])

@@ -91,6 +91,7 @@ def ball_hits(view, centre, radius):
 )
 def test_a_sphere_has_known_depth_and_colour(studio, position, representation):
     scene = scene_of((0, (0, 0, 0), 0.7, 1.0), representation=representation)
+    scene.render.lod.error = 0.0  # pixels
     library = ShapeLibrary([sphere()], resolution=256)
     camera = Camera(position, (0, 1.0, 0), 0.8)
     pixels, depth, _ = studio.picture(scene, library, camera, size=(240, 180), transparent=True, depth=True)

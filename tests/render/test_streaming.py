@@ -9,7 +9,7 @@ import depthwalk.render.assets
 from depthwalk.errors import InputError
 from depthwalk.library import SceneLibrary
 from depthwalk.render.assets import AssetStore
-from depthwalk.render.prepared import find_prepared, keep_prepared, prepare
+from depthwalk.render.prepared import Form, find_prepared, keep_prepared, prepare
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
@@ -67,15 +67,15 @@ def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(store, monkeypatc
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 1, 2]
 
 
-@pytest.mark.parametrize("paper", [False, True])
-def test_what_was_prepared_is_read_as_it_was(baked, paper, tmp_path, monkeypatch):
+@pytest.mark.parametrize("form", [Form(), Form(stepped=True), Form(stepped=True, paper_cases=True)])
+def test_what_was_prepared_is_read_as_it_was(baked, form, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     painted = bake(box(1.0, 2.0, 1.0), resolution=32, layers=2)
-    made = tuple(prepare(part, paper) for part in (baked[0], painted))
-    assert find_prepared("0", paper) is None
-    keep_prepared("0", paper, made)
-    found = find_prepared("0", paper)
-    assert find_prepared("0", not paper) is None
+    made = tuple(prepare(part, form) for part in (baked[0], painted))
+    assert find_prepared("0", form) is None
+    keep_prepared("0", form, made)
+    found = find_prepared("0", form)
+    assert find_prepared("0", Form(not form.stepped)) is None
     for before, after in zip(made, found, strict=True):
         old, new = before.outline, after.outline
         assert (old.cylinder, old.steps, old.key, old.rotation) == (new.cylinder, new.steps, new.key, new.rotation)
@@ -88,7 +88,7 @@ def test_what_was_prepared_is_read_as_it_was(baked, paper, tmp_path, monkeypatch
             for name, value in vars(one).items():
                 np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
     next(tmp_path.rglob("*.npz")).write_bytes(b"PK\x03\x04")
-    assert find_prepared("0", paper) is None
+    assert find_prepared("0", form) is None
 
 
 def test_a_small_budget_changes_no_picture(gl_device, tiny_scene, tmp_path, monkeypatch):

@@ -22,7 +22,7 @@ from depthwalk.render.grids import Grids
 from depthwalk.render.lod import LodParams
 from depthwalk.render.pages import Pages
 from depthwalk.render.polygons import WHITE, MeshLook, MeshObject, upload_look, upload_mesh
-from depthwalk.render.prepared import Prepared, as_drawn, find_prepared, keep_prepared, prepare
+from depthwalk.render.prepared import Form, Prepared, as_drawn, find_prepared, keep_prepared, prepare
 
 log = logging.getLogger(__name__)
 
@@ -76,15 +76,14 @@ class AssetStore:
     on, in the order in which they are asked for, and keep their numbers when all is released.
 
     budget: bytes of GPU memory for depth objects, which `stream` keeps to; before_release: called before GL objects of
-    some of them go; paper_cases: what is uploaded serves the paper's cases, which needs half as much again; to be set
-    while it is empty.
+    some of them go; form: of what is uploaded; to be set while it is empty.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
         self.gl = device.scope("assets")
         self.budget = DEFAULT_BUDGET
         self.before_release: Callable[[], None] = lambda: None
-        self.paper_cases = False
+        self.form = Form()
         self._library = library
         self._assets: list[int] = []  # of each depth object
         self._numbers: dict[int, range] = {}
@@ -197,12 +196,12 @@ class AssetStore:
     def _prepare(self, asset: int) -> tuple[Prepared, ...]:
         """From the cache; else it is built and the cache keeps it."""
         key = self._library.key(asset)
-        objects = find_prepared(key, self.paper_cases) if key else None
+        objects = find_prepared(key, self.form) if key else None
         if objects is None:
-            objects = tuple(prepare(part, self.paper_cases) for part in self._model(asset).parts)
+            objects = tuple(prepare(part, self.form) for part in self._model(asset).parts)
             if key:
                 try:
-                    return keep_prepared(key, self.paper_cases, objects)
+                    return keep_prepared(key, self.form, objects)
                 except OSError as error:  # they stay in memory
                     log.warning("cannot keep what was prepared of depth images: %s", error)
         return objects

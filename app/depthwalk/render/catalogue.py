@@ -90,6 +90,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     thinned = np.isin(np.arange(count), objects.asset[objects.representation == Representation.MESH_LOD])
     details: dict[int, tuple[MeshLevel, ...]] = {}
     runs: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
+    errors: dict[int, NDArray[np.floating]] = {}
     for number in np.unique(objects.asset).tolist():
         if number < len(library):
             mesh = library.mesh(number)
@@ -103,18 +104,30 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
             column[number] = getattr(baked.cylinder, name)
         has_side[number] = any(image.face is Face.SIDE for image in baked.images)
         texel[number] = square_texel(baked)
-        levels[number] = baked.steps - 1
+        levels[number] = len(prepared.error) - 1
         runs[number] = prepared.first, prepared.count
+        errors[number] = prepared.error
         centre[number], reach[number] = _bounding_sphere(baked)
     most = max((first.shape[0] for first, _ in runs.values()), default=1)
     index_first = np.zeros((count, most, len(Case), RUNS_PER_CASE), np.int64)
     index_count = np.zeros_like(index_first)
+    error = np.full((count, most), np.inf)
     for number, (first, length) in runs.items():
         index_first[number, : len(first)], index_count[number, : len(length)] = first, length
+        error[number, : len(first)] = errors[number]
     triangles = index_count[:, :, Case.ALL].sum(-1) // 3
     volumes = Volumes(**numbers, has_side=has_side)
     return AssetTable(
-        volumes, texel, levels, centre, reach, index_first, index_count, triangles, *_mesh_details(count, details)
+        volumes,
+        texel,
+        levels,
+        centre,
+        reach,
+        index_first,
+        index_count,
+        triangles,
+        error,
+        *_mesh_details(count, details),
     )
 
 

@@ -30,6 +30,9 @@ from depthwalk.render.lod import Case
 
 # How far samples may come off the triangles of step s: this part of s texels, hence of about one pixel.
 _TOLERANCE = 0.07
+_STEP_ERROR = (
+    0.25  # texels: about how far samples between those of step 2 are off its triangles; step s has s − 1 times that
+)
 _BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
 GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
 # A vertex's image: face · 8 + layer, with flags.
@@ -74,7 +77,8 @@ class Grids:
 
     texels: (V, 2) int16, column and row of the sample that each vertex is, −1 for border vertices.
     indices: (I,) uint32, triangles. first, count: (levels, cases, RUNS_PER_CASE) runs of `indices`; a run that adjoins
-    the one before it is merged into that, and has count 0 itself.
+    the one before it is merged into that, and has count 0 itself. error: (levels,) metres, rising: how far samples are
+    off a level's triangles.
     """
 
     vertices: NDArray[np.uint16]
@@ -84,6 +88,7 @@ class Grids:
     count: NDArray[np.int64]
     box_low: NDArray[np.float32]
     box_size: NDArray[np.float32]
+    error: NDArray[np.floating]
 
 
 def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float = _TOLERANCE) -> Grids:
@@ -133,7 +138,8 @@ def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float 
     lists = {key: np.concatenate(parts) for key, parts in sorted(runs.items())}
     first, count = _ranges(lists, baked.steps)
     indices = np.concatenate(list(lists.values()))
-    return Grids(np.concatenate(vertices), np.concatenate(texels), indices, first, count, low, size)
+    error = _STEP_ERROR * square_texel(baked) * (2.0 ** np.arange(baked.steps) - 1)
+    return Grids(np.concatenate(vertices), np.concatenate(texels), indices, first, count, low, size, error)
 
 
 def _ranges(

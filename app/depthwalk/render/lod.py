@@ -14,10 +14,20 @@ Array = NDArray[np.floating]
 class LodParams(Params):
     """Which resolution and which depth images an object is warped with."""
 
-    bias: float = param(
-        0.0, "Added to the level of detail: +1 halves the grid's resolution", unit="levels", ge=-4, le=8
+    mode: Literal["error", "paper"] = param(
+        "error", "What chooses the geometry: how far it is off, or the distance as in the paper (Iter_step)"
     )
-    max_step: int = param(64, "Coarsest Iter_step", unit="texels", ge=1, le=64)
+    error: float = param(
+        0.5, "How far geometry may be off, seen from where its bounds are nearest", unit="pixels", ge=0, le=100
+    )
+    bias: float = param(
+        0.0,
+        "Added to the level of detail: +1 doubles the error, or halves the grid's resolution",
+        unit="levels",
+        ge=-4,
+        le=8,
+    )
+    max_step: int = param(64, "Coarsest Iter_step, where that chooses", unit="texels", ge=1, le=64)
     triangles_per_pixel: float = param(
         8.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
     )
@@ -62,6 +72,11 @@ def grid_level(step: Array, bias: float, max_level: NDArray[np.integer]) -> NDAr
     """The grid (n,) to draw: the coarsest whose step 2^level does not exceed Iter_step, moved by `bias` levels."""
     level = np.floor(np.log2(step) + bias + 1e-9)
     return np.clip(level, 0, max_level).astype(np.int64)
+
+
+def error_level(error: Array, allowed: Array) -> NDArray[np.int64]:
+    """The coarsest level (n,) whose error, metres (n, levels), rising, is at most `allowed` (n,); else the finest."""
+    return (error[:, 1:] <= allowed[:, None]).sum(1)
 
 
 def affordable_level(triangles: NDArray[np.integer], pixels: Array, per_pixel: float) -> NDArray[np.int64]:

@@ -41,7 +41,7 @@ class OrderedIndices:
         """The asset's vertex array, how many of its indices are in order for one object of the group, from the first
         on, and how many more follow. record: the object's WARP_RECORD."""
         if group.asset not in self._assets:
-            self._assets[group.asset] = self._load(assets.baked(group.asset), assets.paper_cases)
+            self._assets[group.asset] = self._load(assets.baked(group.asset), assets.form.paper_cases)
         asset, kind = self._assets[group.asset], (group.level, group.case)
         if kind not in asset.cells:
             asset.cells[kind] = image_cells(asset.grids, asset.baked, *kind)

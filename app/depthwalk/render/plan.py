@@ -15,6 +15,7 @@ from depthwalk.render.lod import (
     Case,
     LodParams,
     affordable_level,
+    error_level,
     grid_level,
     iter_step,
     paper_cases,
@@ -36,8 +37,8 @@ class AssetTable:
 
     volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
     sphere about the asset's own centre, object frame; index_first, index_count: (a, levels, cases, runs), see Grids;
-    triangles: (a, levels), of all images; mesh_error, mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0
-    where a mesh has no such level.
+    triangles: (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; mesh_error,
+    mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0 where a mesh has no such level.
     """
 
     volumes: Volumes
@@ -48,6 +49,7 @@ class AssetTable:
     index_first: NDArray[np.int64]
     index_count: NDArray[np.int64]
     triangles: NDArray[np.int64]
+    error: Array
     mesh_error: Array
     mesh_triangles: NDArray[np.int64]
 
@@ -188,12 +190,16 @@ def _of_one_kind(objects: Objects, before: Objects | None) -> bool:
 def choose_levels(
     view: View, objects: Objects, bounds: Bounds, viewer: Array, table: AssetTable, lod: LodParams
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Grid level and Case (n,) of n objects, from their centres' distance and the viewer (n, 3) in their frames."""
-    asset = objects.asset
+    """Level and Case (n,) of n objects, from their distance and the viewer (n, 3) in their frames."""
+    asset, max_level = objects.asset, table.levels[objects.asset]
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
-    step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
-    max_level = np.minimum(table.levels[asset], int(np.log2(lod.max_step)))
-    level = grid_level(step, lod.bias, max_level)
+    if lod.mode == "paper":
+        step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
+        max_level = np.minimum(max_level, int(np.log2(lod.max_step)))
+        level = grid_level(step, lod.bias, max_level)
+    else:
+        nearest = np.maximum(distance - bounds.reach, 0)
+        level = error_level(table.error[asset], lod.error * 2**lod.bias * nearest / (view.focal_pixels * objects.scale))
     volumes = table.volumes.take(asset)
     area = 2 * volumes.radius * (volumes.top - volumes.bottom) * objects.scale**2
     pixels = area * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2

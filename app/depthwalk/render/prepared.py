@@ -10,27 +10,37 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.cache import cache_folder, make_room
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
+from depthwalk.render.coarse_levels import build_levels
 from depthwalk.render.grids import Grids, build_grids
 from depthwalk.render.pages import Pages, build_pages
 
 _MIP_MAPS = 4 / 3  # of a texture, with its mip-maps
 
 
+class Form(NamedTuple):
+    """What is built of an object. stepped: its levels are grids of step 1, 2, 4 …, not surfaces by error; paper_cases:
+    they serve the paper's cases, too, which needs half as much again."""
+
+    stepped: bool = False
+    paper_cases: bool = False
+
+
 @dataclass(frozen=True)
 class Prepared:
-    """outline: the object, its images of the right size but without pixels; first, count: see `Grids`; bytes: that it
+    """outline: the object, its images of the right size but without pixels; first, count, error: see `Grids`; bytes: it
     takes on the GPU; load: its grids and pages. Raises OSError where the file that holds them has gone."""
 
     outline: BakedObject
     first: NDArray[np.int64]
     count: NDArray[np.int64]
+    error: NDArray[np.floating]
     bytes: int
     load: Callable[[], tuple[Grids, Pages]]
 
@@ -41,18 +51,18 @@ def as_drawn(baked: BakedObject) -> BakedObject:
     return baked if baked.meso is None else baked.without_flanks()
 
 
-def prepare(baked: BakedObject, paper_cases: bool) -> Prepared:
+def prepare(baked: BakedObject, form: Form) -> Prepared:
     """Builds the grids and pages of `baked`."""
     baked = as_drawn(baked)
-    grids = build_grids(baked, paper_cases)
+    grids = build_grids(baked, form.paper_cases) if form.stepped else build_levels(baked)
     pages = build_pages(baked, grids)
     size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + int(_MIP_MAPS * pages.texels.nbytes)
-    return Prepared(_outline(baked), grids.first, grids.count, size, lambda: (grids, pages))
+    return Prepared(_outline(baked), grids.first, grids.count, grids.error, size, lambda: (grids, pages))
 
 
-def find_prepared(key: str, paper_cases: bool) -> tuple[Prepared, ...] | None:
+def find_prepared(key: str, form: Form) -> tuple[Prepared, ...] | None:
     """What `keep_prepared` kept of the model of `key`; None where there is nothing, or not all of it."""
-    path = _file(key, paper_cases)
+    path = _file(key, form)
     try:
         with path.open("rb") as file, np.load(file) as stored:
             headers = json.loads(str(stored["objects"]))
@@ -63,12 +73,12 @@ def find_prepared(key: str, paper_cases: bool) -> tuple[Prepared, ...] | None:
     return found
 
 
-def keep_prepared(key: str, paper_cases: bool, objects: tuple[Prepared, ...]) -> tuple[Prepared, ...]:
+def keep_prepared(key: str, form: Form, objects: tuple[Prepared, ...]) -> tuple[Prepared, ...]:
     """Keeps what was prepared of the model of `key` in the cache folder. The same, which now reads the file.
 
     Raises OSError where that is not possible.
     """
-    path = _file(key, paper_cases)
+    path = _file(key, form)
     arrays: dict[str, Any] = {"objects": json.dumps([_header(each) for each in objects])}
     for number, each in enumerate(objects):
         for part in each.load():
@@ -124,8 +134,8 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: Any) -> 
         tuple(header["position"]),
         tuple(header["rotation"]),
     )
-    first, count = (stored[_column(Grids, number, name)] for name in ("first", "count"))
-    return Prepared(outline, first, count, header["bytes"], partial(_read, path, number))
+    first, count, error = (stored[_column(Grids, number, name)] for name in ("first", "count", "error"))
+    return Prepared(outline, first, count, error, header["bytes"], partial(_read, path, number))
 
 
 def _column(kind: type[Grids | Pages], number: int, name: str) -> str:
@@ -149,8 +159,9 @@ def _read(path: Path, number: int) -> tuple[Grids, Pages]:
     return Grids(**grids), Pages(pages["texels"], colour, pages["table"], rows, last)
 
 
-def _file(key: str, paper_cases: bool) -> Path:
-    return cache_folder() / f"{key}-{_made_by()}{'-paper' if paper_cases else ''}.npz"
+def _file(key: str, form: Form) -> Path:
+    marks = "".join(f"-{name}" for name, is_so in form._asdict().items() if is_so)
+    return cache_folder() / f"{key}-{_made_by()}{marks}.npz"
 
 
 @cache

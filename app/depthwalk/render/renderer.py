@@ -19,6 +19,7 @@ from depthwalk.render.cells import Cells, sort_into_cells
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
+from depthwalk.render.prepared import Form
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
@@ -125,10 +126,12 @@ class Renderer:
 
     def table(self) -> AssetTable:
         """Bounds, cylinders and index ranges of the assets, which are loaded for it."""
-        paper_cases = self.settings.lod.cases == "paper"
-        if self.assets.paper_cases != paper_cases:
+        lod = self.settings.lod
+        stepped = "paper" in (lod.mode, lod.cases) or self.settings.warp.order == "epipole"
+        form = Form(stepped, lod.cases == "paper")
+        if self.assets.form != form:
             self._forget_assets()
-            self.assets.paper_cases, self._table = paper_cases, None
+            self.assets.form, self._table = form, None
         if self._table is None:
             self._table = asset_table(self.objects(), self._library, self.assets)
         return self._table

@@ -1,0 +1,75 @@
+"""Levels by geometric error: ever fewer triangles, as near as they say, that look where the surface is."""
+
+import numpy as np
+import pytest
+
+from depthwalk.bake.images import Face, image_points, square_texel
+from depthwalk.render.coarse_levels import build_levels
+from depthwalk.render.grids import FACE_SHIFT, PAST_AXIS, build_grids
+from depthwalk.render.lod import Case, error_level
+from shapes import bake, box, joined, sphere
+
+
+@pytest.fixture(scope="module")
+def baked():
+    """A ball over a plinth, and a post past the axis of neither."""
+    return bake(joined(sphere(0.5, 96, 48), box(1.6, 0.2, 1.0, (0.3, -0.2, 0.1)), box(0.1, 0.8, 0.1, (0.9, 0.3, 0))))
+
+
+@pytest.fixture(scope="module")
+def levels(baked):
+    return build_levels(baked)
+
+
+def triangles(grids, level):
+    runs = zip(grids.first[level, Case.ALL], grids.count[level, Case.ALL], strict=True)
+    return np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
+
+
+def points(grids):
+    return grids.box_low + grids.vertices[:, :3] * (grids.box_size / 65535)
+
+
+def test_triangles_fall_and_errors_rise(levels):
+    counts = [len(triangles(levels, level)) for level in range(len(levels.error))]
+    assert len(counts) > 6 and counts[-1] < 100
+    assert (np.diff(counts) < 0).all()
+    assert levels.error[0] == 0 and (np.diff(levels.error) >= 0).all()
+
+
+def test_the_finest_is_that_of_the_grids(baked, levels):
+    grids = build_grids(baked)
+    assert np.array_equal(points(levels)[triangles(levels, 0)], points(grids)[triangles(grids, 0)])
+
+
+def test_a_ball_is_as_far_off_as_said(baked, levels):
+    """Middles of triangles on the upper half of the ball are within the error, but for the share that it leaves out."""
+    for level in range(2, len(levels.error)):
+        corners = points(levels)[triangles(levels, level)]
+        above = corners[corners[..., 1].min(1) > corners[..., 1].max() - 0.5]
+        centre = np.array([0, 0.5, 0]) - np.asarray(baked.position)
+        off = np.abs(np.linalg.norm(above.mean(1) - centre, axis=1) - 0.5)
+        assert np.median(off) <= levels.error[level] + 0.2 * square_texel(baked), level
+
+
+def test_triangles_look_into_images_that_hold_them(baked, levels):
+    point = points(levels)
+    last = triangles(levels, 3)
+    flags = levels.vertices[last, 3]
+    assert (flags == flags[:, :1]).all()
+    sampled = {
+        (image.face << FACE_SHIFT) + image.layer: image_points(baked.cylinder, image)[np.isfinite(image.depth)]
+        for image in baked.images
+    }
+    near = 0
+    for number, middle in zip(flags[:, 0] & PAST_AXIS - 1, point[last].mean(1), strict=True):
+        near += np.linalg.norm(sampled[int(number)] - middle, axis=1).min() < 3 * square_texel(baked)
+    assert near > 0.95 * len(last)
+    assert len({number >> FACE_SHIFT for number in sampled} & set((flags & PAST_AXIS - 1).ravel() >> FACE_SHIFT)) >= 3
+    assert Face.SIDE in set((flags & PAST_AXIS - 1).ravel() >> FACE_SHIFT)
+
+
+@pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.09, 0), (0.1, 1), (0.5, 2), (100.0, 2)])
+def test_the_coarsest_level_within_the_error_is_drawn(allowed, level):
+    error = np.array([[0.0, 0.1, 0.4, np.inf]])
+    assert error_level(error, np.array([allowed]))[0] == level
