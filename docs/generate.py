@@ -62,8 +62,8 @@ A walk for `--path`. `smooth` passes a Catmull–Rom curve through the keyframes
 _PARAMETERS = """# Passes and their parameters
 
 A frame is these passes, in this order; [architecture](architecture.md) says what a pass is and how to add one. The
-timers also name what the CPU does before: `cull` finds what is in sight, `upload` brings its assets to the GPU, `plan`
-decides what each pass draws.
+timers also name what the CPU does: `cull` finds what is in sight, `upload` brings its assets to the GPU, `plan` decides
+what each pass draws, `occlusion` leaves out what is hidden behind what was drawn.
 
 """
 _DECLARED = """

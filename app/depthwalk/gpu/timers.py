@@ -13,7 +13,7 @@ _FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, w
 
 
 class PassTimers:
-    """Milliseconds per named pass of the newest frame whose times are known.
+    """Milliseconds per named pass of the newest frame whose times are known; of what a frame does repeatedly, the sum.
 
     kind: "gpu" (timer queries) or "finish" (the pipeline is drained around each pass, so the sum is the frame).
     """
@@ -59,11 +59,12 @@ class PassTimers:
             self._publish()
 
     def _publish(self) -> None:
-        times = {}
+        times: dict[str, float] = {}
         for name, value in self._pending.popleft():
             if isinstance(value, float):
-                times[name] = value
+                spent = value
             else:
-                times[name] = value.elapsed / 1e6
+                spent = value.elapsed / 1e6
                 self._spare.append(value)
+            times[name] = times.get(name, 0.0) + spent
         self.milliseconds = times

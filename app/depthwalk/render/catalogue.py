@@ -85,7 +85,8 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     count = len(store)
     numbers = {name: np.zeros(count) for name in ("radius", "bottom", "top", "half_width", "half_depth")}
     has_side = np.zeros(count, bool)
-    texel, reach, centre = np.ones(count), np.zeros(count), np.zeros((count, 3))
+    texel, centre = np.ones(count), np.zeros((count, 3))
+    reach, half_height, girth = np.zeros((3, count))
     levels = np.zeros(count, np.int64)
     thinned = np.isin(np.arange(count), objects.asset[objects.representation == Representation.MESH_LOD])
     details: dict[int, tuple[MeshLevel, ...]] = {}
@@ -97,6 +98,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
             if mesh is not None:
                 centre[number], reach[number] = _mesh_sphere(mesh)
                 details[number] = library.mesh_levels(number) if thinned[number] else (MeshLevel(mesh, 0.0),)
+                half_height[number], girth[number] = _mesh_cylinder(details[number], centre[number])
             continue
         prepared = store.prepared(number)
         baked = prepared.outline
@@ -107,7 +109,8 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         levels[number] = len(prepared.error) - 1
         runs[number] = prepared.first, prepared.count
         errors[number] = prepared.error
-        centre[number], reach[number] = _bounding_sphere(baked)
+        centre[number], half_height[number], girth[number] = _bounding_cylinder(baked)
+        reach[number] = np.hypot(half_height[number], girth[number])
     most = max((first.shape[0] for first, _ in runs.values()), default=1)
     index_first = np.zeros((count, most, len(Case), RUNS_PER_CASE), np.int64)
     index_count = np.zeros_like(index_first)
@@ -117,17 +120,9 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         error[number, : len(first)] = errors[number]
     triangles = index_count[:, :, Case.ALL].sum(-1) // 3
     volumes = Volumes(**numbers, has_side=has_side)
+    bounds = centre, reach, half_height, girth
     return AssetTable(
-        volumes,
-        texel,
-        levels,
-        centre,
-        reach,
-        index_first,
-        index_count,
-        triangles,
-        error,
-        *_mesh_details(count, details),
+        volumes, texel, levels, *bounds, index_first, index_count, triangles, error, *_mesh_details(count, details)
     )
 
 
@@ -143,13 +138,21 @@ def _mesh_details(
     return error, triangles
 
 
-def _bounding_sphere(baked: BakedObject) -> tuple[NDArray[np.float64], float]:
+def _bounding_cylinder(baked: BakedObject) -> tuple[NDArray[np.float64], float, float]:
+    """Its centre (3,), half its height and its radius."""
     cylinder = baked.cylinder
     corner = min(cylinder.radius, float(np.hypot(cylinder.half_width, cylinder.half_depth)))
-    return np.array([0, (cylinder.bottom + cylinder.top) / 2, 0]), float(np.hypot(corner, cylinder.height / 2))
+    return np.array([0, (cylinder.bottom + cylinder.top) / 2, 0]), cylinder.height / 2, corner
 
 
 def _mesh_sphere(mesh: Mesh) -> tuple[NDArray[np.float64], float]:
     low, high = mesh.bounds
     middle = np.asarray((low + high) / 2, np.float64)
     return middle, float(np.linalg.norm(mesh.positions - middle, axis=1).max())
+
+
+def _mesh_cylinder(levels: tuple[MeshLevel, ...], centre: NDArray[np.float64]) -> tuple[float, float]:
+    """Half the height and the radius of the upright cylinder about `centre` (3,) that holds all levels: simplified
+    surfaces may lie outside the mesh."""
+    x, y, z = np.abs(np.concatenate([level.mesh.positions for level in levels]) - centre).T
+    return float(y.max()), float(np.hypot(x, z).max())

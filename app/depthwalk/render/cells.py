@@ -24,6 +24,7 @@ class CullingParams(Params):
     min_pixels: float = param(
         0.5, "Objects are left out whose bounding sphere is smaller across than this", unit="pixels", ge=0, le=64
     )
+    occlusion: bool = param(True, "Objects hidden behind others are left out")
 
 
 @dataclass(frozen=True)

@@ -39,10 +39,12 @@ class Pass(ABC):
     """One stage of a frame. Its name is that of its module, shader folder, timer, panel section and parameter group.
 
     A pass owns what it creates through `self.gl`, draws into `writes` what it computes from `reads` (names of
-    targets), and leaves GL state as `Renderer` documents it.
+    targets), and leaves GL state as `Renderer` documents it. One that `draws_objects` draws those of `frame.plan`, once
+    for each round of objects; others draw once.
     """
 
     name: ClassVar[str]
+    draws_objects: ClassVar[bool] = False
     reads: ClassVar[tuple[str, ...]] = ()
     writes: ClassVar[tuple[str, ...]] = ()
     Params: ClassVar[type[Params]] = Params

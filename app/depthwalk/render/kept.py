@@ -79,6 +79,11 @@ class TileCache:
         return self._row[objects]
 
     @property
+    def shown_lately(self) -> int:
+        """How many of the tiles the present frame has shown."""
+        return int((self.tiles.seen == self.frame).sum())
+
+    @property
     def used(self) -> float:
         """Part of the atlas that has slots."""
         return 1 - self._atlas.free_texels / (self.atlas_size[0] * self.atlas_size[1])

@@ -4,7 +4,8 @@
 that the shaders read. No GL here.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -30,14 +31,22 @@ from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 Array = NDArray[np.floating]
 
+_OF_ROUNDS: dict[str, Any] = {  # how the counts of a frame's rounds make its own; others are added up
+    "objects": max,
+    "atlas_used": max,
+    "tile_resolution": min,
+    "tile_error": max,
+}
+
 
 @dataclass(frozen=True)
 class AssetTable:
     """What the plan must know of each of a meshes and depth objects; arrays (a,) unless said otherwise.
 
     volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
-    sphere about the asset's own centre, object frame; index_first, index_count: (a, levels, cases, runs), see Grids;
-    triangles: (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; mesh_error,
+    sphere about the asset's own centre, object frame; half_height, girth: half the height and the radius of an upright
+    cylinder about it that holds all; index_first, index_count: (a, levels, cases, runs), see Grids; triangles:
+    (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; mesh_error,
     mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0 where a mesh has no such level.
     """
 
@@ -46,6 +55,8 @@ class AssetTable:
     levels: NDArray[np.int64]
     centre: Array
     reach: Array
+    half_height: Array
+    girth: Array
     index_first: NDArray[np.int64]
     index_count: NDArray[np.int64]
     triangles: NDArray[np.int64]
@@ -74,6 +85,14 @@ class Drawing:
     records: NDArray[np.void]
     groups: list[Group] = field(default_factory=list)
 
+    @classmethod
+    def joined(cls, drawings: list["Drawing"]) -> "Drawing":
+        """One after the other."""
+        starts = np.cumsum([0] + [len(each.records) for each in drawings]).tolist()
+        pairs = zip(starts, drawings, strict=False)
+        groups = [replace(group, first=start + group.first) for start, each in pairs for group in each.groups]
+        return cls(np.concatenate([each.records for each in drawings]), groups)
+
 
 @dataclass
 class FramePlan:
@@ -86,6 +105,21 @@ class FramePlan:
     mesh: Drawing
     cleared: NDArray[np.integer]
     counts: dict[str, int | float]
+
+    @classmethod
+    def joined(cls, rounds: list["FramePlan"]) -> "FramePlan":
+        """All that the rounds of a frame draw."""
+        if len(rounds) == 1:
+            return rounds[0]
+        drawings = {
+            name: Drawing.joined([getattr(each, name) for each in rounds])
+            for name in ("warp", "composite", "dmesh", "mesh")
+        }
+        counts: dict[str, int | float] = {}
+        for each in rounds:
+            for name, count in each.counts.items():
+                counts[name] = _OF_ROUNDS.get(name, add)(counts[name], count) if name in counts else count
+        return cls(**drawings, cleared=np.concatenate([each.cleared for each in rounds]), counts=counts)
 
 
 class Planner:
@@ -108,8 +142,10 @@ class Planner:
         layout: TileParams,
         polygons: MeshLodParams,
         atlas_size: tuple[int, int],
+        goes_on: bool = False,
     ) -> FramePlan:
-        """The frame that shows the objects `visible` (m,), nearest first, of all `objects`."""
+        """The frame that shows the objects `visible` (m,), nearest first, of all `objects`; or where it `goes_on`, its
+        next round, when the one before is drawn."""
         self._forget_if_changed(view, objects, table, lod, layout, atlas_size)
         placed, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
@@ -131,7 +167,7 @@ class Planner:
         triangles = table.triangles[placed.asset[imaged], level[imaged]]
         parts = placed.take(imaged), spheres.take(imaged), volumes.take(usable)
         shown = Shown(visible[imaged], *parts, viewer[imaged], level[imaged], case[imaged], triangles)
-        work = self._tiles.plan(view, shown, layout)
+        work = self._tiles.plan(view, shown, layout, goes_on)
 
         anew = shown.take(work.anew)
         order = np.lexsort((~work.whole, anew.case, anew.level, anew.objects.asset))
@@ -243,6 +279,7 @@ def _counts(
     warped = sum(group.count * length for group in warp.groups + dmesh.groups for _, length in group.indices) // 3
     drawn: dict[str, int | float] = {
         "objects": total,
+        "occluded": 0,
         "dpci": len(composite.records),
         "dmesh": len(dmesh.records),
         "mesh": len(mesh.records),

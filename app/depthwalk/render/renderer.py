@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
+from depthwalk.render.ageing import HARDEST
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import Bounds, depth_range, object_bounds
 from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
 from depthwalk.render.cells import Cells, sort_into_cells
+from depthwalk.render.depth_cells import DepthCells
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.occlusion import FIRST_ROUND, cylinders, growth, hidden, outlines
 from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
 from depthwalk.render.prepared import Form
@@ -37,6 +40,7 @@ class Renderer:
         self.assets.before_release = self._forget_arrays
         self.upload_seconds: float | None = None  # of a frame, see `AssetStore.stream`
         self.targets: Targets | None = None
+        self._depth_cells: DepthCells | None = None  # of the size of `targets`, from when there is something to cull
         self.passes: list[Pass] = []
         try:
             self.passes += (make(device) for make in PASSES)
@@ -57,28 +61,61 @@ class Renderer:
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
         """Draws what `view` sees of the scene into `screen`, which has the view's size."""
         targets, settings = self._targets(view.size), self.settings
-        table, objects, bounds, cells = self.table(), self.objects(), self.bounds(), self._sorted()
+        self.table()  # loads what is not loaded yet
+        bounds, cells = self.bounds(), self._sorted()
         with self.timers.measure_cpu("cull"):
             visible, forward = cells.visible(view, bounds, settings.culling.min_pixels)
             view = self._fitted(view, forward, bounds.reach[visible])
         with self.timers.measure_cpu("upload"):
-            visible = self._uploaded(objects.asset, visible)
-        with self.timers.measure_cpu("plan"):
-            plan = self._planner.plan(
-                view, objects, bounds, visible, table, settings.lod, settings.warp, settings.mesh, targets.atlas_size
-            )
-        plan.counts["assets"] = self.assets.depth_count
-        plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
-        self.plan, self.view = plan, view
+            visible = self._uploaded(self.objects().asset, visible)
         targets.gbuffer.use()
         targets.gbuffer.clear(depth=1.0)
-        frame = Frame(
-            view, plan, settings, self.scene.environment, self.assets, targets, screen, transparent=transparent
-        )
-        for each in self.passes:
-            with self.timers.measure(each.name):
-                each.draw(frame)
+        rounds: list[FramePlan] = []
+        left, size = visible, FIRST_ROUND if settings.culling.occlusion else len(visible)
+        while not rounds or len(left):
+            rounds.append(self._plan(view, left[:size], goes_on=bool(rounds)))
+            environment = self.scene.environment
+            frame = Frame(view, rounds[-1], settings, environment, self.assets, targets, screen, transparent)
+            self._draw(frame, objects=True)
+            left = left[size:]
+            if len(left):
+                with self.timers.measure_cpu("occlusion"):
+                    unseen = self._hidden(view, left)
+                rounds[-1].counts["occluded"] = int(unseen.sum())
+                size *= growth(unseen)
+                left = left[~unseen]
+        self._draw(frame, objects=False)
         self.timers.end_frame()
+        self.plan, self.view = FramePlan.joined(rounds), view
+        self.plan.counts["assets"] = self.assets.depth_count
+        self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
+
+    def _plan(self, view: View, rows: NDArray[np.integer], goes_on: bool) -> FramePlan:
+        """Of a round that draws the objects `rows` (n,)."""
+        table, objects, bounds, settings = self.table(), self.objects(), self.bounds(), self.settings
+        groups = settings.lod, settings.warp, settings.mesh
+        with self.timers.measure_cpu("plan"):
+            return self._planner.plan(
+                view, objects, bounds, rows, table, *groups, self._targets(view.size).atlas_size, goes_on
+            )
+
+    def _draw(self, frame: Frame, objects: bool) -> None:
+        """Runs the passes that draw objects, or those that do not."""
+        for each in self.passes:
+            if each.draws_objects == objects:
+                with self.timers.measure(each.name):
+                    each.draw(frame)
+
+    def _hidden(self, view: View, rows: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """Which (n,) of the objects `rows` (n,) are hidden behind what is drawn so far."""
+        warp, table = self.settings.warp, self.table()
+        if self._depth_cells is None:
+            self._depth_cells = DepthCells(self.device, view.size)
+        farthest = self._depth_cells.read(self._targets(view.size))
+        held = cylinders(self.objects().take(rows), self.bounds().centre[rows], table.half_height, table.girth)
+        # Tiles may be coarser than pixels; kept ones show their object as far off as they may be.
+        margin = max(1, 1 / warp.tile_scale) + HARDEST * warp.reuse_error
+        return hidden(outlines(view, held, margin), farthest, self._depth_cells.side)
 
     def objects(self) -> Objects:
         """The scene's objects as they are drawn, by the representation asked for: a row for each part of their depth
@@ -183,13 +220,17 @@ class Renderer:
         self._forget_assets()
         for each in self.passes:
             each.release()
-        if self.targets is not None:
-            self.targets.release()
+        self._release_targets()
+
+    def _release_targets(self) -> None:
+        for each in (self.targets, self._depth_cells):
+            if each is not None:
+                each.release()
+        self.targets = self._depth_cells = None
 
     def _targets(self, size: tuple[int, int]) -> Targets:
         if self.targets is None or self.targets.size != size:
-            if self.targets is not None:
-                self.targets.release()
+            self._release_targets()
             self.targets = Targets(self.device, size)
             for each in self.passes:
                 each.resize(size)

@@ -18,7 +18,7 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
-_MOST_ANEW = 0.5  # where more of the tiles must be warped, all are, and packed tightly: a cut
+_MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all is, and packed tightly: a cut
 
 
 @dataclass(frozen=True)
@@ -76,21 +76,28 @@ class TilePlanner:
 
     def __init__(self) -> None:
         self._cache = TileCache()
+        self._budget = 0  # triangles left to this frame
 
     def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
         """Starts with an empty atlas of that size, for as many objects."""
         self._cache = TileCache(objects, atlas_size)
 
-    def plan(self, view: View, shown: Shown, layout: TileParams) -> TileWork:
-        """What to warp and to draw for the view, of objects that have a plane each."""
+    def plan(self, view: View, shown: Shown, layout: TileParams, goes_on: bool = False) -> TileWork:
+        """What to warp and to draw for the view, of objects that have a plane each. goes_on: they join what was drawn
+        of the frame before."""
         cache = self._cache
-        cache.frame += 1
+        lately = cache.shown_lately
+        if not goes_on:
+            cache.frame += 1
+            self._budget = layout.budget
         error = self._errors(view, shown, layout)
-        stale = due(error, shown.triangles, layout.budget)
-        if stale.sum() > _MOST_ANEW * len(shown):
+        stale = due(error, shown.triangles, self._budget)
+        cut = not layout.reuse_error or (not goes_on and stale.sum() > _MOST_ANEW * max(len(shown), lately))
+        if cut:
             stale[:] = True
+        self._budget -= int(shown.triangles[stale].sum())
         placed = _place(view, shown, np.flatnonzero(stale), layout, min(cache.atlas_size))
-        found = None if len(shown) and stale.all() else cache.allocate(shown.row[placed.number], placed.tiles.size)
+        found = None if cut else cache.allocate(shown.row[placed.number], placed.tiles.size)
         if found is None:
             if not stale.all():
                 stale[:] = True

@@ -120,6 +120,7 @@ def _draw_counts(state: State) -> None:
         "counts",
         [
             ("objects", f"{counts['objects']:,}"),
+            ("occluded", f"{counts['occluded']:,}"),
             ("drawn", _lines(kinds)),
             ("case", _lines(cases)),
             ("step", _lines([f"{step} on {count:,}" for step, count in sorted(steps)])),

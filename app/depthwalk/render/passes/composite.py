@@ -25,6 +25,7 @@ class CompositeParams(Params):
 
 class CompositePass(Pass):
     name = "composite"
+    draws_objects = True
     reads = ("atlas",)
     writes = ("gbuffer",)
     Params: ClassVar[type[Params]] = CompositeParams

@@ -12,6 +12,7 @@ from depthwalk.render.view import matrix_bytes
 
 class DmeshPass(Pass):
     name = "dmesh"
+    draws_objects = True
     writes = ("gbuffer",)
 
     def setup(self) -> None:

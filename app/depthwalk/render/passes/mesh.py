@@ -20,6 +20,7 @@ class MeshParams(MeshLodParams):
 
 class MeshPass(Pass):
     name = "mesh"
+    draws_objects = True
     writes = ("gbuffer",)
     Params: ClassVar[type[Params]] = MeshParams
 

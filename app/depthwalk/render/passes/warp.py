@@ -30,6 +30,7 @@ class WarpParams(TileParams):
 
 class WarpPass(Pass):
     name = "warp"
+    draws_objects = True
     writes = ("atlas",)
     Params: ClassVar[type[Params]] = WarpParams
 

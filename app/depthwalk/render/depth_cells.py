@@ -1,0 +1,43 @@
+"""The depth buffer in cells, brought back to the CPU."""
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.program import Program
+from depthwalk.render.targets import Targets
+
+MOST_CELLS = 1 << 19  # 2 × 2 pixels at 1920 × 1080: rows of objects a few pixels high must hide each other
+
+
+class DepthCells:
+    """Reduces the G-buffer's depth by its maximum, so that what is hidden behind a cell is hidden behind its pixels."""
+
+    def __init__(self, device: Device, size: tuple[int, int]) -> None:
+        self.gl = device.scope("occlusion")
+        self.side = cell_side(size)
+        cells = -(-size[0] // self.side), -(-size[1] // self.side)
+        self._program = Program(self.gl, "common/fullscreen.vert", "occlusion/farthest.frag")
+        self._array = self.gl.vertex_array(self._program.gl, [])
+        self._texture = self.gl.texture(cells, 1, "f4")
+        self._framebuffer = self.gl.framebuffer([self._texture])
+
+    def read(self, targets: Targets) -> NDArray[np.float32]:
+        """The farthest depth (rows, columns) in cells of `side` × `side` pixels, 0 to 1, row 0 at the bottom. Waits
+        until what was drawn so far is drawn."""
+        self._framebuffer.use()
+        self.gl.device.context.enable_only(moderngl.NOTHING)
+        targets.depth.use(0)
+        self._program.set(depth_texture=0, side=self.side)
+        self._array.render(moderngl.TRIANGLES, vertices=3)
+        width, height = self._texture.size
+        return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
+
+    def release(self) -> None:
+        self.gl.release()
+
+
+def cell_side(size: tuple[int, int]) -> int:
+    """Pixels along a cell of a picture of `size` (width, height): an even number, for the shader gathers 2 × 2."""
+    return 2 * int(np.ceil(np.sqrt(size[0] * size[1] / MOST_CELLS) / 2))
