@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from depthwalk.render.kept import KeptTiles
 from depthwalk.render.planes import GUARD
-from depthwalk.render.rotation import conjugate, rotate
+from depthwalk.render.rotation import matrices
 from depthwalk.render.view import View
 
 Array = NDArray[np.floating]
@@ -58,7 +58,7 @@ def held(tiles: KeptTiles, view: View, rotation: Array, viewer: Array, forward: 
     viewer: (n, 3), object frame; forward: (n, 2), least and greatest distance of each object along the view axis, in
     its own metres. The corners of the view's frustum between them must lie within the tile's.
     """
-    axes = rotate(conjugate(rotation)[:, None], view.axes[None])
+    axes = view.axes @ matrices(rotation)
     tan_x, tan_y = view.half_extent
     rays = np.array([[x * tan_x, y * tan_y, 1.0] for x in (-1, 1) for y in (-1, 1)]) @ axes  # (n, 4, 3)
     corners = np.concatenate([rays * forward[:, :1, None], rays * forward[:, 1:, None]], 1)
@@ -69,7 +69,7 @@ def held(tiles: KeptTiles, view: View, rotation: Array, viewer: Array, forward: 
 
 def frustum_rows(view: View, rotation: Array) -> Array:
     """`KeptTiles.frustum` (n, 3, 3) of tiles cut to what is `MARGIN` times the view's width and height."""
-    axes = rotate(conjugate(rotation)[:, None], view.axes[None])
+    axes = view.axes @ matrices(rotation)
     tan_x, tan_y = (t * MARGIN / GUARD for t in view.half_extent)
     return axes / np.array([tan_x, tan_y, 1.0])[:, None]
 

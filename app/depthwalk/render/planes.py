@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import Face
-from depthwalk.render.rotation import conjugate, rotate
+from depthwalk.render.rotation import conjugate, matrices, rotate
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Takes
 
@@ -145,51 +145,61 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = 
     The seen part is a convex polygon: its corners are corners of the rectangle, crossings of an edge with a side of
     the frustum, or the frustum's own corner rays. Its bounding box is kept.
     """
-    axes = rotate(conjugate(rotation)[:, None], view.axes[None])  # (n, 3, 3) right, up, forward in the object frame
+    axes = view.axes @ matrices(rotation)  # (n, 3, 3) right, up, forward in the object frame
     camera = axes @ np.stack([planes.right, planes.up, planes.normal], -1)
     tan_x, tan_y = (guard * t for t in view.half_extent)
-    right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
-    sides = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
-    lines = sides.copy()  # (n, 4, 3): line · (s, v, 1) is positive inside
-    lines[..., 2] *= -planes.distance[:, None]
-
     low, high = planes.low, planes.high
     corners = np.stack([np.stack([s[:, 0], v[:, 1]], -1) for s in (low, high) for v in (low, high)], 1)  # (n, 4, 2)
-    whole = np.asarray((_evaluate(lines, corners) >= 0).all((1, 2)))
+    seen_at = _in_camera(camera, planes.distance, corners)
+    x, y, forward = seen_at
+    whole = ((np.abs(x) <= tan_x * forward) & (np.abs(y) <= tan_y * forward)).all(1)
     visible = whole.copy()
-    pixel_low, pixel_high = _pixel_bounds(view, guard, camera, planes.distance, corners, whole[:, None].repeat(4, 1))
+    pixel_low, pixel_high = _pixel_bounds(view, guard, seen_at, whole[:, None])
     cut = np.flatnonzero(~whole)
     if len(cut):
-        crossings = _edge_crossings(lines[cut], low[cut], high[cut])
+        lines = _side_lines(camera[cut], planes.distance[cut], tan_x, tan_y)
+        crossings = _edge_crossings(lines, low[cut], high[cut])
         rays = _corner_rays(camera[cut], planes.distance[cut], tan_x, tan_y)
         candidates = np.concatenate([corners[cut], crossings, rays], 1)
         slack = 1e-6 * (high - low)[cut][:, None] + 1e-12
         inside = ((candidates >= low[cut][:, None] - slack) & (candidates <= high[cut][:, None] + slack)).all(-1)
-        scale = np.abs(lines[cut]).max(-1)[:, None] + 1e-12
-        inside &= (
-            _evaluate(lines[cut], candidates) >= -1e-6 * scale * (1 + np.abs(candidates).sum(-1))[..., None]
-        ).all(-1)
+        scale = np.abs(lines).max(-1)[:, None] + 1e-12
+        inside &= (_evaluate(lines, candidates) >= -1e-6 * scale * (1 + np.abs(candidates).sum(-1))[..., None]).all(-1)
         low, high = low.copy(), high.copy()
         low[cut] = np.where(inside[..., None], candidates, np.inf).min(1)
         high[cut] = np.where(inside[..., None], candidates, -np.inf).max(1)
         visible[cut] = (high[cut] > low[cut]).all(-1)
-        pixel_low[cut], pixel_high[cut] = _pixel_bounds(
-            view, guard, camera[cut], planes.distance[cut], candidates, inside
-        )
+        seen_at = _in_camera(camera[cut], planes.distance[cut], candidates)
+        pixel_low[cut], pixel_high[cut] = _pixel_bounds(view, guard, seen_at, inside)
     return replace(planes, low=low, high=high), Seen(camera, visible, whole, pixel_low, pixel_high)
 
 
-def _pixel_bounds(
-    view: View, guard: float, camera: Array, distance: Array, points: Array, valid: NDArray[np.bool_]
-) -> tuple[Array, Array]:
-    """Bounds (n, 2) on the screen, widened by the guard at most, of the `valid` ones of the plane points (n, k, 2)."""
-    behind = np.broadcast_to(-distance[:, None, None], (*points.shape[:2], 1))
-    x, y, z = np.moveaxis(np.concatenate([points, behind], -1) @ np.swapaxes(camera, 1, 2), -1, 0)
+def _in_camera(camera: Array, distance: Array, points: Array) -> Array:
+    """Camera coordinates (3, n, k), right, up and forward, of plane points (n, k, 2)."""
+    s, v = points[..., 0], points[..., 1]
+    rows = camera.transpose(1, 2, 0)[..., None]
+    return np.stack([along * s + across * v - toward * distance[:, None] for along, across, toward in rows])
+
+
+def _pixel_bounds(view: View, guard: float, points: Array, valid: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Bounds (n, 2) on the screen, widened by the guard at most, of the `valid` ones of points (3, n, k), camera
+    coordinates; valid: (n, k) or (n, 1)."""
+    x, y, z = points
     z = np.maximum(z, 1e-9)
-    pixels = np.stack([x / z / view.half_extent[0], y / z / view.half_extent[1]], -1)
-    pixels = (np.clip(pixels, -guard, guard) + 1) / 2 * np.asarray(view.size)
-    low = np.where(valid[..., None], pixels, np.inf).min(1)
-    return low, np.where(valid[..., None], pixels, -np.inf).max(1)
+    low, high = [], []
+    for position, tangent, size in zip((x, y), view.half_extent, view.size, strict=True):
+        pixels = (np.clip(position / (tangent * z), -guard, guard) + 1) / 2 * size
+        low.append(np.where(valid, pixels, np.inf).min(1))
+        high.append(np.where(valid, pixels, -np.inf).max(1))
+    return np.stack(low, -1), np.stack(high, -1)
+
+
+def _side_lines(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
+    """Where the frustum's four sides cut the planes: lines (n, 4, 3), line · (s, v, 1) is positive inside."""
+    right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
+    lines = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
+    lines[..., 2] *= -distance[:, None]
+    return lines
 
 
 def _evaluate(lines: Array, points: Array) -> Array:
