@@ -1,5 +1,6 @@
 // Colour and normal of a depth-image object at a point of its surface. Geometry comes from the warp; shading is looked
 // up here at full resolution, whatever the grid's step was.
+// MESO: the object has meso-structure.
 #include "common/meso.glsl"
 #include "common/pages.glsl"
 uniform float texels[7];                // per metre, on each face
@@ -36,8 +37,9 @@ void sample_border(vec2 at, float depth, float texel, out vec4 albedo, out vec3 
 Surface surface_at(vec3 p, int image, float footprint) {
     bool border = (image & (EDGE | BORDER)) != 0;
     int face = face_of(image);
-    Meso meso;
-    if (meso_height > 0.0) meso = meso_at(p, image, footprint);
+#ifdef MESO
+    Meso meso = meso_at(p, image, footprint);
+#endif
     vec3 position = image_position(p, image);
     float lod = max(log2(footprint * texels[face]), 0.0);
     if (face == SIDE) position.x = fract(position.x);
@@ -45,7 +47,10 @@ Surface surface_at(vec3 p, int image, float footprint) {
     vec4 albedo;
     vec3 normal;
     if (border && lod < 1.0) {
-        float depth = position.z - (meso_height > 0.0 ? meso.depth : 0.0);
+        float depth = position.z;
+#ifdef MESO
+        depth -= meso.depth;
+#endif
         float reach = face_reach(face);
         sample_border(place.xy, depth / reach, 1.0 / (reach * texels[face]), albedo, normal);
     } else {
@@ -53,6 +58,8 @@ Surface surface_at(vec3 p, int image, float footprint) {
         normal = page_texel(place, NORMALS).xyz * 2.0 - 1.0;
     }
     normal /= max(length(normal), 1e-6);
-    if (meso_height > 0.0) normal = normalize(normal + max(dot(normal, meso.outward), 0.0) * meso.gradient);
+#ifdef MESO
+    normal = normalize(normal + max(dot(normal, meso.outward), 0.0) * meso.gradient);
+#endif
     return Surface(albedo.rgb * albedo.rgb, albedo.a, normal);
 }

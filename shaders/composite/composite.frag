@@ -1,53 +1,74 @@
 // The surface point behind a pixel of the rectangle is P = C + (X − C) / λ, for the viewer that the tile was warped for;
 // its depth makes objects, meshes and effects meet correctly (Liu et al. 2007, §2.2: Z_t = D_t + depth). Where the viewer has
 // moved since, see composite.vert: λ is looked for along the present ray, P lies on that ray at the depth that λ stands for.
-#include "common/rotation.glsl"
-#include "common/gbuffer.glsl"
-#include "common/depth_images.glsl"
+// What is in front in the end is shaded by the pass `shade`.
+//
+// ALIGNED: the tile's texels are the picture's pixels. Then w is the plane's distance along the view axis, so λ/w is 1 over
+// the surface's: its depth is affine in what the tile stores, and there is nothing to resample.
+#include "common/visible.glsl"
 
 uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
 uniform usampler2D atlas_owner;
-uniform mat4 clip_from_eye;
-uniform float pixel_angle;          // metres a pixel covers at one metre
-uniform int show_tiles;             // the panel's view of the intermediate images
-uniform int steps;                  // of the search for λ, where the viewer has moved
+uniform vec2 depth_from_inverse;    // depth buffer = x − y / distance along the view axis
 
-in vec3 ray;
-in vec3 texel_near;
-in vec3 texel_far;
-flat in vec3 viewer;
-flat in vec4 rotation;
+flat in uint object;
 flat in vec4 tile;
-flat in vec2 scales;
-flat in vec3 parallax;
 
-layout(location = 0) out vec4 out_albedo;
-layout(location = 1) out vec4 out_surface;
+layout(location = 0) out uvec2 visible;
 #ifdef CONSERVATIVE_DEPTH
 layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the plane
 #endif
 
-// Texels are blended where they continue one surface: their λ differs by less than this many pixels' worth, i.e. the
-// surface is less than 8 times as deep as wide.
-const float STEEPEST = 8.0;
+// Stored depths of the texels at `low` + (0,1) (1,1) (1,0) (0,0).
+vec4 four_depths(ivec2 low) {
+#ifdef TEXTURE_GATHER
+    return textureGather(atlas_depth, (vec2(low) + 1.0) / vec2(textureSize(atlas_depth, 0)));
+#else
+    vec4 depth;
+    depth.x = texelFetch(atlas_depth, low + ivec2(0, 1), 0).r;
+    depth.y = texelFetch(atlas_depth, low + ivec2(1, 1), 0).r;
+    depth.z = texelFetch(atlas_depth, low + ivec2(1, 0), 0).r;
+    depth.w = texelFetch(atlas_depth, low, 0).r;
+    return depth;
+#endif
+}
 
 // An empty texel between two that are not is a crack, where one image's samples end and another's begin: what goes on
 // behind it is the farther of the two. Gives its depth and moves `nearest` there, or 1 where there is no crack.
-float across_crack(inout ivec2 nearest) {
-    float filled = 1.0;
-    ivec2 from = nearest;
-    for (int axis = 0; axis < 2; ++axis) {
-        ivec2 aside = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
-        vec2 low = vec2(from - aside), high = vec2(from + aside);
-        if (any(lessThan(low, tile.xy)) || any(greaterThanEqual(high, tile.xy + tile.zw))) continue;
-        float before = texelFetch(atlas_depth, from - aside, 0).r, after = texelFetch(atlas_depth, from + aside, 0).r;
-        if (max(before, after) < filled) {
-            filled = max(before, after);
-            nearest = before > after ? from - aside : from + aside;
-        }
-    }
-    return filled;
+// before, after: the four depths from `nearest` − 1 and from `nearest` on.
+float across_crack(inout ivec2 nearest, vec4 before, vec4 after) {
+    vec2 corner = vec2(nearest) - tile.xy;
+    bvec2 inside = bvec2(corner.x >= 1.0 && corner.x + 2.0 <= tile.z, corner.y >= 1.0 && corner.y + 2.0 <= tile.w);
+    float across = inside.x ? max(before.x, after.z) : 1.0;
+    float along = inside.y ? max(before.z, after.x) : 1.0;
+    if (across <= along) nearest.x += before.x > after.z ? -1 : 1;
+    else nearest.y += before.z > after.x ? -1 : 1;
+    return min(across, along);
 }
+
+#ifdef ALIGNED
+flat in ivec2 texel_from_pixel;
+flat in float nearest_distance;
+
+// 1 over the distance along the view axis, 0 where nothing is; `nearest` is the texel that owns it.
+float inverse_distance(out ivec2 nearest) {
+    nearest = ivec2(gl_FragCoord.xy) + texel_from_pixel;
+    vec4 before = four_depths(nearest - 1), after = four_depths(nearest);
+    float stored = after.w < 1.0 ? after.w : across_crack(nearest, before, after);
+    return (1.0 - stored) / nearest_distance;
+}
+#else
+uniform float pixel_angle;          // metres a pixel covers at one metre
+uniform int steps;                  // of the search for λ, where the viewer has moved
+
+in vec3 texel_near;
+in vec3 texel_far;
+flat in float least;
+flat in vec3 parallax;
+
+// Texels are blended where they continue one surface: their λ differs by less than this many pixels' worth, i.e. the
+// surface is less than 8 times as deep as wide.
+const float STEEPEST = 8.0;
 
 // Stored depth at `texel`, between the four texels around it, 1 outside the silhouette, which runs where half of the
 // weight is on empty texels; `nearest` is the texel that owns the result.
@@ -55,21 +76,13 @@ float tile_depth(vec2 texel, out ivec2 nearest) {
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
     ivec2 low = ivec2(floor(position));
     vec2 f = position - vec2(low);
-    vec4 depth;     // (0,1) (1,1) (1,0) (0,0), the order of textureGather
-#ifdef TEXTURE_GATHER
-    depth = textureGather(atlas_depth, (vec2(low) + 1.0) / vec2(textureSize(atlas_depth, 0)));
-#else
-    depth.x = texelFetch(atlas_depth, low + ivec2(0, 1), 0).r;
-    depth.y = texelFetch(atlas_depth, low + ivec2(1, 1), 0).r;
-    depth.z = texelFetch(atlas_depth, low + ivec2(1, 0), 0).r;
-    depth.w = texelFetch(atlas_depth, low, 0).r;
-#endif
+    vec4 depth = four_depths(low);
     vec4 weight = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
     weight *= vec4(lessThan(depth, vec4(1.0)));
     nearest = low;
     if (dot(weight, vec4(1.0)) < 0.5) {
         nearest = ivec2(floor(position + 0.5));
-        return across_crack(nearest);
+        return across_crack(nearest, four_depths(nearest - 1), four_depths(nearest));
     }
     // The heaviest that is not empty; of equals exactly one.
     vec2 left_right = vec2(max(weight.x, weight.w), max(weight.y, weight.z));
@@ -88,27 +101,26 @@ vec3 surface_texel() {
         ivec2 texel = ivec2(tile.xy + clamp(at.xy / at.z, vec2(0.0), tile.zw - 1.0));
         float stored = texelFetch(atlas_depth, texel, 0).r;
         if (stored == 1.0) break;
-        at = mix(texel_far, texel_near, (1.0 - stored) * at.z / scales.y);
+        at = mix(texel_far, texel_near, (1.0 - stored) * at.z / least);
     }
     return at;
 }
 
-void main() {
-    ivec2 nearest;
-    float scale = scales.x;
+float inverse_distance(out ivec2 nearest) {
     vec3 at = surface_texel();
     vec2 texel = at.xy / at.z;
-    if (any(lessThan(texel, vec2(-1.0))) || any(greaterThan(texel, tile.zw + 1.0))) discard;
-    float depth = tile_depth(tile.xy + texel, nearest);
-    if (depth == 1.0) discard;
-    float lambda = (1.0 - depth) * at.z / scales.y;
-    vec3 from_viewer = ray * (1.0 + parallax.x * (1.0 / lambda - 1.0));
-    vec3 point = viewer + rotate_back(rotation, from_viewer) / scale;
-    int image = int(texelFetch(atlas_owner, nearest, 0).r);
-    Surface surface = surface_at(point, image, length(from_viewer) * pixel_angle / scale);
-    vec4 clip = clip_from_eye * vec4(from_viewer, 1.0);
-    gl_FragDepth = max(0.5 + 0.5 * clip.z / clip.w, gl_FragCoord.z);    // as promised, against rounding
-    out_albedo = encode_albedo(surface.albedo, surface.specular);
-    if (show_tiles != 0) out_albedo = encode_albedo(fract(tile.zwx * vec3(0.013, 0.029, 0.007)), 0.0);
-    out_surface = encode_surface(rotate(rotation, surface.normal), shininess);
+    if (any(lessThan(texel, vec2(-1.0))) || any(greaterThan(texel, tile.zw + 1.0))) return 0.0;
+    float stored = tile_depth(tile.xy + texel, nearest);
+    if (stored == 1.0) return 0.0;
+    float lambda = (1.0 - stored) * at.z / least;
+    return gl_FragCoord.w / (1.0 + parallax.x * (1.0 / lambda - 1.0));      // of X on the plane it is gl_FragCoord.w
+}
+#endif
+
+void main() {
+    ivec2 nearest;
+    float inverse = inverse_distance(nearest);
+    if (inverse == 0.0) discard;
+    visible = visible_from(object, texelFetch(atlas_owner, nearest, 0).r, inverse);
+    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);      // as promised, against rounding
 }

@@ -18,15 +18,21 @@ in vec3 in_to_w;
 in vec4 in_tile;                // x, y, width, height in texels
 in vec4 in_viewer;              // C, object frame; the object's scale
 in vec4 in_rotation;
+in vec2 in_pixel;               // of the picture, where the tile's corner lies, if its texels are the pixels
 
-out vec3 ray;                   // world, from the viewer to the plane
+uniform uint first;             // number of the first object
+
+flat out uint object;
+flat out vec4 tile;
+#ifdef ALIGNED
+flat out ivec2 texel_from_pixel;
+flat out float nearest_distance;    // metres along the view axis, of what is stored as 0
+#else
 out vec3 texel_near;            // homogeneous, of x and of x(∞)
 out vec3 texel_far;
-flat out vec3 viewer;
-flat out vec4 rotation;
-flat out vec4 tile;
-flat out vec2 scales;           // the object's; the tile's least w / λ
+flat out float least;           // w / λ of the tile
 flat out vec3 parallax;         // r; λ in the middle of what may be there; 1 where C is not C0
+#endif
 
 // Where C sees what C0 has at `position`, if its λ is `lambda`.
 vec2 shifted(vec2 position, float lambda, float ratio, vec2 aside) {
@@ -44,15 +50,19 @@ void main() {
     vec2 near = shifted(corner, in_reach.z, ratio, aside), far = shifted(corner, in_reach.w, ratio, aside);
     vec2 place = mix(min(near, far), max(near, far), last);
 
+    vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
+    vec3 to_plane = rotate(in_rotation, direction) * in_viewer.w;
+    gl_Position = clip_from_eye * vec4(to_plane, 1.0);
+    object = first + uint(gl_InstanceID);
+    tile = in_tile;
+#ifdef ALIGNED
+    texel_from_pixel = ivec2(in_tile.xy - in_pixel);
+    nearest_distance = in_origin.w * in_viewer.w;
+#else
     mat3 texel_from_plane = transpose(mat3(in_to_x, in_to_y, in_to_w));
     texel_near = texel_from_plane * vec3(place, 1.0);
     texel_far = texel_from_plane * vec3(ratio * (place - aside), 1.0);
-    vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
-    ray = rotate(in_rotation, direction) * in_viewer.w;
-    viewer = in_viewer.xyz;
-    rotation = in_rotation;
-    tile = in_tile;
-    scales = vec2(in_viewer.w, in_origin.w);
+    least = in_origin.w;
     parallax = vec3(ratio, 0.5 * (in_reach.z + in_reach.w), dot(moved, moved) > 0.0);
-    gl_Position = clip_from_eye * vec4(ray, 1.0);
+#endif
 }

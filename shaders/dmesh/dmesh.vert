@@ -4,28 +4,25 @@
 #include "common/samples.glsl"
 #include "common/displace.glsl"
 uniform mat4 clip_from_eye;
+uniform uint first;      // number of the first object
 
 in uvec4 in_sample;      // position within the box, number of the image
 in vec3 in_origin;      // of the object, world, relative to the viewer
 in vec4 in_rotation;
 in float in_scale;
 
-out vec3 point;         // object frame
-out vec3 from_viewer;   // world
+flat out uint object;
 flat out uint image;
-flat out vec4 rotation;
-flat out float scale;
 
 void main() {
-    point = sample_position(in_sample);
-    if (meso_height > 0.0) {
-        float away = length(in_origin + in_scale * rotate(in_rotation, point)) / in_scale;
-        point = displaced(point, int(sample_image(in_sample)), sample_ease(in_sample), away);
-    }
-    from_viewer = in_origin + in_scale * rotate(in_rotation, point);
+    vec3 point = sample_position(in_sample);
+#ifdef MESO
+    float away = length(in_origin + in_scale * rotate(in_rotation, point)) / in_scale;
+    point = displaced(point, int(sample_image(in_sample)), sample_ease(in_sample), away);
+#endif
+    vec3 from_viewer = in_origin + in_scale * rotate(in_rotation, point);
     image = sample_image(in_sample);
-    rotation = in_rotation;
-    scale = in_scale;
+    object = first + uint(gl_InstanceID);
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
     float farther = 1.0 + in_scale * sample_setback(in_sample) / length(from_viewer);
     vec4 behind = clip_from_eye * vec4(from_viewer * farther, 1.0);

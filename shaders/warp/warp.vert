@@ -19,11 +19,11 @@ out float gl_ClipDistance[4];
 
 void main() {
     vec3 sample_point = sample_position(in_sample);
-    if (meso_height > 0.0) {
-        vec3 viewer = in_right.xyz * in_right.w + in_up.xyz * in_up.w + in_normal.xyz * (in_normal.w + in_depths.x);
-        float away = distance(viewer, sample_point);
-        sample_point = displaced(sample_point, int(sample_image(in_sample)), sample_ease(in_sample), away);
-    }
+#ifdef MESO
+    vec3 viewer = in_right.xyz * in_right.w + in_up.xyz * in_up.w + in_normal.xyz * (in_normal.w + in_depths.x);
+    float away = distance(viewer, sample_point);
+    sample_point = displaced(sample_point, int(sample_image(in_sample)), sample_ease(in_sample), away);
+#endif
     float depth = in_normal.w - dot(in_normal.xyz, sample_point);   // behind the plane
     float lambda = in_depths.x / (in_depths.x + depth);
     vec2 from_epipole = vec2(dot(in_right.xyz, sample_point) - in_right.w, dot(in_up.xyz, sample_point) - in_up.w);

@@ -42,7 +42,7 @@ def test_no_point_is_shown_farther_off_than_the_bound():
     ]
     here = there + moved
     planes = choose_planes(there, volumes)
-    tiles = Tiles(np.tile(np.eye(3), (count, 1, 1)), one, np.ones((count, 2), int))
+    tiles = Tiles(np.tile(np.eye(3), (count, 1, 1)), one, np.ones((count, 2), int), np.zeros((count, 2)))
     records = tile_records(there, planes, depths_behind(planes, volumes), tiles, np.zeros((count, 2), int))
     bound = parallax(records, here, FOCAL)
 

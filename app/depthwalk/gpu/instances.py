@@ -42,6 +42,32 @@ class InstanceStream:
                 )
 
 
+class RecordTexture:
+    """Records that shaders fetch by number, `PER_ROW` to a row of a texture of floats, four to a texel."""
+
+    PER_ROW = 1024
+
+    def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
+        self._scope = scope
+        self._dtype = dtype
+        self._texture = self._make(1)
+
+    def _make(self, rows: int) -> moderngl.Texture:
+        return self._scope.texture((self.PER_ROW * self._dtype.itemsize // 16, rows), 4, "f4")
+
+    def upload(self, records: NDArray[np.void]) -> None:
+        rows = -(-len(records) // self.PER_ROW)
+        if rows > self._texture.height:
+            self._scope.free(self._texture)
+            self._texture = self._make(2 * rows)
+        padded = np.zeros(rows * self.PER_ROW, self._dtype)
+        padded[: len(records)] = records
+        self._texture.write(padded.tobytes(), viewport=(0, 0, self._texture.width, rows))
+
+    def use(self, unit: int) -> None:
+        self._texture.use(unit)
+
+
 class AssetArrays:
     """Vertex arrays of one program over the assets' buffers, by any key, made when first drawn."""
 

@@ -1,12 +1,15 @@
 """GLSL programs from files: includes, correct line numbers in compiler messages, checked uniforms."""
 
 import re
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 import moderngl
 
 from depthwalk.gpu.device import GpuError, Scope
 from depthwalk.resources import shader_root
+
+T = TypeVar("T")
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
@@ -22,7 +25,7 @@ _PREAMBLE = "".join(
 class Source:
     """One shader stage: `#include "common/x.glsl"` is resolved below shaders/, each file at most once."""
 
-    def __init__(self, name: str, preamble: str) -> None:
+    def __init__(self, name: str, preamble: str = "") -> None:
         self.files: list[str] = []
         self.text = f"#version 330 core\n{preamble}{self._expand(name)}"
 
@@ -56,10 +59,14 @@ class Source:
 
 
 class Program:
-    """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
+    """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`.
 
-    def __init__(self, scope: Scope, vertex: str, fragment: str) -> None:
-        stages = Source(vertex, _PREAMBLE), Source(fragment, _PREAMBLE)
+    defines: names that the shaders may ask for by #ifdef.
+    """
+
+    def __init__(self, scope: Scope, vertex: str, fragment: str, defines: Iterable[str] = ()) -> None:
+        preamble = _PREAMBLE + "".join(f"#define {name} 1\n" for name in defines)
+        stages = Source(vertex, preamble), Source(fragment, preamble)
         try:
             self.gl: moderngl.Program = scope.program(stages[0].text, stages[1].text)
         except moderngl.Error as error:
@@ -79,3 +86,15 @@ class Program:
                     uniform.value = value
             elif name not in self._declared:
                 raise KeyError(f"no uniform {name!r} in this program")
+
+
+class Variants(dict[tuple[str, ...], T]):
+    """What is made of a program's variants, by their defines, each when it is first asked for."""
+
+    def __init__(self, make: Callable[[tuple[str, ...]], T]) -> None:
+        super().__init__()
+        self._make = make
+
+    def __missing__(self, defines: tuple[str, ...]) -> T:
+        self[defines] = made = self._make(defines)
+        return made

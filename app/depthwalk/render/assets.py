@@ -54,6 +54,11 @@ class DepthObject:
     surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
     relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
 
+    @property
+    def defines(self) -> tuple[str, ...]:
+        """What the shaders that draw it are told."""
+        return ("MESO",) if self.relief["meso_height"] > 0 else ()
+
     def use_geometry(self, program: Program, unit: int, lod: LodParams, pixel_angle: float) -> None:
         """Binds relief and uniforms that the vertex stage reads, to a texture unit. pixel_angle: metres that a pixel
         covers at one metre."""

@@ -25,6 +25,7 @@ from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
 from depthwalk.render.planes import MIN_PLANE_DISTANCE, Volumes, nearest_faces, viewer_in_object
 from depthwalk.render.records import placed_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
+from depthwalk.render.shading import Shading, shading
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import MESHES, Objects, Representation
@@ -95,13 +96,22 @@ class Drawing:
 
 
 @dataclass
+class Rectangles:
+    """What pass 2 draws: records of which the first `aligned` have texels that are pixels; of either, nearest first."""
+
+    records: NDArray[np.void]
+    aligned: int
+
+
+@dataclass
 class FramePlan:
     """What the passes draw. counts: numbers for HUD and benchmark; cleared: (n, 4), slots of the atlas, x, y, width and
     height, that pass 1 fills anew."""
 
     warp: Drawing
-    composite: Drawing
+    composite: Rectangles
     dmesh: Drawing
+    shading: Shading
     mesh: Drawing
     cleared: NDArray[np.integer]
     counts: dict[str, int | float]
@@ -174,12 +184,14 @@ class Planner:
         anew = anew.take(order)
         runs = _groups(table, anew.objects.asset, anew.level, anew.case, ~work.whole[order])
         warp = Drawing(work.warp[order], runs)
-        composite = Drawing(work.composite, _groups(table, work.asset))
+        composite = Rectangles(work.composite, work.aligned)
 
         direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
         direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
         runs = _groups(table, placed.asset[direct], level[direct], case[direct])
         dmesh = Drawing(placed_records(view, placed.take(direct)), runs)
+        imaged = np.concatenate([imaged[work.drawn], direct])
+        surfaces = shading(view, placed.take(imaged), spheres.take(imaged), viewer[imaged])
         meshes = np.flatnonzero(np.isin(placed.representation, MESHES))
         fine = mesh_level(view, placed.take(meshes), spheres.take(meshes), table.mesh_error, polygons.error)
         order = np.lexsort((fine, placed.asset[meshes]))  # of equals, the nearest stays first
@@ -187,7 +199,7 @@ class Planner:
         mesh = Drawing(placed_records(view, placed.take(meshes)), _groups(table, placed.asset[meshes], fine))
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work)
         counts["mesh_triangles"] = int(table.mesh_triangles[placed.asset[meshes], fine].sum())
-        return FramePlan(warp, composite, dmesh, mesh, work.slots, counts)
+        return FramePlan(warp, composite, dmesh, surfaces, mesh, work.slots, counts)
 
     def _forget_if_changed(
         self,
@@ -274,7 +286,7 @@ def _groups(
 
 
 def _counts(
-    total: int, warp: Drawing, composite: Drawing, dmesh: Drawing, mesh: Drawing, work: TileWork
+    total: int, warp: Drawing, composite: Rectangles, dmesh: Drawing, mesh: Drawing, work: TileWork
 ) -> dict[str, int | float]:
     warped = sum(group.count * length for group in warp.groups + dmesh.groups for _, length in group.indices) // 3
     drawn: dict[str, int | float] = {

@@ -27,7 +27,7 @@ WARP_RECORD = np.dtype(
 # What composite.vert reads per object. Of its tile: the plane's axes with the rectangle's low corner and the distance
 # of the viewer it was warped for; the high corner, and λ of the object's nearest and farthest; that viewer, object
 # frame, and the tile's nearest w / λ; rows that map plane coordinates to its texels; where it lies, in texels. Of the
-# object: the present viewer in its frame, and its scale; its rotation.
+# object: the present viewer in its frame, and its scale; its rotation. Where the tile lies in the picture, see `Tiles`.
 COMPOSITE_RECORD = np.dtype(
     [
         ("right", "4f4"),
@@ -41,8 +41,12 @@ COMPOSITE_RECORD = np.dtype(
         ("tile", "4f4"),
         ("viewer", "4f4"),
         ("rotation", "4f4"),
+        ("pixel", "2f4"),
     ]
 )
+# What shade.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that stands for its
+# asset, and nothing else.
+SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("level", "4f4")])
 # What mesh.vert and dmesh.vert read per object: where it stands relative to the viewer, and how it is turned.
 PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
 
@@ -78,6 +82,7 @@ def tile_records(
     records["origin"] = np.column_stack([viewer, tiles.nearest])
     records["to_x"], records["to_y"], records["to_w"] = np.moveaxis(tiles.texel, 1, 0)
     records["tile"] = np.column_stack([corners, tiles.size])
+    records["pixel"] = tiles.pixel
     return records
 
 

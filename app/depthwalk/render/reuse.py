@@ -53,8 +53,9 @@ class TileWork:
 
     anew: (k,) numbers of those `Shown` whose tiles are warped; warp: (k,) WARP_RECORD; whole: (k,), the tile holds all
     of the object; slots: (k, 4) of the atlas.
-    asset: (d,) of those that are drawn, in order, of each the nearest first; composite: (d,) COMPOSITE_RECORD; level,
-    case, resolution: (d,), see `KeptTiles`; error: (d,), how far off they may be, 1 where as far as allowed.
+    drawn: (d,) numbers of those that are drawn, first the `aligned` ones whose texels are pixels, of either the nearest
+    first; composite: (d,) COMPOSITE_RECORD; level, case, resolution: (d,), see `KeptTiles`; error: (d,), how far off
+    they may be, 1 where as far as allowed.
     atlas_used: part of the atlas.
     """
 
@@ -62,7 +63,8 @@ class TileWork:
     warp: NDArray[np.void]
     whole: Mask
     slots: Rows
-    asset: Rows
+    drawn: Rows
+    aligned: int
     composite: NDArray[np.void]
     level: Rows
     case: Rows
@@ -111,15 +113,17 @@ class TilePlanner:
         stale[placed.number] = False  # what still is stale is out of sight
         row = cache.rows(shown.row)
         drawn = np.flatnonzero((row >= 0) & ~stale)
-        asset = shown.objects.asset[drawn]
-        order = np.argsort(asset, kind="stable")
-        asset, drawn = asset[order], drawn[order]
+        aligned = np.zeros(len(shown), bool)
+        aligned[placed.number] = np.isfinite(tiles.pixel[:, 0])
+        drawn = np.concatenate([drawn[aligned[drawn]], drawn[~aligned[drawn]]])
         kept, row = cache.tiles, row[drawn]
         composite = kept.record.take(row)  # of records, far quicker than an index
         place_tiles(composite, shown.viewer[drawn], shown.objects.scale[drawn], shown.objects.rotation[drawn])
         warp = warp_records(placed.planes, tiles, slots[:, :2], cache.atlas_size)
         columns = kept.level[row], kept.case[row], kept.resolution[row], error[drawn]
-        return TileWork(placed.number, warp, placed.whole, slots, asset, composite, *columns, cache.used)
+        return TileWork(
+            placed.number, warp, placed.whole, slots, drawn, int(aligned.sum()), composite, *columns, cache.used
+        )
 
     def _errors(self, view: View, shown: Shown, layout: TileParams) -> Array:
         """How far off (n,) what is kept shows each object, 1 where as far as allowed; inf where nothing is kept."""

@@ -6,7 +6,8 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
 
 class Targets:
-    """atlas: intermediate images (owner, 1 − nearest·λ/w); gbuffer: albedo, surface, depth; lit: linear RGBA, half."""
+    """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; levels: the
+    asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo, surface, depth; lit: linear RGBA, half."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.size = size
@@ -19,6 +20,11 @@ class Targets:
         self.albedo = gl.texture(size, 4)
         self.surface = gl.texture(size, 4, "nu2")
         self.depth = gl.depth_texture(size)
+        self.visible_texture = gl.texture(size, 2, "u4")
+        self.visible = gl.framebuffer([self.visible_texture], self.depth)
+        level = gl.depth_texture(size)
+        self.levels = gl.framebuffer([], level)
+        self.shaded = gl.framebuffer([self.albedo, self.surface], level)
         self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
         self.lit_texture = gl.texture(size, 4, "f2")
         self.lit = gl.framebuffer([self.lit_texture])

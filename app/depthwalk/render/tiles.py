@@ -41,7 +41,8 @@ class TileParams(Params):
 @dataclass(frozen=True)
 class Tiles(Takes):
     """n tiles. texel: (n, 3, 3) homography: texel · (s, v, 1) = (x·w, y·w, w), x and y from the tile's corner;
-    nearest: (n,), the least w / λ of the object; size: (n, 2) texels.
+    nearest: (n,), the least w / λ of the object; size: (n, 2) texels; pixel: (n, 2), of the picture, where the tile's
+    corner lies if its texels are the picture's pixels, else NaN.
 
     Pass 1 stores 1 − nearest · λ / w, which is affine over the tile for a flat triangle, and 1 where nothing is.
     """
@@ -49,11 +50,13 @@ class Tiles(Takes):
     texel: Array
     nearest: Array
     size: NDArray[np.integer]
+    pixel: Array
 
     def resized(self, size: NDArray[np.integer]) -> "Tiles":
         """The same with other numbers (n, 2) of texels."""
         scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
-        return Tiles(self.texel * scale[..., None], self.nearest, size)
+        same = (size == self.size).all(1, keepdims=True)
+        return Tiles(self.texel * scale[..., None], self.nearest, size, np.where(same, self.pixel, np.nan))
 
 
 def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes, Tiles]:
@@ -62,7 +65,9 @@ def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes
     size = tile_sizes(planes, focal_pixels, limit - 2)
     texel = (planes.high - planes.low) / size
     planes = planes.widened(texel)
-    return planes, Tiles(_scaling(1 / texel, -planes.low / texel), np.ones(len(size)), size + 2)
+    return planes, Tiles(
+        _scaling(1 / texel, -planes.low / texel), np.ones(len(size)), size + 2, np.full(size.shape, np.nan)
+    )
 
 
 def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: float, limit: int) -> Tiles:
@@ -77,7 +82,8 @@ def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: fl
     factor = np.minimum(scale, limit / np.maximum(high - low, 1))
     texel = (pixel - low[..., None] * forward[:, None]) * factor[..., None]
     size = np.clip(np.ceil((high - low) * factor), 1, limit).astype(np.int64)
-    return Tiles(np.concatenate([texel, forward[:, None]], 1), depth, size)
+    pixel = np.where(factor == 1, low, np.nan)
+    return Tiles(np.concatenate([texel, forward[:, None]], 1), depth, size, pixel)
 
 
 def _scaling(scale: Array, offset: Array) -> Array:

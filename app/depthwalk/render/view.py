@@ -55,6 +55,12 @@ class View:
         return self.clip_from_view @ rotation
 
     @property
+    def ray_from_screen(self) -> NDArray[np.float64]:
+        """(3, 3): takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to what
+        is there at one metre along the view axis."""
+        return np.column_stack([*(self.axes[:2] * np.array(self.half_extent)[:, None]), self.axes[2]])
+
+    @property
     def half_extent(self) -> tuple[float, float]:
         """Tangents of half the horizontal and half the vertical angle of view."""
         vertical = float(np.tan(self.camera.fov / 2))

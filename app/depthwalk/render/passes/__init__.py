@@ -7,12 +7,14 @@ from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
+from depthwalk.render.passes.shade import ShadePass
 from depthwalk.render.passes.warp import WarpPass
 
 PASSES: tuple[type[Pass], ...] = (
     WarpPass,
     CompositePass,
     DmeshPass,
+    ShadePass,
     MeshPass,
     GroundPass,
     LightPass,

@@ -1,4 +1,4 @@
-"""Pass 2: each intermediate image as one rectangle with true depth per pixel, into the G-buffer."""
+"""Pass 2: each intermediate image as one rectangle with true depth per pixel; what is in front."""
 
 from typing import ClassVar
 
@@ -27,32 +27,37 @@ class CompositePass(Pass):
     name = "composite"
     draws_objects = True
     reads = ("atlas",)
-    writes = ("gbuffer",)
+    writes = ("visible",)
     Params: ClassVar[type[Params]] = CompositeParams
 
     def setup(self) -> None:
-        self._program = Program(self.gl, "composite/composite.vert", "composite/composite.frag")
+        shaders = "composite/composite.vert", "composite/composite.frag"
+        self._aligned = Program(self.gl, *shaders, defines=["ALIGNED"])
+        self._resampled = Program(self.gl, *shaders)
+        self._aligned_array = self.gl.vertex_array(self._aligned.gl, [])
+        self._resampled_array = self.gl.vertex_array(self._resampled.gl, [])
         self._instances = InstanceStream(self.gl, COMPOSITE_RECORD)
-        self._array = self.gl.vertex_array(self._program.gl, [])
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
-        frame.targets.gbuffer.use()
+        records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
+        frame.targets.visible.use()
         context.enable_only(moderngl.DEPTH_TEST)
         context.enable_direct(DEPTH_CLAMP)  # the plane may be nearer than the near plane while its object is not
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
-        self._program.set(
-            atlas_depth=0,
-            atlas_owner=1,
-            clip_from_eye=matrix_bytes(frame.view.clip_from_eye),
-            pixel_angle=1 / frame.view.focal_pixels,
-            steps=frame.settings.composite.parallax,
-            show_tiles=int(frame.settings.composite.show_tiles),
-        )
-        self._instances.upload(frame.plan.composite.records)
-        for group in frame.plan.composite.groups:
-            frame.assets.depth_object(group.asset).use_surface(self._program, (2, 3, 4))
-            self._instances.bind(self._array, group.first)
-            self._array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=group.count)
+        self._instances.upload(records)
+        self._resampled.set(pixel_angle=1 / frame.view.focal_pixels, steps=frame.settings.composite.parallax)
+        self._draw(frame, self._aligned, self._aligned_array, 0, aligned)
+        self._draw(frame, self._resampled, self._resampled_array, aligned, len(records) - aligned)
         context.disable_direct(DEPTH_CLAMP)
+
+    def _draw(self, frame: Frame, program: Program, array: moderngl.VertexArray, first: int, count: int) -> None:
+        if count:
+            near, far = frame.view.depth_range
+            clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
+            depth_from_inverse = far / (far - near), near * far / (far - near)
+            program.set(atlas_depth=0, atlas_owner=1, first=first)
+            program.set(clip_from_eye=clip_from_eye, depth_from_inverse=depth_from_inverse)
+            self._instances.bind(array, first)
+            array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)

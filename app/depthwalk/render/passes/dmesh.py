@@ -3,7 +3,7 @@
 import moderngl
 
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.records import PLACED_RECORD
@@ -13,30 +13,31 @@ from depthwalk.render.view import matrix_bytes
 class DmeshPass(Pass):
     name = "dmesh"
     draws_objects = True
-    writes = ("gbuffer",)
+    writes = ("visible",)
 
     def setup(self) -> None:
-        self._program = Program(self.gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag")
+        self._programs = Variants(lambda defines: Program(self.gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag", defines))
+        self._arrays = Variants(lambda defines: AssetArrays(self.gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._instances = InstanceStream(self.gl, PLACED_RECORD)
-        self._arrays = AssetArrays(self.gl, self._program.gl, *GRID_LAYOUT)
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
-        frame.targets.gbuffer.use()
+        frame.targets.visible.use()
         context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         context.wireframe = frame.settings.warp.wireframe
         clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
-        self._program.set(clip_from_eye=clip_from_eye)
         self._instances.upload(frame.plan.dmesh.records)
         for group in frame.plan.dmesh.groups:
             asset = frame.assets.depth_object(group.asset)
-            array = self._arrays.get(group.asset, asset.vertices, asset.indices)
-            asset.use_geometry(self._program, 2, frame.settings.lod, 1 / frame.view.focal_pixels)
-            asset.use_surface(self._program, (0, 1, 2))
+            program = self._programs[asset.defines]
+            array = self._arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
+            asset.use_geometry(program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
+            program.set(clip_from_eye=clip_from_eye, first=len(frame.plan.composite.records) + group.first)
             self._instances.bind(array, group.first)
             for first, length in group.indices:
                 array.render(vertices=length, first=first, instances=group.count)
         context.wireframe = False
 
     def forget_assets(self) -> None:
-        self._arrays.forget()
+        for arrays in self._arrays.values():
+            arrays.forget()

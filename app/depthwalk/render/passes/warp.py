@@ -7,7 +7,7 @@ import numpy as np
 
 from depthwalk.gpu.device import CLIP_DISTANCES
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
@@ -35,10 +35,10 @@ class WarpPass(Pass):
     Params: ClassVar[type[Params]] = WarpParams
 
     def setup(self) -> None:
-        self._program = Program(self.gl, "warp/warp.vert", "warp/warp.frag")
+        self._programs = Variants(lambda defines: Program(self.gl, "warp/warp.vert", "warp/warp.frag", defines))
+        self._arrays = Variants(lambda defines: AssetArrays(self.gl, self._programs[defines].gl, *GRID_LAYOUT))
+        self._ordered = Variants(lambda defines: OrderedIndices(self.gl, self._programs[defines].gl))
         self._instances = InstanceStream(self.gl, WARP_RECORD)
-        self._arrays = AssetArrays(self.gl, self._program.gl, *GRID_LAYOUT)
-        self._ordered = OrderedIndices(self.gl, self._program.gl)
         self._clear = Program(self.gl, "warp/clear.vert", "warp/clear.frag")
         self._slots = InstanceStream(self.gl, _SLOT)
         self._slot_array = self.gl.vertex_array(self._clear.gl, [])
@@ -53,13 +53,13 @@ class WarpPass(Pass):
         in_order = frame.settings.warp.order == "epipole"
         for group in frame.plan.warp.groups:
             asset = frame.assets.depth_object(group.asset)
-            asset.use_geometry(self._program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
+            asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod, 1 / frame.view.focal_pixels)
             for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
                 context.enable_direct(plane)
             if in_order:
-                self._draw_in_order(frame, group)
+                self._draw_in_order(frame, group, self._ordered[asset.defines])
             else:
-                array = self._arrays.get(group.asset, asset.vertices, asset.indices)
+                array = self._arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
                 self._instances.bind(array, group.first)
                 for first, length in group.indices:
                     array.render(vertices=length, first=first, instances=group.count)
@@ -80,11 +80,11 @@ class WarpPass(Pass):
         self._slot_array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(slots))
         context.depth_func = "<"
 
-    def _draw_in_order(self, frame: Frame, group: Group) -> None:
+    def _draw_in_order(self, frame: Frame, group: Group, indices: OrderedIndices) -> None:
         """Each triangle overwrites what is there; then those that have no place in the order, by depth."""
         context = self.gl.device.context
         for record in range(group.first, group.first + group.count):
-            array, ordered, others = self._ordered.get(frame.assets, group, frame.plan.warp.records[record])
+            array, ordered, others = indices.get(frame.assets, group, frame.plan.warp.records[record])
             self._instances.bind(array, record)
             context.depth_func = "1"  # always: the test is off, but λ is written
             array.render(vertices=ordered, instances=1)
@@ -92,5 +92,7 @@ class WarpPass(Pass):
             array.render(vertices=others, first=ordered, instances=1)
 
     def forget_assets(self) -> None:
-        self._arrays.forget()
-        self._ordered.forget()
+        for arrays in self._arrays.values():
+            arrays.forget()
+        for ordered in self._ordered.values():
+            ordered.forget()

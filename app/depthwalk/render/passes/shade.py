@@ -1,0 +1,63 @@
+"""Colour and normal of the depth-image objects that are visible, once per pixel, into the G-buffer."""
+
+import moderngl
+
+from depthwalk.gpu.instances import RecordTexture
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.records import SURFACE_RECORD
+from depthwalk.render.view import matrix_bytes
+
+
+class ShadePass(Pass):
+    name = "shade"
+    reads = ("visible",)
+    writes = ("gbuffer",)
+
+    def setup(self) -> None:
+        self._levels = Program(self.gl, "shade/shade.vert", "shade/levels.frag")
+        self._levels_array = self.gl.vertex_array(self._levels.gl, [])
+        self._programs = Variants(lambda defines: Program(self.gl, "shade/shade.vert", "shade/shade.frag", defines))
+        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
+        self._objects = RecordTexture(self.gl, SURFACE_RECORD)
+
+    def draw(self, frame: Frame) -> None:
+        shading = frame.plan.shading
+        if not len(shading.records):
+            return
+        self._objects.upload(shading.records)
+        self._objects.use(0)
+        frame.targets.visible_texture.use(1)
+        frame.targets.depth.use(2)
+        self._draw_levels(frame)
+        self._shade(frame)
+
+    def _draw_levels(self, frame: Frame) -> None:
+        context = self.gl.device.context
+        frame.targets.levels.use()
+        frame.targets.levels.clear(depth=1.0)
+        context.enable_only(moderngl.DEPTH_TEST)
+        low, high = frame.plan.shading.low.min(0), frame.plan.shading.high.max(0)
+        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1, depth_texture=2)
+        self._levels_array.render(moderngl.TRIANGLE_STRIP, vertices=4)
+
+    def _shade(self, frame: Frame) -> None:
+        context, shading, view = self.gl.device.context, frame.plan.shading, frame.view
+        frame.targets.shaded.use()
+        frame.targets.shaded.depth_mask = False
+        context.depth_func = "=="
+        common = {
+            "objects": 0,
+            "visible_texture": 1,
+            "pixel_angle": 1 / view.focal_pixels,
+            "painted": len(frame.plan.composite.records) if frame.settings.composite.show_tiles else 0,
+            "ray_from_screen": matrix_bytes(view.ray_from_screen),
+        }
+        columns = (each.tolist() for each in (shading.assets, shading.level, shading.low, shading.high))
+        for number, level, low, high in zip(*columns, strict=True):
+            asset = frame.assets.depth_object(number)
+            program = self._programs[asset.defines]
+            asset.use_surface(program, (2, 3, 4))
+            program.set(**common, level=level, low=tuple(low), high=tuple(high))
+            self._arrays[asset.defines].render(moderngl.TRIANGLE_STRIP, vertices=4)
+        context.depth_func = "<"

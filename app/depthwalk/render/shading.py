@@ -1,0 +1,53 @@
+"""What the pass `shade` is told: the objects that may be visible, by the numbers that passes write for them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.bounds import Bounds
+from depthwalk.render.records import SURFACE_RECORD
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Objects
+
+Array = NDArray[np.floating]
+
+LEVELS = 1 << 16  # assets are told apart by depths k / LEVELS, which float32 and a depth buffer of 24 bits hold exactly
+
+
+@dataclass(frozen=True)
+class Shading:
+    """records: (n,) SURFACE_RECORD; assets: (a,) those that may be visible; level: (a,) the depth that stands for each;
+    low, high: (a, 2), corners of the part of the picture in which it may be, −1 to 1, y upward."""
+
+    records: NDArray[np.void]
+    assets: NDArray[np.integer]
+    level: Array
+    low: Array
+    high: Array
+
+
+def shading(view: View, objects: Objects, bounds: Bounds, viewer: Array) -> Shading:
+    """For n objects in the order of their numbers; viewer: (n, 3) in their frames."""
+    assets, group = np.unique(objects.asset, return_inverse=True)
+    level = (1 + np.arange(len(assets))) / LEVELS
+    records = np.zeros(len(objects), SURFACE_RECORD)
+    records["viewer"] = np.column_stack([viewer, objects.scale])
+    records["rotation"] = objects.rotation
+    records["level"][:, 0] = level[group]
+    low, high = np.ones((len(assets), 2)), -np.ones((len(assets), 2))
+    for corner, gather, each in zip((low, high), (np.minimum, np.maximum), extents(view, bounds), strict=True):
+        gather.at(corner, group, each)
+    return Shading(records, assets, level, low, high)
+
+
+def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:
+    """Corners (n, 2) of rectangles that hold the spheres in the picture, −1 to 1; all of it where one reaches behind
+    the near plane."""
+    to_centre = (bounds.centre - view.position) @ view.axes.T
+    across, forward, reach = to_centre[:, :2], to_centre[:, 2:], bounds.reach[:, None]
+    before = forward - reach > view.depth_range[0]
+    depth = np.where(before, np.concatenate([forward - reach, forward + reach], 1), 1.0)[:, :, None]
+    low = ((across - reach)[:, None] / depth).min(1) / view.half_extent
+    high = ((across + reach)[:, None] / depth).max(1) / view.half_extent
+    return np.clip(np.where(before, low, -1), -1, 1), np.clip(np.where(before, high, 1), -1, 1)

@@ -1,0 +1,30 @@
+// Each pixel that shows a depth-image object is shaded once, whatever was drawn there before: deferred texturing, sorted by
+// asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
+#include "common/rotation.glsl"
+#include "common/gbuffer.glsl"
+#include "common/depth_images.glsl"
+#include "shade/objects.glsl"
+
+uniform float pixel_angle;      // metres a pixel covers at one metre
+uniform uint painted;           // objects of lower numbers are painted, each in a colour of its own
+
+in vec3 ray;
+
+layout(location = 0) out vec4 out_albedo;
+layout(location = 1) out vec4 out_surface;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    uvec2 visible = texelFetch(visible_texture, pixel, 0).xy;
+    vec4 viewer = object_texel(object_of(visible), VIEWER);     // w: the object's scale
+    vec4 rotation = object_texel(object_of(visible), ROTATION);
+    vec3 from_viewer = ray * distance_of(visible);
+    vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
+    Surface surface = surface_at(point, image_of(visible), length(from_viewer) * pixel_angle / viewer.w);
+    if (object_of(visible) < painted) {
+        surface.albedo = fract(float(object_of(visible) + 1u) * vec3(0.618, 0.414, 0.732));
+        surface.specular = 0.0;
+    }
+    out_albedo = encode_albedo(surface.albedo, surface.specular);
+    out_surface = encode_surface(rotate(rotation, surface.normal), shininess);
+}

@@ -1,0 +1,101 @@
+"""What is in front, told apart by number, and shaded once per pixel."""
+
+import moderngl
+import numpy as np
+import pytest
+
+from depthwalk.gpu.instances import RecordTexture
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.render.bounds import Bounds
+from depthwalk.render.plan import Rectangles
+from depthwalk.render.records import SURFACE_RECORD
+from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.shading import extents
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera
+from shapes import ShapeLibrary, box, scene_of, sphere
+
+SIZE = (240, 180)
+
+
+def test_spheres_lie_within_their_extents():
+    """Random points of random spheres, some about the viewer, as the camera sees them."""
+    rng = np.random.default_rng(3)
+    view = View(Camera((1.0, 2.0, 5.0), (0.5, 1.0, 0.0), 0.9), SIZE, near=0.1, far=100)
+    bounds = Bounds(rng.uniform(-8, 8, (500, 3)), rng.uniform(0.1, 3, 500))
+    low, high = extents(view, bounds)
+    direction = rng.normal(size=(500, 40, 3))
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    points = bounds.centre[:, None] + direction * bounds.reach[:, None, None]
+    x, y, forward = np.moveaxis((points - view.position) @ view.axes.T, -1, 0)
+    seen = np.stack([x, y], -1) / np.where(forward > 0.1, forward, np.nan)[..., None] / view.half_extent
+    outside = ((seen < low[:, None] - 1e-9) | (seen > high[:, None] + 1e-9)) & (np.abs(seen) <= 1).all(
+        -1, keepdims=True
+    )
+    assert not outside.any()
+    assert ((high - low).prod(1) < 1).mean() > 0.2  # of 4: they are not all the whole picture
+
+
+def test_records_are_fetched_by_number(gl_device):
+    """More than a row of them, and more than there was room for at first."""
+    records = np.zeros(2500, SURFACE_RECORD)
+    records["level"][:, 0] = np.arange(2500) / 65536
+    scope = gl_device.scope("test")
+    texture = RecordTexture(scope, SURFACE_RECORD)
+    texture.upload(records[:10])
+    texture.upload(records)
+    numbers = np.array([[0, 7, 1023, 1024], [2047, 2048, 2400, 2499]])
+    visible = scope.texture((4, 2), 2, "u4", np.stack([numbers << 10, 0 * numbers], -1).astype(np.uint32).tobytes())
+    depth = scope.texture((4, 2), 1, "f4", np.zeros((2, 4), np.float32).tobytes())
+    out = scope.depth_texture((4, 2))
+    framebuffer = scope.framebuffer([], out)
+    framebuffer.use()
+    framebuffer.clear(depth=1.0)
+    program = Program(scope, "shade/shade.vert", "shade/levels.frag")
+    program.set(low=(-1.0, -1.0), high=(1.0, 1.0), objects=0, visible_texture=1, depth_texture=2)
+    texture.use(0)
+    visible.use(1)
+    depth.use(2)
+    gl_device.context.enable_only(moderngl.DEPTH_TEST)
+    scope.vertex_array(program.gl, []).render(moderngl.TRIANGLE_STRIP, vertices=4)
+    found = np.frombuffer(out.read(), np.float32).reshape(2, 4)
+    assert found == pytest.approx(numbers / 65536, abs=1e-7)
+    scope.release()
+
+
+@pytest.mark.parametrize("position", [(0.3, 1.2, 4.2), (0.4, 0.9, 1.2)])
+def test_pixels_as_texels_show_what_resampling_shows(gl_device, monkeypatch, position):
+    """The same tiles by either variant of pass 2: where texels are pixels there is nothing to resample."""
+    library = ShapeLibrary([sphere(0.5, 48, 24), box(0.8, 0.8, 0.8)], resolution=128)
+    scene = scene_of((0, (-0.6, 0, 0), 0.3, 1.0), (1, (0.6, 0, -0.5), 0.5, 1.0), sky={})
+    scope = gl_device.scope("test")
+    screen = scope.framebuffer([scope.texture(SIZE, 4)])
+    renderer = Renderer(gl_device, scene, library)
+    pictures = []
+    for whole in (False, True):
+        renderer.render(View(Camera(position, (0, 0.4, 0), 0.9), SIZE), screen)
+        assert renderer.plan.composite.aligned == (0 if whole else 2)
+        pictures.append(read_pixels(screen).astype(int))
+        monkeypatch.setattr("depthwalk.render.plan.Rectangles", lambda records, aligned: Rectangles(records, 0))
+    renderer.release()
+    scope.release()
+    difference = np.abs(pictures[0] - pictures[1]).max(-1)
+    assert (difference > 2).mean() < 1e-3
+    assert np.ptp(pictures[0][..., :3]) > 100
+
+
+def test_a_variant_is_made_when_asked_for(gl_device, tmp_path, monkeypatch):
+    folder = tmp_path / "one"
+    folder.mkdir()
+    (folder / "a.vert").write_text("void main() { gl_Position = vec4(0.0); }\n")
+    (folder / "a.frag").write_text(
+        "uniform float plain;\n#ifdef SPECIAL\nuniform float special;\n#else\nconst float special = 0.0;\n#endif\n"
+        "out vec4 c;\nvoid main() { c = vec4(plain + special); }\n"
+    )
+    monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
+    scope = gl_device.scope("test")
+    programs = Variants(lambda defines: Program(scope, "one/a.vert", "one/a.frag", defines))
+    assert not programs
+    assert "special" not in programs[()].gl and "special" in programs["SPECIAL",].gl
+    assert programs[()] is programs[()] and len(programs) == 2
+    scope.release()
