@@ -7,7 +7,8 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
 class Targets:
     """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; levels: the
-    asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo, surface, depth; lit: linear RGBA, half."""
+    asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo, surface, depth; lit: linear RGBA, half,
+    depth."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.size = size
@@ -27,7 +28,7 @@ class Targets:
         self.shaded = gl.framebuffer([self.albedo, self.surface], level)
         self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
         self.lit_texture = gl.texture(size, 4, "f2")
-        self.lit = gl.framebuffer([self.lit_texture])
+        self.lit = gl.framebuffer([self.lit_texture], self.depth)
 
     def release(self) -> None:
         self.gl.release()
