@@ -1,6 +1,7 @@
 // What is in front at a pixel, before it is shaded: an image of an object, and 1 over the distance along the view axis, for
 // which a depth buffer of 24 bits is too coarse. Numbers of images take 10 bits.
 const int IMAGE_BITS = 10;
+const uvec2 NO_OBJECT = uvec2(0u);     // polygons; objects count from 1
 
 uvec2 visible_from(uint object, uint image, float inverse) {
     return uvec2(object << IMAGE_BITS | image, floatBitsToUint(inverse));

@@ -1,4 +1,5 @@
 #include "common/gbuffer.glsl"
+#include "common/visible.glsl"
 uniform sampler2D base_texture;
 uniform vec3 base_colour;   // linear
 uniform float specular;
@@ -11,6 +12,7 @@ in vec2 uv;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
+layout(location = 2) out uvec2 visible;
 
 void main() {
     vec3 albedo = base_colour * colour * texture(base_texture, uv).rgb;
@@ -18,4 +20,5 @@ void main() {
     vec3 facing = gl_FrontFacing ? normal : -normal;
     out_albedo = encode_albedo(albedo, specular);
     out_surface = encode_surface(normalize(facing), shininess);
+    visible = NO_OBJECT;
 }

@@ -6,7 +6,7 @@
 #include "shade/objects.glsl"
 
 uniform float pixel_angle;      // metres a pixel covers at one metre
-uniform uint painted;           // objects of lower numbers are painted, each in a colour of its own
+uniform int show_tiles;         // objects with intermediate images are painted, each in a colour of its own
 
 in vec3 ray;
 
@@ -21,8 +21,8 @@ void main() {
     vec3 from_viewer = ray * distance_of(visible);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
     Surface surface = surface_at(point, image_of(visible), length(from_viewer) * pixel_angle / viewer.w);
-    if (object_of(visible) < painted) {
-        surface.albedo = fract(float(object_of(visible) + 1u) * vec3(0.618, 0.414, 0.732));
+    if (show_tiles != 0 && object_texel(object_of(visible), LEVEL).y > 0.0) {
+        surface.albedo = fract(float(object_of(visible)) * vec3(0.618, 0.414, 0.732));
         surface.specular = 0.0;
     }
     out_albedo = encode_albedo(surface.albedo, surface.specular);

@@ -10,6 +10,7 @@ from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
 from depthwalk.render.assets import AssetStore
 from depthwalk.render.plan import FramePlan
+from depthwalk.render.shading import Shading
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
 
@@ -22,7 +23,7 @@ class Frame:
     """One picture on its way.
 
     settings: a RenderSettings, with a group of parameters per pass; transparent: alpha 0 where nothing is, instead of
-    sky or background.
+    sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects.
     """
 
     view: View
@@ -33,6 +34,7 @@ class Frame:
     targets: Targets
     screen: moderngl.Framebuffer
     transparent: bool = False
+    shading: Shading | None = None
 
 
 class Pass(ABC):

@@ -25,7 +25,6 @@ from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
 from depthwalk.render.planes import MIN_PLANE_DISTANCE, Volumes, nearest_faces, viewer_in_object
 from depthwalk.render.records import placed_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
-from depthwalk.render.shading import Shading, shading
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import MESHES, Objects, Representation
@@ -102,34 +101,47 @@ class Rectangles:
     records: NDArray[np.void]
     aligned: int
 
+    @classmethod
+    def joined(cls, rectangles: list["Rectangles"]) -> "Rectangles":
+        """All of them; those of one round after those of another."""
+        first = [each.records[: each.aligned] for each in rectangles]
+        others = [each.records[each.aligned :] for each in rectangles]
+        return cls(np.concatenate(first + others), sum(each.aligned for each in rectangles))
+
 
 @dataclass
 class FramePlan:
     """What the passes draw. counts: numbers for HUD and benchmark; cleared: (n, 4), slots of the atlas, x, y, width and
-    height, that pass 1 fills anew."""
+    height, that pass 1 fills anew; numbered: (d,) rows of the objects that composite and dmesh draw, by the numbers
+    that they write for them, from `first_number` on; tiled: (d,), whether composite does."""
 
     warp: Drawing
     composite: Rectangles
     dmesh: Drawing
-    shading: Shading
     mesh: Drawing
     cleared: NDArray[np.integer]
     counts: dict[str, int | float]
+    numbered: NDArray[np.integer]
+    tiled: NDArray[np.bool_]
+    first_number: int = 1
 
     @classmethod
     def joined(cls, rounds: list["FramePlan"]) -> "FramePlan":
         """All that the rounds of a frame draw."""
         if len(rounds) == 1:
             return rounds[0]
-        drawings = {
-            name: Drawing.joined([getattr(each, name) for each in rounds])
-            for name in ("warp", "composite", "dmesh", "mesh")
+        drawings: dict[str, Any] = {
+            name: Drawing.joined([getattr(each, name) for each in rounds]) for name in ("warp", "dmesh", "mesh")
         }
         counts: dict[str, int | float] = {}
         for each in rounds:
             for name, count in each.counts.items():
                 counts[name] = _OF_ROUNDS.get(name, add)(counts[name], count) if name in counts else count
-        return cls(**drawings, cleared=np.concatenate([each.cleared for each in rounds]), counts=counts)
+        drawings["composite"] = Rectangles.joined([each.composite for each in rounds])
+        columns: dict[str, Any] = {
+            name: np.concatenate([getattr(each, name) for each in rounds]) for name in ("cleared", "numbered", "tiled")
+        }
+        return cls(**drawings, **columns, counts=counts)
 
 
 class Planner:
@@ -153,9 +165,10 @@ class Planner:
         polygons: MeshLodParams,
         atlas_size: tuple[int, int],
         goes_on: bool = False,
+        first_number: int = 1,
     ) -> FramePlan:
         """The frame that shows the objects `visible` (m,), nearest first, of all `objects`; or where it `goes_on`, its
-        next round, when the one before is drawn."""
+        next round, when the one before is drawn. first_number: see `FramePlan`."""
         self._forget_if_changed(view, objects, table, lod, layout, atlas_size)
         placed, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
@@ -190,8 +203,6 @@ class Planner:
         direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
         runs = _groups(table, placed.asset[direct], level[direct], case[direct])
         dmesh = Drawing(placed_records(view, placed.take(direct)), runs)
-        imaged = np.concatenate([imaged[work.drawn], direct])
-        surfaces = shading(view, placed.take(imaged), spheres.take(imaged), viewer[imaged])
         meshes = np.flatnonzero(np.isin(placed.representation, MESHES))
         fine = mesh_level(view, placed.take(meshes), spheres.take(meshes), table.mesh_error, polygons.error)
         order = np.lexsort((fine, placed.asset[meshes]))  # of equals, the nearest stays first
@@ -199,7 +210,9 @@ class Planner:
         mesh = Drawing(placed_records(view, placed.take(meshes)), _groups(table, placed.asset[meshes], fine))
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work)
         counts["mesh_triangles"] = int(table.mesh_triangles[placed.asset[meshes], fine].sum())
-        return FramePlan(warp, composite, dmesh, surfaces, mesh, work.slots, counts)
+        numbered = visible[np.concatenate([imaged[work.drawn], direct])]
+        tiled = np.arange(len(numbered)) < len(composite.records)
+        return FramePlan(warp, composite, dmesh, mesh, work.slots, counts, numbered, tiled, first_number)
 
     def _forget_if_changed(
         self,

@@ -23,6 +23,7 @@ from depthwalk.render.occlusion import FIRST_ROUND, cylinders, growth, hidden, o
 from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
 from depthwalk.render.prepared import Form
+from depthwalk.render.shading import shading
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
@@ -70,12 +71,12 @@ class Renderer:
             visible = self._uploaded(self.objects().asset, visible)
         targets.gbuffer.use()
         targets.gbuffer.clear(depth=1.0)
+        surroundings = self.scene.environment, self.assets, targets, screen
         rounds: list[FramePlan] = []
         left, size = visible, FIRST_ROUND if settings.culling.occlusion else len(visible)
         while not rounds or len(left):
-            rounds.append(self._plan(view, left[:size], goes_on=bool(rounds)))
-            environment = self.scene.environment
-            frame = Frame(view, rounds[-1], settings, environment, self.assets, targets, screen, transparent)
+            rounds.append(self._plan(view, left[:size], rounds))
+            frame = Frame(view, rounds[-1], settings, *surroundings, transparent)
             self._draw(frame, objects=True)
             left = left[size:]
             if len(left):
@@ -84,19 +85,31 @@ class Renderer:
                 rounds[-1].counts["occluded"] = int(unseen.sum())
                 size *= growth(unseen)
                 left = left[~unseen]
-        self._draw(frame, objects=False)
-        self.timers.end_frame()
         self.plan, self.view = FramePlan.joined(rounds), view
+        with self.timers.measure_cpu("plan"):
+            drawn, tiled = self.plan.numbered, self.plan.tiled
+            shaded = shading(view, self.objects().take(drawn), bounds.take(drawn), tiled)
+        self._draw(Frame(view, self.plan, settings, *surroundings, transparent, shaded), objects=False)
+        self.timers.end_frame()
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
 
-    def _plan(self, view: View, rows: NDArray[np.integer], goes_on: bool) -> FramePlan:
-        """Of a round that draws the objects `rows` (n,)."""
+    def _plan(self, view: View, rows: NDArray[np.integer], before: list[FramePlan]) -> FramePlan:
+        """Of a round that draws the objects `rows` (n,), after the rounds `before`."""
         table, objects, bounds, settings = self.table(), self.objects(), self.bounds(), self.settings
         groups = settings.lod, settings.warp, settings.mesh
+        first_number = 1 + sum(len(each.numbered) for each in before)
         with self.timers.measure_cpu("plan"):
             return self._planner.plan(
-                view, objects, bounds, rows, table, *groups, self._targets(view.size).atlas_size, goes_on
+                view,
+                objects,
+                bounds,
+                rows,
+                table,
+                *groups,
+                self._targets(view.size).atlas_size,
+                bool(before),
+                first_number,
             )
 
     def _draw(self, frame: Frame, objects: bool) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
+from depthwalk.render.planes import viewer_in_object
 from depthwalk.render.records import SURFACE_RECORD
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
@@ -17,8 +18,9 @@ LEVELS = 1 << 16  # assets are told apart by depths k / LEVELS, which float32 an
 
 @dataclass(frozen=True)
 class Shading:
-    """records: (n,) SURFACE_RECORD; assets: (a,) those that may be visible; level: (a,) the depth that stands for each;
-    low, high: (a, 2), corners of the part of the picture in which it may be, −1 to 1, y upward."""
+    """records: (1 + n,) SURFACE_RECORD by number, 0 is none; assets: (a,) those that may be visible; level: (a,) the
+    depth that stands for each; low, high: (a, 2), corners of the part of the picture in which it may be, −1 to 1, y
+    upward."""
 
     records: NDArray[np.void]
     assets: NDArray[np.integer]
@@ -27,14 +29,15 @@ class Shading:
     high: Array
 
 
-def shading(view: View, objects: Objects, bounds: Bounds, viewer: Array) -> Shading:
-    """For n objects in the order of their numbers; viewer: (n, 3) in their frames."""
+def shading(view: View, objects: Objects, bounds: Bounds, tiled: NDArray[np.bool_]) -> Shading:
+    """For n objects in the order of their numbers, which are 1 and on. tiled: (n,), they have intermediate images."""
+    viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
     assets, group = np.unique(objects.asset, return_inverse=True)
     level = (1 + np.arange(len(assets))) / LEVELS
-    records = np.zeros(len(objects), SURFACE_RECORD)
-    records["viewer"] = np.column_stack([viewer, objects.scale])
-    records["rotation"] = objects.rotation
-    records["level"][:, 0] = level[group]
+    records = np.zeros(1 + len(objects), SURFACE_RECORD)
+    records["viewer"][1:] = np.column_stack([viewer, objects.scale])
+    records["rotation"][1:] = objects.rotation
+    records["level"][1:, :2] = np.column_stack([level[group], tiled])
     low, high = np.ones((len(assets), 2)), -np.ones((len(assets), 2))
     for corner, gather, each in zip((low, high), (np.minimum, np.maximum), extents(view, bounds), strict=True):
         gather.at(corner, group, each)

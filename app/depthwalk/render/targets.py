@@ -6,9 +6,9 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
 
 class Targets:
-    """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; levels: the
-    asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo, surface, depth; lit: linear RGBA, half,
-    depth."""
+    """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
+    all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
+    surface, depth; lit: linear RGBA, half, depth."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.size = size
@@ -23,6 +23,7 @@ class Targets:
         self.depth = gl.depth_texture(size)
         self.visible_texture = gl.texture(size, 2, "u4")
         self.visible = gl.framebuffer([self.visible_texture], self.depth)
+        self.polygons = gl.framebuffer([self.albedo, self.surface, self.visible_texture], self.depth)
         level = gl.depth_texture(size)
         self.levels = gl.framebuffer([], level)
         self.shaded = gl.framebuffer([self.albedo, self.surface], level)

@@ -27,12 +27,13 @@ class DmeshPass(Pass):
         context.wireframe = frame.settings.warp.wireframe
         clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
         self._instances.upload(frame.plan.dmesh.records)
+        number = frame.plan.first_number + len(frame.plan.composite.records)
         for group in frame.plan.dmesh.groups:
             asset = frame.assets.depth_object(group.asset)
             program = self._programs[asset.defines]
             array = self._arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
             asset.use_geometry(program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
-            program.set(clip_from_eye=clip_from_eye, first=len(frame.plan.composite.records) + group.first)
+            program.set(clip_from_eye=clip_from_eye, first=number + group.first)
             self._instances.bind(array, group.first)
             for first, length in group.indices:
                 array.render(vertices=length, first=first, instances=group.count)

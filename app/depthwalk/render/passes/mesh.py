@@ -21,7 +21,7 @@ class MeshParams(MeshLodParams):
 class MeshPass(Pass):
     name = "mesh"
     draws_objects = True
-    writes = ("gbuffer",)
+    writes = ("gbuffer", "visible")
     Params: ClassVar[type[Params]] = MeshParams
 
     def setup(self) -> None:
@@ -31,7 +31,7 @@ class MeshPass(Pass):
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
-        frame.targets.gbuffer.use()
+        frame.targets.polygons.use()
         context.wireframe = frame.settings.mesh.wireframe
         self._program.set(clip_from_eye=matrix_bytes(frame.view.clip_from_eye), base_texture=0)
         self._instances.upload(frame.plan.mesh.records)

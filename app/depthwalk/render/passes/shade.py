@@ -6,6 +6,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.records import SURFACE_RECORD
+from depthwalk.render.shading import Shading
 from depthwalk.render.view import matrix_bytes
 
 
@@ -22,27 +23,27 @@ class ShadePass(Pass):
         self._objects = RecordTexture(self.gl, SURFACE_RECORD)
 
     def draw(self, frame: Frame) -> None:
-        shading = frame.plan.shading
-        if not len(shading.records):
+        shading = frame.shading
+        if shading is None or not len(shading.assets):
             return
         self._objects.upload(shading.records)
         self._objects.use(0)
         frame.targets.visible_texture.use(1)
         frame.targets.depth.use(2)
-        self._draw_levels(frame)
-        self._shade(frame)
+        self._draw_levels(frame, shading)
+        self._shade(frame, shading)
 
-    def _draw_levels(self, frame: Frame) -> None:
+    def _draw_levels(self, frame: Frame, shading: Shading) -> None:
         context = self.gl.device.context
         frame.targets.levels.use()
         frame.targets.levels.clear(depth=1.0)
         context.enable_only(moderngl.DEPTH_TEST)
-        low, high = frame.plan.shading.low.min(0), frame.plan.shading.high.max(0)
+        low, high = shading.low.min(0), shading.high.max(0)
         self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1, depth_texture=2)
         self._levels_array.render(moderngl.TRIANGLE_STRIP, vertices=4)
 
-    def _shade(self, frame: Frame) -> None:
-        context, shading, view = self.gl.device.context, frame.plan.shading, frame.view
+    def _shade(self, frame: Frame, shading: Shading) -> None:
+        context, view = self.gl.device.context, frame.view
         frame.targets.shaded.use()
         frame.targets.shaded.depth_mask = False
         context.depth_func = "=="
@@ -50,7 +51,7 @@ class ShadePass(Pass):
             "objects": 0,
             "visible_texture": 1,
             "pixel_angle": 1 / view.focal_pixels,
-            "painted": len(frame.plan.composite.records) if frame.settings.composite.show_tiles else 0,
+            "show_tiles": int(frame.settings.composite.show_tiles),
             "ray_from_screen": matrix_bytes(view.ray_from_screen),
         }
         columns = (each.tolist() for each in (shading.assets, shading.level, shading.low, shading.high))
