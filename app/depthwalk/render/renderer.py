@@ -121,13 +121,13 @@ class Renderer:
 
     def _hidden(self, view: View, rows: NDArray[np.integer]) -> NDArray[np.bool_]:
         """Which (n,) of the objects `rows` (n,) are hidden behind what is drawn so far."""
-        warp, table = self.settings.warp, self.table()
+        lod, warp, table = self.settings.lod, self.settings.warp, self.table()
         if self._depth_cells is None:
             self._depth_cells = DepthCells(self.device, view.size)
         farthest = self._depth_cells.read(self._targets(view.size))
         held = cylinders(self.objects().take(rows), self.bounds().centre[rows], table.half_height, table.girth)
-        # Tiles may be coarser than pixels; kept ones show their object as far off as they may be.
-        margin = max(1, 1 / warp.tile_scale) + HARDEST * warp.reuse_error
+        # Tiles, and geometry, may be coarser than pixels; kept tiles show their object as far off as they may be.
+        margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias) + HARDEST * warp.reuse_error
         return hidden(outlines(view, held, margin), farthest, self._depth_cells.side)
 
     def objects(self) -> Objects:
