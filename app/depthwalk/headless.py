@@ -19,8 +19,8 @@ from depthwalk.scene.scene import Scene
 class LinearImage:
     """A picture before its encoding for the screen, row 0 at the top.
 
-    colour: (H, W, 4) float32, linear RGB and alpha.
-    distance: (H, W) float32, metres along the view axis, +inf where nothing is.
+    colour: (H, W, 4) float32, linear RGB, premultiplied, and alpha.
+    distance: (H, W) float32, metres along the view axis, of the nearest in each pixel, +inf where nothing is.
     """
 
     colour: NDArray[np.float32]
@@ -89,9 +89,11 @@ class HeadlessRenderer:
         with self.device.context:
             lit, depth_bytes = (texture.read(alignment=1) for texture in (targets.lit_texture, targets.depth))
         width, height = self.size
-        colour = np.frombuffer(lit, np.float16).reshape(height, width, 4)[::-1]
-        depth = np.frombuffer(depth_bytes, np.float32).reshape(height, width)[::-1]
-        return LinearImage(colour.astype(np.float32), view_distance(depth, *fitted.depth_range))
+        samples = targets.size[0] // width
+        colour = np.frombuffer(lit, np.float16).astype(np.float32).reshape(height, samples, width, samples, 4)
+        depth = np.frombuffer(depth_bytes, np.float32).reshape(height, samples, width, samples)
+        nearest = view_distance(depth.min((1, 3))[::-1], *fitted.depth_range)
+        return LinearImage(colour.mean((1, 3))[::-1], nearest)
 
 
 def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:

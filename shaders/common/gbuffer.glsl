@@ -1,6 +1,7 @@
 // The G-buffer: what the lighting pass must know of a pixel.
 //   albedo:  RGBA8, colour as its square root (8 bits then suffice), a = specular strength
-//   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS
+//   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS, a = part of the pixel that shows what
+//            is behind
 const float MAX_SHININESS = 1024.0;
 
 // Unit vectors as points of a square: Meyer et al. 2010, "On Floating-Point Normal Vectors".

@@ -50,8 +50,10 @@ float across_crack(inout ivec2 nearest, vec4 before, vec4 after) {
 flat in ivec2 texel_from_pixel;
 flat in float nearest_distance;
 
-// 1 over the distance along the view axis, 0 where nothing is; `nearest` is the texel that owns it.
-float inverse_distance(out ivec2 nearest) {
+// 1 over the distance along the view axis, 0 where nothing is; `nearest` is the texel that owns it, `open` the part of the
+// pixel that shows what is behind.
+float inverse_distance(out ivec2 nearest, out float open) {
+    open = 0.0;
     nearest = ivec2(gl_FragCoord.xy) + texel_from_pixel;
     vec4 before = four_depths(nearest - 1), after = four_depths(nearest);
     float stored = after.w < 1.0 ? after.w : across_crack(nearest, before, after);
@@ -60,6 +62,7 @@ float inverse_distance(out ivec2 nearest) {
 #else
 uniform float pixel_angle;          // metres a pixel covers at one metre
 uniform int steps;                  // of the search for λ, where the viewer has moved
+uniform bool partial;               // texels are half a pixel wide and tell what part of it is covered
 
 in vec3 texel_near;
 in vec3 texel_far;
@@ -71,8 +74,9 @@ flat in vec3 parallax;
 const float STEEPEST = 8.0;
 
 // Stored depth at `texel`, between the four texels around it, 1 outside the silhouette, which runs where half of the
-// weight is on empty texels; `nearest` is the texel that owns the result.
-float tile_depth(vec2 texel, out ivec2 nearest) {
+// weight is on empty texels; `nearest` is the texel that owns the result. Where `partial`, that of the front surface, and
+// `open` is the weight on others.
+float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
     ivec2 low = ivec2(floor(position));
     vec2 f = position - vec2(low);
@@ -80,7 +84,10 @@ float tile_depth(vec2 texel, out ivec2 nearest) {
     vec4 weight = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
     weight *= vec4(lessThan(depth, vec4(1.0)));
     nearest = low;
-    if (dot(weight, vec4(1.0)) < 0.5) {
+    open = 0.0;
+    float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
+    if (partial && front < 1.0) weight *= step(depth - front, vec4(STEEPEST * pixel_angle * (1.0 - front)));
+    else if (dot(weight, vec4(1.0)) < 0.5) {
         nearest = ivec2(floor(position + 0.5));
         return across_crack(nearest, four_depths(nearest - 1), four_depths(nearest));
     }
@@ -91,6 +98,7 @@ float tile_depth(vec2 texel, out ivec2 nearest) {
     nearest += ivec2(right, upper);
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(STEEPEST * pixel_angle * (1.0 - own)));
+    if (partial) open = 1.0 - dot(weight, vec4(1.0));
     return dot(weight, depth) / dot(weight, vec4(1.0));
 }
 
@@ -106,11 +114,11 @@ vec3 surface_texel() {
     return at;
 }
 
-float inverse_distance(out ivec2 nearest) {
+float inverse_distance(out ivec2 nearest, out float open) {
     vec3 at = surface_texel();
     vec2 texel = at.xy / at.z;
     if (any(lessThan(texel, vec2(-1.0))) || any(greaterThan(texel, tile.zw + 1.0))) return 0.0;
-    float stored = tile_depth(tile.xy + texel, nearest);
+    float stored = tile_depth(tile.xy + texel, nearest, open);
     if (stored == 1.0) return 0.0;
     float lambda = (1.0 - stored) * at.z / least;
     return gl_FragCoord.w / (1.0 + parallax.x * (1.0 / lambda - 1.0));      // of X on the plane it is gl_FragCoord.w
@@ -119,8 +127,9 @@ float inverse_distance(out ivec2 nearest) {
 
 void main() {
     ivec2 nearest;
-    float inverse = inverse_distance(nearest);
+    float open;
+    float inverse = inverse_distance(nearest, open);
     if (inverse == 0.0) discard;
-    visible = visible_from(object, texelFetch(atlas_owner, nearest, 0).r, inverse);
+    visible = visible_from(object, texelFetch(atlas_owner, nearest, 0).r, inverse, open);
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);      // as promised, against rounding
 }

@@ -5,4 +5,4 @@ flat in uint image;
 
 layout(location = 0) out uvec2 visible;
 
-void main() { visible = visible_from(object, image, gl_FragCoord.w); }
+void main() { visible = visible_from(object, image, gl_FragCoord.w, 0.0); }

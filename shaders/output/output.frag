@@ -1,11 +1,17 @@
-// Linear to sRGB (IEC 61966-2-1).
+// Linear, premultiplied, to sRGB (IEC 61966-2-1) with alpha apart.
 uniform sampler2D lit_texture;
-in vec2 uv;
+uniform int samples;    // per pixel, along either axis
+
 layout(location = 0) out vec4 screen;
 
 void main() {
-    vec4 lit = texture(lit_texture, uv);
-    vec3 c = clamp(lit.rgb, 0.0, 1.0);
+    vec4 lit = vec4(0.0);
+    for (int k = 0; k < samples * samples; ++k) {
+        vec4 each = texelFetch(lit_texture, ivec2(gl_FragCoord.xy) * samples + ivec2(k % samples, k / samples), 0);
+        lit += min(each, each.a);   // what is too bright is white before it is averaged
+    }
+    lit /= float(samples * samples);
+    vec3 c = clamp(lit.rgb / max(lit.a, 1e-4), 0.0, 1.0);
     vec3 encoded = mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
     screen = vec4(encoded, lit.a);
 }

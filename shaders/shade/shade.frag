@@ -27,4 +27,5 @@ void main() {
     }
     out_albedo = encode_albedo(surface.albedo, surface.specular);
     out_surface = encode_surface(rotate(rotation, surface.normal), shininess);
+    out_surface.a = open_of(visible);
 }

@@ -3,6 +3,7 @@ from typing import Literal
 import pytest
 
 from depthwalk.params import Params, param
+from depthwalk.render.antialiasing import PictureParams
 from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.environment import SunParams
 from depthwalk.walk.fields import controls_of
@@ -51,7 +52,7 @@ def test_colours_and_vectors_have_widgets():
 def test_every_render_setting_can_be_changed_in_the_panel():
     groups = [(name, group) for name, group in RenderSettings() if isinstance(group, Params)]
     assert len(groups) > 4
-    for name, group in groups:
+    for name, group in [*groups, ("picture", PictureParams())]:
         for each in controls_of(type(group)):
             assert each.kind != "other", f"{name}.{each.name}"
             assert len(each.help) > 5

@@ -18,6 +18,7 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.render.edges import Shape
 from depthwalk.render.grids import Grids
 from depthwalk.render.lod import LodParams
 from depthwalk.render.pages import Pages
@@ -58,6 +59,17 @@ class DepthObject:
     def defines(self) -> tuple[str, ...]:
         """What the shaders that draw it are told."""
         return ("MESO",) if self.relief["meso_height"] > 0 else ()
+
+    def shape(self, runs: Sequence[tuple[int, int]]) -> Shape:
+        """Positions (v, 3), metres, and triangles (t, 3) of runs of indices, first and count each, read back."""
+        low, size = (np.array(self.geometry[name], np.float32) for name in ("box_low", "box_size"))
+        samples = np.frombuffer(self.vertices.read(), np.uint16).reshape(-1, 4)
+        indices = np.frombuffer(self.indices.read(), np.uint32)
+        corners, triangles = np.unique(
+            np.concatenate([indices[first : first + count] for first, count in runs]), return_inverse=True
+        )
+        positions = low + samples[corners, :3] * (size / np.float32(65535))
+        return positions, triangles.reshape(-1, 3).astype(np.uint32)
 
     def use_geometry(self, program: Program, unit: int, lod: LodParams, pixel_angle: float) -> None:
         """Binds relief and uniforms that the vertex stage reads, to a texture unit. pixel_angle: metres that a pixel

@@ -9,6 +9,7 @@ import numpy as np
 from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.ingest.normals import row_ids
+from depthwalk.render.edges import Shape
 
 WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of what has none
 MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
@@ -31,6 +32,11 @@ class MeshObject:
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
     look: MeshLook
+
+    def shape(self) -> Shape:
+        """Positions (v, 3), metres, and triangles (t, 3), read back."""
+        vertices = np.frombuffer(self.vertices.read(), _VERTEX)
+        return vertices["position"], np.frombuffer(self.indices.read(), np.uint32).reshape(-1, 3)
 
 
 def upload_look(gl: Scope, mesh: Mesh) -> MeshLook:

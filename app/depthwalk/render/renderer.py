@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.ageing import HARDEST
+from depthwalk.render.antialiasing import samples, tile_layout
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import Bounds, depth_range, object_bounds
 from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
@@ -60,8 +61,12 @@ class Renderer:
         self._cells: Cells | None = None
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
-        """Draws what `view` sees of the scene into `screen`, which has the view's size."""
-        targets, settings = self._targets(view.size), self.settings
+        """Draws what `view` sees of the scene into `screen`, which has the view's size. Supersampled, the targets and
+        the view of the passes before `output` are larger by that."""
+        settings, (width, height) = self.settings, view.size
+        finer = samples(settings)
+        view = replace(view, size=(width * finer, height * finer))
+        targets = self._targets(view.size)
         self.table()  # loads what is not loaded yet
         bounds, cells = self.bounds(), self._sorted()
         with self.timers.measure_cpu("cull"):
@@ -97,7 +102,7 @@ class Renderer:
     def _plan(self, view: View, rows: NDArray[np.integer], before: list[FramePlan]) -> FramePlan:
         """Of a round that draws the objects `rows` (n,), after the rounds `before`."""
         table, objects, bounds, settings = self.table(), self.objects(), self.bounds(), self.settings
-        groups = settings.lod, settings.warp, settings.mesh
+        groups = settings.lod, tile_layout(settings, settings.warp), settings.mesh
         first_number = 1 + sum(len(each.numbered) for each in before)
         with self.timers.measure_cpu("plan"):
             return self._planner.plan(

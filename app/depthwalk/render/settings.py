@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, create_model
 
-from depthwalk.params import Params, param
+from depthwalk.params import param
+from depthwalk.render.antialiasing import PictureParams
 from depthwalk.render.assets import DEFAULT_BUDGET
 from depthwalk.render.cells import CullingParams
 from depthwalk.render.lod import LodParams
@@ -50,15 +51,16 @@ _memory: dict[str, Any] = {
 
 if TYPE_CHECKING:
 
-    class RenderSettings(Params):
-        """Everything that changes the picture but not the scene: `lod`, `culling`, a group per pass, `gpu_memory`."""
+    class RenderSettings(PictureParams):
+        """Everything that changes the picture but not the scene: what concerns it as a whole, `lod`, `culling`, a group
+        per pass, `gpu_memory`."""
 
         def __getattr__(self, name: str) -> Any: ...
 
 else:
     RenderSettings = create_model(
         "RenderSettings",
-        __base__=Params,
+        __base__=PictureParams,
         __doc__="Everything that changes the picture but not the scene.",
         **_groups,
         **_memory,

@@ -1,5 +1,7 @@
 """The textures that passes hand to each other."""
 
+import moderngl
+
 from depthwalk.gpu.device import Device
 
 ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
@@ -8,7 +10,7 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 class Targets:
     """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
     all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
-    surface, depth; lit: linear RGBA, half, depth."""
+    surface, depth; lit: linear RGBA, half, premultiplied; lighting: that, depth."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.size = size
@@ -29,7 +31,19 @@ class Targets:
         self.shaded = gl.framebuffer([self.albedo, self.surface], level)
         self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
         self.lit_texture = gl.texture(size, 4, "f2")
-        self.lit = gl.framebuffer([self.lit_texture], self.depth)
+        self.lighting = gl.framebuffer([self.lit_texture], self.depth)
+        self.lit = gl.framebuffer([self.lit_texture])
+        self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+
+    def lit_before(self) -> moderngl.Texture:
+        """A copy of lit as it is now, for a pass that changes what it reads."""
+        if self._before is None:
+            texture = self.gl.texture(self.size, 4, "f2")
+            texture.filter = moderngl.LINEAR, moderngl.LINEAR
+            self._before = texture, self.gl.framebuffer([texture])
+        texture, framebuffer = self._before
+        self.gl.device.context.copy_framebuffer(framebuffer, self.lit)
+        return texture
 
     def release(self) -> None:
         self.gl.release()

@@ -79,10 +79,11 @@ def _resolved(branch: dict[str, Any], definitions: dict[str, Any]) -> dict[str, 
     return definitions.get(reference.rsplit("/", 1)[-1], {}) if reference else branch
 
 
-def draw_group(group: Params) -> str:
-    """Draws and applies the controls of `group`; returns why a value was refused, or an empty string."""
+def draw_group(group: Params, declared: type[Params] | None = None) -> str:
+    """Draws and applies the controls of `group`, or of those parameters that the class `declared` has; returns why a
+    value was refused, or an empty string."""
     refusal = ""
-    for control in controls_of(type(group)):
+    for control in controls_of(declared or type(group)):
         before = getattr(group, control.name)
         after = _draw(control, before)
         if after != before:

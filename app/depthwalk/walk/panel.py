@@ -6,6 +6,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from depthwalk.params import Params
+from depthwalk.render.antialiasing import PictureParams
 from depthwalk.scene.arrays import Representation
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import draw_group
@@ -35,6 +36,8 @@ def draw_panel(state: State) -> Area:
     if imgui.collapsing_header("environment", imgui.TreeNodeFlags_.default_open):
         _draw_environment(state)
     settings = state.renderer.settings
+    if imgui.collapsing_header("picture", imgui.TreeNodeFlags_.default_open):
+        draw_group(settings, PictureParams)
     for name, group in settings:
         if isinstance(group, Params) and imgui.collapsing_header(name, imgui.TreeNodeFlags_.default_open):
             imgui.push_id(name)

@@ -3,6 +3,8 @@
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes.composite import CompositePass
 from depthwalk.render.passes.dmesh import DmeshPass
+from depthwalk.render.passes.fxaa import FxaaPass
+from depthwalk.render.passes.gpaa import GpaaPass
 from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.mesh import MeshPass
@@ -18,5 +20,7 @@ PASSES: tuple[type[Pass], ...] = (
     ShadePass,
     GroundPass,
     LightPass,
+    GpaaPass,
+    FxaaPass,
     OutputPass,
 )

@@ -8,6 +8,7 @@ from depthwalk.gpu.device import DEPTH_CLAMP
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
+from depthwalk.render.antialiasing import geometric
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.records import COMPOSITE_RECORD
 from depthwalk.render.view import matrix_bytes
@@ -47,7 +48,11 @@ class CompositePass(Pass):
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
-        self._resampled.set(pixel_angle=1 / frame.view.focal_pixels, steps=frame.settings.composite.parallax)
+        self._resampled.set(
+            pixel_angle=1 / frame.view.focal_pixels,
+            steps=frame.settings.composite.parallax,
+            partial=geometric(frame.settings),
+        )
         self._draw(frame, self._aligned, self._aligned_array, 0, aligned)
         self._draw(frame, self._resampled, self._resampled_array, aligned, len(records) - aligned)
         context.disable_direct(DEPTH_CLAMP)

@@ -22,8 +22,8 @@ class LightPass(Pass):
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
-        frame.targets.lit.use()
-        frame.targets.lit.depth_mask = False
+        frame.targets.lighting.use()
+        frame.targets.lighting.depth_mask = False
         context.enable_only(moderngl.DEPTH_TEST)
         self._set(frame)
         context.depth_func = ">"

@@ -1,8 +1,9 @@
-"""Linear light to the screen's sRGB."""
+"""Linear light to the screen's sRGB; where pixels have several samples, their mean."""
 
 import moderngl
 
 from depthwalk.gpu.program import Program
+from depthwalk.render.antialiasing import samples
 from depthwalk.render.frame import Frame, Pass
 
 
@@ -19,5 +20,5 @@ class OutputPass(Pass):
         frame.screen.use()
         self.gl.device.context.enable_only(moderngl.NOTHING)
         frame.targets.lit_texture.use(0)
-        self._program.set(lit_texture=0)
+        self._program.set(lit_texture=0, samples=samples(frame.settings))
         self._array.render(moderngl.TRIANGLES, vertices=3)

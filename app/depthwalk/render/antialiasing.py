@@ -1,0 +1,34 @@
+"""Which anti-aliasing a picture gets, and what that asks of the passes before it."""
+
+from typing import Literal
+
+from depthwalk.params import Params, param
+from depthwalk.render.tiles import TileParams
+
+SUPERSAMPLING = 2  # samples per pixel along either axis, for `ssaa`
+COVERAGE_TEXELS = 2.0  # texels of an intermediate image per pixel, along either axis, that tell what is covered of it
+
+
+class PictureParams(Params):
+    """What concerns the picture as a whole."""
+
+    aa: Literal["none", "fxaa", "gpaa", "gpaa-edge", "ssaa"] = param(
+        "none",
+        "Anti-aliasing: by edges of brightness (FXAA), by all edges of polygons or those alone that may be outlines "
+        "(GPAA), by four samples per pixel (SSAA)",
+    )
+
+
+def geometric(settings: PictureParams) -> bool:
+    """Whether edges are smoothed by where the geometry has them."""
+    return settings.aa in ("gpaa", "gpaa-edge")
+
+
+def samples(settings: PictureParams) -> int:
+    """How many samples each pixel has along either axis."""
+    return SUPERSAMPLING if settings.aa == "ssaa" else 1
+
+
+def tile_layout(settings: PictureParams, layout: TileParams) -> TileParams:
+    """`layout`, with texels that tell what part of a pixel is covered where the anti-aliasing wants to know."""
+    return layout.model_copy(update={"tile_scale": COVERAGE_TEXELS}) if geometric(settings) else layout

@@ -1,0 +1,109 @@
+"""Which edges of placed objects are outlines for a viewer, as lines on the screen. NumPy over all edges and objects."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.edges import Edges
+from depthwalk.render.rotation import conjugate, rotate
+from depthwalk.render.view import View
+
+_AT_ONCE = 1 << 22  # faces × objects whose orientation is held at a time
+
+# What edge.vert reads per line: its ends in pixels, the object on the left of the way from one to the other; their
+# depths; 1 where it is an outline, with something else beyond it, 0 where faces meet that are both seen or both hidden.
+LINE_RECORD = np.dtype([("ends", "4f4"), ("depths", "2f4"), ("outline", "f4")])
+
+
+def outlines(
+    edges: Edges, view: View, placed: NDArray[np.void], least_fold: float | None, solid: bool
+) -> NDArray[np.void]:
+    """LINE_RECORDs of the edges of n objects, `placed` as PLACED_RECORD.
+
+    Taken are those between a front and a back face, open ones, and, where one of their faces is seen, folds beyond
+    `least_fold`, radians (edge-optimised GPAA, §1.1); all edges where that is None. solid: back faces are never seen.
+    Left out is what is off the screen, and what is so short that it passes no pixel's middle.
+    """
+    creased = None if least_fold is None else edges.folds() < np.cos(least_fold)
+    lines = [
+        _lines(edges, view, some, *_taken(edges, some, creased, solid))
+        for some in _chunks(placed, _AT_ONCE // len(edges.planes) + 1)
+    ]
+    return np.concatenate(lines) if lines else np.zeros(0, LINE_RECORD)
+
+
+def _chunks(placed: NDArray[np.void], count: int) -> Iterator[NDArray[np.void]]:
+    return (placed[first : first + count] for first in range(0, len(placed), count))
+
+
+def _taken(
+    edges: Edges, placed: NDArray[np.void], creased: NDArray[np.bool_] | None, solid: bool
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Numbers of edge and object (k,) of each line, whether the first face (k,) is seen from its front, and whether it
+    is an outline (k,)."""
+    viewer = -rotate(conjugate(placed["rotation"]), placed["origin"]) / placed["scale"][:, None]
+    front = edges.planes[:, :3] @ viewer.T > edges.planes[:, 3:]
+    first = front[edges.faces[:, 0]]
+    outline = first != front[edges.faces[:, 1]]
+    if not solid:
+        outline[edges.open] = True
+    taken = outline.copy()
+    if creased is None:
+        taken[:] = True
+    else:
+        taken[creased] |= first[creased] | (not solid)
+    edge, number = taken.nonzero()
+    return edge, number, first[edge, number], outline[edge, number]
+
+
+def _lines(
+    edges: Edges,
+    view: View,
+    placed: NDArray[np.void],
+    edge: NDArray[np.intp],
+    number: NDArray[np.intp],
+    forward: NDArray[np.bool_],
+    outline: NDArray[np.bool_],
+) -> NDArray[np.void]:
+    """LINE_RECORDs of `edge` (k,) of the objects `number` (k,), turned round where not `forward` (k,)."""
+    first, second = edges.ends[edge].T
+    clip = _clip_points(edges, view, placed)
+    ends = [clip[number, np.where(forward, *order)] for order in ((first, second), (second, first))]
+    start, stop, kept = _before_viewer(*ends)
+    size = np.asarray(view.size)
+    at = [(clip[:, :2] / clip[:, 3:] + 1) / 2 * size for clip in (start, stop)]
+    seen = ((np.maximum(*at) >= 0) & (np.minimum(*at) <= size)).all(1)
+    across = np.abs(at[1] - at[0])
+    longer = np.argmax(across, axis=1)[:, None]
+    columns = [np.floor(np.take_along_axis(end, longer, 1)[:, 0] - 0.5) for end in at]
+    seen &= columns[0] != columns[1]
+    lines = np.zeros(int(seen.sum()), LINE_RECORD)
+    lines["ends"] = np.hstack(at)[seen]
+    lines["outline"] = outline[kept][seen]
+    lines["depths"] = np.column_stack([clip[seen, 2] / clip[seen, 3] for clip in (start, stop)]) / 2 + 0.5
+    return lines
+
+
+def _clip_points(edges: Edges, view: View, placed: NDArray[np.void]) -> NDArray[np.float32]:
+    """Clip coordinates (n, v, 4) of all points of n objects."""
+    axes = placed["scale"][:, None, None] * rotate(placed["rotation"][:, None], np.eye(3, dtype=np.float32))
+    eye_from_object = np.concatenate([axes, placed["origin"][:, None]], 1)  # for rows (x, y, z, 1) from the left
+    clip_from_object = np.pad(eye_from_object, ((0, 0), (0, 0), (0, 1))) @ view.clip_from_eye.T
+    clip_from_object[:, 3] += view.clip_from_eye[:, 3]
+    clip: NDArray[np.float32] = edges.points @ clip_from_object[:, :3].astype(np.float32)
+    clip += clip_from_object[:, 3:].astype(np.float32)
+    return clip
+
+
+def _before_viewer(
+    start: NDArray[np.floating], stop: NDArray[np.floating]
+) -> tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.bool_]]:
+    """The parts beyond the near plane of lines between clip coordinates (k, 4), and which lines (k,) have one."""
+    near = np.stack([start[:, 2] + start[:, 3], stop[:, 2] + stop[:, 3]])
+    kept = near.max(0, initial=0) > 0
+    start, stop, near = start[kept], stop[kept], near[:, kept]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cut = np.clip(near[0] / (near[0] - near[1]), 0, 1)[:, None]
+    crossing = start + cut * (stop - start)
+    return np.where(near[0, :, None] > 0, start, crossing), np.where(near[1, :, None] > 0, stop, crossing), kept

@@ -1,0 +1,93 @@
+"""Geometric post-process anti-aliasing: edges blend with what is beyond them, by the part of each pixel that it takes.
+
+Persson, *Geometric Post-process Anti-Aliasing*, 2011, and its edge-optimised variant; see docs/anti-aliasing.md.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import ClassVar
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.instances import InstanceStream
+from depthwalk.gpu.program import Program
+from depthwalk.params import Params, param
+from depthwalk.render.antialiasing import geometric
+from depthwalk.render.edges import Edges, Shape, build_edges
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.outlines import LINE_RECORD, outlines
+from depthwalk.render.plan import Group
+
+
+class GpaaParams(Params):
+    crease: float = param(
+        30.0, "Fold from which an edge between two visible faces is smoothed too", unit="degrees", ge=0, le=180
+    )
+
+
+class GpaaPass(Pass):
+    name = "gpaa"
+    reads = ("gbuffer", "lit")
+    writes = ("lit",)
+    Params: ClassVar[type[Params]] = GpaaParams
+
+    def setup(self) -> None:
+        self._coverage = Program(self.gl, "common/fullscreen.vert", "gpaa/coverage.frag")
+        self._screen = self.gl.vertex_array(self._coverage.gl, [])
+        self._edge = Program(self.gl, "gpaa/edge.vert", "gpaa/edge.frag")
+        self._lines = InstanceStream(self.gl, LINE_RECORD)
+        self._line = self.gl.vertex_array(self._edge.gl, [])
+        self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and case
+
+    def draw(self, frame: Frame) -> None:
+        if not geometric(frame.settings):
+            return
+        targets = frame.targets
+        for unit, texture in enumerate((targets.lit_before(), targets.surface, targets.depth)):
+            texture.use(unit)
+        targets.lit.use()
+        self.gl.device.context.enable_only(moderngl.NOTHING)
+        shared = {
+            "lit_texture": 0,
+            "surface_texture": 1,
+            "depth_texture": 2,
+            "depth_range": frame.view.depth_range,
+            "pixel_angle": 1 / frame.view.focal_pixels,
+        }
+        if len(frame.plan.composite.records):
+            self._coverage.set(**shared)
+            self._screen.render(moderngl.TRIANGLES, vertices=3)
+        lines = self._outlines(frame)
+        if len(lines):
+            least_fold = float(np.cos(np.radians(frame.settings.gpaa.crease)))
+            self._edge.set(**shared, screen_size=frame.view.size, least_fold=least_fold)
+            self._lines.upload(lines)
+            self._lines.bind(self._line, 0)
+            self._line.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(lines))
+
+    def _outlines(self, frame: Frame) -> NDArray[np.void]:
+        """LINE_RECORDs of all that is drawn as triangles; depth images tell by themselves what they cover."""
+        least_fold = np.radians(frame.settings.gpaa.crease) if frame.settings.aa == "gpaa-edge" else None
+        lines = [np.zeros(0, LINE_RECORD)]
+        for group in frame.plan.mesh.groups:
+            mesh = frame.assets.mesh_object(group.asset, group.level)
+            edges = self._edges_of(group, mesh.shape)
+            placed = frame.plan.mesh.records[group.first : group.first + group.count]
+            lines.append(outlines(edges, frame.view, placed, least_fold, mesh.look.solid))
+        for group in frame.plan.dmesh.groups:
+            images = frame.assets.depth_object(group.asset)
+            edges = self._edges_of(group, partial(images.shape, group.indices))
+            placed = frame.plan.dmesh.records[group.first : group.first + group.count]
+            lines.append(outlines(edges, frame.view, placed, np.pi, solid=True))  # smooth, but where cut
+        return np.concatenate(lines)
+
+    def _edges_of(self, group: Group, shape: Callable[[], Shape]) -> Edges:
+        key = group.asset, group.level, group.case
+        if key not in self._edges:
+            self._edges[key] = build_edges(*shape())
+        return self._edges[key]
+
+    def forget_assets(self) -> None:
+        self._edges.clear()

@@ -1,0 +1,35 @@
+// Fast approximate anti-aliasing (Lottes 2009, the variant with five taps of brightness): where brightness jumps, the
+// picture is blurred along the edge, which runs across the gradient.
+uniform sampler2D lit_texture;      // as it was, linear filter
+uniform float contrast;             // of the brightest of the pixels around: less is no edge
+
+in vec2 uv;
+layout(location = 0) out vec4 lit;
+
+const float SHORTEST = 1.0 / 128.0;
+const float SHORTENED = 1.0 / 8.0;  // the brighter the surroundings, the shorter the blur
+const float LONGEST = 8.0;          // pixels
+
+// Perceived brightness, 0 to 1; of what is not there −1, so that it differs from everything.
+float brightness(vec4 colour) {
+    return sqrt(dot(clamp(colour.rgb, 0.0, 1.0), vec3(0.2126, 0.7152, 0.0722))) + colour.a - 1.0;
+}
+vec4 at(vec2 place) { return texture(lit_texture, place); }
+
+void main() {
+    vec2 pixel = 1.0 / vec2(textureSize(lit_texture, 0));
+    vec4 here = at(uv);
+    float middle = brightness(here);
+    float nw = brightness(at(uv + vec2(-0.5, 0.5) * pixel)), ne = brightness(at(uv + vec2(0.5, 0.5) * pixel));
+    float sw = brightness(at(uv + vec2(-0.5, -0.5) * pixel)), se = brightness(at(uv + vec2(0.5, -0.5) * pixel));
+    float least = min(middle, min(min(nw, ne), min(sw, se))), most = max(middle, max(max(nw, ne), max(sw, se)));
+    lit = here;
+    if (most - least < max(contrast * most, SHORTEST)) return;
+    vec2 along = vec2(sw + se - nw - ne, ne + se - nw - sw);    // across the gradient
+    float damping = max((nw + ne + sw + se) * 0.25 * SHORTENED, SHORTEST);
+    along = clamp(along / (min(abs(along.x), abs(along.y)) + damping), -LONGEST, LONGEST) * pixel;
+    vec4 narrow = 0.5 * (at(uv - along / 6.0) + at(uv + along / 6.0));
+    vec4 wide = 0.5 * narrow + 0.25 * (at(uv - along / 2.0) + at(uv + along / 2.0));
+    float reached = brightness(wide);
+    lit = reached < least || reached > most ? narrow : wide;    // beyond the edge's own brightness lies something else
+}

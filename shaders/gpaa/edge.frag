@@ -1,0 +1,41 @@
+// A pixel that an edge divides blends with its neighbour across that edge, by the part of it that lies beyond (Persson 2011;
+// edge-optimised GPAA, §1.3, with the area in place of the distance). Twin: reference/gpaa.py.
+#include "common/distance.glsl"
+#include "common/gbuffer.glsl"
+#include "gpaa/line.glsl"
+uniform sampler2D surface_texture;
+uniform sampler2D lit_texture;      // as it was
+uniform float least_fold;           // cosine: surfaces that meet at less are smooth there
+
+flat in vec4 ends;
+flat in float outline;              // or else a fold between faces that are both seen
+layout(location = 0) out vec4 lit;
+
+const float FOLD = 8.0;             // pixels: faces that meet at a fold may be this much deeper than wide
+
+// The part of a unit square beyond a line that passes `away` ≥ 0 above its middle and rises by 0 ≤ `spread` ≤ 1 over it.
+float part_beyond(float away, float spread) {
+    if (away <= 0.5 - 0.5 * spread) return 0.5 - away;
+    float left = max(0.5 + 0.5 * spread - away, 0.0);
+    return left * left / max(2.0 * spread, 1e-6);
+}
+
+vec3 normal_at(ivec2 pixel) { return normal_from_octahedron(texelFetch(surface_texture, pixel, 0).xy); }
+
+void main() {
+    Line line = line_of(ends);
+    vec2 from = gl_FragCoord.xy - ends.xy;
+    float away = line.steep ? line.slope * from.y - from.x : line.slope * from.x - from.y;  // of the line from the middle
+    int way = away >= 0.0 ? 1 : -1;
+    ivec2 here = ivec2(gl_FragCoord.xy), there = here + (line.steep ? ivec2(way, 0) : ivec2(0, way));
+    if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, textureSize(lit_texture, 0)))) discard;
+
+    bool inside = (ends.z - ends.x) * from.y > (ends.w - ends.y) * from.x;
+    float at = distance_of(gl_FragCoord.z), farthest = behind(at, OUTLINE);
+    float near = distance_at(inside ? here : there), far = distance_at(inside ? there : here);
+    bool step = near <= farthest && farthest < far;
+    bool level = max(near, far) <= behind(at, FOLD) && at <= behind(min(near, far), FOLD);
+    bool crease = level && dot(normal_at(here), normal_at(there)) < least_fold;
+    if (!crease && !(step && outline > 0.0)) discard;
+    lit = mix(texelFetch(lit_texture, here, 0), texelFetch(lit_texture, there, 0), part_beyond(abs(away), line.spread));
+}

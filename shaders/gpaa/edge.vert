@@ -1,0 +1,20 @@
+// An edge of a polygon as a line on the screen, as wide along its minor axis as the pixels are that it divides.
+#include "gpaa/line.glsl"
+uniform vec2 screen_size;
+in vec4 in_ends;        // pixels; the surface is on the left of the way from one to the other
+in vec2 in_depths;
+in float in_outline;
+
+flat out vec4 ends;
+flat out float outline;
+
+void main() {
+    Line line = line_of(in_ends);
+    float reach = 0.5 + 0.5 * line.spread;
+    int end = gl_VertexID & 1;
+    vec2 at = end == 0 ? in_ends.xy : in_ends.zw;
+    at[line.steep ? 0 : 1] += (gl_VertexID >> 1) == 0 ? -reach : reach;
+    ends = in_ends;
+    outline = in_outline;
+    gl_Position = vec4(at / screen_size * 2.0 - 1.0, in_depths[end] * 2.0 - 1.0, 1.0);
+}
