@@ -2,7 +2,7 @@
 
 import moderngl
 
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.antialiasing import samples
 from depthwalk.render.frame import Frame, Pass
 
@@ -13,12 +13,16 @@ class OutputPass(Pass):
     writes = ("screen",)
 
     def setup(self) -> None:
-        self._program = Program(self.gl, "common/fullscreen.vert", "output/output.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
+        shaders = "common/fullscreen.vert", "output/output.frag"
+        self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
+        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
 
     def draw(self, frame: Frame) -> None:
         frame.screen.use()
         self.gl.device.context.enable_only(moderngl.NOTHING)
         frame.targets.lit_texture.use(0)
-        self._program.set(lit_texture=0, samples=samples(frame.settings))
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        finer = samples(frame.settings)
+        # A loop over one sample costs software rasterisers four times as much as none.
+        defines = ("SUPERSAMPLED",) if finer > 1 else ()
+        self._programs[defines].set(lit_texture=0, **({"samples": finer} if finer > 1 else {}))
+        self._arrays[defines].render(moderngl.TRIANGLES, vertices=3)
