@@ -22,11 +22,30 @@ def view_from(eye, seed, fov=1.0):
     return View(Camera(tuple(eye), tuple(eye + direction), fov), (160, 90))
 
 
+def visible(bounds, view, min_pixels):
+    cells = sort_into_cells(bounds)
+    return cells.visible(view, bounds, min_pixels, *cells.portions(view, min_pixels, 1 << 30))
+
+
+@pytest.mark.parametrize("size", [256, 1000, 30_000])
+def test_portions_hold_each_cell_once_and_the_nearest_first(size):
+    bounds = spheres(20_000, np.array([100, 5, 100]), 1)
+    cells, view = sort_into_cells(bounds), view_from(np.array([0.0, 0, 0]), 3)
+    portions = cells.portions(view, 0.0, size)
+    every = np.concatenate(portions)
+    assert sorted(every) == sorted(*cells.portions(view, 0.0, 1 << 30))
+    assert (len(portions) > 1) == (cells.objects(every) > size)
+    counts = np.array([cells.objects(portion) for portion in portions[:-1]])
+    assert (np.abs(counts - size * 4 ** np.arange(len(counts))) <= 256).all()
+    forward, reach = cells.along(view, every)
+    assert (np.diff(forward - reach) >= 0).all()
+
+
 @given(st.integers(0, 2000), st.sampled_from([(0, 0, 0), (1, 0, 0), (100, 5, 100), (1e5, 1, 1e5)]), st.integers(0, 99))
 def test_cells_lose_and_add_nothing(count, extent, seed):
     bounds = spheres(count, np.array(extent, float), seed)
     view = view_from(np.random.default_rng(seed).uniform(-1, 1, 3) * extent, seed)
-    rows, forward = sort_into_cells(bounds).visible(view, bounds, 0.0)
+    rows, forward = visible(bounds, view, 0.0)
     expected, distances = bounds.visible(view)
     assert set(rows) == set(expected) and len(rows) == len(expected)
     np.testing.assert_allclose(forward, distances, atol=1e-6)  # nearest first
@@ -37,7 +56,7 @@ def test_cells_lose_and_add_nothing(count, extent, seed):
 def test_objects_under_the_size_are_left_out(min_pixels):
     bounds = spheres(5000, np.array([400, 20, 400]), 3)
     view = View(Camera((300, 0, 300), (0, 0, 0), 1.0), (160, 90))
-    rows, _ = sort_into_cells(bounds).visible(view, bounds, min_pixels)
+    rows, _ = visible(bounds, view, min_pixels)
     expected, _ = bounds.visible(view)
     across = 2 * view.focal_pixels * bounds.reach / np.linalg.norm(bounds.centre - view.position, axis=1)
     large = expected[across[expected] >= min_pixels]
@@ -51,7 +70,11 @@ def test_moved_objects_are_found_where_they_went(rows):
     view = view_from(np.array([500.0, 0, 0]), 2)
     bounds.centre[rows] = view.position + 30 * view.axes[2]
     cells.refit(bounds, rows)
-    assert set(cells.visible(view, bounds, 0.0)[0]) == set(bounds.visible(view)[0]) >= set(range(*rows.indices(2000)))
+    assert (
+        set(cells.visible(view, bounds, 0.0, *cells.portions(view, 0.0, 1 << 30))[0])
+        == set(bounds.visible(view)[0])
+        >= set(range(*rows.indices(2000)))
+    )
 
 
 def test_few_cells_are_asked_where_little_is_seen():

@@ -125,11 +125,11 @@ class Both:
         for renderer in self.renderers:
             setattr(getattr(renderer.settings, group), name, value)
 
-    def pictures(self, camera):
+    def pictures(self, camera, *depth_range):
         """Of both, int (H, W, 4), and the plans."""
         pixels = []
         for renderer in self.renderers:
-            renderer.render(View(camera, SIZE), self.screen, transparent=True)
+            renderer.render(View(camera, SIZE, *depth_range), self.screen, transparent=True)
             pixels.append(read_pixels(self.screen).astype(int))
         return pixels, [renderer.plan for renderer in self.renderers]
 
@@ -169,6 +169,29 @@ def test_a_crowd_looks_the_same(gl_device, library, small_rounds, representation
             assert plans[1].counts["occluded"] == 0
             occluded += all_of_them - drawn
     assert occluded > 300
+
+
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
+def test_hidden_cells_are_left_out_whole(gl_device, library, small_rounds, monkeypatch, representation):
+    monkeypatch.setattr(rendering, "FIRST_PORTION", 16)
+    monkeypatch.setattr("depthwalk.render.cells._OBJECTS", 8)
+    asked = []
+    come = Renderer._come_into_sight
+
+    def count(self, view, cells, behind):
+        asked.append(behind(self._sorted().cylinders(cells)))
+        return come(self, view, cells, behind)
+
+    monkeypatch.setattr(Renderer, "_come_into_sight", count)
+    places, rng = crowd(1, 400)
+    with Both(gl_device, library, places, representation) as both:
+        for _ in range(12):
+            eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
+            # Cells about the viewer would bring the near plane too near to tell surfaces apart that all but touch.
+            pictures, _ = both.pictures(Camera(tuple(eye), tuple(aim), rng.uniform(0.5, 1.5)), 0.05, 30.0)
+            assert_same(pictures, representation)
+    unseen = np.concatenate(asked)
+    assert 50 < unseen.sum() < len(unseen) - 50
 
 
 @given(st.integers(0, 2**32), st.sampled_from([Representation.MESH, Representation.DMESH]), st.integers(1, 60))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from depthwalk.params import Params, param
 from depthwalk.render.bounds import Bounds
+from depthwalk.render.occlusion import Cylinders
 from depthwalk.render.view import View
 
 Array = NDArray[np.floating]
@@ -46,10 +47,35 @@ class Cells:
         cell[self.order] = np.repeat(np.arange(len(self.low), dtype=np.int32), np.diff(self.first))
         return cell
 
-    def visible(self, view: View, bounds: Bounds, min_pixels: float) -> tuple[Rows, Array]:
-        """Rows (m,) of the objects that `Bounds.visible` finds and that are not smaller than `min_pixels`, nearest
-        first; and the distances (m,) of their centres along the view axis."""
-        rows = self.order[_runs(self.first, np.flatnonzero(self._may_show(view, min_pixels)))]
+    def portions(self, view: View, min_pixels: float, size: int) -> list[Rows]:
+        """Numbers of the cells whose objects may be seen, the nearest first, in portions of some `size` objects, four
+        times as many, and so on; at least one."""
+        cells = np.flatnonzero(self._may_show(view, min_pixels))
+        forward, reach = self.along(view, cells)
+        cells = cells[np.argsort(forward - reach, kind="stable")]
+        before = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
+        portion = np.log2(3 * before / size + 1) // 2  # size · (1 + 4 + … + 4^(k − 1)) objects come before portion k
+        return np.split(cells, np.flatnonzero(np.diff(portion)) + 1)
+
+    def objects(self, cells: Rows) -> int:
+        """How many objects `cells` (k,) have."""
+        return int(np.diff(self.first)[cells].sum())
+
+    def along(self, view: View, cells: Rows) -> tuple[Array, Array]:
+        """Distances (k,) of the middles of `cells` (k,) along the view axis, and how far they reach along it."""
+        middle, half = (self.high + self.low)[cells] / 2, (self.high - self.low)[cells] / 2
+        return (middle - view.position) @ view.axes[2], half @ np.abs(view.axes[2])
+
+    def cylinders(self, cells: Rows) -> Cylinders:
+        """About the boxes of `cells` (k,)."""
+        half = (self.high[cells] - self.low[cells]) / 2
+        upright = np.broadcast_to(np.array([0, 1, 0], np.float32), half.shape)
+        return Cylinders(self.low[cells] + half, upright, half[:, 1], np.hypot(half[:, 0], half[:, 2]))
+
+    def visible(self, view: View, bounds: Bounds, min_pixels: float, cells: Rows) -> tuple[Rows, Array]:
+        """Rows (m,) of the objects of `cells` (k,) that `Bounds.visible` finds and that are not smaller than
+        `min_pixels`, nearest first; and the distances (m,) of their centres along the view axis."""
+        rows = self.order[_runs(self.first, cells)]
         near = bounds.take(rows)
         seen, forward = near.visible(view)
         if min_pixels:

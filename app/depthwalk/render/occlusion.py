@@ -7,6 +7,7 @@ drawing all objects gives. Greene, Kass and Miller 1993 test a hierarchy of dept
 windows of a size that suits it, wherever it lies, for the far objects of a crowd are a few cells large.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 
 FIRST_ROUND = 64  # objects
+FIRST_PORTION = 8192  # objects looked at one by one; of the others, whole cells may be hidden
 _GROWTH = 2, 8  # how many times as many the next round draws: where many of the rest are hidden, and where few are
 _MANY = 0.25  # of the rest
 _ACROSS = 4  # windows that cover a rectangle, along each axis
@@ -45,10 +47,13 @@ class Outlines:
     depth: Array
 
 
+Hider = Callable[[Cylinders], NDArray[np.bool_]]  # which of n cylinders (n,) are hidden
+
+
 def growth(unseen: NDArray[np.bool_]) -> int:
     """How many times as many objects as the last the next round draws, where `unseen` (n,) of the rest were hidden: a
     test costs as much as drawing some objects, and must be worth it."""
-    return _GROWTH[0 if unseen.mean() > _MANY else 1]
+    return _GROWTH[0 if not len(unseen) or unseen.mean() > _MANY else 1]
 
 
 def cylinders(objects: Objects, centre: Array, half_height: Array, radius: Array) -> Cylinders:

@@ -4,6 +4,7 @@ GL state between passes: whichever framebuffer the last one used; a pass sets wh
 wireframe is off. Depth function LESS, counter-clockwise faces are front.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import moderngl
@@ -20,7 +21,7 @@ from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
 from depthwalk.render.cells import Cells, sort_into_cells
 from depthwalk.render.depth_cells import DepthCells
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.occlusion import FIRST_ROUND, cylinders, growth, hidden, outlines
+from depthwalk.render.occlusion import FIRST_PORTION, FIRST_ROUND, Cylinders, Hider, cylinders, growth, hidden, outlines
 from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
 from depthwalk.render.prepared import Form
@@ -29,6 +30,8 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
 from depthwalk.scene.scene import Scene
+
+Rows = NDArray[np.integer]
 
 
 class Renderer:
@@ -70,26 +73,24 @@ class Renderer:
         self.table()  # loads what is not loaded yet
         bounds, cells = self.bounds(), self._sorted()
         with self.timers.measure_cpu("cull"):
-            visible, forward = cells.visible(view, bounds, settings.culling.min_pixels)
-            view = self._fitted(view, forward, bounds.reach[visible])
-        with self.timers.measure_cpu("upload"):
-            visible = self._uploaded(self.objects().asset, visible)
+            smallest = settings.culling.min_pixels
+            nearest, *others = cells.portions(view, smallest, FIRST_PORTION)
+            visible, forward = cells.visible(view, bounds, smallest, nearest)
+            farther = cells.along(view, np.concatenate([nearest[:0], *others]))
+            if not settings.culling.occlusion:
+                visible = np.concatenate(
+                    [visible, *(cells.visible(view, bounds, smallest, each)[0] for each in others)]
+                )
+                others = []
+            along = (forward, bounds.reach[visible[: len(forward)]]), farther
+            view = self._fitted(view, *map(np.concatenate, zip(*along, strict=True)))
         targets.gbuffer.use()
         targets.gbuffer.clear(depth=1.0)
         surroundings = self.scene.environment, self.assets, targets, screen
         rounds: list[FramePlan] = []
-        left, size = visible, FIRST_ROUND if settings.culling.occlusion else len(visible)
-        while not rounds or len(left):
-            rounds.append(self._plan(view, left[:size], rounds))
-            frame = Frame(view, rounds[-1], settings, *surroundings, transparent)
-            self._draw(frame, objects=True)
-            left = left[size:]
-            if len(left):
-                with self.timers.measure_cpu("occlusion"):
-                    unseen = self._hidden(view, left)
-                rounds[-1].counts["occluded"] = int(unseen.sum())
-                size *= growth(unseen)
-                left = left[~unseen]
+        for plan in self._rounds(view, visible, others):
+            rounds.append(plan)
+            self._draw(Frame(view, plan, settings, *surroundings, transparent), objects=True)
         self.plan, self.view = FramePlan.joined(rounds), view
         with self.timers.measure_cpu("plan"):
             drawn, tiled = self.plan.numbered, self.plan.tiled
@@ -99,23 +100,50 @@ class Renderer:
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
 
-    def _plan(self, view: View, rows: NDArray[np.integer], before: list[FramePlan]) -> FramePlan:
-        """Of a round that draws the objects `rows` (n,), after the rounds `before`."""
+    def _rounds(self, view: View, left: Rows, portions: list[Rows]) -> Iterator[FramePlan]:
+        """The plans of rounds, each to be drawn before the next is asked for: first of the objects `left` (m,), nearest
+        first, then of those in `portions` of cells, less what is hidden behind the rounds before."""
+        size = FIRST_ROUND if self.settings.culling.occlusion else max(len(left), 1)
+        needed: list[int] = []
+        number = 1
+        left = self._uploaded(left, needed)
+        goes_on = False
+        while not goes_on or len(left):
+            plan = self._plan(view, left[:size], goes_on, number)
+            goes_on, number, left = True, number + len(plan.numbered), left[size:]
+            yield plan
+            if not len(left) and not portions:
+                return
+            with self.timers.measure_cpu("occlusion"):
+                behind = self._hider(view)
+                unseen = behind(self._held(left))
+            plan.counts["occluded"] = int(unseen.sum())
+            size *= growth(unseen)
+            left = left[~unseen]
+            while not len(left) and portions:
+                left, occluded = self._come_into_sight(view, portions.pop(0), behind)
+                left = self._uploaded(left, needed)
+                plan.counts["occluded"] += occluded
+
+    def _come_into_sight(self, view: View, cells: Rows, behind: Hider) -> tuple[Rows, int]:
+        """The objects (m,) of `cells` that are not `behind` what is drawn, nearest first, and how many are; cells that
+        are hidden count whole."""
+        sorted_cells, bounds = self._sorted(), self.bounds()
+        with self.timers.measure_cpu("occlusion"):
+            unseen = behind(sorted_cells.cylinders(cells))
+        with self.timers.measure_cpu("cull"):
+            rows, _ = sorted_cells.visible(view, bounds, self.settings.culling.min_pixels, cells[~unseen])
+        with self.timers.measure_cpu("occlusion"):
+            hidden_rows = behind(self._held(rows))
+        return rows[~hidden_rows], sorted_cells.objects(cells[unseen]) + int(hidden_rows.sum())
+
+    def _plan(self, view: View, rows: Rows, goes_on: bool, number: int) -> FramePlan:
+        """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
         table, objects, bounds, settings = self.table(), self.objects(), self.bounds(), self.settings
         groups = settings.lod, tile_layout(settings, settings.warp), settings.mesh
-        first_number = 1 + sum(len(each.numbered) for each in before)
+        atlas_size = self._targets(view.size).atlas_size
         with self.timers.measure_cpu("plan"):
-            return self._planner.plan(
-                view,
-                objects,
-                bounds,
-                rows,
-                table,
-                *groups,
-                self._targets(view.size).atlas_size,
-                bool(before),
-                first_number,
-            )
+            return self._planner.plan(view, objects, bounds, rows, table, *groups, atlas_size, goes_on, number)
 
     def _draw(self, frame: Frame, objects: bool) -> None:
         """Runs the passes that draw objects, or those that do not."""
@@ -124,16 +152,20 @@ class Renderer:
                 with self.timers.measure(each.name):
                     each.draw(frame)
 
-    def _hidden(self, view: View, rows: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Which (n,) of the objects `rows` (n,) are hidden behind what is drawn so far."""
-        lod, warp, table = self.settings.lod, self.settings.warp, self.table()
+    def _held(self, rows: Rows) -> Cylinders:
+        """What holds the objects `rows` (n,)."""
+        table = self.table()
+        return cylinders(self.objects().take(rows), self.bounds().centre[rows], table.half_height, table.girth)
+
+    def _hider(self, view: View) -> Hider:
+        """Tells which cylinders are hidden behind what is drawn so far."""
+        lod, warp = self.settings.lod, self.settings.warp
         if self._depth_cells is None:
             self._depth_cells = DepthCells(self.device, view.size)
-        farthest = self._depth_cells.read(self._targets(view.size))
-        held = cylinders(self.objects().take(rows), self.bounds().centre[rows], table.half_height, table.girth)
+        farthest, side = self._depth_cells.read(self._targets(view.size)), self._depth_cells.side
         # Tiles, and geometry, may be coarser than pixels; kept tiles show their object as far off as they may be.
         margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias) + HARDEST * warp.reuse_error
-        return hidden(outlines(view, held, margin), farthest, self._depth_cells.side)
+        return lambda held: hidden(outlines(view, held, margin), farthest, side)
 
     def objects(self) -> Objects:
         """The scene's objects as they are drawn, by the representation asked for: a row for each part of their depth
@@ -205,7 +237,8 @@ class Renderer:
         return Camera(tuple(middle + away), tuple(middle), fov)
 
     def _fitted(self, view: View, forward: NDArray[np.floating], reach: NDArray[np.floating]) -> View:
-        """`view` with near and far plane about visible spheres at `forward` (m,) of `reach` (m,), and the ground."""
+        """`view` with near and far plane about what is at `forward` (m,) and has `reach` (m,) along the view axis, and
+        about the ground."""
         if view.near is not None and view.far is not None:
             return view
         ground = self.scene.environment.ground
@@ -217,14 +250,17 @@ class Renderer:
         near, far = depth_range(forward, reach, seen)
         return replace(view, near=near, far=far)
 
-    def _uploaded(self, asset: NDArray[np.integer], visible: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Those of the objects `visible` (m,), nearest first, whose assets are on the GPU, once what fits the time and
-        the budget has been brought there."""
-        self.assets.budget = self.settings.gpu_memory
-        numbers, first = np.unique(asset[visible], return_index=True)
-        depth = numbers[np.argsort(first)]
-        there = self.assets.stream(depth[depth >= len(self._library)].tolist(), self.upload_seconds)
-        return visible if there[numbers].all() else visible[there[asset[visible]]]
+    def _uploaded(self, rows: Rows, needed: list[int]) -> Rows:
+        """Those of the objects `rows` (m,), nearest first, whose assets are on the GPU, once what fits the time and the
+        budget has been brought there. needed: what the frame needs so far, to which is added what they do."""
+        with self.timers.measure_cpu("upload"):
+            asset = self.objects().asset[rows]
+            numbers, first = np.unique(asset, return_index=True)
+            depth = numbers[np.argsort(first)]
+            needed += (number for number in depth[depth >= len(self._library)].tolist() if number not in needed)
+            self.assets.budget = self.settings.gpu_memory
+            there = self.assets.stream(needed, self.upload_seconds)
+            return rows if there[numbers].all() else rows[there[asset]]
 
     def _forget_arrays(self) -> None:
         for each in self.passes:
