@@ -17,6 +17,7 @@ from depthwalk.commands.options import (
     CameraPosition,
     CameraTarget,
     Frames,
+    Layers,
     NoBackground,
     Parts,
     PathOption,
@@ -30,6 +31,7 @@ from depthwalk.commands.options import (
     open_scene,
     parse_axis,
     parse_camera,
+    parse_layers,
     parse_parts,
     parse_resolution,
     parse_settings,
@@ -184,12 +186,7 @@ def bake(
         int,
         typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
     ] = 512,
-    layers: Annotated[
-        int | None,
-        typer.Option(
-            min=1, max=limits.MAX_DPCI_LAYERS, help="Surfaces along each ray.", show_default="3; 1 with six-view"
-        ),
-    ] = None,
+    layers: Layers = None,
     method: Annotated[
         Method, typer.Option(help="How surfaces are sampled: by rays, or by six views warped on the GPU.")
     ] = Method.RAYCAST,
@@ -215,11 +212,10 @@ def bake(
 
     files = work.output_files(meshes, out)
     specs = [work.mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
-    if layers is None:
-        layers = 1 if method is Method.SIX_VIEW else 3
+    deep = parse_layers(layers) or (1 if method is Method.SIX_VIEW else 3)
     split = parse_parts(parts) or 1, parse_axis(axis) or "y"
     try:
-        params = ModelParams(dpci_resolution, layers, method.value, *split)
+        params = ModelParams(dpci_resolution, deep, method.value, *split)
     except InputError as error:
         raise InputError(f"--{error}") from None
     failures = work.bake_meshes(specs, params, files, jobs, force)
@@ -252,15 +248,7 @@ def compare(
             show_default="512, or as the scene says",
         ),
     ] = None,
-    layers: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=limits.MAX_DPCI_LAYERS,
-            help="Surfaces along each ray.",
-            show_default="3, or as the scene says; 1 with six-view",
-        ),
-    ] = None,
+    layers: Layers = None,
     method: Annotated[
         Method | None,
         typer.Option(help="How surfaces are sampled.", show_default="raycast, or as the scene says"),
@@ -289,7 +277,7 @@ def compare(
 
     choices = Choices(
         dpci_resolution,
-        layers,
+        parse_layers(layers),
         method.value if method else None,
         parse_parts(parts),
         parse_axis(axis),

@@ -40,7 +40,8 @@ def test_json_is_as_documented(gl_device, ball, tmp_path):
     assert list(report["goals"]) == list(report["overall"]) == KEYS
     (model,) = report["models"]
     assert list(model) == [
-        *("name", "mesh", "triangles", "dpci", "parts", "bake_seconds", "bake_peak_bytes", "bytes_disk", "bytes_gpu"),
+        *("name", "mesh", "triangles", "dpci", "parts", "deepest"),
+        *("bake_seconds", "bake_peak_bytes", "bytes_disk", "bytes_gpu"),
         *("cost_goals", "summary", "close_summary"),
         *("views", "close", "candidate", "warnings", "recommendation"),
     ]

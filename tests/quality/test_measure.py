@@ -9,7 +9,7 @@ import pytest
 
 import shapes
 from depthwalk.bake.images import Face
-from depthwalk.bake.parts import ModelParams
+from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.quality.advise import recommend
 from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
 from depthwalk.quality.goals import MEASURES, summarise
@@ -115,21 +115,32 @@ def test_samples_lie_on_the_surface_evenly():
 
 
 def test_a_ball_is_a_good_candidate(ball):
-    candidate = examine(*ball)
+    candidate = examine(*ball, ModelParams(64, 2))
     assert candidate.coverage > 0.99 and candidate.thin == 0 and candidate.parts == 1
     assert warnings(candidate) == []
 
 
 def test_poor_candidates_are_named_with_the_reason(ball):
     mesh, baked = ball
-    bare = examine(mesh, caps_only(baked))
+    bare = examine(mesh, caps_only(baked), ModelParams(64, 2))
     assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare)[0]
     card = shapes.box(1, 1, 0.002)
-    assert examine(card, shapes.model_of(shapes.bake(card, 64, 2))).thin > 0.9
+    assert examine(card, shapes.model_of(shapes.bake(card, 64, 2)), ModelParams(64, 2)).thin > 0.9
     assert warnings(Candidate(1.0, 0.5, 99, 0.01)) == [
         "50.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
         "it has 99 separate parts, which hide each other: more layers, or several objects",
     ]
+
+
+def test_more_layers_are_recommended_where_they_hold_more():
+    plates = shapes.joined(*(shapes.box(2.0, 0.2, 2.0, (0, 0.5 * number, 0)) for number in range(4)))
+    params = ModelParams(32, 2)
+    candidate = examine(plates, bake_model(plates, params, ""), params)
+    assert candidate.deeper is not None and (candidate.deeper.now.layers, candidate.deeper.then.layers) == (2, 4)
+    line = next(line for line in warnings(candidate) if line.startswith("layers: 4, or auto: 0.0 % of its visible"))
+    assert f"not {100 * candidate.deeper.now.missing:.1f}, and a texel covers" in line
+    for enough in ModelParams(32, 4), ModelParams(32, "auto"):
+        assert examine(plates, bake_model(plates, enough, ""), enough).deeper is None
 
 
 def test_parts_are_counted_through_split_vertices():
@@ -143,12 +154,12 @@ def test_parts_are_counted_through_split_vertices():
 def test_the_cheapest_bake_that_suffices_is_recommended(gl_device):
     mesh = shapes.sphere(0.5, columns=32, rows=16)
     some = SPHERE[::20]
-    best = recommend(mesh, RenderSettings(), SIZE, 99.0, some, (16, 32))
+    best = recommend(mesh, ModelParams(), RenderSettings(), SIZE, 99.0, some, (16, 32))
     assert not best.reached and best.best.psnr == max(trial.psnr for trial in best.trials)
     assert best.text().startswith("99 dB is out of reach; best is --dpci-resolution")
     # A ball has one layer: the second brings nothing, the third is not tried.
     assert [(t.resolution, t.layers) for t in best.trials] == [(16, 1), (16, 2), (32, 1), (32, 2)]
-    modest = recommend(mesh, RenderSettings(), SIZE, best.trials[0].psnr - 0.5, some, (16, 32))
+    modest = recommend(mesh, ModelParams(), RenderSettings(), SIZE, best.trials[0].psnr - 0.5, some, (16, 32))
     assert modest.reached and modest.trials == best.trials[:1]
     assert modest.text().startswith(f"for {modest.wanted:g} dB: --dpci-resolution 16 --layers 1 (")
 
@@ -168,7 +179,7 @@ def test_the_report_marks_goals_and_holds_no_infinity():
 
     def model(name, *views):
         costs = Costs(3.0, None, 1_000_000, 20_000_000)
-        return ModelReport(name, name, 12, ModelParams(), 1, costs, views, (), candidate, ("holes",), None)
+        return ModelReport(name, name, 12, ModelParams(), 1, 3, costs, views, (), candidate, ("holes",), None)
 
     models = model("a.ply", quality(34.0), quality(26.0)), model("b.ply", quality(math.inf))
     report = CompareReport("1", None, "driver", (64, 48), models)

@@ -39,6 +39,7 @@ from depthwalk.limits import MAX_DPCI_LAYERS
 
 Progress = Callable[[str], None]
 Method = Literal["raycast", "six-view"]
+Layers = int | Literal["auto"]
 _LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a flank must sample better than others, to be worth the trouble
 _BATCH = 1 << 15  # samples at a time
 _OVERLAP = 3  # texels by which a flank goes on beyond what it samples better than others
@@ -61,11 +62,12 @@ EVERYTHING = Refinements()
 
 @dataclass(frozen=True)
 class BakeParams:
-    """resolution: side image W = H and cap image N, texels; layers: depth-peeled surfaces per image; method: how the
-    surfaces are sampled; refinements: all of them. Raises InputError for layers that the method cannot make."""
+    """resolution: side image W = H and cap image N, texels; layers: depth-peeled surfaces per image, auto: as many as
+    there may be; method: how the surfaces are sampled; refinements: all of them. Raises InputError for layers that the
+    method cannot make."""
 
     resolution: int = 512
-    layers: int = 3
+    layers: Layers = 3
     method: Method = "raycast"
     refinements: Refinements = field(default=EVERYTHING, kw_only=True)
 
@@ -120,6 +122,8 @@ def bake_object(
 
 def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
     """How many surfaces a ray counts: twice as many of an open mesh, which shows its inside, though little of it."""
+    if params.layers == "auto":
+        return MAX_DPCI_LAYERS
     return min(params.layers * (2 if caster.two_sided else 1), MAX_DPCI_LAYERS)
 
 

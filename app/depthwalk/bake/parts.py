@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.axis import NAMED, Axis, Direction, choose_axis
 from depthwalk.bake.baker import BakeParams, Progress, bake_object
+from depthwalk.bake.depth import Depth, deep_enough, measure_depth
 from depthwalk.bake.division import divide, part_faces
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
-from depthwalk.bake.placement import cylinder_around, extent, place_along
+from depthwalk.bake.placement import Placement, cylinder_around, extent, place_along
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import probe
 from depthwalk.errors import InputError
@@ -19,13 +20,15 @@ from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.limits import MAX_DPCI_PARTS, MIN_DPCI_RESOLUTION
 
 _PROBES = 1000
+_DEPTH_PROBES = 4000  # a layer is worth a thousandth of the surface
 _RIM = 2.0  # texels of surface beyond a cut that a part holds besides its own
 
 
 @dataclass(frozen=True)
 class ModelParams(BakeParams):
-    """How a mesh is baked. parts: at most so many objects; auto: as many as it takes to sample the surface well. axis:
-    of the cylinder, or of each part's, in the asset's frame; auto: the one that samples it best.
+    """How a mesh is baked. layers: auto: as many as it takes to hold what can be seen. parts: at most so many objects;
+    auto: as many as it takes to sample the surface well. axis: of the cylinder, or of each part's, in the asset's
+    frame; auto: the one that samples it best.
 
     Raises InputError for what cannot be.
     """
@@ -97,9 +100,19 @@ def _bake_placed(
     if texel is not None:
         texels = extent(cylinder_around(placement, mesh.positions)) / texel
         params = replace(params, resolution=_resolution(texels, params.resolution))
+    if params.layers == "auto":
+        progress("layers")
+        params = replace(params, layers=deep_enough(probed_depth(mesh, placement, params, two_sided)).layers)
     baked = bake_object(placement.placed(mesh), params, key, progress, two_sided, workers)
     position, rotation = placement.position.tolist(), placement.rotation.as_quat().tolist()
     return replace(baked, position=tuple(position), rotation=tuple(rotation))
+
+
+def probed_depth(mesh: Mesh, placement: Placement, params: BakeParams, two_sided: bool | None = None) -> list[Depth]:
+    """What images of `mesh` about `placement` hold, by their layers. two_sided: see `RayCaster`."""
+    caster = RayCaster(mesh, two_sided)
+    probes = probe(mesh, caster, _DEPTH_PROBES)
+    return measure_depth(caster, probes, placement, cylinder_around(placement, mesh.positions), params)
 
 
 def _direction(mesh: Mesh, params: ModelParams, progress: Progress, two_sided: bool | None) -> Direction:

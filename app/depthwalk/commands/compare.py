@@ -4,6 +4,7 @@ import tempfile
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from pydantic import Field
@@ -134,7 +135,7 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
         bake = measured_bake(spec, subject.params, file)
         baked = read_baked(file)
         report(spec.name, "examining")
-        candidate = examine(mesh, baked)
+        candidate = examine(mesh, baked, subject.params)
     height = object_height(mesh)
     with TwinRenderer(mesh, baked, plan.settings, plan.size) as twin:
         with frame_progress(spec.name, len(SPHERE) + len(CLOSE_BY)) as advance:
@@ -145,18 +146,20 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
         costs = Costs(bake.seconds, bake.peak_bytes, bake.bytes_disk, twin.gpu_bytes)
         shown = _worst_views(twin, views) if plan.pictures else []
         driver = twin.driver
-    advice = _advice(spec, mesh, plan)
+    advice = _advice(subject, mesh, plan)
     reasons = tuple(warnings(candidate))
-    what = subject.name, str(spec.mesh), len(mesh.faces), subject.params, len(baked.parts)
+    deepest = 1 + max(image.layer for part in baked.parts for image in part.images)
+    what = subject.name, str(spec.mesh), len(mesh.faces), subject.params, len(baked.parts), deepest
     model = ModelReport(*what, costs, views, close, candidate, reasons, advice)
     return model, shown, driver
 
 
-def _advice(spec: MeshAsset, mesh: Mesh, plan: Plan) -> Recommendation | None:
+def _advice(subject: Subject, mesh: Mesh, plan: Plan) -> Recommendation | None:
     if plan.wanted is None:
         return None
     with asset_progress() as report:
-        return recommend(mesh, plan.settings, plan.size, plan.wanted, progress=lambda stage: report(spec.name, stage))
+        say = partial(report, subject.spec.name)
+        return recommend(mesh, subject.params, plan.settings, plan.size, plan.wanted, progress=say)
 
 
 def _worst_views(twin: TwinRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from depthwalk.errors import InputError
-from depthwalk.limits import MAX_DPCI_PARTS, MAX_FRAMES, MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE
+from depthwalk.limits import MAX_DPCI_LAYERS, MAX_DPCI_PARTS, MAX_FRAMES, MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE
 
 if TYPE_CHECKING:  # the scene package takes half a second to import, --help does not need it
     from depthwalk.bake.axis import Axis as BakeAxis
@@ -55,6 +55,15 @@ AssetRoots = Annotated[
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the scene file: render.lod.bias=1."),
+]
+Layers = Annotated[
+    str | None,
+    typer.Option(
+        "--layers",
+        metavar="N|auto",
+        help="Surfaces along each ray; auto: as many as hold what can be seen.",
+        show_default="3, or as the scene says; 1 with six-view",
+    ),
 ]
 Parts = Annotated[
     str | None,
@@ -122,13 +131,14 @@ def parse_resolution(text: str) -> tuple[int, int]:
     return width, height
 
 
+def parse_layers(text: str | None) -> int | Literal["auto"] | None:
+    """How many surfaces are sampled along each ray. Raises InputError."""
+    return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
+
+
 def parse_parts(text: str | None) -> int | Literal["auto"] | None:
     """How many objects are to share a mesh. Raises InputError."""
-    if text is None or text == "auto":
-        return text  # type: ignore[return-value]
-    if not (text.isascii() and text.isdigit() and len(text) <= 2 and 1 <= int(text) <= MAX_DPCI_PARTS):
-        raise InputError(f"--parts {text}: must be auto or a whole number from 1 to {MAX_DPCI_PARTS}")
-    return int(text)
+    return _auto_or_up_to(MAX_DPCI_PARTS, "--parts", text)
 
 
 def parse_axis(text: str | None) -> "BakeAxis | None":
@@ -167,6 +177,14 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
     from depthwalk.scene.loader import load_scene
 
     return load_scene(path, asset_roots or (), parse_settings(settings))
+
+
+def _auto_or_up_to(most: int, option: str, text: str | None) -> int | Literal["auto"] | None:
+    if text is None or text == "auto":
+        return text  # type: ignore[return-value]
+    if not (text.isascii() and text.isdigit() and len(text) <= 2 and 1 <= int(text) <= most):
+        raise InputError(f"{option} {text}: must be auto or a whole number from 1 to {most}")
+    return int(text)
 
 
 def _point(option: str, text: str | None) -> Point | None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from depthwalk.bake.axis import Axis
-from depthwalk.bake.baker import Method
+from depthwalk.bake.baker import Layers, Method
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.bake import mesh_spec
 from depthwalk.errors import InputError
@@ -34,7 +34,7 @@ class Choices:
     instead of what a scene says; texture, up, height: of meshes that no scene describes."""
 
     resolution: int | None
-    layers: int | None
+    layers: Layers | None
     method: Method | None
     parts: int | Literal["auto"] | None
     axis: Axis | None

@@ -1,7 +1,8 @@
 """Which resolution and number of layers an object needs for a wanted PSNR, found by trying."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.ingest.mesh import Mesh
@@ -11,8 +12,8 @@ from depthwalk.quality.views import FEW, Viewpoint
 from depthwalk.render.settings import RenderSettings
 
 RESOLUTIONS = 256, 512, 1024
-MOST_LAYERS = 4
-LEAST_GAIN = 0.1  # dB; where a layer brings less, the next one is not tried
+LAYERS = 1, 2, 3, 4, 6, 8
+LEAST_GAIN = 0.1  # dB; where more layers bring less, still more are not tried
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Recommendation:
 
 def recommend(
     mesh: Mesh,
+    params: ModelParams,
     settings: RenderSettings,
     size: tuple[int, int],
     wanted: float,
@@ -54,13 +56,14 @@ def recommend(
     resolutions: Sequence[int] = RESOLUTIONS,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> Recommendation:
-    """Bakes `mesh` ever finer and deeper until the mean PSNR reaches `wanted`, dB. size: of the pictures, pixels."""
+    """Bakes `mesh` ever finer and deeper until the mean PSNR reaches `wanted`, dB; by rays, in parts and about the axis
+    as `params` say. size: of the pictures, pixels."""
     trials: list[Trial] = []
-    for params in _by_cost(resolutions, trials):
-        progress(f"trying {params.resolution}², {params.layers} layers")
-        baked = bake_model(mesh, params, key="")
+    for resolution, layers in _by_cost(resolutions, trials):
+        progress(f"trying {resolution}², {layers} layers")
+        baked = bake_model(mesh, replace(params, resolution=resolution, layers=layers, method="raycast"), key="")
         with TwinRenderer(mesh, baked, settings, size) as twin:
-            trials.append(Trial(params.resolution, params.layers, mean_psnr(twin, viewpoints), twin.gpu_bytes))
+            trials.append(Trial(resolution, layers, mean_psnr(twin, viewpoints), twin.gpu_bytes))
         if trials[-1].psnr >= wanted:
             return Recommendation(wanted, len(viewpoints), True, trials[-1], tuple(trials))
     best = max(trials, key=lambda trial: trial.psnr)
@@ -78,11 +81,11 @@ def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:
     return sum(values) / len(values) if values else float("inf")
 
 
-def _by_cost(resolutions: Sequence[int], trials: Sequence[Trial]) -> Iterator[ModelParams]:
-    """What to try next, by texels: resolution² · layers. A resolution is left when a layer brought little."""
-    everything = [ModelParams(side, layers) for side in resolutions for layers in range(1, MOST_LAYERS + 1)]
-    for params in sorted(everything, key=lambda params: (params.resolution**2 * params.layers, params.resolution)):
-        same = [trial for trial in trials if trial.resolution == params.resolution]
-        exhausted = len(same) < params.layers - 1 or (len(same) > 1 and same[-1].psnr - same[-2].psnr < LEAST_GAIN)
+def _by_cost(resolutions: Sequence[int], trials: Sequence[Trial]) -> Iterator[tuple[int, int]]:
+    """Resolution and layers to try next, by texels: resolution² · layers. A resolution is left when more layers brought
+    little."""
+    for side, layers in sorted(product(resolutions, LAYERS), key=lambda pair: (pair[0] ** 2 * pair[1], pair[0])):
+        same = [trial for trial in trials if trial.resolution == side]
+        exhausted = len(same) < LAYERS.index(layers) or (len(same) > 1 and same[-1].psnr - same[-2].psnr < LEAST_GAIN)
         if not exhausted:
-            yield params
+            yield side, layers

@@ -6,9 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
 
+from depthwalk.bake.depth import Depth, deep_enough
 from depthwalk.bake.images import BakedObject, Face, texel_size
 from depthwalk.bake.model import BakedModel
+from depthwalk.bake.parts import ModelParams, probed_depth
+from depthwalk.bake.placement import Placement
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import face_normals, sample_surface
 from depthwalk.ingest.mesh import Mesh
@@ -20,24 +24,36 @@ from depthwalk.render.rotation import rotate
 SAMPLES = 4000
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted
 LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02
+MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Deeper:
+    """What the layers that there are hold, and what more of them would."""
+
+    now: Depth
+    then: Depth
 
 
 @dataclass(frozen=True)
 class Candidate:
     """How an object suits depth images. coverage: the part of its surface, as seen from the 42 views, that some
     depth-image triangle comes within a texel of; thin: the part of it that has another surface less than a texel
-    behind; parts: connected pieces of at least `LEAST_PART` of the surface; texel: metres."""
+    behind; parts: connected pieces of at least `LEAST_PART` of the surface; texel: metres; deeper: None where more
+    layers bring less than `MUCH_DEEPER`."""
 
     coverage: float
     thin: float
     parts: int
     texel: float
+    deeper: Deeper | None = None
 
 
-def examine(mesh: Mesh, model: BakedModel) -> Candidate:
-    """Judges `mesh` and the depth images made of it, by `SAMPLES` points spread evenly over its surface."""
+def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
+    """Judges `mesh` and the depth images made of it as `params` say, by `SAMPLES` points spread evenly over its
+    surface."""
     texel = max(map(_texel, model.parts))
     caster = RayCaster(mesh)
     points, normals = sample_surface(mesh, SAMPLES)
@@ -49,7 +65,7 @@ def examine(mesh: Mesh, model: BakedModel) -> Candidate:
     skin = 1e-5 * bounding_sphere(mesh).radius
     behind = caster.first(points - skin * normals, -normals)
     thin = behind.flipped & (behind.distance < texel)
-    return Candidate(float(held.mean()), float(thin.mean()), count_parts(mesh), texel)
+    return Candidate(float(held.mean()), float(thin.mean()), count_parts(mesh), texel, _deeper(mesh, model, params))
 
 
 def warnings(candidate: Candidate) -> list[str]:
@@ -58,6 +74,13 @@ def warnings(candidate: Candidate) -> list[str]:
     if candidate.coverage < LOW_COVERAGE:
         missing = 100 * (1 - candidate.coverage)
         lines.append(f"{missing:.1f} % of its visible surface is in no depth image: more layers, or a finer resolution")
+    if candidate.deeper is not None:
+        now, then = candidate.deeper.now, candidate.deeper.then
+        lines.append(
+            f"layers: {then.layers}, or auto: {100 * then.missing:.1f} % of its visible surface then lie too deep, not "
+            f"{100 * now.missing:.1f}, and a texel covers {then.footprint:.1f} texels² of it on the mean, not "
+            f"{now.footprint:.1f}"
+        )
     if candidate.thin > MUCH_THIN:
         lines.append(
             f"{100 * candidate.thin:.1f} % of its surface is thinner than a texel ({1000 * candidate.texel:.3g} mm): "
@@ -79,6 +102,16 @@ def count_parts(mesh: Mesh) -> int:
     _, areas = face_normals(mesh.positions[mesh.faces].astype(np.float64))
     share = np.bincount(part[faces[:, 0]], weights=areas, minlength=count) / areas.sum()
     return int((share >= LEAST_PART).sum())
+
+
+def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None:
+    """Of one object whose layers are counted; the parts of a split one differ."""
+    if params.layers == "auto" or params.method == "six-view" or len(model.parts) > 1:
+        return None
+    part = model.parts[0]
+    depths = probed_depth(mesh, Placement(np.asarray(part.position), Rotation.from_quat(part.rotation)), params)
+    now, then = depths[params.layers - 1], deep_enough(depths)
+    return Deeper(now, then) if now.footprint - then.footprint >= MUCH_DEEPER else None
 
 
 def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:

@@ -32,13 +32,15 @@ class Costs:
 @dataclass(frozen=True)
 class ModelReport:
     """One mesh. name: its file as the user gave it, or scene and asset; mesh: its file; params: of its depth images;
-    objects: into how many it was split; views: on the sphere; close: from close by."""
+    objects: into how many it was split; deepest: layers of the deepest image; views: on the sphere; close: from close
+    by."""
 
     name: str
     mesh: str
     triangles: int
     params: ModelParams
     objects: int
+    deepest: int
     costs: Costs
     views: tuple[ViewQuality, ...]
     close: tuple[ViewQuality, ...]
@@ -136,7 +138,8 @@ def headline(report: CompareReport) -> str:
 def costs_line(model: ModelReport) -> str:
     reached, costs, params = cost_goals(model), model.costs, model.params
     peak = "" if costs.bake_peak_bytes is None else f" within {costs.bake_peak_bytes / 1e6:.0f} MB"
-    layers = f"{params.layers} layer{'s' if params.layers > 1 else ''}"
+    count = model.deepest if params.layers == "auto" else params.layers
+    layers = f"{count} layer{'s' if count > 1 else ''}{' (auto)' if params.layers == 'auto' else ''}"
     parts = f" in {model.objects} parts" if model.objects > 1 else ""
     return (
         f"{params.resolution}², {layers}, {params.method}{parts}; "
@@ -192,6 +195,7 @@ def _model(model: ModelReport) -> dict[str, Any]:
         "triangles": model.triangles,
         "dpci": {key: value for key, value in asdict(model.params).items() if key != "refinements"},
         "parts": model.objects,
+        "deepest": model.deepest,
         **asdict(model.costs),
         "cost_goals": cost_goals(model),
         "summary": {m.key: _summary(m, summarise(m, model.views)) for m in MEASURES},

@@ -38,10 +38,17 @@ RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
 BakeMethod = Literal["raycast", "six-view"]
 
 
-def _parts(value: Any) -> Any:
-    if value != "auto" and not (type(value) is int and 1 <= value <= MAX_DPCI_PARTS):
-        raise ValueError(f"must be auto or a whole number from 1 to {MAX_DPCI_PARTS}, not {shown(value)}")
-    return value
+def _auto_or_up_to(most: int) -> BeforeValidator:
+    def check(value: Any) -> Any:
+        if value != "auto" and not (type(value) is int and 1 <= value <= most):
+            raise ValueError(f"must be auto or a whole number from 1 to {most}, not {shown(value)}")
+        return value
+
+    return BeforeValidator(check)
+
+
+def _auto_or_up_to_schema(most: int) -> WithJsonSchema:
+    return WithJsonSchema({"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1, "maximum": most}]})
 
 
 def _axis(value: Any) -> Any:
@@ -55,11 +62,9 @@ def _axis(value: Any) -> Any:
     return value
 
 
-Parts = Annotated[
-    int | Literal["auto"],
-    BeforeValidator(_parts),
-    WithJsonSchema({"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1, "maximum": MAX_DPCI_PARTS}]}),
-]
+CountOrAuto = int | Literal["auto"]
+Layers = Annotated[CountOrAuto, _auto_or_up_to(MAX_DPCI_LAYERS), _auto_or_up_to_schema(MAX_DPCI_LAYERS)]
+Parts = Annotated[CountOrAuto, _auto_or_up_to(MAX_DPCI_PARTS), _auto_or_up_to_schema(MAX_DPCI_PARTS)]
 AxisName = Literal["auto", "x", "y", "z"]
 Axis = Annotated[AxisName | Vector, BeforeValidator(_axis)]
 
@@ -79,7 +84,9 @@ class DpciParams(FileParams):
     resolution: int = param(
         512, "Width and height of the side image", unit="texels", ge=MIN_DPCI_RESOLUTION, le=MAX_DPCI_RESOLUTION
     )
-    layers: int = param(3, "Depth layers peeled along each ray; 1 with six-view", ge=1, le=MAX_DPCI_LAYERS)
+    layers: Layers = param(
+        3, "Depth layers peeled along each ray; 1 with six-view; auto: as many as hold what can be seen"
+    )
     method: BakeMethod = param("raycast", "How surfaces are sampled: by rays, or by six views warped on the GPU")
     parts: Parts = param(1, "Objects that share the mesh, at most; auto: as many as it takes to sample it well")
     axis: Axis = param("y", "Of the cylinder, or of each part's: x, y, z, [x, y, z], or auto: what samples it best")

@@ -1,0 +1,44 @@
+"""How deep rays must go, so that the images of an object hold what of it can be seen."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from depthwalk.bake.baker import BakeParams
+from depthwalk.bake.images import Cylinder
+from depthwalk.bake.placement import Placement, extent
+from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.sampling import Probes, sampled_footprints, squared_texels
+from depthwalk.limits import MAX_DPCI_LAYERS
+
+_LEAST_GAIN = 0.1  # texels², of the mean over the surface, that all deeper layers together must bring
+
+
+@dataclass(frozen=True)
+class Depth:
+    """What images of so many `layers` hold of a surface, weighted by how much of the sky sees it. missing: the part of
+    it in no image; footprint: squared, texels², the mean; see `squared_texels`."""
+
+    layers: int
+    missing: float
+    footprint: float
+
+
+def measure_depth(
+    caster: RayCaster, probes: Probes, placement: Placement, cylinder: Cylinder, params: BakeParams
+) -> list[Depth]:
+    """What images of 1, 2, … `MAX_DPCI_LAYERS` layers hold; arguments as of `sampled_footprints`."""
+    texel = extent(cylinder) / params.resolution
+    weights = probes.weight if probes.weight.any() else None  # nothing is seen of a solid turned inside out
+    depths = []
+    for layers in range(1, MAX_DPCI_LAYERS + 1):
+        footprint = sampled_footprints(caster, probes, placement, cylinder, replace(params, layers=layers))
+        values = np.isinf(footprint), squared_texels(footprint, texel)
+        missing, squared = np.average(values, axis=1, weights=weights).tolist()
+        depths.append(Depth(layers, missing, squared))
+    return depths
+
+
+def deep_enough(depths: list[Depth]) -> Depth:
+    """The first of some ever deeper ones that holds the surface about as well as the last."""
+    return next(depth for depth in depths if depth.footprint - depths[-1].footprint < _LEAST_GAIN)
