@@ -12,22 +12,39 @@ struct Surface {
     vec3 normal;
 };
 
-// Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface.
-// at: texels of the pages; depth and texel: over the face's reach.
-void sample_border(vec2 at, float depth, float texel, out vec4 albedo, out vec3 normal) {
-    ivec2 low = ivec2(floor(at - 0.5));
-    vec2 f = at - 0.5 - vec2(low);
+// Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface,
+// and this one goes on in the layer before or behind. There it is looked for where texels of its own are off.
+// uv: within the image; depth and texel: over the face's reach.
+void sample_border(int image, vec2 uv, float depth, float texel, out vec4 albedo, out vec3 normal) {
+    const float LIKE = 1.5;     // texels
+    int first = first_images[face_of(image)], own = number_of(image);
+    int last = (face_of(image) < LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
+    ivec2 low = ivec2(floor(page_at(own, uv, 0.0).xy - 0.5));
+    vec2 f = page_at(own, uv, 0.0).xy - 0.5 - vec2(low);
+    ivec2 places[4] = ivec2[4](low, low + ivec2(1, 0), low + ivec2(0, 1), low + ivec2(1, 1));
+    float scale = 1.0 / max(texel, 1.0 / 255.0);    // depths are stored in 8 bits
+    vec4 off;
+    for (int k = 0; k < 4; ++k) off[k] = abs(page_fetch(places[k], NORMALS).a - depth) * scale;
+    for (int other = max(own - 1, first); other <= min(own + 1, last) && any(greaterThan(off, vec4(LIKE))); ++other) {
+        if (other == own || !page_stored(other, uv)) continue;
+        ivec2 there = ivec2(floor(page_at(other, uv, 0.0).xy - 0.5));
+        for (int k = 0; k < 4; ++k) {
+            ivec2 place = there + ivec2(k & 1, k >> 1);
+            float off_there = abs(page_fetch(place, NORMALS).a - depth) * scale;
+            if (off_there < off[k]) {
+                off[k] = off_there;
+                places[k] = place;
+            }
+        }
+    }
     albedo = vec4(0.0);
     normal = vec3(0.0);
     float total = 0.0;
     for (int k = 0; k < 4; ++k) {
-        ivec2 corner = ivec2(k & 1, k >> 1);
-        vec4 stored = page_fetch(low + corner, NORMALS);
-        vec2 near = 1.0 - abs(f - vec2(corner));
-        float off = (stored.a - depth) / texel;
-        float weight = (near.x * near.y + 1e-3) / (1e-3 + off * off);
-        albedo += weight * page_fetch(low + corner, COLOURS);
-        normal += weight * (stored.xyz * 2.0 - 1.0);
+        vec2 near = 1.0 - abs(f - vec2(k & 1, k >> 1));
+        float weight = (near.x * near.y + 1e-3) / (1e-3 + off[k] * off[k]);
+        albedo += weight * page_fetch(places[k], COLOURS);
+        normal += weight * (page_fetch(places[k], NORMALS).xyz * 2.0 - 1.0);
         total += weight;
     }
     albedo /= total;
@@ -52,7 +69,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
         depth -= meso.depth;
 #endif
         float reach = face_reach(face);
-        sample_border(place.xy, depth / reach, 1.0 / (reach * texels[face]), albedo, normal);
+        sample_border(image, position.xy, depth / reach, 1.0 / (reach * texels[face]), albedo, normal);
     } else {
         albedo = page_texel(place, COLOURS);
         normal = page_texel(place, NORMALS).xyz * 2.0 - 1.0;

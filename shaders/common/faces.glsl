@@ -4,7 +4,7 @@ uniform int first_images[7];    // number of each face's first image
 uniform vec4 cylinder;          // radius, bottom, half width, half depth
 uniform float cylinder_height;
 
-const int TOP = 0, SIDE = 1, BOTTOM = 2, FRONT = 3, BACK = 4, RIGHT = 5;    // 6: left
+const int TOP = 0, SIDE = 1, BOTTOM = 2, FRONT = 3, BACK = 4, RIGHT = 5, LEFT = 6;
 const int EDGE = 128, PAST_AXIS = 256, BORDER = 512;    // flags
 const float TURN = 6.283185307179586;
 

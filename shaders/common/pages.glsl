@@ -29,6 +29,12 @@ vec3 page_at(int image, vec2 uv, float lod) {
     return vec3(in_segment(texel, segment) + vec2(entry & ivec2(~7)), level);
 }
 
+// Whether an image is stored around uv, itself and not its eighth.
+bool page_stored(int image, vec2 uv) {
+    ivec2 block = ivec2(clamp(uv * image_size, vec2(0.0), image_size - 0.01) / BLOCK);
+    return (texelFetch(page_table, ivec3(block, image), 0).x & 7) == 0;
+}
+
 // One texel of a picture, and what `page_at` found there, trilinear.
 vec4 page_fetch(ivec2 at, int picture) {
     if (picture == COLOURS && !coloured) return plain_colour;
