@@ -47,6 +47,18 @@ def test_two_renderers_do_not_disturb_each_other(make):
         assert np.abs(shot(first, NEAR).astype(int) - expected).max() <= 1
 
 
+def test_a_picture_does_not_depend_on_those_before_it(make):
+    steps = [View(Camera((0.02 * k, 1.0, 4.0), (0.0, 1.0, 0.0), 0.8), SIZE) for k in range(4)]
+    with make(Representation.DPCI) as walked, make(Representation.DPCI) as fresh:
+        assert walked.renderer.settings.warp.reuse_error > 0
+        pictures = [shot(walked, view) for view in steps]
+        assert np.array_equal(pictures[-1], shot(fresh, steps[-1]))
+        walked.renderer.remembers = True
+        for view in steps:
+            walked.draw(view)
+        assert walked.renderer.plan.counts["warped"] < walked.renderer.plan.counts["dpci"]
+
+
 @pytest.mark.parametrize(("owner", "step"), [(Scope, "framebuffer"), (Renderer, "__init__"), (Renderer, "table")])
 def test_a_failing_step_leaves_nothing_behind(make, monkeypatch, owner, step):
     devices = []

@@ -35,6 +35,7 @@ from depthwalk.commands.options import (
     parse_parts,
     parse_resolution,
     parse_settings,
+    refuse_reuse,
     representation,
 )
 from depthwalk.errors import InputError
@@ -157,6 +158,7 @@ def render(
     quiet: Quiet = False,
 ) -> None:
     """Render a scene, or the frames of a camera path, to files."""
+    refuse_reuse(settings)
     size = parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle)
     _check_camera_source(path, camera.given)
@@ -270,6 +272,7 @@ def compare(
     quiet: Quiet = False,
 ) -> None:
     """Measure how like its mesh a mesh's depth images look, over a sphere of views; in scenes, every asset's."""
+    refuse_reuse(settings)
     size = parse_resolution(resolution)
     overrides = parse_settings(settings)
     from depthwalk.commands import compare as work

@@ -33,6 +33,8 @@ class HeadlessRenderer:
     Its making loads the assets that are drawn, and bakes where that is needed. Raises GpuError where no OpenGL 3.3
     context can be had, InputError for assets that cannot be used. There may be several at a time: each call makes its
     own context current and then again the one that was.
+
+    A picture does not depend on those before it. To draw a walk as the window does, set `renderer.remembers`.
     """
 
     def __init__(

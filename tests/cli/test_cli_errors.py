@@ -36,6 +36,10 @@ RENDER = {
         ["-o", "{d}/a.png", "--set", "render.lod.biass=1"],
         "--set render.lod.biass: unknown key; did you mean 'bias'?",
     ),
+    "reuse": (
+        ["-o", "{d}/a.png", "--set", "render.warp.reuse_error=1"],
+        "--set render.warp.reuse_error: only `view` and `bench` keep images from frame to frame",
+    ),
     "asset root": (["-o", "{d}/a.png", "--asset-root", "{d}/none"], "--asset-root {d}/none: no such folder"),
     "no folder": (["-o", "{d}/none/a.png"], "{d}/none/a.png: the folder '{d}/none' does not exist"),
     "folder": (["-o", "{d}/sub.png"], "{d}/sub.png: is a folder"),

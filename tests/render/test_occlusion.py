@@ -113,6 +113,7 @@ class Both:
         self.renderers = [Renderer(device, scene, library) for scene in scenes]
         for renderer in self.renderers:
             renderer.representation = representation
+            renderer.remembers = "reuse_error" in warp
 
     def __enter__(self):
         return self
@@ -229,7 +230,7 @@ def test_tiles_are_kept_from_round_to_round(gl_device, library, small_rounds):
     places, rng = crowd(4, 150)
     warped = drawn = 0
     with Both(gl_device, library, places, reuse_error=1.0) as both:
-        both.renderers[1].settings.warp.reuse_error = 0.0
+        both.renderers[1].remembers = False
         eye = np.array([0.0, 1.0, 9.0])
         for _ in range(20):
             eye += rng.normal(size=3) * (0.03, 0.01, 0.03)

@@ -207,11 +207,12 @@ def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps):
     library = ShapeLibrary([shape, sphere(0.5, 48, 24)], resolution=128)
     places = [(k % 2, (1.4 * k - 2.8, 0, -0.5 * k), 0.3 * k, 1.0) for k in range(5)]
     kept, fresh = (scene_of(*places) for _ in range(2))
-    kept.render.warp.reuse_error, fresh.render.warp.reuse_error = 1.0, 0.0
+    kept.render.warp.reuse_error = 1.0
     kept.render.composite.parallax = steps
     scope = gl_device.scope("test")
     screen = scope.framebuffer([scope.texture(SIZE, 4)])
     renderers = [Renderer(gl_device, scene, library) for scene in (kept, fresh)]
+    renderers[0].remembers = True
     rng = np.random.default_rng(7)
     position, warped = np.array([0.0, 1.2, 4.5]), 0
     for _ in range(40):

@@ -121,7 +121,7 @@ def make_row(
     described, references = _references(walk, scene, library)
     with ExitStack() as opened:
         drawn = {name: opened.enter_context(_open(scene, library, walk.size, kind)) for name, kind in COLUMNS.items()}
-        drawn["re-warped"].renderer.settings.warp.reuse_error = 0.0
+        drawn["dpci"].renderer.remembers = True
         report("tuning")
         tuned = _tuned(walk, drawn, references, pool)
         report("timing")

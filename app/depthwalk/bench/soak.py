@@ -94,6 +94,7 @@ def main(
     every = max(1, frames // _SAMPLES)
     samples: list[tuple[int, int, int]] = []
     with open_headless(loaded, size, representation(representation_name)) as headless:
+        headless.renderer.remembers = True
         walk = random_walk(headless.renderer.bounds(), frames)
         with frame_progress("walking", frames) as advance:
             for number, camera in enumerate(walk):

@@ -57,6 +57,7 @@ def run_bench(plan: Plan, json_file: Path | None, html_file: Path | None) -> Non
     runs: list[Run] = []
     for name in plan.representations:
         with open_headless(plan.scene, plan.size, representation(name)) as headless:
+            headless.renderer.remembers = True
             if plan.path is not None:
                 cameras = sample_path(plan.path, plan.frames)
             else:

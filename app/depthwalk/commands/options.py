@@ -165,6 +165,13 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
     return overrides
 
 
+def refuse_reuse(settings: Sequence[str] | None) -> None:
+    """Raises InputError where images are to be kept from frame to frame, in a command whose pictures must not depend on
+    those before."""
+    if any("reuse_error" in text for text in settings or ()):
+        raise InputError("--set render.warp.reuse_error: only `view` and `bench` keep images from frame to frame")
+
+
 def representation(name: RepresentationName) -> "Representation | None":
     """As `Renderer.representation` takes it: None leaves it to the scene."""
     from depthwalk.scene.arrays import Representation

@@ -29,6 +29,10 @@ def samples(settings: PictureParams) -> int:
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
 
 
-def tile_layout(settings: PictureParams, layout: TileParams) -> TileParams:
-    """`layout`, with texels that tell what part of a pixel is covered where the anti-aliasing wants to know."""
-    return layout.model_copy(update={"tile_scale": COVERAGE_TEXELS}) if geometric(settings) else layout
+def tile_layout(settings: PictureParams, layout: TileParams, remembers: bool) -> TileParams:
+    """`layout`, with texels that tell what part of a pixel is covered where the anti-aliasing wants to know, and with
+    nothing kept unless the renderer `remembers`."""
+    changes = {"tile_scale": COVERAGE_TEXELS} if geometric(settings) else {}
+    if not remembers:
+        changes["reuse_error"] = 0.0
+    return layout.model_copy(update=changes)

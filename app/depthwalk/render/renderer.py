@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.ageing import HARDEST
 from depthwalk.render.antialiasing import samples, tile_layout
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import Bounds, depth_range, object_bounds
@@ -43,6 +42,7 @@ class Renderer:
         self.settings = scene.render
         self.assets = AssetStore(device, library)
         self.assets.before_release = self._forget_arrays
+        self.remembers = False  # as `warp.reuse_error` says; else no frame depends on those before it
         self.upload_seconds: float | None = None  # of a frame, see `AssetStore.stream`
         self.targets: Targets | None = None
         self._depth_cells: DepthCells | None = None  # of the size of `targets`, from when there is something to cull
@@ -140,7 +140,7 @@ class Renderer:
     def _plan(self, view: View, rows: Rows, goes_on: bool, number: int) -> FramePlan:
         """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
         table, objects, bounds, settings = self.table(), self.objects(), self.bounds(), self.settings
-        groups = settings.lod, tile_layout(settings, settings.warp), settings.mesh
+        groups = settings.lod, tile_layout(settings, settings.warp, self.remembers), settings.mesh
         atlas_size = self._targets(view.size).atlas_size
         with self.timers.measure_cpu("plan"):
             return self._planner.plan(view, objects, bounds, rows, table, *groups, atlas_size, goes_on, number)
@@ -163,8 +163,9 @@ class Renderer:
         if self._depth_cells is None:
             self._depth_cells = DepthCells(self.device, view.size)
         farthest, side = self._depth_cells.read(self._targets(view.size)), self._depth_cells.side
-        # Tiles, and geometry, may be coarser than pixels; kept tiles show their object as far off as they may be.
-        margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias) + HARDEST * warp.reuse_error
+        # Tiles, and geometry, may be coarser than pixels. That a kept tile would show its object elsewhere, beside what
+        # hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
+        margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
         return lambda held: hidden(outlines(view, held, margin), farthest, side)
 
     def objects(self) -> Objects:

@@ -24,14 +24,14 @@ class TileParams(Params):
     tiles: Literal["screen", "plane"] = param("screen", "Texels: the screen's pixels, or squares on the plane (paper)")
     tile_scale: float = param(1.0, "Texels of an intermediate image per pixel of the screen", ge=0.1, le=4)
     reuse_error: float = param(
-        0.0,
-        "Intermediate images are kept from frame to frame while no point is farther off than this; 0: never kept",
+        1.0,
+        "Where somebody walks, intermediate images are kept while no point is farther off than this; 0: never kept",
         unit="pixels",
         ge=0,
         le=16,
     )
     budget: int = param(
-        1_000_000,
+        200_000,
         "What is warped anew in a frame; images past reuse_error wait, up to four times that error",
         unit="triangles",
         ge=0,

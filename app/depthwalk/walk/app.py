@@ -92,6 +92,7 @@ class _Walk:
         renderer = Renderer(self._device, self._scene, self._library)
         self._releases.append(renderer.release)
         renderer.representation = representation
+        renderer.remembers = True
         renderer.table()
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
