@@ -105,12 +105,12 @@ class Cells:
 def sort_into_cells(bounds: Bounds) -> Cells:
     """Cells of `_OBJECTS` objects each, which are neighbours along a Morton curve."""
     count = len(bounds.reach)
-    order = np.argsort(_morton(bounds.centre), kind="stable").astype(np.int32)
+    order = np.argsort(morton(bounds.centre), kind="stable").astype(np.int32)
     first = np.append(np.arange(0, count, _OBJECTS), count)
     return Cells(order, first, *_boxes(bounds.take(order), first[:-1]))
 
 
-def _morton(points: Array) -> NDArray[np.uint32]:
+def morton(points: Array) -> NDArray[np.uint32]:
     """Places (n,) on a Morton curve through the box around points (n, 3)."""
     if not len(points):
         return np.zeros(0, np.uint32)

@@ -14,14 +14,12 @@ def covered_blocks(baked: BakedObject, grids: Grids, levels: list[int]) -> list[
     """For each of `levels`, blocks (images, rows, columns) that triangles of so many of the finest grids touch: all in
     the box around each. levels: ascending."""
     rows, columns = (-(-size // BLOCK) for size in baked.images[0].depth.shape)
-    image, texel, wraps = _looked_up(baked, grids)
-    low, high = (np.floor((texel + reach) / BLOCK).astype(np.int16) for reach in (-_SLACK, _SLACK))
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)
     covered, done = [], 0
     for ends in [(grids.first + grids.count)[:count].max() for count in levels]:
-        corners = grids.indices[done:ends].reshape(-1, 3)
-        last = corners[:, 2]  # the provoking one
-        _count(counts, image[last], low[corners], high[corners], wraps[last])
+        image, texel, wraps = _looked_up(baked, grids, grids.indices[done:ends].reshape(-1, 3))
+        low, high = (np.floor((texel + reach) / BLOCK).astype(np.int16) for reach in (-_SLACK, _SLACK))
+        _count(counts, image, low, high, wraps)
         sums = counts.cumsum(1).cumsum(2)[:, :-1, :-1] > 0
         covered.append(np.any(sums.reshape(len(sums), rows, 3, columns), axis=2))
         done = ends
@@ -49,14 +47,18 @@ def _count(
         np.add.at(counts, (image, row, column), step)
 
 
-def _looked_up(baked: BakedObject, grids: Grids) -> tuple[NDArray[np.int64], NDArray[np.floating], NDArray[np.bool_]]:
-    """Where vertices find their colours: number of the image (V,), texel (V, 2), and whether the image wraps (V,)."""
+def _looked_up(
+    baked: BakedObject, grids: Grids, corners: NDArray[np.uint32]
+) -> tuple[NDArray[np.int64], NDArray[np.floating], NDArray[np.bool_]]:
+    """Where triangles (t, 3) find their colours: number of the image (t,), texel at each corner (t, 3, 2), and whether
+    the image wraps (t,)."""
     height, width = baked.images[0].depth.shape
-    flags = grids.vertices[:, 3].astype(np.int64)
+    flags = grids.vertices[corners[:, 2], 3].astype(np.int64)  # of the provoking corner
     face, layer = flags >> FACE_SHIFT & 7, flags & 7
-    point = grids.box_low + grids.vertices[:, :3] * (grids.box_size / 65535)
+    point = grids.box_low + grids.vertices[corners, :3] * (grids.box_size / 65535)
     point[flags & PAST_AXIS > 0] *= (-1, 1, -1)  # half a turn
-    texel = np.empty((len(point), 2))
+    texel = np.empty((len(point), 3, 2))
     for one in Face:
-        texel[face == one] = np.stack(image_position(baked.cylinder, one, point[face == one]), -1) * (width, height)
+        u, v = image_position(baked.cylinder, one, point[face == one].reshape(-1, 3))
+        texel[face == one] = (np.stack([u, v], -1) * (width, height)).reshape(-1, 3, 2)
     return np.searchsorted([image.face for image in baked.images], face) + layer, texel, face == Face.SIDE

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.cache import cache_folder, make_room
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
-from depthwalk.render.coarse_levels import build_levels
 from depthwalk.render.grids import Grids, build_grids
 from depthwalk.render.pages import Pages, build_pages
+from depthwalk.render.surface_levels import build_levels
 
 _MIP_MAPS = 4 / 3  # of a texture, with its mip-maps
 

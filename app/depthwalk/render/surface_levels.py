@@ -1,0 +1,135 @@
+"""Levels of an object: one surface over all of its faces, with ever fewer triangles.
+
+Grids end at every edge, in borders, and overlap where owners meet: two thirds of their triangles are there, however
+smooth the surface. Here it is simplified as a whole. Shading still comes from the depth images: each triangle looks
+into the one that holds it best.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.bake.sampling import face_normals, sample_triangles
+from depthwalk.render.best_images import best_images
+from depthwalk.render.cells import morton
+from depthwalk.render.contract import contract, weld
+from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids, build_grids
+from depthwalk.render.lod import Case
+
+_SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
+_FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
+_WELD = 2.0  # texels, within which points become one in all others
+_FIRST_TOLERANCE = 1.0  # texels, of the first of them
+_GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
+_COARSE = 13  # of them at most
+_FEWEST = 24  # triangles that are worth a level
+_WORTH = 0.65  # of the finer level's triangles: with more than that it is no level of its own
+_PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
+_SHARE = 0.98  # of the samples, which are no farther off than a level's error
+
+Array = NDArray[np.floating]
+Ints = NDArray[np.int64]
+
+
+def build_levels(baked: BakedObject) -> Grids:
+    """The arrays of `baked`, for all faces, in levels by geometric error. Objects with meso-structure, which displaces
+    every sample, have all their grids instead."""
+    if baked.meso is not None:
+        return build_grids(baked)
+    grid = build_grids(replace(baked, steps=1))
+    triangles = grid.indices.reshape(-1, 3).astype(np.int64)
+    point, yields = _points(grid), grid.vertices[:, 3] & BORDER > 0
+    levels = list(_surfaces(point, triangles, yields, square_texel(baked)))
+    samples = np.unique(triangles)
+    samples = samples[~yields[samples]]
+    probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
+    error = [_deviation(probes, corners) for corners in levels]
+    return _as_grids(grid, baked, levels, np.maximum.accumulate(error))
+
+
+def _points(grids: Grids) -> Array:
+    return grids.box_low.astype(np.float64) + grids.vertices[:, :3] * (grids.box_size / 65535.0)
+
+
+def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float) -> Iterator[Array]:
+    """Corners (t, 3, 3) of the triangles of one level after the other.
+
+    point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface.
+    """
+    surface = weld(point, triangles, yields, _SAME * texel)
+    for tolerance in _FINE_TOLERANCES:
+        surface = contract(surface, tolerance * texel)
+        before = len(surface.triangles)
+        yield surface.point[surface.triangles]
+    surface = weld(point, triangles, yields, _WELD * texel)
+    for level in range(_COARSE):
+        surface = contract(surface, _FIRST_TOLERANCE * _GROWTH**level * texel)
+        if len(surface.triangles) < _FEWEST:
+            return
+        if len(surface.triangles) <= _WORTH * before:
+            before = len(surface.triangles)
+            yield surface.point[surface.triangles]
+
+
+def _deviation(probes: Array, corners: Array) -> float:
+    """How far most of the points `probes` (n, 3) are at most from triangles (t, 3, 3), metres. Discs that just overlap
+    stand for these, which is right within a disc's radius beside the nearest one, and exact above it."""
+    count = max(_DISCS, 2 * len(corners))
+    middle, normal = sample_triangles(corners, count)
+    away, nearest = cKDTree(middle).query(probes)
+    above = np.einsum("ij,ij->i", probes - middle[nearest], normal[nearest])
+    beside = np.sqrt(np.maximum(away**2 - above**2, 0))
+    radius = 2 * np.sqrt(face_normals(corners)[1].sum() / count)
+    return float(np.quantile(np.hypot(above, np.maximum(beside - radius, 0)), _SHARE))
+
+
+def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array) -> Grids:
+    """Levels of triangles (t, 3, 3) over the box of `grid`."""
+    vertices: list[NDArray[np.uint16]] = []
+    indices: list[NDArray[np.uint32]] = []
+    for corners in levels:
+        position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * 65535).astype(np.uint16)
+        # Neighbours together: a vertex is shaded once for all its triangles.
+        order = np.argsort(morton(corners.mean(1)), kind="stable")
+        shared, number = _share_vertices(position[order], best_images(baked, corners[order]))
+        indices.append((number + sum(map(len, vertices))).ravel().astype(np.uint32))
+        vertices.append(shared)
+    first, count = np.zeros((2, len(levels), len(Case), RUNS_PER_CASE), np.int64)
+    count[:, :, 0] = np.array([part.size for part in indices])[:, None]
+    first[:, :, 0] = np.cumsum(count[:, :, 0], 0) - count[:, :, 0]
+    texels = np.full((sum(map(len, vertices)), 2), -1, np.int16)
+    return replace(
+        grid,
+        vertices=np.concatenate(vertices),
+        texels=texels,
+        indices=np.concatenate(indices),
+        first=first,
+        count=count,
+        error=error,
+    )
+
+
+def _share_vertices(position: NDArray[np.uint16], image: Ints) -> tuple[NDArray[np.uint16], Ints]:
+    """Vertices (v, 4) as in `Grids`, in the order of their first use, and the numbers (t, 3) of those at `position`
+    (t, 3, 3), each triangle turned so that its last, provoking one has its `image` (t,).
+
+    A point has the image of most of its triangles; those that find none of theirs there get a vertex of their own.
+    """
+    points, corner = np.unique(position.reshape(-1, 3), axis=0, return_inverse=True)
+    corner = corner.reshape(-1, 3)
+    pairs, uses = np.unique(np.stack([corner.ravel(), np.repeat(image, 3)], -1), axis=0, return_counts=True)
+    own = np.zeros(len(points), np.int64)
+    rising = np.argsort(uses, kind="stable")
+    own[pairs[rising, 0]] = pairs[rising, 1]  # the last written stays
+    last = (own[corner] == image[:, None]).argmax(1)  # 0 where none is
+    corner = np.take_along_axis(corner, (np.arange(3) + last[:, None] + 1) % 3, axis=1)
+    key = np.stack([corner, own[corner]], -1)
+    key[:, 2, 1] = image
+    key, first, number = np.unique(key.reshape(-1, 2), axis=0, return_index=True, return_inverse=True)
+    by_use = np.argsort(first)
+    vertices = np.column_stack([points[key[by_use, 0]], key[by_use, 1]]).astype(np.uint16)
+    return vertices, np.argsort(by_use)[number.reshape(-1, 3)]
