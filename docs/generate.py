@@ -27,6 +27,8 @@ _SECTIONS = {  # models in the order of the page, and their headings
     "GroundParams": "ground",
     "SunParams": "sun",
     "AmbientParams": "ambient",
+    "LampParams": "Lamp",
+    "FogParams": "fog",
     "CameraParams": "camera",
     "KeyframeParams": "Keyframe",
 }
@@ -93,7 +95,8 @@ def scene_page() -> str:
     parts += [
         "\n## Limits\n\n",
         f"{limits.MAX_ASSETS} assets, {limits.MAX_INSTANCES} objects, groups {limits.MAX_GROUP_DEPTH} deep, ",
-        f"{limits.MAX_KEYFRAMES} keyframes;\nmeshes of {limits.MAX_MESH_BYTES >> 30} GiB and ",
+        f"{limits.MAX_LIGHTS} lights, {limits.MAX_KEYFRAMES} keyframes;\n",
+        f"meshes of {limits.MAX_MESH_BYTES >> 30} GiB and ",
         f"{limits.MAX_MESH_TRIANGLES} triangles, textures of {limits.MAX_TEXTURE_SIDE} pixels a side.\n",
     ]
     return "".join(parts)

@@ -3,6 +3,7 @@
 //   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS, a = part of the pixel that shows what
 //            is behind
 const float MAX_SHININESS = 1024.0;
+const float LIT = 0.0;          // in place of the shininess: the pixel is lit already
 
 // Unit vectors as points of a square: Meyer et al. 2010, "On Floating-Point Normal Vectors".
 vec2 octahedron_from_normal(vec3 n) {
@@ -22,5 +23,5 @@ vec3 normal_from_octahedron(vec2 encoded) {
 vec4 encode_albedo(vec3 linear, float specular) { return vec4(sqrt(linear), specular); }
 vec3 decode_albedo(vec4 texel) { return texel.rgb * texel.rgb; }
 vec4 encode_surface(vec3 normal, float shininess) {
-    return vec4(octahedron_from_normal(normal), shininess / MAX_SHININESS, 0.0);
+    return vec4(octahedron_from_normal(normal), max(shininess, 1.0) / MAX_SHININESS, 0.0);
 }

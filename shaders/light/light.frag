@@ -1,10 +1,13 @@
 // Deferred Phong lighting.
+// LAMPS: there are some; FORWARD: what `shade` has lit stays.
 #include "common/gbuffer.glsl"
+#include "common/phong.glsl"
+#ifdef LAMPS
+#include "common/distance.glsl"
+#include "light/lamps.glsl"
+#endif
 uniform sampler2D albedo_texture;
 uniform sampler2D surface_texture;
-uniform vec3 to_sun;
-uniform vec3 sun;               // linear radiance
-uniform vec3 ambient;
 
 in vec3 ray;
 layout(location = 0) out vec4 lit;
@@ -13,13 +16,17 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 stored = texelFetch(albedo_texture, pixel, 0);
     vec4 surface = texelFetch(surface_texture, pixel, 0);
-    vec3 albedo = decode_albedo(stored);
-    vec3 normal = normal_from_octahedron(surface.xy);
-    float lambert = max(dot(normal, to_sun), 0.0);
-    // Phong 1975: the mirrored sun against the direction to the viewer.
-    float mirrored = max(dot(reflect(normalize(ray), normal), to_sun), 0.0);
-    float highlight = lambert > 0.0 ? stored.a * pow(mirrored, max(surface.z * MAX_SHININESS, 1.0)) : 0.0;
-    // Light from everywhere is a little less from below.
-    vec3 everywhere = ambient * (0.75 + 0.25 * normal.y);
-    lit = vec4(albedo * (everywhere + sun * lambert) + sun * highlight, 1.0);
+#ifdef FORWARD
+    if (surface.z == LIT) discard;
+#endif
+#ifdef LAMPS
+    if (texelFetch(depth_texture, pixel, 0).r == 1.0) discard;
+#endif
+    vec3 albedo = decode_albedo(stored), normal = normal_from_octahedron(surface.xy), view = normalize(ray);
+    float shininess = surface.z * MAX_SHININESS;
+    vec3 colour = albedo * everywhere(normal) + sun * phong(albedo, stored.a, shininess, normal, view, to_sun);
+#ifdef LAMPS
+    colour += of_lamps(ray * distance_at(pixel), albedo, stored.a, shininess, normal, view);
+#endif
+    lit = vec4(colour, 1.0);
 }

@@ -1,12 +1,24 @@
 // Where nothing is, the sky or the plain background.
-uniform vec3 zenith;            // both the plain background where there is no sky
-uniform vec3 horizon;
-uniform int transparent;        // nothing is left
+// TRANSPARENT: nothing is left; DISC: with the sun's disc.
+#include "common/sky.glsl"
+#ifdef DISC
+uniform vec3 to_sun;
+uniform vec3 disc;              // linear radiance
+uniform float disc_radius;      // radians
+uniform float pixel_angle;      // metres a pixel covers at one metre
+#endif
 
 in vec3 ray;
 layout(location = 0) out vec4 lit;
 
 void main() {
-    float rise = sqrt(clamp(normalize(ray).y, 0.0, 1.0));
-    lit = transparent != 0 ? vec4(0.0) : vec4(mix(horizon, zenith, rise), 1.0);
+#ifdef TRANSPARENT
+    lit = vec4(0.0);
+#else
+    vec3 direction = normalize(ray);
+    lit = vec4(sky_at(direction), 1.0);
+#ifdef DISC
+    lit.rgb += disc * clamp((disc_radius - distance(direction, to_sun)) / pixel_angle + 0.5, 0.0, 1.0);
+#endif
+#endif
 }

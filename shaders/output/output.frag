@@ -1,12 +1,15 @@
 // Linear, premultiplied, to sRGB (IEC 61966-2-1) with alpha apart.
+#include "output/tone.glsl"
 uniform sampler2D lit_texture;
+uniform float exposure;
 uniform int samples;    // per pixel, along either axis
 
 layout(location = 0) out vec4 screen;
 
 vec4 lit_at(ivec2 texel) {
     vec4 lit = texelFetch(lit_texture, texel, 0);
-    return min(lit, lit.a);     // what is too bright is white before it is averaged
+    // What is too bright is white before it is averaged.
+    return vec4(clamp(tone(exposure * lit.rgb / max(lit.a, 1e-4)), 0.0, 1.0) * lit.a, lit.a);
 }
 
 void main() {

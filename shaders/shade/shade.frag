@@ -1,9 +1,14 @@
 // Each pixel that shows a depth-image object is shaded once, whatever was drawn there before: deferred texturing, sorted by
 // asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
+// FORWARD: and lit here, in the frame of its object.
 #include "common/rotation.glsl"
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
 #include "shade/objects.glsl"
+#ifdef FORWARD
+#include "common/phong.glsl"
+layout(location = 2) out vec4 lit;
+#endif
 
 uniform float pixel_angle;      // metres a pixel covers at one metre
 uniform int show_tiles;         // objects with intermediate images are painted, each in a colour of its own
@@ -26,6 +31,14 @@ void main() {
         surface.specular = 0.0;
     }
     out_albedo = encode_albedo(surface.albedo, surface.specular);
-    out_surface = encode_surface(rotate(rotation, surface.normal), shininess);
+    vec3 normal = rotate(rotation, surface.normal);
+    out_surface = encode_surface(normal, shininess);
     out_surface.a = open_of(visible);
+#ifdef FORWARD
+    // Liu et al. 2007, §2.4: light, normal and viewer in the space of the texture, where the sample was warped.
+    vec3 view = normalize(point - viewer.xyz), to_light = rotate_back(rotation, to_sun);
+    vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light);
+    lit = vec4(surface.albedo * everywhere(normal) + sun * reflected, 1.0);
+    out_surface.z = LIT;
+#endif
 }

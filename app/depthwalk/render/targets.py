@@ -10,7 +10,7 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 class Targets:
     """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
     all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
-    surface, depth; lit: linear RGBA, half, premultiplied; lighting: that, depth."""
+    surface, depth; lit: linear RGBA, half, premultiplied; lighting: that, depth; shaded_lit: as shaded, with lit."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.size = size
@@ -33,6 +33,7 @@ class Targets:
         self.lit_texture = gl.texture(size, 4, "f2")
         self.lighting = gl.framebuffer([self.lit_texture], self.depth)
         self.lit = gl.framebuffer([self.lit_texture])
+        self.shaded_lit = gl.framebuffer([self.albedo, self.surface, self.lit_texture], level)
         self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
 
     def lit_before(self) -> moderngl.Texture:

@@ -1,9 +1,10 @@
 """What surrounds the objects: `environment:` and `camera:` of the scene file. Colours in sRGB, angles in degrees."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from depthwalk.limits import MAX_LIGHTS
 from depthwalk.params import param
 from depthwalk.scene.fields import Colour, Coordinate, FileParams, FilePath, Length, Vector
 
@@ -14,11 +15,31 @@ def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
     return value
 
 
-class SkyParams(FileParams):
-    """A sky that fades from the horizon to the zenith."""
+Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
-    zenith: Colour = param((0.25, 0.46, 0.78), "Colour overhead", unit="sRGB")
-    horizon: Colour = param((0.80, 0.87, 0.93), "Colour at the horizon", unit="sRGB")
+
+class SkyParams(FileParams):
+    """A sky that fades from the horizon to the zenith, or that of a clear day with the sun where it stands."""
+
+    model: Literal["gradient", "preetham"] = param(
+        "gradient",
+        "Two colours, or daylight in air: `sun` is then the sun above the air, which dims and reddens it, and the sky "
+        "is as bright beside it as it is",
+    )
+    zenith: Colour = param((0.25, 0.46, 0.78), "Colour overhead of `gradient`", unit="sRGB")
+    horizon: Colour = param((0.80, 0.87, 0.93), "Colour at the horizon of `gradient`", unit="sRGB")
+    turbidity: float = param(2.5, "Haze of `preetham`: 2 very clear, 3 clear, 6 hazy, 10 thin fog", ge=2, le=10)
+    sun_size: float = param(0.0, "Diameter of the sun's disc, in truth 0.53; 0: not drawn", unit="degrees", ge=0, le=20)
+    light: bool = param(False, "The scene is lit by this sky, and by the ground below it, in place of `ambient`")
+
+
+class FogParams(FileParams):
+    """Fog that thins with the height."""
+
+    density: float = param(0.01, "Part of the light that is lost per metre", unit="1/m", ge=0, le=10)
+    height: Coordinate = param(0.0, "The y up to which it is that dense", unit="m")
+    falloff: Length = param(20.0, "Rise over which it thins to 1/e above that", unit="m")
+    colour: Colour | None = param(None, "Its colour; absent: that of the sky at the horizon", unit="sRGB")
 
 
 class GroundParams(FileParams):
@@ -34,7 +55,7 @@ class GroundParams(FileParams):
 class SunParams(FileParams):
     """A directional light."""
 
-    direction: Annotated[Vector, AfterValidator(_not_zero)] = param((-0.4, -0.8, -0.6), "Where its light goes")
+    direction: Direction = param((-0.4, -0.8, -0.6), "Where its light goes")
     colour: Colour = param((1.0, 0.96, 0.90), "Its colour", unit="sRGB")
     intensity: float = param(1.0, "Its strength", ge=0, le=100)
 
@@ -46,6 +67,17 @@ class AmbientParams(FileParams):
     intensity: float = param(0.35, "Its strength", ge=0, le=100)
 
 
+class LampParams(FileParams):
+    """A lamp: it shines everywhere, or with `direction` as a spot light."""
+
+    position: Vector = param(..., "Where it hangs, world", unit="m")
+    colour: Colour = param((1.0, 0.85, 0.65), "Its colour", unit="sRGB")
+    intensity: float = param(1.0, "Its strength at 1 m, as the sun's; falls with the square", ge=0, le=10_000)
+    range: Length = param(10.0, "Distance at which it ends", unit="m")
+    direction: Direction | None = param(None, "Where a spot light shines; absent: everywhere")
+    angle: float = param(60.0, "Of a spot light's cone, from edge to edge", unit="degrees", ge=1, le=180)
+
+
 class Environment(FileParams):
     """Sky, ground and lights. Without it in the file: neither sky nor ground, one default sun."""
 
@@ -54,6 +86,8 @@ class Environment(FileParams):
     ground: GroundParams | None = param(None, "Present: a ground is drawn")
     sun: SunParams = Field(default_factory=SunParams, description="The directional light")
     ambient: AmbientParams = Field(default_factory=AmbientParams, description="Light from everywhere")
+    lights: Annotated[list[LampParams], Field(max_length=MAX_LIGHTS)] = param([], "Lamps; groups hold none")
+    fog: FogParams | None = param(None, "Present: there is fog")
 
 
 class CameraParams(FileParams):

@@ -3,6 +3,7 @@
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes.composite import CompositePass
 from depthwalk.render.passes.dmesh import DmeshPass
+from depthwalk.render.passes.fog import FogPass
 from depthwalk.render.passes.fxaa import FxaaPass
 from depthwalk.render.passes.gpaa import GpaaPass
 from depthwalk.render.passes.ground import GroundPass
@@ -20,6 +21,7 @@ PASSES: tuple[type[Pass], ...] = (
     ShadePass,
     GroundPass,
     LightPass,
+    FogPass,
     GpaaPass,
     FxaaPass,
     OutputPass,

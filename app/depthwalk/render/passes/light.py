@@ -1,58 +1,110 @@
-"""Deferred Phong lighting by sun and ambient light, and the sky behind everything."""
+"""Deferred Phong lighting by sun, ambient light and lamps, and the sky behind everything."""
+
+from typing import Any, ClassVar, Literal
 
 import moderngl
 import numpy as np
 
-from depthwalk.colour import linear_from_srgb
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.instances import RecordTexture
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.lamps import LAMP_RECORD, NUMBERS_RECORD, lamps_in_sight
+from depthwalk.render.lighting import lighting
+from depthwalk.render.sky import sky_of
 from depthwalk.render.view import matrix_bytes
+
+_BRIGHTEST = 1e4  # of the sun's disc: half floats end at 65504
+
+
+class LightParams(Params):
+    mode: Literal["deferred", "forward"] = param(
+        "deferred",
+        "Where depth images are lit: with everything else, or as in the paper where they are shaded, in their own "
+        "space and by sun and ambient light alone",
+    )
 
 
 class LightPass(Pass):
     name = "light"
     reads = ("gbuffer",)
     writes = ("lit",)
+    Params: ClassVar[type[Params]] = LightParams
 
     def setup(self) -> None:
-        self._light = Program(self.gl, "light/light.vert", "light/light.frag")
-        self._sky = Program(self.gl, "light/light.vert", "light/sky.frag")
-        self._light_array = self.gl.vertex_array(self._light.gl, [])
-        self._sky_array = self.gl.vertex_array(self._sky.gl, [])
+        vertex = "common/far_plane.vert"
+        self._light = Variants(lambda defines: Program(self.gl, vertex, "light/light.frag", defines))
+        self._sky = Variants(lambda defines: Program(self.gl, vertex, "light/sky.frag", defines))
+        self._light_arrays = Variants(lambda defines: self.gl.vertex_array(self._light[defines].gl, []))
+        self._sky_arrays = Variants(lambda defines: self.gl.vertex_array(self._sky[defines].gl, []))
+        self._records = RecordTexture(self.gl, LAMP_RECORD)
+        self._lists = RecordTexture(self.gl, NUMBERS_RECORD)
+        self._squares = RecordTexture(self.gl, NUMBERS_RECORD)
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
-        frame.targets.lighting.use()
         frame.targets.lighting.depth_mask = False
+        self._draw_surfaces(frame)
+        frame.targets.lighting.use()
         context.enable_only(moderngl.DEPTH_TEST)
-        self._set(frame)
-        context.depth_func = ">"
-        self._light_array.render(moderngl.TRIANGLES, vertices=3)
         context.depth_func = "=="
-        self._sky_array.render(moderngl.TRIANGLES, vertices=3)
+        self._draw_sky(frame)
         context.depth_func = "<"
 
-    def _set(self, frame: Frame) -> None:
-        targets, world = frame.targets, frame.environment
-        targets.albedo.use(0)
-        targets.surface.use(1)
-        ray_from_screen = matrix_bytes(frame.view.ray_from_screen)
-        to_sun = -np.asarray(world.sun.direction, float)
-        sun = linear_from_srgb(world.sun.colour) * world.sun.intensity
-        ambient = linear_from_srgb(world.ambient.colour) * world.ambient.intensity
-        self._light.set(
+    def _draw_surfaces(self, frame: Frame) -> None:
+        context = self.gl.device.context
+        defines: tuple[str, ...] = ("FORWARD",) if frame.settings.light.mode == "forward" else ()
+        lamps = self._lamps(frame) if frame.environment.lights else {}
+        if lamps:  # they ask how far a pixel is: the depth buffer is read, and so cannot be tested against
+            defines += ("LAMPS",)
+            frame.targets.lit.use()
+            context.enable_only(moderngl.NOTHING)
+        else:
+            frame.targets.lighting.use()
+            context.enable_only(moderngl.DEPTH_TEST)
+            context.depth_func = ">"
+        frame.targets.albedo.use(0)
+        frame.targets.surface.use(1)
+        self._light[defines].set(
             albedo_texture=0,
             surface_texture=1,
-            ray_from_screen=ray_from_screen,
-            to_sun=tuple(to_sun / np.linalg.norm(to_sun)),
-            sun=tuple(sun.tolist()),
-            ambient=tuple(ambient.tolist()),
+            ray_from_screen=matrix_bytes(frame.view.ray_from_screen),
+            **lighting(frame.environment).uniforms(),
+            **lamps,
         )
-        background = linear_from_srgb(world.background)
-        sky = (background, background) if world.sky is None else linear_from_srgb([world.sky.zenith, world.sky.horizon])
-        self._sky.set(
-            ray_from_screen=ray_from_screen,
-            zenith=tuple(sky[0].tolist()),
-            horizon=tuple(sky[1].tolist()),
-            transparent=int(frame.transparent),
-        )
+        self._light_arrays[defines].render(moderngl.TRIANGLES, vertices=3)
+
+    def _lamps(self, frame: Frame) -> dict[str, Any]:
+        """Uploads those in sight; the uniforms that tell of them, none where none is."""
+        lamps = lamps_in_sight(frame.view, frame.environment.lights)
+        if not len(lamps.records):
+            return {}
+        frame.targets.depth.use(2)
+        textures = (self._records, lamps.records), (self._lists, lamps.lists), (self._squares, lamps.squares)
+        for unit, (texture, records) in enumerate(textures, start=3):
+            texture.upload(records)
+            texture.use(unit)
+        return {
+            "depth_texture": 2,
+            "depth_range": frame.view.depth_range,
+            "lamps": 3,
+            "lamp_lists": 4,
+            "lamp_squares": 5,
+            "squares": lamps.across,
+        }
+
+    def _draw_sky(self, frame: Frame) -> None:
+        sky, params, values = sky_of(frame.environment), frame.environment.sky, {}
+        defines = (*sky.defines, "TRANSPARENT") if frame.transparent else sky.defines
+        if params is not None and params.sun_size > 0:
+            defines += ("DISC",)
+            light, radius = lighting(frame.environment), np.radians(params.sun_size / 2)
+            disc = np.minimum(light.sun / radius**2, _BRIGHTEST)  # π · sun over the solid angle π · radius²
+            values = {
+                "to_sun": tuple(light.to_sun.tolist()),
+                "disc": tuple(disc.tolist()),
+                "disc_radius": radius,
+                "pixel_angle": 1 / frame.view.focal_pixels,
+            }
+        self._sky[defines].set(ray_from_screen=matrix_bytes(frame.view.ray_from_screen), **sky.uniforms(), **values)
+        self._sky_arrays[defines].render(moderngl.TRIANGLES, vertices=3)

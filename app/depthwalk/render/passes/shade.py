@@ -5,6 +5,7 @@ import moderngl
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.lighting import lighting
 from depthwalk.render.records import SURFACE_RECORD
 from depthwalk.render.shading import Shading
 from depthwalk.render.view import matrix_bytes
@@ -44,8 +45,10 @@ class ShadePass(Pass):
 
     def _shade(self, frame: Frame, shading: Shading) -> None:
         context, view = self.gl.device.context, frame.view
-        frame.targets.shaded.use()
-        frame.targets.shaded.depth_mask = False
+        forward = frame.settings.light.mode == "forward"
+        target = frame.targets.shaded_lit if forward else frame.targets.shaded
+        target.use()
+        target.depth_mask = False
         context.depth_func = "=="
         common = {
             "objects": 0,
@@ -53,12 +56,14 @@ class ShadePass(Pass):
             "pixel_angle": 1 / view.focal_pixels,
             "show_tiles": int(frame.settings.composite.show_tiles),
             "ray_from_screen": matrix_bytes(view.ray_from_screen),
+            **(lighting(frame.environment).uniforms() if forward else {}),
         }
         columns = (each.tolist() for each in (shading.assets, shading.level, shading.low, shading.high))
         for number, level, low, high in zip(*columns, strict=True):
             asset = frame.assets.depth_object(number)
-            program = self._programs[asset.defines]
+            defines = (*asset.defines, "FORWARD") if forward else asset.defines
+            program = self._programs[defines]
             asset.use_surface(program, (2, 3, 4))
             program.set(**common, level=level, low=tuple(low), high=tuple(high))
-            self._arrays[asset.defines].render(moderngl.TRIANGLE_STRIP, vertices=4)
+            self._arrays[defines].render(moderngl.TRIANGLE_STRIP, vertices=4)
         context.depth_func = "<"

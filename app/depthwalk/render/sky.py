@@ -1,0 +1,150 @@
+"""The sky's radiance by direction: two colours, or daylight. Twin of shaders/common/sky.glsl."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.colour import linear_from_srgb
+
+if TYPE_CHECKING:
+    from depthwalk.scene.environment import Environment
+
+Array = NDArray[np.floating]
+Triple = tuple[float, float, float]
+
+# A white surface that faces a sun of intensity 1 shows 1: 128 klx above the air, in kcd/m².
+_WHITE = 128 / np.pi
+# Preetham, Shirley and Smits 1999, appendix A.2: A to E of Y, x and y, times turbidity and 1.
+_PEREZ = np.array(
+    [
+        [[0.1787, -1.4630], [-0.0193, -0.2592], [-0.0167, -0.2608]],
+        [[-0.3554, 0.4275], [-0.0665, 0.0008], [-0.0950, 0.0092]],
+        [[-0.0227, 5.3251], [-0.0004, 0.2125], [-0.0079, 0.2102]],
+        [[0.1206, -2.5771], [-0.0641, -0.8989], [-0.0441, -1.6537]],
+        [[-0.0670, 0.3703], [-0.0033, 0.0452], [-0.0109, 0.0529]],
+    ]
+)
+# x and y of the zenith: rows by turbidity², turbidity, 1; columns by the sun's angle from the zenith³ to 1.
+_ZENITH = np.array(
+    [
+        [
+            [0.00166, -0.00375, 0.00209, 0],
+            [-0.02903, 0.06377, -0.03202, 0.00394],
+            [0.11693, -0.21196, 0.06052, 0.25886],
+        ],
+        [
+            [0.00275, -0.00610, 0.00317, 0],
+            [-0.04214, 0.08970, -0.04153, 0.00516],
+            [0.15346, -0.26756, 0.06670, 0.26688],
+        ],
+    ]
+)
+_RGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+_WAVELENGTHS = np.array([0.68, 0.55, 0.44])  # µm, that stand for red, green and blue
+_TWILIGHT = np.radians(3.0)  # what the sun sinks while the light of the sky falls to a tenth
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """Linear colours at zenith and horizon."""
+
+    zenith: Triple
+    horizon: Triple
+    defines: tuple[str, ...] = ()
+
+    def radiance(self, direction: Array) -> Array:
+        """Linear RGB (n, 3) by direction (n, 3), unit, world."""
+        rise = np.sqrt(np.clip(direction[:, 1:2], 0, 1))
+        return np.array(self.horizon) * (1 - rise) + np.array(self.zenith) * rise
+
+    def uniforms(self) -> dict[str, Any]:
+        return {"zenith": self.zenith, "horizon": self.horizon}
+
+
+@dataclass(frozen=True)
+class Daylight:
+    """perez: A to E of Y, x and y, each; at_zenith: Y, x and y there over Perez' function; sun: to it, unit, not below
+    the horizon."""
+
+    perez: tuple[Triple, ...]
+    at_zenith: Triple
+    sun: Triple
+    defines: tuple[str, ...] = ("PREETHAM",)
+
+    def radiance(self, direction: Array) -> Array:
+        """Linear RGB (n, 3) by direction (n, 3), unit, world; below the horizon as at it."""
+        up, cosine = np.maximum(direction[:, 1], 1e-3), np.clip(direction @ np.array(self.sun), -1, 1)
+        luminance, x, y = (np.array(self.at_zenith) * _perez(np.array(self.perez), up, cosine)).T
+        xyz = (luminance / y)[:, None] * np.column_stack([x, y, 1 - x - y])
+        return np.maximum(xyz @ _RGB_FROM_XYZ.T, 0)
+
+    def uniforms(self) -> dict[str, Any]:
+        return {"perez": list(self.perez), "at_zenith": self.at_zenith, "sky_sun": self.sun}
+
+
+Sky = Gradient | Daylight
+
+
+def _perez(coefficients: Array, up: Array, cosine: Array) -> Array:
+    """Perez' function (n, 3), of (5, 3) coefficients; up: cosine (n,) of the angle from the zenith; cosine: (n,), of
+    that from the sun."""
+    a, b, c, d, e = coefficients
+    up, cosine = up[:, None], cosine[:, None]
+    return (1 + a * np.exp(b / up)) * (1 + c * np.exp(d * np.arccos(cosine)) + e * cosine**2)
+
+
+def direction_to_sun(environment: "Environment") -> Array:
+    """Unit vector (3,), world."""
+    to_sun = -np.asarray(environment.sun.direction, float)
+    return to_sun / np.linalg.norm(to_sun)
+
+
+def sky_of(environment: "Environment") -> Sky:
+    """What is behind everything; the plain background where there is no sky."""
+    sky = environment.sky
+    if sky is None:
+        background = _triple(linear_from_srgb(environment.background))
+        return Gradient(background, background)
+    if sky.model == "gradient":
+        return Gradient(_triple(linear_from_srgb(sky.zenith)), _triple(linear_from_srgb(sky.horizon)))
+    return daylight(direction_to_sun(environment), sky.turbidity, environment.sun.intensity)
+
+
+def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
+    """The sky about a sun at to_sun (3,), of an intensity that, above the air, shows a white surface as bright."""
+    level = np.array([to_sun[0], max(to_sun[1], 0.0), to_sun[2]])
+    level = level / np.linalg.norm(level) if level.any() else np.array([1.0, 0, 0])
+    angle = float(np.arccos(level[1]))  # of the sun from the zenith
+    perez = _PEREZ @ [turbidity, 1]
+    chi = (4 / 9 - turbidity / 120) * (np.pi - 2 * angle)
+    luminance = (4.0453 * turbidity - 4.9710) * np.tan(chi) - 0.2155 * turbidity + 2.4192  # kcd/m²
+    colour = [turbidity**2, turbidity, 1] @ _ZENITH @ [angle**3, angle**2, angle, 1]
+    zenith = np.array([luminance / _WHITE * intensity * _twilight(to_sun), *colour])
+    over = zenith / _perez(perez, np.ones(1), level[1:2])[0]
+    return Daylight(tuple(map(_triple, perez)), _triple(over), _triple(level))
+
+
+def sunlight(environment: "Environment") -> Array:
+    """Linear RGB (3,) that a white surface shows which faces the sun: what the air leaves of it in a daylight sky, by
+    molecules and by haze (Preetham et al., appendix A.1; without ozone, gases and water)."""
+    sun = linear_from_srgb(environment.sun.colour) * environment.sun.intensity
+    if environment.sky is None or environment.sky.model == "gradient":
+        return sun
+    to_sun = direction_to_sun(environment)
+    angle = float(np.degrees(np.arccos(max(to_sun[1], 0.0))))
+    mass = 1 / (max(to_sun[1], 0.0) + 0.15 * (93.885 - angle) ** -1.253)
+    haze = 0.04608 * environment.sky.turbidity - 0.04586
+    lost = 0.008735 * _WAVELENGTHS**-4.08 + haze * _WAVELENGTHS**-1.3
+    return sun * np.exp(-lost * mass) * _twilight(to_sun)
+
+
+def _twilight(to_sun: Array) -> float:
+    """What is left of the light of a sun below the horizon: a rule of thumb, the model ends there."""
+    return float(10 ** (min(np.arcsin(np.clip(to_sun[1], -1, 1)), 0.0) / _TWILIGHT))
+
+
+def _triple(values: Array) -> Triple:
+    x, y, z = np.asarray(values, float).tolist()
+    return x, y, z

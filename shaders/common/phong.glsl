@@ -1,0 +1,19 @@
+// What a surface sends to the viewer of the light that falls on it. Twin: reference/light.py.
+uniform vec3 to_sun;        // world
+uniform vec3 sun;           // linear, on a white surface that faces it
+uniform vec3 ambient[9];    // light from everywhere: a polynomial of the normal, see render/lighting.py
+
+// Of light of strength 1 (Phong 1975). view: from the viewer; all vectors of unit length, in any one frame.
+vec3 phong(vec3 albedo, float specular, float shininess, vec3 normal, vec3 view, vec3 to_light) {
+    float lambert = max(dot(normal, to_light), 0.0);
+    float mirrored = max(dot(reflect(view, normal), to_light), 0.0);
+    return albedo * lambert + (lambert > 0.0 ? specular * pow(mirrored, max(shininess, 1.0)) : 0.0);
+}
+
+// On a white surface; n: world.
+vec3 everywhere(vec3 n) {
+    vec3 level = ambient[0] + n.x * ambient[1] + n.y * ambient[2] + n.z * ambient[3];
+    vec3 curved = n.x * n.y * ambient[4] + n.y * n.z * ambient[5] + n.z * n.x * ambient[6];
+    curved += (3.0 * n.y * n.y - 1.0) * ambient[7] + (n.x * n.x - n.z * n.z) * ambient[8];
+    return max(level + curved, 0.0);
+}

@@ -1,0 +1,33 @@
+// Lamps, from a list for each square of the picture (render/lamps.py). Twin: reference/light.py.
+uniform sampler2D lamps;        // LAMP_RECORDs
+uniform sampler2D lamp_lists;   // their numbers, four to a texel, square by square
+uniform sampler2D lamp_squares; // of each square, the first in the list and how many
+uniform int squares;            // in a row
+
+const int PER_ROW = 1024, SQUARE = 32, PARTS = 3;
+
+vec4 lamp_part(int number, int part) {
+    return texelFetch(lamps, ivec2(number % PER_ROW * PARTS + part, number / PER_ROW), 0);
+}
+
+// Point or spot lights at `point`, from the viewer: inverse squares with a window that ends them at their range (Karis
+// 2013, "Real Shading in Unreal Engine 4"), cones that fade towards their edge.
+vec3 of_lamps(vec3 point, vec3 albedo, float specular, float shininess, vec3 normal, vec3 view) {
+    ivec2 at = ivec2(gl_FragCoord.xy) / SQUARE;
+    int square = at.y * squares + at.x;
+    vec2 run = texelFetch(lamp_squares, ivec2(square % PER_ROW, square / PER_ROW), 0).xy;
+    vec3 colour = vec3(0.0);
+    for (int k = int(run.x), end = int(run.x + run.y); k < end; ++k) {
+        int number = int(texelFetch(lamp_lists, ivec2(k / 4 % PER_ROW, k / 4 / PER_ROW), 0)[k % 4]);
+        vec4 place = lamp_part(number, 0), light = lamp_part(number, 1), cone = lamp_part(number, 2);
+        vec3 to_lamp = place.xyz - point;
+        float square_distance = max(dot(to_lamp, to_lamp), 1e-4);
+        float part = square_distance / (place.w * place.w);
+        float window = max(1.0 - part * part, 0.0);
+        to_lamp *= inversesqrt(square_distance);
+        float inside = clamp((-dot(to_lamp, cone.xyz) - light.w) * cone.w, 0.0, 1.0);
+        float strength = window * window * inside * inside / square_distance;
+        colour += strength * light.rgb * phong(albedo, specular, shininess, normal, view, to_lamp);
+    }
+    return colour;
+}
