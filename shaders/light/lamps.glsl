@@ -1,21 +1,21 @@
-// Lamps, from a list for each square of the picture (render/lamps.py). Twin: reference/light.py.
+// Lamps, from a list for each cell of the view (render/lamps.py). Twin: reference/light.py.
 uniform sampler2D lamps;        // LAMP_RECORDs
-uniform sampler2D lamp_lists;   // their numbers, four to a texel, square by square
-uniform sampler2D lamp_squares; // of each square, the first in the list and how many
-uniform int squares;            // in a row
+uniform sampler2D lamp_lists;   // their numbers, four to a texel, cell by cell
+uniform sampler2D lamp_cells;   // of each cell, the first in the list and how many
+uniform ivec2 squares;          // columns and rows of the picture
 
-const int PER_ROW = 1024, SQUARE = 32, PARTS = 3;
+const int PER_ROW = 1024, SQUARE = 32, SLICES = 16, PARTS = 3;
 
 vec4 lamp_part(int number, int part) {
     return texelFetch(lamps, ivec2(number % PER_ROW * PARTS + part, number / PER_ROW), 0);
 }
 
-// Point or spot lights at `point`, from the viewer: inverse squares with a window that ends them at their range (Karis
-// 2013, "Real Shading in Unreal Engine 4"), cones that fade towards their edge.
-vec3 of_lamps(vec3 point, vec3 albedo, float specular, float shininess, vec3 normal, vec3 view) {
+// Point or spot lights at `point`, from the viewer, `away` along the view axis: inverse squares with a window that ends
+// them at their range (Karis 2013, "Real Shading in Unreal Engine 4"), cones that fade towards their edge.
+vec3 of_lamps(vec3 point, float away, vec3 albedo, float specular, float shininess, vec3 normal, vec3 view) {
     ivec2 at = ivec2(gl_FragCoord.xy) / SQUARE;
-    int square = at.y * squares + at.x;
-    vec2 run = texelFetch(lamp_squares, ivec2(square % PER_ROW, square / PER_ROW), 0).xy;
+    int cell = (min(int(2.0 * log2(max(away, 1.0))), SLICES - 1) * squares.y + at.y) * squares.x + at.x;
+    vec2 run = texelFetch(lamp_cells, ivec2(cell % PER_ROW, cell / PER_ROW), 0).xy;
     vec3 colour = vec3(0.0);
     for (int k = int(run.x), end = int(run.x + run.y); k < end; ++k) {
         int number = int(texelFetch(lamp_lists, ivec2(k / 4 % PER_ROW, k / 4 / PER_ROW), 0)[k % 4]);

@@ -26,7 +26,8 @@ void main() {
     float shininess = surface.z * MAX_SHININESS;
     vec3 colour = albedo * everywhere(normal) + sun * phong(albedo, stored.a, shininess, normal, view, to_sun);
 #ifdef LAMPS
-    colour += of_lamps(ray * distance_at(pixel), albedo, stored.a, shininess, normal, view);
+    float away = distance_at(pixel);
+    colour += of_lamps(ray * away, away, albedo, stored.a, shininess, normal, view);
 #endif
     lit = vec4(colour, 1.0);
 }

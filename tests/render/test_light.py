@@ -8,7 +8,7 @@ import pytest
 from depthwalk.colour import linear_from_srgb
 from depthwalk.headless import HeadlessRenderer, view_distance
 from depthwalk.reference.light import lamp_light, phong, reflected
-from depthwalk.render.lamps import SQUARE, lamps_in_sight
+from depthwalk.render.lamps import SLICES, SQUARE, lamps_in_sight
 from depthwalk.render.lighting import irradiance, lighting, polynomials, sphere_directions
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.settings import RenderSettings
@@ -94,7 +94,7 @@ def normals_from_octahedron(encoded):
 
 
 def test_lists_name_each_lamp_where_it_is_seen():
-    """Points of lamps' spheres that are in the picture: the list of their square names the lamp."""
+    """Points of lamps' spheres that are in the picture: the list of their cell names the lamp."""
     rng = np.random.default_rng(4)
     environment = Environment(lights=random_lamps(rng, 40))
     view = View(Camera((0.0, 2.0, 14.0), (0, 1, 0), 0.9), SIZE, near=0.1, far=60.0)
@@ -106,11 +106,13 @@ def test_lists_name_each_lamp_where_it_is_seen():
     at = np.stack([x, y], -1) / np.where(forward > 0.1, forward, np.nan)[..., None] / view.half_extent
     lamp, point = np.nonzero((np.abs(at) < 1).all(-1))
     column, row = np.floor((at[lamp, point] + 1) / 2 * SIZE / SQUARE).astype(int).T
-    first, count = lamps.squares["numbers"][row * lamps.across + column, :2].astype(int).T
+    level = np.clip(np.floor(2 * np.log2(forward[lamp, point])), 0, SLICES - 1).astype(int)
+    cell = (level * lamps.across[1] + row) * lamps.across[0] + column
+    first, count = lamps.cells["numbers"][cell, :2].astype(int).T
     numbers = lamps.lists["numbers"].reshape(-1)
     named = [k in numbers[start : start + length] for k, start, length in zip(lamp, first, count, strict=True)]
     assert len(named) > 500 and all(named)
-    assert lamps.squares["numbers"][:, 1].mean() < 0.7 * len(place)  # they do not name all of them
+    assert lamps.cells["numbers"][:, 1].mean() < 0.4 * len(place)  # they do not name all of them
 
 
 def linear_picture(scene, library, camera, size=SIZE):

@@ -1,7 +1,8 @@
-"""Point and spot lights as the shaders take them: records, and a list of those that reach each square of the picture.
+"""Point and spot lights as the shaders take them: records, and a list of those that reach each cell of the view.
 
-A pixel then goes through its own list and reads the G-buffer once, where drawing each lamp's rectangle would read it,
-and blend, once per lamp (Olsson and Assarsson 2011, "Tiled Shading").
+Cells are squares of the picture, sliced by distance (Olsson, Billeter and Assarsson 2012, "Clustered Deferred and
+Forward Shading"). A pixel goes through the list of its own and reads the G-buffer once, where drawing each lamp's
+rectangle would read it, and blend, once per lamp.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.floating]
 
 SQUARE = 32  # pixels
-FADE = 0.8  # part of a cone's angle within which it is as bright as it gets, in cosines' terms a soft edge
+SLICES = 16  # the first ends at √2 m, each of the others √2 times as far as the one before; the last has no end
+FADE = 0.8  # part of a cone's angle within which it is as bright as it gets
 # Where it is, relative to the viewer, and its range; its light at 1 m, linear, and the cosine at which its cone ends;
 # where it shines, and 1 over how much more the cosine is where the cone is brightest.
 LAMP_RECORD = np.dtype([("place", "4f4"), ("light", "4f4"), ("cone", "4f4")])
@@ -31,29 +33,35 @@ NUMBERS_RECORD = np.dtype([("numbers", "4f4")])
 
 @dataclass(frozen=True)
 class Lamps:
-    """records: (n,) LAMP_RECORD of those in sight; squares: (k,) NUMBERS_RECORD, row by row from the lower left: the
-    first in the list, and how many; lists: their numbers, four to a NUMBERS_RECORD; across: squares in a row."""
+    """records: (n,) LAMP_RECORD of those in sight; cells: (k,) NUMBERS_RECORD, slice by slice, row by row from the
+    lower left: the first in the list, and how many; lists: their numbers, four to a NUMBERS_RECORD; across: columns and
+    rows of squares."""
 
     records: NDArray[np.void]
-    squares: NDArray[np.void]
+    cells: NDArray[np.void]
     lists: NDArray[np.void]
-    across: int
+    across: tuple[int, int]
 
 
 def lamps_in_sight(view: View, lights: Sequence["LampParams"]) -> Lamps:
     position = np.array([light.position for light in lights], float).reshape(-1, 3)
     bounds = Bounds(position, np.array([light.range for light in lights], float))
     low, high = extents(view, bounds)
-    beyond = (position - view.position) @ view.axes[2] + bounds.reach > 0
-    seen = np.flatnonzero(beyond & (low < high).all(1))
-    records = lamp_records(view, [lights[k] for k in seen.tolist()])
-    numbers, counts = squares_reached(view.size, low[seen], high[seen])
-    squares = np.zeros(counts.size, NUMBERS_RECORD)
-    squares["numbers"][:, 0] = np.cumsum(counts) - counts.ravel()
-    squares["numbers"][:, 1] = counts.ravel()
+    forward = (position - view.position) @ view.axes[2]
+    seen = np.flatnonzero((forward + bounds.reach > 0) & (low < high).all(1))
+    forward, reach = forward[seen, None], bounds.reach[seen, None]
+    across = -(-view.size[0] // SQUARE), -(-view.size[1] // SQUARE)
+    first, last = (
+        np.column_stack([(corner[seen] + 1) / 2 * view.size / SQUARE, 2 * np.log2(np.maximum(distance, 1))])
+        for corner, distance in ((low, forward - reach), (high, forward + reach))
+    )
+    numbers, counts = lamps_by_cell(first, last, (*across, SLICES))
+    cells = np.zeros(len(counts), NUMBERS_RECORD)
+    cells["numbers"][:, 0] = np.cumsum(counts) - counts
+    cells["numbers"][:, 1] = counts
     lists = np.zeros(-(-len(numbers) // 4), NUMBERS_RECORD)
     lists["numbers"].reshape(-1)[: len(numbers)] = numbers
-    return Lamps(records, squares, lists, counts.shape[1])
+    return Lamps(lamp_records(view, [lights[k] for k in seen.tolist()]), cells, lists, across)
 
 
 def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]:
@@ -74,13 +82,18 @@ def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]
     return records
 
 
-def squares_reached(size: tuple[int, int], low: Array, high: Array) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
-    """Numbers (m,) of the rectangles with corners low, high (n, 2), −1 to 1, in the squares of a picture of `size`, row
-    by row; and how many there are in each, (rows, columns)."""
-    reached = []
-    for axis, pixels in enumerate(size):
-        start = np.arange(-(-pixels // SQUARE)) * SQUARE / pixels * 2 - 1
-        end = start + 2 * SQUARE / pixels
-        reached.append((low[:, axis] < end[:, None]) & (high[:, axis] > start[:, None]))
-    both = reached[1][:, None] & reached[0][None]
-    return np.nonzero(both)[2], both.sum(2)
+def lamps_by_cell(
+    first: Array, last: Array, shape: tuple[int, int, int]
+) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+    """Numbers (m,) of n boxes, cell by cell, and how many there are in each of the cells. first, last: (n, 3), where
+    the boxes begin and end, in columns, rows and slices of cells; shape: how many there are of these."""
+    begin = np.clip(np.floor(first).astype(int), 0, np.array(shape) - 1)
+    size = np.clip(np.floor(last).astype(int), 0, np.array(shape) - 1) - begin + 1
+    each = size.prod(1)
+    number = np.repeat(np.arange(len(each)), each)
+    left = np.arange(len(number)) - np.repeat(np.cumsum(each) - each, each)
+    cell, stride = np.zeros_like(number), 1
+    for axis, cells in enumerate(shape):
+        cell += stride * (begin[number, axis] + left % size[number, axis])
+        left, stride = left // size[number, axis], stride * cells
+    return number[np.argsort(cell, kind="stable")], np.bincount(cell, minlength=stride)

@@ -39,7 +39,7 @@ class LightPass(Pass):
         self._sky_arrays = Variants(lambda defines: self.gl.vertex_array(self._sky[defines].gl, []))
         self._records = RecordTexture(self.gl, LAMP_RECORD)
         self._lists = RecordTexture(self.gl, NUMBERS_RECORD)
-        self._squares = RecordTexture(self.gl, NUMBERS_RECORD)
+        self._cells = RecordTexture(self.gl, NUMBERS_RECORD)
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
@@ -80,7 +80,7 @@ class LightPass(Pass):
         if not len(lamps.records):
             return {}
         frame.targets.depth.use(2)
-        textures = (self._records, lamps.records), (self._lists, lamps.lists), (self._squares, lamps.squares)
+        textures = (self._records, lamps.records), (self._lists, lamps.lists), (self._cells, lamps.cells)
         for unit, (texture, records) in enumerate(textures, start=3):
             texture.upload(records)
             texture.use(unit)
@@ -89,7 +89,7 @@ class LightPass(Pass):
             "depth_range": frame.view.depth_range,
             "lamps": 3,
             "lamp_lists": 4,
-            "lamp_squares": 5,
+            "lamp_cells": 5,
             "squares": lamps.across,
         }
 
