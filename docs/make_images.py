@@ -33,6 +33,10 @@ def room() -> None:
     render("room")
 
 
+def night() -> None:
+    render("night")
+
+
 def render(name: str) -> None:
     """A shipped scene, seen by its own camera."""
     scene, out = scene_root() / f"{name}.yaml", IMAGES / f"{name}.png"
@@ -118,7 +122,7 @@ def virtual_display() -> Iterator[str]:
         server.wait(10)
 
 
-MAKERS: dict[str, Callable[[], None]] = {"garden": garden, "room": room, "dpci": dpci, "hud": hud}
+MAKERS: dict[str, Callable[[], None]] = {"garden": garden, "room": room, "night": night, "dpci": dpci, "hud": hud}
 
 
 def main() -> None:

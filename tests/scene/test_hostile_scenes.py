@@ -17,6 +17,11 @@ MESSAGES = {
     "alias-loop": [
         "3:12: objects[0].group.objects[0].group.....objects[0].group.objects[0].group: nested too deeply",
     ],
+    "bad-lamp": [
+        "7:7: environment.lights[0]: missing key 'position'",
+        "7:34: environment.lights[0].range: must be greater than 0, not 0",
+        "7:44: environment.lights[0].angle: must be at most 180, not 400",
+    ],
     "bad-representation": [
         "6:34: objects[0].representation: must be 'dpci', 'mesh', 'mesh-lod' or 'dmesh', not 'hologram'",
     ],

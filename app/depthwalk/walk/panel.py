@@ -94,8 +94,9 @@ def _draw_path(state: State, playback: Playback) -> None:
 
 
 def _draw_environment(state: State) -> None:
-    """The sun by where it stands, not by where its light goes."""
-    sun, ambient = state.scene.environment.sun, state.scene.environment.ambient
+    """The sun by where it stands, not by where its light goes; sky and fog, where the scene has them."""
+    environment = state.scene.environment
+    sun, ambient = environment.sun, environment.ambient
     x, y, z = -np.asarray(sun.direction, float) / np.linalg.norm(sun.direction)
     azimuth, elevation = math.degrees(math.atan2(x, z)), math.degrees(math.asin(float(np.clip(y, -1, 1))))
     turned, azimuth = imgui.slider_float("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
@@ -108,3 +109,9 @@ def _draw_environment(state: State) -> None:
         changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
         if changed:
             light.intensity = min(max(intensity, 0.0), 100.0)
+    for name, part in (("sky", environment.sky), ("fog", environment.fog)):
+        if part is not None and imgui.tree_node(name):
+            refusal = draw_group(part)
+            imgui.tree_pop()
+            if refusal:
+                state.tell(refusal)
