@@ -1,5 +1,6 @@
 // Fast approximate anti-aliasing (Lottes 2009, the variant with five taps of brightness): where brightness jumps, the
 // picture is blurred along the edge, which runs across the gradient.
+#include "common/brightness.glsl"
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform float contrast;             // of the brightest of the pixels around: less is no edge
 
@@ -10,10 +11,6 @@ const float SHORTEST = 1.0 / 128.0;
 const float SHORTENED = 1.0 / 8.0;  // the brighter the surroundings, the shorter the blur
 const float LONGEST = 8.0;          // pixels
 
-// Perceived brightness, 0 to 1; of what is not there −1, so that it differs from everything.
-float brightness(vec4 colour) {
-    return sqrt(dot(clamp(colour.rgb, 0.0, 1.0), vec3(0.2126, 0.7152, 0.0722))) + colour.a - 1.0;
-}
 vec4 at(vec2 place) { return texture(lit_texture, place); }
 
 void main() {

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from depthwalk.render.edges import build_edges
-from depthwalk.render.outlines import outlines
+from depthwalk.render.outlines import DENSEST, outlines
 from depthwalk.render.records import PLACED_RECORD
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
@@ -30,7 +30,7 @@ def test_a_box_has_twelve_edges_and_six_diagonals():
     mesh = box(1, 2, 3)
     edges = build_edges(mesh.positions, mesh.faces)
     assert (len(edges.points), len(edges.ends), edges.open.sum()) == (8, 18, 0)
-    assert np.sort(edges.folds()) == pytest.approx([0] * 12 + [1] * 6, abs=1e-6)
+    assert np.sort(edges.folds) == pytest.approx([0] * 12 + [1] * 6, abs=1e-6)
     middle = edges.points[edges.ends].mean(1)
     for face in edges.faces.T:  # both faces hold the edge
         assert np.einsum("ei,ei->e", edges.planes[face, :3], middle) == pytest.approx(edges.planes[face, 3], abs=1e-6)
@@ -74,7 +74,7 @@ def test_a_surface_that_ends_has_open_edges():
     mesh = box(1, 1, 1)
     edges = build_edges(mesh.positions, mesh.faces[:-2])
     assert edges.open.sum() == 4
-    assert (edges.folds()[edges.open] == 1).all()
+    assert (edges.folds[edges.open] == 1).all()
 
 
 def test_three_faces_on_an_edge_are_paired_as_they_come():
@@ -115,6 +115,31 @@ def test_a_sphere_has_a_ring_of_outlines_wherever_it_stands():
     off = np.abs(np.linalg.norm(middle - at, axis=2) - radius).min(0)
     assert off.max() < 0.06 * radius  # the second stands off the axis, its outline is slightly oval
     assert (lines["outline"] == 1).all()
+
+
+def test_a_sphere_has_its_outline_by_its_area():
+    """2πr by πr², from everywhere."""
+    for radius in (0.5, 2.0):
+        mesh = sphere(radius, 64, 32)
+        edges = build_edges(np.round(mesh.positions, 6), mesh.faces)
+        assert edges.density == pytest.approx(2 / radius, rel=0.02)
+
+
+def test_a_surface_that_ends_has_more_outline():
+    """Of a square, whose front half of all directions see: its border, which is foreshortened less than itself."""
+    corners = np.array([[0, 0, 0], [3, 0, 0], [3, 3, 0], [0, 3, 0]], float)
+    edges = build_edges(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    assert edges.density == pytest.approx(np.pi * 12 / 9)
+
+
+def test_what_is_all_outlines_has_none():
+    """A ball of eight pixels across and more, and a smaller one."""
+    mesh = sphere(1.0, 64, 32)
+    edges = build_edges(np.round(mesh.positions - [0, 1, 0], 6), mesh.faces)
+    view = view_along((0, 0, -1), near=1)
+    distance = DENSEST * view.focal_pixels / 2
+    counts = [len(outlines(edges, view, placed((0, 0, -far * distance)), np.pi, solid=True)) for far in (0.95, 1.05)]
+    assert counts[0] > 0 == counts[1]
 
 
 def test_lines_are_cut_at_the_near_plane():

@@ -107,6 +107,7 @@ def test_nothing_but_outlines_is_touched(studio):
         scene = scene_of(*placed, representation=representation)
         # Texels of half a pixel in both pictures: what is left is the pass itself.
         scene.render.warp.tile_scale = 2.0
+        scene.render.gpaa.samples = 1
         scene.render.gpaa.crease = 180.0
         before, metres, _ = studio.picture(scene, library, CAMERA, SIZE, depth=True)
         scene.render.aa = "gpaa-edge"

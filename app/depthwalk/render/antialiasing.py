@@ -1,6 +1,6 @@
 """Which anti-aliasing a picture gets, and what that asks of the passes before it."""
 
-from typing import Literal
+from typing import Any, Literal
 
 from depthwalk.params import Params, param
 from depthwalk.render.tiles import TileParams
@@ -12,10 +12,10 @@ COVERAGE_TEXELS = 2.0  # texels of an intermediate image per pixel, along either
 class PictureParams(Params):
     """What concerns the picture as a whole."""
 
-    aa: Literal["none", "fxaa", "gpaa", "gpaa-edge", "ssaa"] = param(
+    aa: Literal["none", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"] = param(
         "none",
-        "Anti-aliasing: by edges of brightness (FXAA), by all edges of polygons or those alone that may be outlines "
-        "(GPAA), by four samples per pixel (SSAA)",
+        "Anti-aliasing: by edges of brightness (FXAA, SMAA), by all edges of polygons or those alone that may be "
+        "outlines (GPAA), by four samples per pixel (SSAA)",
     )
 
 
@@ -24,8 +24,10 @@ def geometric(settings: PictureParams) -> bool:
     return settings.aa in ("gpaa", "gpaa-edge")
 
 
-def samples(settings: PictureParams) -> int:
-    """How many samples each pixel has along either axis."""
+def samples(settings: Any) -> int:
+    """How many samples each pixel has along either axis. settings: a RenderSettings."""
+    if geometric(settings):
+        return int(settings.gpaa.samples)
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
 
 

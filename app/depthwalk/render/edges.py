@@ -16,23 +16,22 @@ class Edges:
 
     points: (v, 3) float32, metres. ends: (e, 2) int32, rows of `points`, directed as the first face runs. faces: (e, 2)
     int32, rows of `planes`; the second is the last row where an edge is open. planes: (f + 1, 4) float32, unit normals
-    and distances from the origin along them; those of no area and the last are never seen from the front.
+    and distances from the origin along them; those of no area and the last are never seen from the front. folds: (e,)
+    float32, cosine of the angle between the normals of the two faces; 1 where an edge is open. density: metres of
+    outline per square metre of faces seen from their front, 1/m, both as a mean over all directions to look from.
     """
 
     points: NDArray[np.float32]
     ends: NDArray[np.int32]
     faces: NDArray[np.int32]
     planes: NDArray[np.float32]
+    folds: NDArray[np.float32]
+    density: float
 
     @property
     def open(self) -> NDArray[np.bool_]:
         """Which edges (e,) have one face only."""
         return self.faces[:, 1] == len(self.planes) - 1
-
-    def folds(self) -> NDArray[np.float32]:
-        """Cosine (e,) of the angle between the normals of the two faces; 1 where an edge is open."""
-        first, second = (self.planes[self.faces[:, k], :3] for k in (0, 1))
-        return np.where(self.open, np.float32(1), np.einsum("ei,ei->e", first, second))
 
 
 def build_edges(positions: NDArray[np.floating], triangles: NDArray[np.integer]) -> Edges:
@@ -60,4 +59,10 @@ def build_edges(positions: NDArray[np.floating], triangles: NDArray[np.integer])
     other = np.where(paired, half[np.minimum(one + 1, len(half) - 1)] // 3, len(corners))
     ends = np.stack([start[half[one]], end[half[one]]], -1)
     faces = np.stack([half[one] // 3, other], -1)
-    return Edges(points, ends.astype(np.int32), faces.astype(np.int32), planes)
+    cosine = np.einsum("ei,ei->e", *(planes[faces[:, k], :3] for k in (0, 1)))
+    folds = np.where(paired, np.clip(cosine, -1, 1), np.float32(1))
+    # An edge is an outline for as many of the directions as it has of the half turn between its faces (Cauchy–Crofton).
+    turn = np.where(paired, np.arccos(folds), np.pi)
+    length = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+    density = float(turn @ length) / max(float(area.sum()) / 2, 1e-12)
+    return Edges(points, ends.astype(np.int32), faces.astype(np.int32), planes, folds, density)

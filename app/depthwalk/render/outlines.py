@@ -9,6 +9,7 @@ from depthwalk.render.edges import Edges
 from depthwalk.render.rotation import conjugate, rotate
 from depthwalk.render.view import View
 
+DENSEST = 0.5  # pixels of outline per pixel of the faces seen: where there are more, several share each pixel
 _AT_ONCE = 1 << 22  # faces × objects whose orientation is held at a time
 
 # What edge.vert reads per line: its ends in pixels, the object on the left of the way from one to the other; their
@@ -23,9 +24,12 @@ def outlines(
 
     Taken are those between a front and a back face, open ones, and, where one of their faces is seen, folds beyond
     `least_fold`, radians (edge-optimised GPAA, §1.1); all edges where that is None. solid: back faces are never seen.
-    Left out is what is off the screen, and what is so short that it passes no pixel's middle.
+    Left out is what is off the screen, what is so short that it passes no pixel's middle, and objects with more
+    outlines than `DENSEST`.
     """
-    creased = None if least_fold is None else edges.folds() < np.cos(least_fold)
+    creased = None if least_fold is None else edges.folds < np.cos(least_fold)
+    density = edges.density * np.linalg.norm(placed["origin"], axis=1) / (view.focal_pixels * placed["scale"])
+    placed = placed[density <= DENSEST]
     lines = [
         _lines(edges, view, some, *_taken(edges, some, creased, solid))
         for some in _chunks(placed, _AT_ONCE // len(edges.planes) + 1)

@@ -11,6 +11,7 @@ from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
 from depthwalk.render.passes.shade import ShadePass
+from depthwalk.render.passes.smaa import SmaaPass
 from depthwalk.render.passes.warp import WarpPass
 
 PASSES: tuple[type[Pass], ...] = (
@@ -24,5 +25,6 @@ PASSES: tuple[type[Pass], ...] = (
     FogPass,
     GpaaPass,
     FxaaPass,
+    SmaaPass,
     OutputPass,
 )

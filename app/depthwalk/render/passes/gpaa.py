@@ -22,6 +22,9 @@ from depthwalk.render.plan import Group
 
 
 class GpaaParams(Params):
+    samples: int = param(
+        2, "Samples per pixel, along either axis: where leaves share pixels, lines do not help", ge=1, le=2
+    )
     crease: float = param(
         30.0, "Fold from which an edge between two visible faces is smoothed too", unit="degrees", ge=0, le=180
     )
