@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.edges import Edges
-from depthwalk.render.rotation import conjugate, rotate
+from depthwalk.render.rotation import matrices
 from depthwalk.render.view import View
 
 DENSEST = 0.5  # pixels of outline per pixel of the faces seen: where there are more, several share each pixel
@@ -46,17 +46,18 @@ def _taken(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
     """Numbers of edge and object (k,) of each line, whether the first face (k,) is seen from its front, and whether it
     is an outline (k,)."""
-    viewer = -rotate(conjugate(placed["rotation"]), placed["origin"]) / placed["scale"][:, None]
+    viewer = -(placed["origin"][:, None] @ matrices(placed["rotation"]))[:, 0] / placed["scale"][:, None]
     front = edges.planes[:, :3] @ viewer.T > edges.planes[:, 3:]
     first = front[edges.faces[:, 0]]
     outline = first != front[edges.faces[:, 1]]
     if not solid:
         outline[edges.open] = True
-    taken = outline.copy()
     if creased is None:
-        taken[:] = True
+        taken = np.ones_like(outline)
+    elif creased.any():
+        taken = outline | (creased[:, None] & (first if solid else True))
     else:
-        taken[creased] |= first[creased] | (not solid)
+        taken = outline
     edge, number = taken.nonzero()
     return edge, number, first[edge, number], outline[edge, number]
 
@@ -71,27 +72,27 @@ def _lines(
     outline: NDArray[np.bool_],
 ) -> NDArray[np.void]:
     """LINE_RECORDs of `edge` (k,) of the objects `number` (k,), turned round where not `forward` (k,)."""
-    first, second = edges.ends[edge].T
-    clip = _clip_points(edges, view, placed)
-    ends = [clip[number, np.where(forward, *order)] for order in ((first, second), (second, first))]
-    start, stop, kept = _before_viewer(*ends)
-    size = np.asarray(view.size)
-    at = [(clip[:, :2] / clip[:, 3:] + 1) / 2 * size for clip in (start, stop)]
-    seen = ((np.maximum(*at) >= 0) & (np.minimum(*at) <= size)).all(1)
-    across = np.abs(at[1] - at[0])
-    longer = np.argmax(across, axis=1)[:, None]
-    columns = [np.floor(np.take_along_axis(end, longer, 1)[:, 0] - 0.5) for end in at]
-    seen &= columns[0] != columns[1]
-    lines = np.zeros(int(seen.sum()), LINE_RECORD)
-    lines["ends"] = np.hstack(at)[seen]
+    ends = edges.ends[edge]
+    ends = np.where(forward[:, None], ends, ends[:, ::-1])
+    clip, kept = _before_viewer(_clip_points(edges, view, placed)[number[:, None], ends])
+    size = np.array(view.size, np.float32)
+    at = (clip[..., :2] / clip[..., 3:] + 1) * (size / 2)
+    start, stop = at[:, 0], at[:, 1]
+    seen = ((np.maximum(start, stop) >= 0) & (np.minimum(start, stop) <= size)).all(1)
+    passes = np.floor(start - 0.5) != np.floor(stop - 0.5)  # a pixel's middle along x, along y
+    across = np.abs(stop - start)
+    seen &= np.where(across[:, 1] > across[:, 0], passes[:, 1], passes[:, 0])
+    lines = np.empty(int(seen.sum()), LINE_RECORD)
+    lines["ends"] = at[seen].reshape(-1, 4)
     lines["outline"] = outline[kept][seen]
-    lines["depths"] = np.column_stack([clip[seen, 2] / clip[seen, 3] for clip in (start, stop)]) / 2 + 0.5
+    clip = clip[seen]
+    lines["depths"] = clip[..., 2] / clip[..., 3] / 2 + 0.5
     return lines
 
 
 def _clip_points(edges: Edges, view: View, placed: NDArray[np.void]) -> NDArray[np.float32]:
     """Clip coordinates (n, v, 4) of all points of n objects."""
-    axes = placed["scale"][:, None, None] * rotate(placed["rotation"][:, None], np.eye(3, dtype=np.float32))
+    axes = placed["scale"][:, None, None] * matrices(placed["rotation"]).transpose(0, 2, 1)
     eye_from_object = np.concatenate([axes, placed["origin"][:, None]], 1)  # for rows (x, y, z, 1) from the left
     clip_from_object = np.pad(eye_from_object, ((0, 0), (0, 0), (0, 1))) @ view.clip_from_eye.T
     clip_from_object[:, 3] += view.clip_from_eye[:, 3]
@@ -100,14 +101,15 @@ def _clip_points(edges: Edges, view: View, placed: NDArray[np.void]) -> NDArray[
     return clip
 
 
-def _before_viewer(
-    start: NDArray[np.floating], stop: NDArray[np.floating]
-) -> tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.bool_]]:
-    """The parts beyond the near plane of lines between clip coordinates (k, 4), and which lines (k,) have one."""
-    near = np.stack([start[:, 2] + start[:, 3], stop[:, 2] + stop[:, 3]])
-    kept = near.max(0, initial=0) > 0
-    start, stop, near = start[kept], stop[kept], near[:, kept]
+def _before_viewer(ends: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """The parts beyond the near plane of lines between clip coordinates (k, 2, 4), and which lines (k,) have one."""
+    near = ends[..., 2] + ends[..., 3]
+    beyond = near > 0
+    kept: NDArray[np.bool_] = beyond[:, 0] | beyond[:, 1]
+    if beyond.all():
+        return ends, kept
+    ends, near, beyond = ends[kept], near[kept], beyond[kept, :, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        cut = np.clip(near[0] / (near[0] - near[1]), 0, 1)[:, None]
-    crossing = start + cut * (stop - start)
-    return np.where(near[0, :, None] > 0, start, crossing), np.where(near[1, :, None] > 0, stop, crossing), kept
+        cut = np.clip(near[:, :1] / (near[:, :1] - near[:, 1:]), 0, 1)
+    crossing = ends[:, 0] + cut * (ends[:, 1] - ends[:, 0])
+    return np.where(beyond, ends, crossing[:, None]), kept
