@@ -28,14 +28,33 @@ from depthwalk.limits import MAX_FRAMES
 from depthwalk.output import check_folder, write_bytes
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.render.antialiasing import PictureParams
+from depthwalk.render.passes.gpaa import GpaaParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
 
-KINDS: tuple[Any, ...] = get_args(PictureParams.model_fields["aa"].annotation)
 REFERENCE_SAMPLES = 8  # per pixel, along either axis
 JUMP = 0.02  # part of the distance by which the next sample is farther where an edge runs
 REPRESENTATIONS = {"depth images": Representation.DPCI, "mesh": Representation.MESH}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A way to smooth edges. samples: `render.gpaa.samples`."""
+
+    title: str
+    aa: Any
+    samples: int = GpaaParams().samples
+
+    def apply(self, settings: Any) -> None:
+        """Sets it in a RenderSettings."""
+        settings.aa, settings.gpaa.samples = self.aa, self.samples
+
+
+KINDS = (
+    *(Kind(aa, aa) for aa in get_args(PictureParams.model_fields["aa"].annotation)),
+    Kind("gpaa-edge, one sample", "gpaa-edge", samples=1),
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +71,7 @@ class Row:
     """One kind of anti-aliasing in one scene, drawn by one representation.
 
     psnr, dB, and flip, mean: of the edge pixels against the mesh; own_psnr: against the same representation; ms: median
-    time of a frame; ratio: of that to the frame of `none`, median.
+    time of a frame; ratio: of that to the frame of the first of `KINDS`, median.
     """
 
     scene: str
@@ -91,19 +110,19 @@ def measure_scene(scene: Scene, size: tuple[int, int], frames: int) -> Iterator[
             view = View(scene.camera or headless.frame_all(), size)
             milliseconds = np.array([[_frame_ms(headless, view, kind) for kind in KINDS] for _ in range(frames)])
             for number, kind in enumerate(KINDS):
-                scene.render.aa = kind
+                kind.apply(scene.render)
                 headless.draw(view)
                 picture = headless.pixels()[..., :3]
                 mesh, own = truths["mesh"], truths[name]
                 yield Row(
                     str(scene.path),
                     name,
-                    kind,
+                    kind.title,
                     psnr(mesh.pixels, picture, mesh.edge),
                     psnr(own.pixels, picture, own.edge),
                     mean_flip(mesh.pixels, picture, mesh.edge),
                     float(np.median(milliseconds[:, number])),
-                    float(np.median(milliseconds[:, number] / milliseconds[:, KINDS.index("none")])),
+                    float(np.median(milliseconds[:, number] / milliseconds[:, 0])),
                 )
 
 
@@ -116,9 +135,9 @@ def _truth(scene: Scene, size: tuple[int, int], representation: Representation) 
         return truth(headless.linear_image())
 
 
-def _frame_ms(headless: HeadlessRenderer, view: View, kind: Any) -> float:
+def _frame_ms(headless: HeadlessRenderer, view: View, kind: Kind) -> float:
     """Of a frame after one that makes what the kind needs."""
-    headless.renderer.settings.aa = kind
+    kind.apply(headless.renderer.settings)
     headless.draw(view)
     headless.device.context.finish()
     start = time.perf_counter()
@@ -135,7 +154,7 @@ def to_markdown(rows: Sequence[Row]) -> str:
     for row in rows:
         values = f"{row.psnr:.1f}", f"{row.own_psnr:.1f}", f"{row.flip:.3f}", f"{row.ms:.0f}", f"{row.ratio:.2f}"
         title = f"{Path(row.scene).stem}, {row.representation}:\n\n{head}"
-        tables[title] = tables.get(title, "") + f"| `{row.aa}` | {' | '.join(values)} |\n"
+        tables[title] = tables.get(title, "") + f"| {row.aa} | {' | '.join(values)} |\n"
     return "\n".join(title + lines for title, lines in tables.items())
 
 
