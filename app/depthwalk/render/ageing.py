@@ -58,9 +58,8 @@ def held(tiles: KeptTiles, view: View, rotation: Array, viewer: Array, forward: 
     viewer: (n, 3), object frame; forward: (n, 2), least and greatest distance of each object along the view axis, in
     its own metres. The corners of the view's frustum between them must lie within the tile's.
     """
-    axes = view.axes @ matrices(rotation)
-    tan_x, tan_y = view.half_extent
-    rays = np.array([[x * tan_x, y * tan_y, 1.0] for x in (-1, 1) for y in (-1, 1)]) @ axes  # (n, 4, 3)
+    corners = np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)])
+    rays = corners @ view.ray_from_screen.T @ matrices(rotation)  # (n, 4, 3)
     corners = np.concatenate([rays * forward[:, :1, None], rays * forward[:, 1:, None]], 1)
     corners += (viewer - tiles.record["origin"][:, :3])[:, None]
     a, b, c = np.moveaxis(corners @ np.swapaxes(tiles.frustum, 1, 2), -1, 0)

@@ -23,7 +23,8 @@ class Frame:
     """One picture on its way.
 
     settings: a RenderSettings, with a group of parameters per pass; transparent: alpha 0 where nothing is, instead of
-    sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects.
+    sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects;
+    lens_point: which of the frames this is that make up the picture.
     """
 
     view: View
@@ -35,6 +36,7 @@ class Frame:
     screen: moderngl.Framebuffer
     transparent: bool = False
     shading: Shading | None = None
+    lens_point: int = 0
 
 
 class Pass(ABC):

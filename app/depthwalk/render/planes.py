@@ -222,7 +222,7 @@ def _edge_crossings(lines: Array, low: Array, high: Array) -> Array:
 def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
     """Where the frustum's four corner rays meet the plane: (n, 4, 2); far away where they do not."""
     rays = np.array([[x * tan_x, y * tan_y, 1.0] for x in (-1, 1) for y in (-1, 1)])
-    directions = rays @ camera  # (n, 4, 3) in plane coordinates: the rotation's inverse is its transpose
+    directions = rays @ np.swapaxes(np.linalg.inv(camera), 1, 2)  # (n, 4, 3) in plane coordinates
     toward = directions[..., 2] < -1e-9
     along = distance[:, None] / np.where(toward, -directions[..., 2], 1)
     return np.where(toward[..., None], directions[..., :2] * along[..., None], 1e30)

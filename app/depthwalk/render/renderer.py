@@ -20,6 +20,7 @@ from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
 from depthwalk.render.cells import Cells, sort_into_cells
 from depthwalk.render.depth_cells import DepthCells
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.lens import lens_views
 from depthwalk.render.occlusion import FIRST_PORTION, FIRST_ROUND, Cylinders, Hider, cylinders, growth, hidden, outlines
 from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
@@ -66,6 +67,11 @@ class Renderer:
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
         """Draws what `view` sees of the scene into `screen`, which has the view's size. Supersampled, the targets and
         the view of the passes before `output` are larger by that."""
+        for lens_point, seen in enumerate(lens_views(view, self.settings.dof)):
+            self._render(seen, screen, transparent, lens_point)
+        self.timers.end_frame()
+
+    def _render(self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int) -> None:
         settings, (width, height) = self.settings, view.size
         finer = samples(settings)
         view = replace(view, size=(width * finer, height * finer))
@@ -95,8 +101,7 @@ class Renderer:
         with self.timers.measure_cpu("plan"):
             drawn, tiled = self.plan.numbered, self.plan.tiled
             shaded = shading(view, self.objects().take(drawn), bounds.take(drawn), tiled)
-        self._draw(Frame(view, self.plan, settings, *surroundings, transparent, shaded), objects=False)
-        self.timers.end_frame()
+        self._draw(Frame(view, self.plan, settings, *surroundings, transparent, shaded, lens_point), objects=False)
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
 

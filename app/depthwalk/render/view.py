@@ -13,12 +13,14 @@ from depthwalk.scene.camera import clip_from_view, view_from_world
 @dataclass(frozen=True)
 class View:
     """camera; size: (width, height) in pixels; near, far: metres along the view axis, None where the renderer is to
-    fit them to what is seen."""
+    fit them to what is seen; shear: what is one metre along the view axis appears so far, right and up, metres, from
+    where it would without: the frustum of a camera that was moved aside and still sees the same rectangle."""
 
     camera: Camera
     size: tuple[int, int]
     near: float | None = None
     far: float | None = None
+    shear: tuple[float, float] = (0.0, 0.0)
 
     @property
     def depth_range(self) -> tuple[float, float]:
@@ -34,14 +36,16 @@ class View:
 
     @cached_property
     def axes(self) -> NDArray[np.float64]:
-        """Rows right, up, forward (3, 3): unit vectors, world."""
+        """Rows right, up, forward (3, 3), world, which give view coordinates; unit vectors but for the shear."""
         axes = self.view_from_world[:3, :3].copy()
         axes[2] *= -1
         return axes
 
     @cached_property
     def view_from_world(self) -> NDArray[np.float64]:
-        return view_from_world(self.camera)
+        matrix = view_from_world(self.camera)
+        matrix[:2] -= np.outer(self.shear, matrix[2])
+        return matrix
 
     @cached_property
     def clip_from_view(self) -> NDArray[np.float64]:
@@ -58,7 +62,7 @@ class View:
     def ray_from_screen(self) -> NDArray[np.float64]:
         """(3, 3): takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to what
         is there at one metre along the view axis."""
-        return np.column_stack([*(self.axes[:2] * np.array(self.half_extent)[:, None]), self.axes[2]])
+        return np.asarray(np.linalg.inv(self.axes) * [*self.half_extent, 1.0])
 
     @property
     def half_extent(self) -> tuple[float, float]:

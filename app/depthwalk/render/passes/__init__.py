@@ -3,6 +3,7 @@
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes.composite import CompositePass
 from depthwalk.render.passes.dmesh import DmeshPass
+from depthwalk.render.passes.dof import DofPass
 from depthwalk.render.passes.fog import FogPass
 from depthwalk.render.passes.fxaa import FxaaPass
 from depthwalk.render.passes.gpaa import GpaaPass
@@ -26,5 +27,6 @@ PASSES: tuple[type[Pass], ...] = (
     GpaaPass,
     FxaaPass,
     SmaaPass,
+    DofPass,
     OutputPass,
 )

@@ -1,0 +1,89 @@
+"""The lens that a picture is taken through: how far off focus a distance is, and views from all over the lens."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.params import Params, param
+from depthwalk.render.view import View
+
+GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))  # radians; turns by it never line up
+
+# The middle, and 12 points of the unit disc that keep apart by 0.47: a Poisson disk.
+DISC = (
+    *((0.0, 0.0), (-0.2, -0.98), (0.25, 0.96), (0.97, 0.2), (-0.71, 0.68), (-0.88, -0.2), (0.65, -0.66)),
+    *((-0.13, 0.57), (0.08, -0.52), (0.41, 0.4), (-0.41, -0.38), (-0.45, 0.2), (0.44, -0.21)),
+)
+
+
+class DofParams(Params):
+    """A thin lens, behind which the sensor is as high as the camera's angle of view asks."""
+
+    mode: Literal["none", "paper", "gather", "accumulate"] = param(
+        "none",
+        "Depth of field: blurred pictures and 13 taps (paper), rays through the depth buffer (gather), a frame from "
+        "each point of the lens (accumulate)",
+    )
+    focal_length: float = param(
+        50.0, "Focal length; over the f-number, the diameter of the lens", unit="mm", ge=1, le=400
+    )
+    f_number: float = param(2.8, "Focal length over the diameter of the lens", ge=0.5, le=64)
+    focus_distance: float = param(5.0, "Where it is sharp, along the view axis", unit="m", ge=0.5, le=10000)
+    samples: int = param(64, "Points on the lens: frames of accumulate, most rays of a pixel of gather", ge=1, le=1024)
+    largest: float = param(
+        8.0,
+        "Largest circle of confusion, its diameter, of paper and gather",
+        unit="% of the picture's height",
+        ge=0.5,
+        le=25,
+    )
+    autofocus: bool = param(False, "In the window: keep sharp what is in its middle")
+
+
+def lens_radius(lens: DofParams) -> float:
+    """Of the lens, metres."""
+    return lens.focal_length / lens.f_number / 2000
+
+
+def circle_radius(lens: DofParams, view: View, distance: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Radius of the circle of confusion, pixels, of points at `distance`, metres along the view axis, +inf allowed;
+    negative before the focus.
+
+    Huang et al. 2008, formulas (1) and (2): C = |V_d − V_f| · D / V_d with V = f·d / (d − f). Over V_f, the distance of
+    the sensor, that is D · |1/d_f − 1/d|: an angle, which is why the sensor's size is not needed.
+    """
+    return lens_radius(lens) * view.focal_pixels * (1 / lens.focus_distance - 1 / distance)
+
+
+def largest_radius(lens: DofParams, view: View) -> float:
+    """Of circles of confusion, pixels, where the mode limits them."""
+    return lens.largest / 200 * view.size[1]
+
+
+def lens_points(count: int) -> NDArray[np.float64]:
+    """Points (count, 2) spread evenly over the unit disc (Vogel 1979), from its rim to its middle, which is the last."""
+    order = np.arange(count)[::-1]
+    radius, angle = np.sqrt(order / max(count - 1, 1)), order * GOLDEN_ANGLE
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
+
+
+def lens_views(view: View, lens: DofParams) -> Iterator[View]:
+    """What a frame consists of: `view`, or where the mode accumulates, it from points of the lens, the middle last.
+    What lies at the focus distance stays where it is in the picture."""
+    if lens.mode != "accumulate":
+        yield view
+        return
+    for offset in lens_radius(lens) * lens_points(lens.samples):
+        aside = offset @ view.axes[:2]
+        position, target = (tuple((point + aside).tolist()) for point in (view.camera.position, view.camera.target))
+        camera = replace(view.camera, position=position, target=target)
+        yield replace(view, camera=camera, shear=tuple((offset / lens.focus_distance).tolist()))
+
+
+def gaussian() -> NDArray[np.float64]:
+    """Weights (7,) by the distance in pixels of the 13 × 13 kernel that is the product of both directions."""
+    weights = np.exp(-0.5 * (np.arange(7) / 3) ** 2)
+    return weights / (2 * weights.sum() - weights[0])

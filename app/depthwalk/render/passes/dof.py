@@ -1,0 +1,117 @@
+"""Depth of field of a thin lens; see docs/depth-of-field.md.
+
+`paper`: Huang, Lu, He and Cai, *Real-time depth-of-field simulation on GPU*, 2008. `gather`: rays to the lens through
+the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Focus Control*, 2010. `accumulate`:
+Haeberli and Akeley, *The Accumulation Buffer*, 1990.
+"""
+
+from typing import ClassVar
+
+import moderngl
+import numpy as np
+
+from depthwalk.gpu.program import Program
+from depthwalk.params import Params
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.lens import DISC, DofParams, circle_radius, gaussian, largest_radius
+
+TILE = 16  # pixels
+
+
+class DofPass(Pass):
+    name = "dof"
+    reads = ("gbuffer", "lit")
+    writes = ("lit",)
+    Params: ClassVar[type[Params]] = DofParams
+
+    def setup(self) -> None:
+        self._programs = {
+            name: Program(self.gl, "common/fullscreen.vert", f"dof/{name}.frag")
+            for name in ("tiles", "spread", "gather", "blur", "paper", "scaled")
+        }
+        self._arrays = {name: self.gl.vertex_array(made.gl, []) for name, made in self._programs.items()}
+        self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
+
+    def resize(self, size: tuple[int, int]) -> None:
+        for texture, framebuffer in self._pictures.values():
+            self.gl.free(framebuffer, texture)
+        self._pictures.clear()
+
+    def draw(self, frame: Frame) -> None:
+        self.gl.device.context.enable_only(moderngl.NOTHING)
+        match frame.settings.dof.mode:
+            case "paper":
+                self._draw_paper(frame)
+            case "gather":
+                self._draw_gather(frame)
+            case "accumulate":
+                self._add(frame)
+
+    def _draw_gather(self, frame: Frame) -> None:
+        targets, circles = frame.targets, self._circles(frame)
+        tiles = -(-targets.size[0] // TILE), -(-targets.size[1] // TILE)
+        targets.depth.use(0)
+        extremes = self._run("tiles", "tiles", tiles, 2, tile_side=TILE, **circles)
+        extremes.use(1)
+        spread = {"tile_texture": 1, "tile_side": TILE, "largest": circles["largest"]}
+        self._run("spread", "spread", tiles, 2, **spread).use(1)
+        targets.lit_before().use(2)
+        targets.lit.use()
+        numbers = {"tile_side": TILE, "samples": frame.settings.dof.samples}
+        self._fill("gather", range_texture=1, lit_texture=2, **numbers, **circles)
+
+    def _draw_paper(self, frame: Frame) -> None:
+        targets, circles = frame.targets, self._circles(frame)
+        near, far = circle_radius(frame.settings.dof, frame.view, np.array(frame.view.depth_range))
+        most = max(min(max(abs(near), abs(far)), circles["largest"]), 1e-6)  # formula (3)
+        before = targets.lit_before()
+        weights = gaussian().tolist()
+        before.use(1)
+        self._run("blur", "across", targets.size, 4, picture=1, along=(1, 0), weights=weights).use(1)
+        self._run("blur", "blurred", targets.size, 4, picture=1, along=(0, 1), weights=weights).use(1)
+        targets.depth.use(0)
+        before.use(2)
+        targets.lit.use()
+        self._fill("paper", lit_texture=2, blurred_texture=1, disc=DISC, most=most, **circles)
+
+    def _add(self, frame: Frame) -> None:
+        """The mean of the frames up to this one takes its place: the last has that of all."""
+        context, (total, framebuffer) = self.gl.device.context, self._picture("total", frame.targets.size, 4)
+        framebuffer.use()
+        if frame.lens_point == 0:
+            framebuffer.clear()
+        context.enable(moderngl.BLEND)
+        context.blend_func = moderngl.ONE, moderngl.ONE
+        frame.targets.lit_texture.use(0)
+        self._fill("scaled", picture=0, factor=1.0)
+        context.disable(moderngl.BLEND)
+        frame.targets.lit.use()
+        total.use(0)
+        self._fill("scaled", picture=0, factor=1 / (frame.lens_point + 1))
+
+    def _circles(self, frame: Frame) -> dict[str, float | tuple[float, ...]]:
+        """Uniforms of dof/circle.glsl."""
+        near, far, sky = circle_radius(frame.settings.dof, frame.view, np.array([*frame.view.depth_range, np.inf]))
+        largest = largest_radius(frame.settings.dof, frame.view)
+        return {"depth_texture": 0, "circle_from_depth": (near, far - near, sky), "largest": largest}
+
+    def _run(
+        self, program: str, name: str, size: tuple[int, int], components: int, **uniforms: object
+    ) -> moderngl.Texture:
+        """Draws a picture that this pass keeps for itself."""
+        texture, framebuffer = self._picture(name, size, components)
+        framebuffer.use()
+        self._fill(program, **uniforms)
+        return texture
+
+    def _fill(self, program: str, **uniforms: object) -> None:
+        self._programs[program].set(**uniforms)
+        self._arrays[program].render(moderngl.TRIANGLES, vertices=3)
+
+    def _picture(
+        self, name: str, size: tuple[int, int], components: int
+    ) -> tuple[moderngl.Texture, moderngl.Framebuffer]:
+        if name not in self._pictures:
+            texture = self.gl.texture(size, components, "f4")
+            self._pictures[name] = texture, self.gl.framebuffer([texture])
+        return self._pictures[name]

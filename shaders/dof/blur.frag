@@ -1,0 +1,11 @@
+// One direction of the separable Gaussian (Huang et al. 2008, formula 5).
+uniform sampler2D picture;
+uniform ivec2 along;
+uniform float weights[7];       // by the distance in pixels; the whole has a sum of 1
+layout(location = 0) out vec4 blurred;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(picture, 0) - 1;
+    blurred = vec4(0.0);
+    for (int k = -6; k <= 6; ++k) blurred += weights[abs(k)] * texelFetch(picture, clamp(pixel + k * along, ivec2(0), last), 0);
+}

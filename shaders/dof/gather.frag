@@ -1,0 +1,60 @@
+// Rays from a pixel's point of the focal plane to points of the lens, traced through the depth buffer (Lee, Eisemann and
+// Seidel 2010). Where the circle of confusion is c, a ray to the point u of the unit disc passes c·u beside the pixel. So
+// it meets the surface that has the circle c there. From the nearest on: what is in front hides what is behind. Twin:
+// reference/dof.py.
+#include "dof/circle.glsl"
+uniform sampler2D lit_texture;      // as it was
+uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile
+uniform int tile_side;
+uniform int samples;
+layout(location = 0) out vec4 lit;
+
+const float SHARP = 0.5;        // pixels: a radius that reaches no other pixel's middle
+const float STRIDE = 4.0;       // pixels that a ray moves aside from step to step
+const float DENSITY = 1.0;      // rays per square of the radius
+const int FEWEST = 16;
+const float GOLDEN_ANGLE = 2.399963229728653;
+
+ivec2 beside(ivec2 pixel, vec2 offset) {
+    return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), textureSize(depth_texture, 0) - 1);
+}
+
+// The pixel that a ray sees. own: the circle at `pixel`, where all rays that meet nothing before it end.
+ivec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
+    float stride = STRIDE / max(length(lens), 0.05);
+    float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
+    float last = -2.0 * largest, deepest = last;
+    ivec2 end = pixel;
+    for (float k = -before; k <= after; ++k) {
+        float circle = own + (k < 0.0 ? (own - range.x) * k / before : (range.y - own) * k / max(after, 1.0));
+        ivec2 at = beside(pixel, circle * lens);
+        float found = circle_at(at);
+        if (found <= circle + SHARP && found >= last - SHARP) {
+            // Met since the last step, unless the ray came from behind a surface that is not there where it passes.
+            ivec2 met = beside(pixel, found * lens);
+            if (abs(circle_at(met) - found) <= 2.0 * SHARP) return met;
+        }
+        if (found > deepest) {
+            deepest = found;
+            end = at;
+        }
+        last = circle;
+    }
+    return end;     // what it meets is hidden from the viewer: the farthest that is not
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec2 range = texelFetch(range_texture, pixel / tile_side, 0).xy;
+    float own = circle_at(pixel);
+    float radius = max(-range.x, own);
+    if (radius < SHARP) discard;
+    int count = clamp(int(DENSITY * radius * radius), min(FEWEST, samples), samples);
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < count; ++k) {
+        float angle = float(k) * GOLDEN_ANGLE;
+        vec2 lens = sqrt((float(k) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
+        sum += texelFetch(lit_texture, traced(pixel, lens, own, range), 0);
+    }
+    lit = sum / float(count);
+}

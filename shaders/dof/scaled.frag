@@ -1,0 +1,6 @@
+// A picture times a factor: what a frame adds to the sum, and the mean of the frames so far.
+uniform sampler2D picture;
+uniform float factor;
+layout(location = 0) out vec4 scaled;
+
+void main() { scaled = texelFetch(picture, ivec2(gl_FragCoord.xy), 0) * factor; }
