@@ -164,3 +164,14 @@ def test_alpha_is_blurred_with_the_colours(library, gl_device):
         colour = headless.linear_image().colour
     part = (colour[..., 3] > 0.2) & (colour[..., 3] < 0.8)
     assert part.sum() > 200 and (colour[part][:, :3].max(1) < colour[part][:, 3]).all()
+
+
+def test_the_middles_distance(library, gl_device):
+    with HeadlessRenderer(picket(mode="none"), library, SIZE, Representation.MESH) as headless:
+        with headless.device.context:
+            assert headless.renderer.middle_distance() == np.inf
+        headless.draw(View(CAMERA, SIZE))
+        with headless.device.context:
+            found = headless.renderer.middle_distance()
+        assert found == pytest.approx(headless.linear_image().distance[SIZE[1] // 2 - 1, SIZE[0] // 2], rel=1e-6)
+        assert 3 < found < 4

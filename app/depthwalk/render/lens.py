@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.params import Params, param
 from depthwalk.render.view import View
 
+NEAREST_FOCUS, FARTHEST_FOCUS = 0.5, 10000.0  # metres; the former is beyond any focal length
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))  # radians; turns by it never line up
 
 # The middle, and 12 points of the unit disc that keep apart by 0.47: a Poisson disk.
@@ -31,7 +32,9 @@ class DofParams(Params):
         50.0, "Focal length; over the f-number, the diameter of the lens", unit="mm", ge=1, le=400
     )
     f_number: float = param(2.8, "Focal length over the diameter of the lens", ge=0.5, le=64)
-    focus_distance: float = param(5.0, "Where it is sharp, along the view axis", unit="m", ge=0.5, le=10000)
+    focus_distance: float = param(
+        5.0, "Where it is sharp, along the view axis", unit="m", ge=NEAREST_FOCUS, le=FARTHEST_FOCUS
+    )
     samples: int = param(64, "Points on the lens: frames of accumulate, most rays of a pixel of gather", ge=1, le=1024)
     largest: float = param(
         8.0,
@@ -64,7 +67,7 @@ def largest_radius(lens: DofParams, view: View) -> float:
 
 
 def lens_points(count: int) -> NDArray[np.float64]:
-    """Points (count, 2) spread evenly over the unit disc (Vogel 1979), from its rim to its middle, which is the last."""
+    """Points (count, 2) spread evenly over the unit disc (Vogel 1979), from the rim to the middle, the last."""
     order = np.arange(count)[::-1]
     radius, angle = np.sqrt(order / max(count - 1, 1)), order * GOLDEN_ANGLE
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)

@@ -229,6 +229,17 @@ class Renderer:
             self._table = asset_table(self.objects(), self._library, self.assets)
         return self._table
 
+    def middle_distance(self) -> float:
+        """Metres along the view axis to what the frame drawn last shows in its middle; +inf where nothing is. Waits
+        for that frame."""
+        if self.targets is None or self.view is None:
+            return float("inf")
+        near, far = self.view.depth_range
+        width, height = self.targets.size
+        middle = width // 2, height // 2, 1, 1
+        depth = float(np.frombuffer(self.targets.gbuffer.read(middle, attachment=-1, dtype="f4"), np.float32)[0])
+        return near * far / (far - depth * (far - near)) if depth < 1 else float("inf")
+
     def frame_all(self, aspect: float, fov: float = np.pi / 3) -> Camera:
         """A camera that sees every object, from the front and a little above. aspect: width / height of the picture;
         fov: vertical angle of view, radians."""

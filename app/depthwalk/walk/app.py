@@ -108,6 +108,7 @@ class _Walk:
             now = time.perf_counter()
             dt, self._then = now - self._then, now
             self._state.advance(dt)
+            self._state.pull_focus(dt)
             if min(*self._window.size, *self._window.buffer_size) > 0:
                 self._state.times.add(dt)
                 self._draw(dt)
@@ -128,6 +129,7 @@ class _Walk:
         return {
             "ESCAPE": self._escape,
             "C": lambda: self._input.capture(not self._input.captured),
+            "F": state.focus,
             "F12": self._want_screenshot,
             "G": state.toggle_walking,
             "H": toggle("help"),
@@ -181,6 +183,8 @@ class _Walk:
         state = self._state
         areas = []
         left = hud.draw_hud(state) if state.hud else 0.0
+        if state.hud and state.renderer.settings.dof.mode != "none":
+            hud.draw_crosshair()
         if state.atlas:
             picture = self._overlay.renderer.show(self._atlas_view.texture)
             areas.append(draw_atlas(picture, self._atlas_view.aspect, left))

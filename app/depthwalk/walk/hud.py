@@ -33,6 +33,7 @@ _HELP = (
     ("G", "walk / fly"),
     ("R", "back to the scene's camera"),
     ("P", "play / stop the path"),
+    ("F", "focus on what is in the middle (depth of field)"),
     ("1 2 3", "representation: scene, dpci, mesh"),
     ("Tab", "panel"),
     ("Z", "figures"),
@@ -53,6 +54,15 @@ def draw_hud(state: State) -> float:
     right = imgui.get_window_pos().x + imgui.get_window_size().x
     imgui.end()
     return right
+
+
+def draw_crosshair() -> None:
+    """The middle of the window, where F focuses."""
+    display = imgui.get_io().display_size
+    x, y = display.x / 2, display.y / 2
+    canvas, colour = imgui.get_background_draw_list(), imgui.get_color_u32((1.0, 1.0, 1.0, 0.6))
+    canvas.add_line((x - 7, y), (x + 7, y), colour)
+    canvas.add_line((x, y - 7), (x, y + 7), colour)
 
 
 def draw_help() -> None:

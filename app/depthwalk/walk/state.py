@@ -11,6 +11,7 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import HeldKeys, Walker
+from depthwalk.walk.focus import FocusPull
 from depthwalk.walk.playback import Playback
 
 _TOAST_SECONDS = 4.0
@@ -53,6 +54,7 @@ class State:
     playback: Playback | None = None
     held: HeldKeys = field(default_factory=HeldKeys)
     times: FrameTimes = field(default_factory=FrameTimes)
+    pull: FocusPull = field(default_factory=FocusPull)
     fast: bool = False
     hud: bool = True
     panel: bool = False
@@ -124,6 +126,19 @@ class State:
         if self.playback is not None:
             self.playback.playing = False
         self.walker.place(self.home)
+
+    def focus(self) -> None:
+        """Turn the lens to what is in the middle of the window."""
+        self.pull.start(self.renderer.middle_distance())
+        off = self.renderer.settings.dof.mode == "none"
+        self.tell(f"Focus at {self.pull.target:.3g} m" + ("; dof is off, see the panel" if off else ""))
+
+    def pull_focus(self, dt: float) -> None:
+        """dt: seconds since the last frame."""
+        lens = self.renderer.settings.dof
+        if lens.autofocus and lens.mode != "none":
+            self.pull.start(self.renderer.middle_distance())
+        self.pull.advance(lens, dt)
 
     def represent(self, wanted: Representation | None) -> None:
         self.renderer.representation = wanted
