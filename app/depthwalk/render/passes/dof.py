@@ -1,4 +1,4 @@
-"""Depth of field of a thin lens; see docs/depth-of-field.md.
+"""Depth of field of a thin lens, by one of three methods.
 
 `paper`: Huang, Lu, He and Cai, *Real-time depth-of-field simulation on GPU*, 2008. `gather`: rays to the lens through
 the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Focus Control*, 2010. `accumulate`:
