@@ -36,9 +36,9 @@ class SkyParams(FileParams):
 class FogParams(FileParams):
     """Fog that thins with the height."""
 
-    density: float = param(0.01, "Part of the light that is lost per metre", unit="1/m", ge=0, le=10)
+    density: float = param(0.01, "Part of the light that is lost per metre", unit="1/m", ge=0, le=1)
     height: Coordinate = param(0.0, "The y up to which it is that dense", unit="m")
-    falloff: Length = param(20.0, "Rise over which it thins to 1/e above that", unit="m")
+    falloff: float = param(20.0, "Rise over which it thins to 1/e above that", unit="m", ge=0.1, le=10_000)
     colour: Colour | None = param(None, "Its colour; absent: that of the sky at the horizon", unit="sRGB")
 
 
