@@ -1,7 +1,8 @@
 // Deferred Phong lighting.
-// LAMPS: there are some; FORWARD: what `shade` has lit stays.
+// LAMPS: there are some; SHADOWS: the sun casts them; FORWARD: what `shade` has lit stays.
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"
+#include "common/shadow.glsl"
 #ifdef LAMPS
 #include "common/distance.glsl"
 #include "light/lamps.glsl"
@@ -24,7 +25,8 @@ void main() {
 #endif
     vec3 albedo = decode_albedo(stored), normal = normal_from_octahedron(surface.xy), view = normalize(ray);
     float shininess = surface.z * MAX_SHININESS;
-    vec3 colour = albedo * everywhere(normal) + sun * phong(albedo, stored.a, shininess, normal, view, to_sun);
+    vec3 direct = sun * sun_share(pixel);
+    vec3 colour = albedo * everywhere(normal) + direct * phong(albedo, stored.a, shininess, normal, view, to_sun);
 #ifdef LAMPS
     float away = distance_at(pixel);
     colour += of_lamps(ray * away, away, albedo, stored.a, shininess, normal, view);

@@ -90,7 +90,9 @@ def test_polygons_cover_exactly_what_their_edges_say(studio):
     alpha = picture(studio, library, "gpaa-edge", Representation.MESH)[::-1, :, 3]  # row 0 at the bottom
     view = View(CAMERA, SIZE, near=1, far=10)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
-    lines = outlines(build_edges(mesh.positions, mesh.faces), view, placed_records(view, scene.objects), np.pi, False)
+    lines = outlines(
+        build_edges(mesh.positions, mesh.faces), view, placed_records(view.position, scene.objects), np.pi, False
+    )
     for start, stop in lines["ends"].astype(float).reshape(-1, 2, 2):
         for share in (0.25, 0.4, 0.55, 0.7):
             pixel = np.floor(start + share * (stop - start)).astype(int)

@@ -44,13 +44,14 @@ class Library(Protocol):
 
 @dataclass
 class DepthObject:
-    """A baked object on the GPU."""
+    """A baked object on the GPU. planar: it is one planar image, whose back may be turned to a light."""
 
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
     pages: moderngl.TextureArray
     page_table: moderngl.TextureArray
     meso: moderngl.Texture
+    planar: bool
     geometry: dict[str, Any]  # uniforms of the vertex stage
     surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
     relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
@@ -259,6 +260,7 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
         gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes()),
         gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
         _upload_meso(gl, baked.meso),
+        Face.SIDE not in faces,
         geometry={
             "box_low": tuple(grids.box_low.tolist()),
             "box_size": tuple(grids.box_size.tolist()),

@@ -9,6 +9,7 @@ import moderngl
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
 from depthwalk.render.assets import AssetStore
+from depthwalk.render.casters import ShadowMap
 from depthwalk.render.plan import FramePlan
 from depthwalk.render.shading import Shading
 from depthwalk.render.targets import Targets
@@ -23,8 +24,9 @@ class Frame:
     """One picture on its way.
 
     settings: a RenderSettings, with a group of parameters per pass; transparent: alpha 0 where nothing is, instead of
-    sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects;
-    lens_point: which of the frames this is that make up the picture.
+    sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects, as
+    `shadows`: the sun's shadow maps, None where it casts none; lens_point: which of the frames this is that make up the
+    picture.
     """
 
     view: View
@@ -36,6 +38,7 @@ class Frame:
     screen: moderngl.Framebuffer
     transparent: bool = False
     shading: Shading | None = None
+    shadows: tuple[ShadowMap, ...] | None = None
     lens_point: int = 0
 
 

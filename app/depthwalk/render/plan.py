@@ -195,19 +195,21 @@ class Planner:
         anew = shown.take(work.anew)
         order = np.lexsort((~work.whole, anew.case, anew.level, anew.objects.asset))
         anew = anew.take(order)
-        runs = _groups(table, anew.objects.asset, anew.level, anew.case, ~work.whole[order])
+        runs = draw_groups(table, anew.objects.asset, anew.level, anew.case, ~work.whole[order])
         warp = Drawing(work.warp[order], runs)
         composite = Rectangles(work.composite, work.aligned)
 
         direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
         direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
-        runs = _groups(table, placed.asset[direct], level[direct], case[direct])
-        dmesh = Drawing(placed_records(view, placed.take(direct)), runs)
+        runs = draw_groups(table, placed.asset[direct], level[direct], case[direct])
+        dmesh = Drawing(placed_records(view.position, placed.take(direct)), runs)
         meshes = np.flatnonzero(np.isin(placed.representation, MESHES))
         fine = mesh_level(view, placed.take(meshes), spheres.take(meshes), table.mesh_error, polygons.error)
         order = np.lexsort((fine, placed.asset[meshes]))  # of equals, the nearest stays first
         meshes, fine = meshes[order], fine[order]
-        mesh = Drawing(placed_records(view, placed.take(meshes)), _groups(table, placed.asset[meshes], fine))
+        mesh = Drawing(
+            placed_records(view.position, placed.take(meshes)), draw_groups(table, placed.asset[meshes], fine)
+        )
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work)
         counts["mesh_triangles"] = int(table.mesh_triangles[placed.asset[meshes], fine].sum())
         numbered = visible[np.concatenate([imaged[work.drawn], direct])]
@@ -271,7 +273,7 @@ def choose_levels(
     return level, case.astype(np.int64)
 
 
-def _groups(
+def draw_groups(
     table: AssetTable,
     asset: NDArray[np.integer],
     level: NDArray[np.integer] | None = None,
@@ -308,6 +310,8 @@ def _counts(
         "dpci": len(composite.records),
         "dmesh": len(dmesh.records),
         "mesh": len(mesh.records),
+        "shadow_maps": 0,
+        "shadow_triangles": 0,
         "warped": len(warp.records),
         "warped_triangles": warped,
         "draw_groups": len(warp.groups),

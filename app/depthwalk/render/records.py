@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from depthwalk.render.planes import Planes
 from depthwalk.render.tiles import Tiles
-from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
 
 Array = NDArray[np.floating]
@@ -92,9 +91,9 @@ def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation
     records["rotation"] = rotation
 
 
-def placed_records(view: View, objects: Objects) -> NDArray[np.void]:
-    """Of n objects that are drawn straight to the screen."""
+def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
+    """Of n objects that are drawn straight into a picture. origin: (3,), world, where they are seen from."""
     records = np.zeros(len(objects), PLACED_RECORD)
-    records["origin"] = objects.position - view.position
+    records["origin"] = objects.position - origin
     records["rotation"], records["scale"] = objects.rotation, objects.scale
     return records

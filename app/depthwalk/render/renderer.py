@@ -16,6 +16,8 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing import samples, tile_layout
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import Bounds, depth_range, object_bounds
+from depthwalk.render.cascades import fit_cascades
+from depthwalk.render.casters import ShadowMap, find_casters, shadow_map
 from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
 from depthwalk.render.cells import Cells, sort_into_cells
 from depthwalk.render.depth_cells import DepthCells
@@ -26,6 +28,7 @@ from depthwalk.render.passes import PASSES
 from depthwalk.render.plan import AssetTable, FramePlan, Planner
 from depthwalk.render.prepared import Form
 from depthwalk.render.shading import shading
+from depthwalk.render.sky import direction_to_sun, sunlight
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
@@ -94,22 +97,25 @@ class Renderer:
         targets.gbuffer.clear(depth=1.0)
         surroundings = self.scene.environment, self.assets, targets, screen
         rounds: list[FramePlan] = []
-        for plan in self._rounds(view, visible, others):
+        needed: list[int] = []
+        for plan in self._rounds(view, visible, others, needed):
             rounds.append(plan)
             self._draw(Frame(view, plan, settings, *surroundings, transparent), objects=True)
         self.plan, self.view = FramePlan.joined(rounds), view
         with self.timers.measure_cpu("plan"):
             drawn, tiled = self.plan.numbered, self.plan.tiled
             shaded = shading(view, self.objects().take(drawn), bounds.take(drawn), tiled)
-        self._draw(Frame(view, self.plan, settings, *surroundings, transparent, shaded, lens_point), objects=False)
+        shadows = self._shadows(view, needed)
+        frame = Frame(view, self.plan, settings, *surroundings, transparent, shaded, shadows, lens_point)
+        self._draw(frame, objects=False)
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
 
-    def _rounds(self, view: View, left: Rows, portions: list[Rows]) -> Iterator[FramePlan]:
+    def _rounds(self, view: View, left: Rows, portions: list[Rows], needed: list[int]) -> Iterator[FramePlan]:
         """The plans of rounds, each to be drawn before the next is asked for: first of the objects `left` (m,), nearest
-        first, then of those in `portions` of cells, less what is hidden behind the rounds before."""
+        first, then of those in `portions` of cells, less what is hidden behind the rounds before. needed: see
+        `_uploaded`."""
         size = FIRST_ROUND if self.settings.culling.occlusion else max(len(left), 1)
-        needed: list[int] = []
         number = 1
         left = self._uploaded(left, needed)
         goes_on = False
@@ -266,6 +272,20 @@ class Renderer:
             seen = above / steepest, float(np.linalg.norm(view.position)) + 2 * ground.size + above
         near, far = depth_range(forward, reach, seen)
         return replace(view, near=near, far=far)
+
+    def _shadows(self, view: View, needed: list[int]) -> tuple[ShadowMap, ...] | None:
+        """The sun's shadow maps and what casts shadows in each; None where there are to be none. needed: see
+        `_uploaded`."""
+        params, environment = self.settings.shadows, self.scene.environment
+        if not params.enabled or not sunlight(environment).any():
+            return None
+        with self.timers.measure_cpu("cull"):
+            cascades = fit_cascades(view, direction_to_sun(environment), params)
+            found = [find_casters(cascade, self.bounds()) for cascade in cascades]
+        casters = [self._uploaded(rows, needed) for rows in found]
+        with self.timers.measure_cpu("plan"):
+            pairs = zip(cascades, casters, strict=True)
+            return tuple(shadow_map(*each, self.objects(), self.table(), params) for each in pairs)
 
     def _uploaded(self, rows: Rows, needed: list[int]) -> Rows:
         """Those of the objects `rows` (m,), nearest first, whose assets are on the GPU, once what fits the time and the

@@ -10,7 +10,8 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 class Targets:
     """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
     all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
-    surface, depth; lit: linear RGBA, half, premultiplied; lighting: that, depth; shaded_lit: as shaded, with lit."""
+    surface, depth; shadow: part of the sun's light that reaches a pixel; lit: linear RGBA, half, premultiplied;
+    lighting: that, depth; shaded_lit: as shaded, with lit."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.size = size
@@ -30,6 +31,8 @@ class Targets:
         self.levels = gl.framebuffer([], level)
         self.shaded = gl.framebuffer([self.albedo, self.surface], level)
         self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
+        self.shadow_texture = gl.texture(size, 1)
+        self.shadow = gl.framebuffer([self.shadow_texture])
         self.lit_texture = gl.texture(size, 4, "f2")
         self.lighting = gl.framebuffer([self.lit_texture], self.depth)
         self.lit = gl.framebuffer([self.lit_texture])

@@ -12,6 +12,7 @@ from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
 from depthwalk.render.passes.shade import ShadePass
+from depthwalk.render.passes.shadows import ShadowsPass
 from depthwalk.render.passes.smaa import SmaaPass
 from depthwalk.render.passes.warp import WarpPass
 
@@ -22,6 +23,7 @@ PASSES: tuple[type[Pass], ...] = (
     MeshPass,
     ShadePass,
     GroundPass,
+    ShadowsPass,
     LightPass,
     FogPass,
     GpaaPass,

@@ -27,7 +27,7 @@ class LightParams(Params):
 
 class LightPass(Pass):
     name = "light"
-    reads = ("gbuffer",)
+    reads = ("gbuffer", "shadow")
     writes = ("lit",)
     Params: ClassVar[type[Params]] = LightParams
 
@@ -54,8 +54,8 @@ class LightPass(Pass):
     def _draw_surfaces(self, frame: Frame) -> None:
         context = self.gl.device.context
         defines: tuple[str, ...] = ("FORWARD",) if frame.settings.light.mode == "forward" else ()
-        lamps = self._lamps(frame) if frame.environment.lights else {}
-        if lamps:  # they ask how far a pixel is: the depth buffer is read, and so cannot be tested against
+        values = self._lamps(frame) if frame.environment.lights else {}
+        if values:  # they ask how far a pixel is: the depth buffer is read, and so cannot be tested against
             defines += ("LAMPS",)
             frame.targets.lit.use()
             context.enable_only(moderngl.NOTHING)
@@ -63,6 +63,10 @@ class LightPass(Pass):
             frame.targets.lighting.use()
             context.enable_only(moderngl.DEPTH_TEST)
             context.depth_func = ">"
+        if frame.shadows is not None:
+            defines += ("SHADOWS",)
+            frame.targets.shadow_texture.use(6)
+            values["shadow_texture"] = 6
         frame.targets.albedo.use(0)
         frame.targets.surface.use(1)
         self._light[defines].set(
@@ -70,7 +74,7 @@ class LightPass(Pass):
             surface_texture=1,
             ray_from_screen=matrix_bytes(frame.view.ray_from_screen),
             **lighting(frame.environment).uniforms(),
-            **lamps,
+            **values,
         )
         self._light_arrays[defines].render(moderngl.TRIANGLES, vertices=3)
 

@@ -1,0 +1,107 @@
+"""Where the sun's shadow maps lie: one for each of several slices of the view, each seen along the light."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.params import Params, param
+from depthwalk.render.view import View
+
+Array = NDArray[np.floating]
+
+MOST = 4  # cascades; as in shaders/common/shadow.glsl
+_STEPS = 8  # a map's centre moves by this part of the radius of its slice
+_FIRST = 1 / 64  # of the distance: what logarithms take for the near plane, which would have slices of centimetres
+
+
+class ShadowParams(Params):
+    """Shadows that the sun casts."""
+
+    enabled: bool = param(False, "Objects cast shadows of the sun on each other and on the ground")
+    cascades: int = param(3, "Shadow maps, each for a part of the distance", ge=1, le=MOST)
+    resolution: int = param(1024, "Width and height of a shadow map", unit="texels", ge=64, le=8192)
+    distance: float = param(80.0, "How far from the viewer there are shadows", unit="m", ge=0.01, le=1e6)
+    split: float = param(
+        0.75, "Where cascades end: 0, at even distances; 1, each as many times as far as the one before", ge=0, le=1
+    )
+    filter_width: int = param(3, "How wide edges of shadows are smoothed", unit="texels", ge=2, le=8)
+    error: float = param(0.5, "How far the geometry that casts them may be off", unit="texels", ge=0, le=100)
+    triangles_per_texel: float = param(
+        1.0,
+        "Grids are coarsened until they have no more triangles than this per texel of their object",
+        ge=0.01,
+        le=1e6,
+    )
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """The view of a shadow map, orthographic. centre: world, metres; half: half its width, height and depth, metres;
+    axes: rows right, up and towards the sun (3, 3), world, unit; resolution: texels along an edge."""
+
+    centre: tuple[float, float, float]
+    half: float
+    axes: Array
+    resolution: int
+
+    @property
+    def texel(self) -> float:
+        """Metres."""
+        return 2 * self.half / self.resolution
+
+    @cached_property
+    def clip_from_centre(self) -> NDArray[np.float64]:
+        """(4, 4), of world vectors from the centre."""
+        clip = np.eye(4)
+        clip[:3, :3] = self.axes * np.array([[1.0], [1.0], [-1.0]]) / self.half
+        return clip
+
+
+def light_axes(to_sun: Array) -> NDArray[np.float64]:
+    """Rows right, up and towards the sun (3, 3), unit. to_sun: (3,), of any length."""
+    toward = np.asarray(to_sun, float) / np.linalg.norm(to_sun)
+    least = np.eye(3)[np.argmin(np.abs(toward))]
+    right = np.cross(least, toward)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(toward, right), toward])
+
+
+def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Cascade, ...]:
+    """The maps, nearest first, for what `view` sees up to `params.distance`. to_sun: (3,), of any length, world.
+
+    A map holds the bounding sphere of its slice of the frustum, so that its size does not change as the viewer turns.
+    Its centre moves by whole texels, so that edges of shadows do not swim, and by many, so that it is seldom redrawn.
+    """
+    near, far = view.depth_range
+    distance = min(params.distance, _stepped(far, np.ceil))
+    if near >= distance:
+        return ()
+    axes = light_axes(to_sun)
+    ends = split_distances(max(_stepped(near, np.floor), _FIRST * distance), distance, params.cascades, params.split)
+    spread = float(np.square(view.half_extent).sum())
+    cascades = []
+    for first, last in zip([0.0, *ends[:-1].tolist()], ends.tolist(), strict=True):
+        along = min(last, (first + last) / 2 * (1 + spread))
+        radius = float(np.sqrt(max((last - along) ** 2 + spread * last**2, (along - first) ** 2 + spread * first**2)))
+        step = radius / _STEPS
+        half = radius + step / 2
+        texel = 2 * half / params.resolution
+        step = max(np.floor(step / texel), 1.0) * texel
+        middle = axes @ (view.position + along * view.axes[2])
+        centre = np.round(middle / step) * step @ axes
+        cascades.append(Cascade((float(centre[0]), float(centre[1]), float(centre[2])), half, axes, params.resolution))
+    return tuple(cascades)
+
+
+def split_distances(near: float, far: float, count: int, share: float) -> NDArray[np.float64]:
+    """Where `count` slices of near … far end (count,), metres: Zhang et al. 2006, "Parallel-Split Shadow Maps for
+    Large-scale Virtual Environments", the practical split. share: of the logarithmic one."""
+    part = np.arange(1, count + 1) / count
+    return share * near * (far / near) ** part + (1 - share) * (near + (far - near) * part)
+
+
+def _stepped(distance: float, rounding: np.ufunc) -> float:
+    """Rounded to a power of √2, so that maps keep their size while the range of the view changes little."""
+    return float(2 ** (rounding(2 * np.log2(distance)) / 2))

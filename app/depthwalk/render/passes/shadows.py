@@ -1,0 +1,145 @@
+"""Shadows of the sun: maps of depth seen along its light, and what part of it reaches each pixel."""
+
+from typing import ClassVar
+
+import moderngl
+import numpy as np
+
+from depthwalk.gpu.device import DEPTH_CLAMP
+from depthwalk.gpu.instances import AssetArrays, InstanceStream
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.params import Params
+from depthwalk.render.cascades import MOST, Cascade, ShadowParams, light_axes
+from depthwalk.render.casters import ShadowMap
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.grids import GRID_LAYOUT
+from depthwalk.render.records import PLACED_RECORD
+from depthwalk.render.sky import direction_to_sun
+from depthwalk.render.view import matrix_bytes
+
+_POSITIONS = ("3f 24x", "in_position")  # of MESH_LAYOUT
+
+
+class ShadowsPass(Pass):
+    """A map that would show what it shows already is not drawn again."""
+
+    name = "shadows"
+    reads = ("gbuffer",)
+    writes = ("shadow",)
+    Params: ClassVar[type[Params]] = ShadowParams
+
+    def setup(self) -> None:
+        self._grid = Variants(lambda defines: Program(self.gl, "shadows/grid.vert", "shadows/map.frag", defines))
+        self._grid_arrays = Variants(lambda defines: AssetArrays(self.gl, self._grid[defines].gl, *GRID_LAYOUT))
+        self._mesh = Program(self.gl, "shadows/mesh.vert", "shadows/map.frag")
+        self._mesh_arrays = AssetArrays(self.gl, self._mesh.gl, *_POSITIONS)
+        self._instances = InstanceStream(self.gl, PLACED_RECORD)
+        self._sun = Program(self.gl, "common/far_plane.vert", "shadows/sun.frag")
+        self._sun_array = self.gl.vertex_array(self._sun.gl, [])
+        self._maps: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self._held: list[ShadowMap] = []  # what the maps show
+
+    def draw(self, frame: Frame) -> None:
+        if frame.shadows is None:
+            self._release_maps()
+            return
+        if frame.shadows:
+            self._draw_maps(frame, frame.shadows)
+        self._draw_shares(frame, [each.cascade for each in frame.shadows])
+
+    def _draw_maps(self, frame: Frame, wanted: tuple[ShadowMap, ...]) -> None:
+        """Those of the maps that are not there yet."""
+        resolution = wanted[0].cascade.resolution
+        size = min(len(wanted), 2) * resolution, (len(wanted) + 1) // 2 * resolution
+        framebuffer = self._of_size(size)
+        context = self.gl.device.context
+        context.enable_direct(DEPTH_CLAMP)  # what is nearer to the sun than the map begins casts shadows as well
+        for number, shadow_map in enumerate(wanted):
+            if number < len(self._held) and shadow_map.shows_same(self._held[number]):
+                continue
+            tile = number % 2 * resolution, number // 2 * resolution, resolution, resolution
+            framebuffer.use()
+            framebuffer.viewport = tile
+            framebuffer.clear(depth=1.0, viewport=tile)
+            self._draw_grids(frame, shadow_map)
+            self._draw_meshes(frame, shadow_map)
+            frame.plan.counts["shadow_maps"] += 1
+            frame.plan.counts["shadow_triangles"] += shadow_map.triangles
+        context.disable_direct(DEPTH_CLAMP)
+        self._held = list(wanted)
+
+    def _draw_grids(self, frame: Frame, shadow_map: ShadowMap) -> None:
+        context, cascade = self.gl.device.context, shadow_map.cascade
+        self._instances.upload(shadow_map.grids.records)
+        for group in shadow_map.grids.groups:
+            asset = frame.assets.depth_object(group.asset)
+            program = self._grid[asset.defines]
+            array = self._grid_arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
+            asset.use_geometry(program, 0, frame.settings.lod, cascade.texel)
+            clip = cascade.clip_from_centre
+            program.set(clip_from_centre=matrix_bytes(clip), from_sun=tuple((clip[:3, :3] @ -cascade.axes[2]).tolist()))
+            context.enable_only(moderngl.DEPTH_TEST | (moderngl.NOTHING if asset.planar else moderngl.CULL_FACE))
+            self._instances.bind(array, group.first)
+            for first, length in group.indices:
+                array.render(vertices=length, first=first, instances=group.count)
+
+    def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
+        context = self.gl.device.context
+        self._instances.upload(shadow_map.meshes.records)
+        self._mesh.set(clip_from_centre=matrix_bytes(shadow_map.cascade.clip_from_centre))
+        for group in shadow_map.meshes.groups:
+            asset = frame.assets.mesh_object(group.asset, group.level)
+            array = self._mesh_arrays.get((group.asset, group.level), asset.vertices, asset.indices)
+            context.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if asset.look.solid else moderngl.NOTHING))
+            self._instances.bind(array, group.first)
+            array.render(instances=group.count)
+
+    def _draw_shares(self, frame: Frame, cascades: list[Cascade]) -> None:
+        params, targets = frame.settings.shadows, frame.targets
+        targets.shadow.use()
+        self.gl.device.context.enable_only(moderngl.NOTHING)
+        targets.depth.use(0)
+        targets.surface.use(1)
+        if self._maps is not None:
+            self._maps[0].use(2)
+        axes = light_axes(direction_to_sun(frame.environment)) * np.array([[1], [1], [-1]])
+        places = np.zeros((MOST, 4), np.float32)
+        for place, cascade in zip(places, cascades, strict=False):
+            place[:3] = axes @ (frame.view.position - cascade.centre) / (2 * cascade.half) + 0.5
+            place[3] = 1 / (2 * cascade.half)
+        self._sun.set(
+            depth_texture=0,
+            surface_texture=1,
+            maps=2,
+            depth_range=frame.view.depth_range,
+            ray_from_screen=matrix_bytes(frame.view.ray_from_screen),
+            cascades=len(cascades),
+            light_from_world=matrix_bytes(axes),
+            places=places.tobytes(),
+            resolution=params.resolution,
+            filter_width=params.filter_width,
+            error=params.error,
+            reach=params.distance,
+        )
+        self._sun_array.render(moderngl.TRIANGLES, vertices=3)
+
+    def _of_size(self, size: tuple[int, int]) -> moderngl.Framebuffer:
+        if self._maps is None or self._maps[0].size != size:
+            self._release_maps()
+            texture = self.gl.depth_texture(size)
+            texture.compare_func = "<="
+            texture.filter = moderngl.LINEAR, moderngl.LINEAR
+            self._maps = texture, self.gl.framebuffer([], texture)
+        return self._maps[1]
+
+    def _release_maps(self) -> None:
+        if self._maps is not None:
+            self.gl.free(*self._maps)
+        self._maps = None
+        self._held = []
+
+    def forget_assets(self) -> None:
+        for arrays in self._grid_arrays.values():
+            arrays.forget()
+        self._mesh_arrays.forget()
+        self._held = []

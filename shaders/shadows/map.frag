@@ -1,0 +1,2 @@
+// Depth is all that a shadow map holds.
+void main() {}

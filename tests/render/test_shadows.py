@@ -1,0 +1,275 @@
+"""Shadow maps of the sun: where they lie, what is drawn into them and when, and the shadows that pictures then have."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from depthwalk.reference.shadows import lifted, sun_share
+from depthwalk.reference.warp import warp
+from depthwalk.render.bounds import Bounds
+from depthwalk.render.cascades import Cascade, ShadowParams, fit_cascades, light_axes, split_distances
+from depthwalk.render.casters import find_casters
+from depthwalk.render.planes import Volumes, choose_planes
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from shapes import ShapeLibrary, box, joined, scene_of, sphere
+
+SIZE = (240, 180)
+SUN = (-0.5, -0.8, -0.3)
+TO_SUN = -np.array(SUN) / np.linalg.norm(SUN)
+GROUND = {"ground": {"height": 0.0}, "sun": {"direction": SUN}}
+
+
+def view_of(position=(0.0, 1.6, 5.0), target=(0.0, 1.0, 0.0), far=60.0):
+    return View(Camera(position, target, 0.9), SIZE, near=0.1, far=far)
+
+
+def in_light(cascade, points):
+    """Points (n, 3) across a map and along the light, −1 to 1 within it."""
+    return (points - np.array(cascade.centre)) @ cascade.axes.T / cascade.half
+
+
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
+
+
+@given(directions)
+def test_the_lights_axes_are_a_rotation(to_sun):
+    axes = light_axes(np.array(to_sun))
+    assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.linalg.det(axes) == pytest.approx(1)
+    assert axes[2] @ to_sun == pytest.approx(np.linalg.norm(to_sun))
+
+
+@given(directions, directions, st.integers(1, 4))
+def test_what_is_seen_lies_in_a_map(to_sun, ahead, count):
+    """Random points of the frustum up to the distance; those of a slice lie in its own map."""
+    view = view_of((3, 2, 1), tuple(np.array([3, 2, 1]) + ahead))
+    cascades = fit_cascades(view, np.array(to_sun), ShadowParams(cascades=count, distance=50.0))
+    rng = np.random.default_rng(1)
+    forward = np.concatenate([rng.uniform(0.1, 50, 300), [50.0] * 4])[:, None]
+    corner = np.concatenate([rng.uniform(-1, 1, (300, 2)), [[-1, -1], [-1, 1], [1, -1], [1, 1]]])
+    points = view.position + forward * np.column_stack([corner, np.ones(304)]) @ view.ray_from_screen.T
+    held = np.array([(np.abs(in_light(cascade, points)) <= 1).all(1) for cascade in cascades])
+    assert held.any(0).all()
+    ends = split_distances(50 / 64, 50, count, 0.75)
+    assert held[np.searchsorted(ends, forward[:, 0] - 1e-9), np.arange(304)].all()
+
+
+def test_splits_go_from_even_to_logarithmic():
+    np.testing.assert_allclose(split_distances(1, 16, 4, 1.0), [2, 4, 8, 16])
+    np.testing.assert_allclose(split_distances(1, 17, 4, 0.0), [5, 9, 13, 17])
+
+
+def test_maps_stand_still_or_move_by_whole_texels():
+    """Walking and turning: their size never changes, and most of a hundred steps of 5 cm leave them where they are."""
+    to_sun = np.array([0.4, 0.8, 0.6])
+    steps = np.arange(100)
+    walk = [fit_cascades(view_of((0.05 * k, 1.6, 0), (0.05 * k + 1, 1.5, 0.1)), to_sun, ShadowParams()) for k in steps]
+    turn = [fit_cascades(view_of((0, 1.6, 0), (np.cos(a), 1.5, np.sin(a))), to_sun, ShadowParams()) for a in steps / 16]
+    for number, most in enumerate((12, 5, 3)):
+        maps = [cascades[number] for cascades in walk + turn]
+        assert len({each.half for each in maps}) == 1
+        centres = np.array([each.centre for each in maps])
+        moved = (centres - centres[0]) @ maps[0].axes.T / maps[0].texel
+        assert moved == pytest.approx(np.round(moved), abs=1e-6)
+        assert (np.abs(np.diff(centres[:100], axis=0)).max(1) > 1e-9).sum() <= most
+
+
+def test_what_is_beyond_the_distance_has_no_maps():
+    assert fit_cascades(replace(view_of(), near=30.0), TO_SUN, ShadowParams(distance=20.0)) == ()
+
+
+def test_casters_are_all_that_may_shadow_the_map():
+    """Against every sphere swept along the light, sampled; what is under a texel is left out."""
+    rng = np.random.default_rng(4)
+    bounds = Bounds(rng.uniform(-60, 60, (3000, 3)), rng.choice([0.01, 0.5, 3.0], 3000))
+    cascade = Cascade((1.0, 2.0, 3.0), 10.0, light_axes(TO_SUN), 512)
+    found = np.isin(np.arange(3000), find_casters(cascade, bounds))
+    light = in_light(cascade, bounds.centre) * cascade.half
+    beside = np.maximum(np.abs(light[:, :2]) - cascade.half, 0).max(1)
+    before = -light[:, 2] - cascade.half
+    large = bounds.reach > 0.1
+    assert found[(beside < 0.99 * bounds.reach) & (before < 0.99 * bounds.reach) & large].all()
+    assert not found[(beside > 1.01 * bounds.reach) | (before > 1.01 * bounds.reach) | ~large].any()
+    assert found.sum() > 50 and (light[found, 2] > 20).any()  # also far towards the sun
+
+
+def test_the_suns_view_is_the_limit_of_a_far_viewers():
+    """λ tells nothing, and the shift is linear in depth, straight up on the side's plane (docs/conventions.md)."""
+    rng = np.random.default_rng(6)
+    one = np.ones(200)
+    volumes = Volumes(0.8 * one, -0.5 * one, 1.5 * one, 0.8 * one, 0.8 * one, one > 0)
+    sun = np.array([0.48, 0.6, 0.64])
+    planes = choose_planes(np.tile(1e7 * sun, (200, 1)), volumes)
+    point = rng.uniform([-0.5, -0.5, -0.5], [0.5, 1.5, 0.5], (200, 3))
+    position, lam = warp(point, planes)
+    flat = np.array([0.6, 0.0, 0.8])  # the light's horizontal direction
+    depth = 0.8 - point @ flat
+    across, up = point @ np.array([0.8, 0.0, -0.6]), point[:, 1] + depth * 0.6 / 0.8
+    assert position + planes.epipole == pytest.approx(np.column_stack([across, up]), abs=1e-5)
+    assert lam == pytest.approx(1, abs=1e-6)
+
+
+class Stage:
+    """A renderer that is asked for what it found about shadows."""
+
+    def __init__(self, studio, scene, library):
+        self.scope = studio.device.scope("stage")
+        self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
+        self.renderer = Renderer(studio.device, scene, library)
+        scene.render.shadows.enabled = True
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.renderer.release()
+        self.scope.release()
+
+    def draw(self, view):
+        self.renderer.render(view, self.screen)
+        return self.renderer.plan.counts
+
+    def read(self, name, dtype, components):
+        """A target (H, W, components), row 0 at the bottom."""
+        data = getattr(self.renderer.targets, name).read(alignment=1)
+        return np.frombuffer(data, dtype).reshape(*SIZE[::-1], components)
+
+    def share(self):
+        return self.read("shadow_texture", np.uint8, 1)[..., 0] / 255
+
+    def points(self):
+        """World (H, W, 3), far below where nothing is."""
+        view = self.renderer.view
+        near, far = view.depth_range
+        depth = self.read("depth", np.float32, 1)[..., 0].astype(float)
+        with np.errstate(divide="ignore"):
+            forward = np.where(depth < 1, near * far / (far - depth * (far - near)), np.inf)
+        x, y = ((np.arange(n) + 0.5) / n * 2 - 1 for n in SIZE)
+        screen = np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1)
+        with np.errstate(invalid="ignore"):
+            point = view.position + forward[..., None] * (screen @ view.ray_from_screen.T)
+        return np.where(forward[..., None] < np.inf, point, -1e6)
+
+    def normals(self):
+        """World (H, W, 3), unit."""
+        p = self.read("surface", np.uint16, 4)[..., :2] / 65535 * 2 - 1
+        n = np.dstack([p, 1 - np.abs(p).sum(-1)])
+        fold = np.maximum(-n[..., 2:], 0)
+        n[..., :2] -= np.where(n[..., :2] < 0, -fold, fold)
+        return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+    def maps(self):
+        """Cascades and their depths, from the pass itself."""
+        held = next(each for each in self.renderer.passes if each.name == "shadows")
+        texture, resolution = held._maps[0], held._held[0].cascade.resolution
+        depth = np.frombuffer(texture.read(), np.float32).reshape(texture.size[::-1])
+        tiles = [(k % 2 * resolution, k // 2 * resolution) for k in range(len(held._held))]
+        return [
+            (shown.cascade, depth[y : y + resolution, x : x + resolution])
+            for shown, (x, y) in zip(held._held, tiles, strict=True)
+        ]
+
+
+BALL_AND_BOX = ((0, (-0.8, 0, 0), 0.3, 1.0), (1, (1.2, 0, 0.4), 0.4, 1.0))
+
+
+@pytest.fixture(scope="module")
+def library():
+    return ShapeLibrary([sphere(0.7, 128, 64), box(1, 1.6, 0.6, (0, 0.8, 0))], resolution=128)
+
+
+@pytest.mark.parametrize("filter_width", [2, 3, 6])
+def test_shares_match_their_twin(studio, library, filter_width):
+    scene = scene_of(*BALL_AND_BOX, representation=Representation.DPCI, **GROUND)
+    scene.render.shadows.filter_width, scene.render.shadows.resolution = filter_width, 256
+    with Stage(studio, scene, library) as stage:
+        stage.draw(view_of())
+        point, normal, found = stage.points(), stage.normals(), stage.share()
+        maps = stage.maps()
+    told = (point[..., 2] > -60) & (normal @ TO_SUN > 0.01)  # nearer than where shadows fade
+    point, normal, found = point[told], normal[told], found[told]
+    expected = np.full(len(point), np.nan)
+    for cascade, depth in maps:
+        moved = lifted(point, normal, TO_SUN, cascade.texel, filter_width, 1.0)
+        expected = np.where(np.isnan(expected), sun_share(depth, cascade, moved, filter_width), expected)
+    expected = np.where(np.isnan(expected), 1.0, expected)
+    assert ((expected > 0.05) & (expected < 0.95)).sum() > 100  # edges are there to be compared
+    off = np.abs(found - expected)
+    assert np.median(off) < 2e-3 and np.quantile(off, 0.99) < 0.1 and off.mean() < 3e-3
+
+
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI, Representation.DMESH])
+def test_a_ball_shadows_the_ground_where_it_must_and_never_itself(studio, library, representation):
+    scene = scene_of((0, (0, 0, 0), 0.3, 1.0), representation=representation, **GROUND)
+    with Stage(studio, scene, library) as stage:
+        stage.draw(view_of((0.5, 3.0, 4.0), (0, 0.3, 0)))
+        point, normal, share = stage.points(), stage.normals(), stage.share()
+    ground = np.abs(point[..., 1]) < 1e-3
+    centre, radius = np.array([0, 0.7, 0]), 0.7
+    beside = np.linalg.norm(np.cross(point - centre, TO_SUN), axis=-1)
+    rim = 0.06  # metres: the filter's width and the bias
+    assert (share[ground & (beside < radius - rim)] < 0.02).all()
+    assert (share[ground & (beside > radius + rim)] == 1).all()
+    assert (ground & (beside < radius - rim)).sum() > 300
+    ball = np.linalg.norm(point - centre, axis=-1) < 1.05 * radius
+    lit = ball & (normal @ TO_SUN > 0.25) & (point[..., 1] > 0.05)
+    assert lit.sum() > 1500 and (share[lit] > 0.98).mean() > 0.999
+
+
+def test_shadows_of_depth_images_are_those_of_the_mesh(studio):
+    """On the ground, several suns: intersection over union."""
+    steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
+    library = ShapeLibrary([steps], resolution=256)
+    for sun in ((-0.5, -0.8, -0.3), (0.8, -0.5, 0.1), (0.1, -0.4, -0.9)):
+        shadows, (x, z) = [], np.array(sun)[[0, 2]] / -sun[1] * 1.4
+        for representation in (Representation.DPCI, Representation.MESH):
+            scene = scene_of((0, (0, 1, 0), 0.3, 1.0), representation=representation, ground={"height": 0.0})
+            scene.environment.sun.direction = sun
+            with Stage(studio, scene, library) as stage:
+                scene.render.shadows.distance = 10.0
+                stage.draw(view_of((x, 3.0, z), (x, 0, z)))
+                shadows.append((stage.share() < 0.5, np.abs(stage.points()[..., 1]) < 1e-3))
+        (one, ground), (other, ground_too) = shadows
+        both = ground & ground_too
+        assert (one & other & both).sum() / ((one | other) & both).sum() > 0.99
+        assert (other & both).sum() > 500
+
+
+def test_maps_are_redrawn_only_when_they_change(studio, library):
+    scene = scene_of(*BALL_AND_BOX, representation=Representation.DPCI, **GROUND)
+    view = view_of((0.13, 1.6, 5.07))
+    with Stage(studio, scene, library) as stage:
+        assert stage.draw(view)["shadow_maps"] == 3
+        before = stage.share()
+        assert stage.draw(view)["shadow_maps"] == 0
+        assert (stage.share() == before).all()
+        assert stage.draw(view_of((0.131, 1.601, 5.07), (0.001, 1.0, 0.0)))["shadow_maps"] == 0
+        scene.objects.position[0, 0] += 0.3
+        stage.renderer.objects_moved(slice(0, 1))
+        assert stage.draw(view)["shadow_maps"] == 3
+        assert (stage.share() != before).any()
+        scene.environment.sun.direction = (0.1, -1.0, 0.2)
+        assert stage.draw(view)["shadow_maps"] == 3
+        scene.render.shadows.enabled = False
+        assert stage.draw(view)["shadow_maps"] == 0
+        scene.render.shadows.enabled = True
+        assert stage.draw(view)["shadow_maps"] == 3
+
+
+def test_what_is_behind_the_viewer_casts_shadows_before_him(studio, library):
+    """A tall box at his back, the sun low behind it."""
+    places = ((1, (0, 0, 7.0), 0.0, 4.0),)
+    scene = scene_of(*places, representation=Representation.DPCI, ground={"height": 0.0})
+    scene.environment.sun.direction = (0, -0.5, -1)
+    with Stage(studio, scene, library) as stage:
+        counts = stage.draw(view_of((0, 1.6, 4.0), (0, 0, 0)))
+        share, point = stage.share(), stage.points()
+    assert counts["dpci"] == 0
+    shadowed = (np.abs(point[..., 0]) < 1.5) & (point[..., 2] > -4) & (np.abs(point[..., 1]) < 1e-3)
+    assert shadowed.sum() > 1000 and (share[shadowed] == 0).all()
+    assert (share[(np.abs(point[..., 0]) > 2.5) & (np.abs(point[..., 1]) < 1e-3)] == 1).all()
