@@ -3,7 +3,7 @@
 // it meets the surface that has the circle c there. From the nearest on: what is in front hides what is behind. Twin:
 // reference/dof.py.
 #include "dof/circle.glsl"
-uniform sampler2D lit_texture;      // as it was
+uniform sampler2D lit_texture;      // as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile
 uniform int tile_side;
 uniform int samples;
@@ -18,9 +18,10 @@ const float GOLDEN_ANGLE = 2.399963229728653;
 ivec2 beside(ivec2 pixel, vec2 offset) {
     return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), textureSize(depth_texture, 0) - 1);
 }
+vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
 
-// The pixel that a ray sees. own: the circle at `pixel`, where all rays that meet nothing before it end.
-ivec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
+// Where in the picture a ray ends, pixels. own: the circle at `pixel`, where all rays that meet nothing before it end.
+vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
     float stride = STRIDE / max(length(lens), 0.05);
     float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
     float last = -2.0 * largest, deepest = last;
@@ -32,7 +33,8 @@ ivec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
         if (found <= circle + SHARP && found >= last - SHARP) {
             // Met since the last step, unless the ray came from behind a surface that is not there where it passes.
             ivec2 met = beside(pixel, found * lens);
-            if (abs(circle_at(met) - found) <= 2.0 * SHARP) return met;
+            if (abs(circle_at(met) - found) <= 2.0 * SHARP)
+                return mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP - 1.0, 0.0, 1.0));
         }
         if (found > deepest) {
             deepest = found;
@@ -40,7 +42,7 @@ ivec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
         }
         last = circle;
     }
-    return end;     // what it meets is hidden from the viewer: the farthest that is not
+    return middle_of(end);  // what it meets is hidden from the viewer: the farthest that is not
 }
 
 void main() {
@@ -50,11 +52,12 @@ void main() {
     float radius = max(-range.x, own);
     if (radius < SHARP) discard;
     int count = clamp(int(DENSITY * radius * radius), min(FEWEST, samples), samples);
+    vec2 size = vec2(textureSize(lit_texture, 0));
     vec4 sum = vec4(0.0);
     for (int k = 0; k < count; ++k) {
         float angle = float(k) * GOLDEN_ANGLE;
         vec2 lens = sqrt((float(k) + 0.5) / float(count)) * vec2(cos(angle), sin(angle));
-        sum += texelFetch(lit_texture, traced(pixel, lens, own, range), 0);
+        sum += textureLod(lit_texture, traced(pixel, lens, own, range) / size, 0.0);
     }
     lit = sum / float(count);
 }

@@ -194,6 +194,33 @@ def test_a_walk_with_keys_and_mouse(display, scene_file, tmp_path, monkeypatch):
 
 
 @linux
+def test_a_key_focuses_on_what_is_in_the_middle(display, scene_file, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    lens = "render: {dof: {mode: gather, focal_length: 150, f_number: 1, focus_distance: 1}}\n"
+    scene_file.write_text(SCENE.replace("target: [0, 0.8, 0]", "target: [0.8, 0.8, 0]") + lens)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with Program(scene_file, tmp_path, environment) as program:
+        user = User(environment, tmp_path, program)
+        user.find_window()
+        user.screenshot()  # it shows the scene
+        user.do("key", "z", "key", "f", "sleep", 4)
+        focused, camera = user.screenshot()
+    pictures = {}
+    for mode in ("gather", "none"):
+        scene = load_scene(scene_file, overrides={"render.dof.mode": mode})
+        with HeadlessRenderer(scene, SceneLibrary(scene.assets), (480, 360)) as headless:
+            headless.draw(View(camera, (480, 360)))
+            pictures[mode] = headless.pixels()[..., :3].astype(int)
+            distance = headless.linear_image().distance
+    crate = np.abs(distance - distance[180, 240]) < 0.1
+    assert crate.sum() > 1000
+    off = [np.abs(picture - pictures["none"])[crate].mean() for picture in (pictures["gather"], focused)]
+    assert off[1] < 1 < 0.5 * off[0]
+
+
+@linux
 def test_without_a_display_the_reason_is_told(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)

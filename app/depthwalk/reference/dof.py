@@ -3,6 +3,7 @@ before the focus; row 0 wherever the shaders have it."""
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.intp]
@@ -34,21 +35,20 @@ def gather(lit: Array, circles: Array, spread: Array, samples: int) -> Array:
     own, (low, high) = circles[y, x], spread[:, y, x]
     radius = np.maximum(-low, own)
     count = np.clip((DENSITY * radius**2).astype(int), min(FEWEST, samples), samples)
-    out = np.array(lit, float)
+    picture, out = np.asarray(lit, float), np.array(lit, float)
     pending = radius >= SHARP
     out[y[pending], x[pending]] = 0
     for ray in range(int(count[pending].max(initial=0))):
         some = np.flatnonzero(pending & (ray < count))
         lens = np.sqrt((ray + 0.5) / count[some])[:, None] * [np.cos(ray * GOLDEN_ANGLE), np.sin(ray * GOLDEN_ANGLE)]
-        seen = _traced(circles, (x[some], y[some]), lens, own[some], low[some], high[some])
-        out[y[some], x[some]] += lit[seen[1], seen[0]] / count[some, None]
+        ends = _traced(circles, (x[some], y[some]), lens, own[some], low[some], high[some])
+        seen = [map_coordinates(channel, ends, order=1, mode="nearest") for channel in np.moveaxis(picture, 2, 0)]
+        out[y[some], x[some]] += np.stack(seen, -1) / count[some, None]
     return out
 
 
-def _traced(
-    circles: Array, pixel: tuple[Rows, Rows], lens: Array, own: Array, low: Array, high: Array
-) -> tuple[Rows, Rows]:
-    """The pixels, x and y (n,) of each, that rays to points `lens` (n, 2) of the unit disc see."""
+def _traced(circles: Array, pixel: tuple[Rows, Rows], lens: Array, own: Array, low: Array, high: Array) -> Array:
+    """Where (2, n), y and x of pixels' middles, rays end that go to points `lens` (n, 2) of the unit disc."""
     last_pixel = circles.shape[1] - 1, circles.shape[0] - 1
 
     def beside(circle: Array) -> tuple[Rows, Rows]:
@@ -58,7 +58,7 @@ def _traced(
 
     stride = STRIDE / np.maximum(np.linalg.norm(lens, axis=1), 0.05)
     before, after = np.ceil((own - low) / stride), np.ceil((high - own) / stride)
-    end_x, end_y = pixel[0].copy(), pixel[1].copy()
+    end = np.stack(pixel[::-1]).astype(float)
     last, deepest = np.full(len(own), -np.inf), np.full(len(own), -np.inf)
     done = np.zeros(len(own), bool)
     for step in range(int((before + after).max(initial=0)) + 1):
@@ -71,11 +71,14 @@ def _traced(
         met = running & (found <= own + part + SHARP) & (found >= last - SHARP)
         met &= np.abs(circles[met_y, met_x] - found) <= 2 * SHARP
         deeper = running & ~met & (found > deepest)
-        end_x, end_y = (np.select([met, deeper], both, end) for both, end in (([met_x, x], end_x), ([met_y, y], end_y)))
+        moved = np.stack(pixel[::-1]) + found * lens[:, ::-1].T
+        met_at = np.stack([met_y, met_x]) * 1.0
+        met_at += np.clip(np.abs(found) / SHARP - 1, 0, 1) * (moved - met_at)
+        end = np.select([met, deeper], [met_at, np.stack([y, x])], end)
         deepest = np.where(deeper, found, deepest)
         last = np.where(running, own + part, last)
         done |= met
-    return end_x, end_y
+    return end
 
 
 def paper(lit: Array, circles: Array, weights: Array, disc: Array, most: float) -> Array:
