@@ -75,6 +75,7 @@ def test_rows_are_made_once(crowd, tmp_path):
     assert all(column["frame_ms"] > 0 and 0 < column["flip"] < 0.2 for column in columns.values())
     assert columns["mesh"]["flip"] <= columns["mesh-lod"]["flip"] * (1 + TOLERANCE)
     assert columns["mesh-lod"]["counts"]["mesh_triangles"] <= columns["mesh"]["counts"]["mesh_triangles"]
+    assert columns["unoccluded"]["setting"] == columns["mesh-lod"]["setting"]
     assert columns["dpci"]["setting"] == columns["re-warped"]["setting"]
     assert "mesh-lod / dpci" in first.stdout
 

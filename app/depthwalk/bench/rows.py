@@ -105,6 +105,7 @@ class _Knob:
 COLUMNS = {
     "mesh": Representation.MESH,
     "mesh-lod": Representation.MESH_LOD,
+    "unoccluded": Representation.MESH_LOD,  # all of what the frustum holds
     "re-warped": Representation.DPCI,  # all of it in every frame
     "dpci": Representation.DPCI,
 }
@@ -121,7 +122,9 @@ def make_row(
     described, references = _references(walk, scene, library)
     with ExitStack() as opened:
         drawn = {name: opened.enter_context(_open(scene, library, walk.size, kind)) for name, kind in COLUMNS.items()}
-        drawn["dpci"].renderer.remembers = True
+        for name, headless in drawn.items():
+            headless.renderer.remembers = name != "re-warped"
+        drawn["unoccluded"].renderer.settings.culling.occlusion = False
         report("tuning")
         tuned = _tuned(walk, drawn, references, pool)
         report("timing")
@@ -174,7 +177,7 @@ def _tuned(
     bias = drawn["re-warped"].renderer.settings.lod.bias
     target = max(warped_flip(bias), mesh_flip(_FINEST_MESH))
     error, target = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
-    tuned = {"mesh-lod": (_MESH_ERROR.turn(drawn["mesh-lod"], error), target)}
+    tuned = {name: (_MESH_ERROR.turn(drawn[name], error), target) for name in ("mesh-lod", "unoccluded")}
     bias, flip = coarsened(warped_flip, bias, _BIAS.coarsest, target)
     tuned["re-warped"] = _BIAS.turn(drawn["re-warped"], bias), flip
     setting = _BIAS.turn(drawn["dpci"], bias)

@@ -31,7 +31,7 @@ from depthwalk.quality.measure import flip_workers
 from depthwalk.scene.path import load_path
 
 _GPU_COUNTS, _GPU_RESOLUTION = "10000,100000,200000", "1920,1080"
-_RATIOS = (("mesh", "dpci"), ("mesh-lod", "dpci"), ("mesh-lod", "re-warped"))
+_RATIOS = (("mesh", "dpci"), ("mesh-lod", "dpci"), ("unoccluded", "dpci"), ("mesh-lod", "re-warped"))
 
 
 @guarded
