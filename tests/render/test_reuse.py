@@ -200,8 +200,8 @@ def test_what_was_hidden_gives_way(walk):
 SIZE = (240, 180)
 
 
-@pytest.mark.parametrize("steps", [0, 1])
-def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps):
+@pytest.mark.parametrize(("steps", "aa"), [(0, "none"), (1, "none"), (1, "gpaa-edge")])
+def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps, aa):
     """No pixel has a colour that the fresh picture lacks within the bound and a texel of it."""
     shape = joined(box(0.9, 0.4, 0.9, (0, 0.2, 0)), sphere(0.4, 48, 24))
     library = ShapeLibrary([shape, sphere(0.5, 48, 24)], resolution=128)
@@ -209,6 +209,7 @@ def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps):
     kept, fresh = (scene_of(*places) for _ in range(2))
     kept.render.warp.reuse_error = 1.0
     kept.render.composite.parallax = steps
+    kept.render.aa = fresh.render.aa = aa
     scope = gl_device.scope("test")
     screen = scope.framebuffer([scope.texture(SIZE, 4)])
     renderers = [Renderer(gl_device, scene, library) for scene in (kept, fresh)]
