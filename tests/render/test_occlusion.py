@@ -225,6 +225,23 @@ def test_a_frame_does_not_depend_on_those_before(gl_device, library, small_round
         assert plan.counts == wanted.counts and plan.counts["occluded"] > 20
 
 
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DMESH])
+def test_who_remembers_sees_the_same_and_draws_less(gl_device, library, small_rounds, representation):
+    """A walk with jumps; who stands draws what was in sight, in one round."""
+    places, rng = crowd(6, 200)
+    with Both(gl_device, library, places, representation) as both:
+        both.renderers[0].remembers = True
+        for _ in range(5):
+            eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
+            drawn = []
+            for step in range(4):
+                camera = Camera((eye[0] + 0.05 * min(step, 2), eye[1], eye[2]), tuple(aim), 1.0)
+                pictures, plans = both.pictures(camera)
+                assert_same(pictures, representation)
+                drawn.append([sum(plan.counts[name] for name in ("dmesh", "mesh")) for plan in plans])
+            assert drawn[3][0] <= drawn[0][0] and drawn[3][0] < 0.7 * drawn[3][1]
+
+
 def test_tiles_are_kept_from_round_to_round(gl_device, library, small_rounds):
     """Who stands warps nothing; who walks sees what all tiles, warped anew, would show."""
     places, rng = crowd(4, 150)

@@ -46,7 +46,7 @@ class Renderer:
         self.settings = scene.render
         self.assets = AssetStore(device, library)
         self.assets.before_release = self._forget_arrays
-        self.remembers = False  # as `warp.reuse_error` says; else no frame depends on those before it
+        self.remembers = False  # frames use what those before found: tiles, what was seen; else none depends on another
         self.upload_seconds: float | None = None  # of a frame, see `AssetStore.stream`
         self.targets: Targets | None = None
         self._depth_cells: DepthCells | None = None  # of the size of `targets`, from when there is something to cull
@@ -66,6 +66,7 @@ class Renderer:
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
         self._cells: Cells | None = None
+        self._shown = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
         """Draws what `view` sees of the scene into `screen`, which has the view's size. Supersampled, the targets and
@@ -115,19 +116,21 @@ class Renderer:
         """The plans of rounds, each to be drawn before the next is asked for: first of the objects `left` (m,), nearest
         first, then of those in `portions` of cells, less what is hidden behind the rounds before. needed: see
         `_uploaded`."""
-        size = FIRST_ROUND if self.settings.culling.occlusion else max(len(left), 1)
-        number = 1
-        left = self._uploaded(left, needed)
+        now, left = self._first_round(self._uploaded(left, needed))
+        size, number = max(len(now), FIRST_ROUND), 1
         goes_on = False
-        while not goes_on or len(left):
-            plan = self._plan(view, left[:size], goes_on, number)
-            goes_on, number, left = True, number + len(plan.numbered), left[size:]
+        while not goes_on or len(now):
+            plan = self._plan(view, now, goes_on, number)
+            goes_on, number = True, number + len(plan.numbered)
             yield plan
-            if not len(left) and not portions:
+            self._shown[now] = True
+            tested_again = now if self.remembers and len(now) > FIRST_ROUND else now[:0]
+            if not self.settings.culling.occlusion or not (len(left) or portions or len(tested_again)):
                 return
             with self.timers.measure_cpu("occlusion"):
                 behind = self._hider(view)
-                unseen = behind(self._held(left))
+                unseen, forgotten = np.split(behind(self._held(np.append(left, tested_again))), [len(left)])
+            self._shown[tested_again[forgotten]] = False
             plan.counts["occluded"] = int(unseen.sum())
             size *= growth(unseen)
             left = left[~unseen]
@@ -135,6 +138,20 @@ class Renderer:
                 left, occluded = self._come_into_sight(view, portions.pop(0), behind)
                 left = self._uploaded(left, needed)
                 plan.counts["occluded"] += occluded
+            now, left = left[:size], left[size:]
+
+    def _first_round(self, visible: Rows) -> tuple[Rows, Rows]:
+        """Which of the objects `visible` (m,), nearest first, are drawn before any is tested, and the others. With
+        memory, what the last frame showed; where that is too little, as after a jump, the nearest too."""
+        if len(self._shown) != len(self.objects()):
+            self._shown = np.zeros(len(self.objects()), bool)
+        if not self.settings.culling.occlusion:
+            return visible, visible[:0]
+        first = self._shown[visible] & self.remembers
+        self._shown[:] = False
+        if first.sum() < FIRST_ROUND:
+            first[:FIRST_ROUND] = True
+        return visible[first], visible[~first]
 
     def _come_into_sight(self, view: View, cells: Rows, behind: Hider) -> tuple[Rows, int]:
         """The objects (m,) of `cells` that are not `behind` what is drawn, nearest first, and how many are; cells that
