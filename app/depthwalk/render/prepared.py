@@ -21,6 +21,9 @@ from depthwalk.render.grids import Grids, build_grids
 from depthwalk.render.pages import Pages, build_pages
 from depthwalk.render.surface_levels import build_levels
 
+# Texels of images for whose grids surfaces by error take longer to build than a visitor of the garden should wait (20 s
+# for its twelve assets instead of 2), and spare few triangles.
+_SMALL = 128
 _MIP_MAPS = 4 / 3  # of a texture, with its mip-maps
 
 
@@ -54,7 +57,8 @@ def as_drawn(baked: BakedObject) -> BakedObject:
 def prepare(baked: BakedObject, form: Form) -> Prepared:
     """Builds the grids and pages of `baked`."""
     baked = as_drawn(baked)
-    grids = build_grids(baked, form.paper_cases) if form.stepped else build_levels(baked)
+    small = max(baked.images[0].depth.shape) <= _SMALL
+    grids = build_grids(baked, form.paper_cases) if form.stepped or small else build_levels(baked)
     pages = build_pages(baked, grids)
     size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + int(_MIP_MAPS * pages.texels.nbytes)
     return Prepared(_outline(baked), grids.first, grids.count, grids.error, size, lambda: (grids, pages))
