@@ -64,7 +64,12 @@ def test_the_pass_lights_what_the_twin_lights(gl_device, count):
     targets.depth = scope.texture(SIZE, 1, "f4", depth.tobytes())
     light.draw(
         SimpleNamespace(
-            targets=targets, view=view, settings=RenderSettings(), environment=environment, transparent=False
+            targets=targets,
+            view=view,
+            settings=RenderSettings(),
+            environment=environment,
+            transparent=False,
+            shadows=None,
         )
     )
     found = np.frombuffer(targets.lit_texture.read(), np.float16).reshape(-1, 4)

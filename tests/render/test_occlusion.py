@@ -197,12 +197,14 @@ def test_hidden_cells_are_left_out_whole(gl_device, library, small_rounds, monke
 
 @given(st.integers(0, 2**32), st.sampled_from([Representation.MESH, Representation.DMESH]), st.integers(1, 60))
 @example(0, Representation.DMESH, 1)
+@example(8445, Representation.MESH, 21)
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_crowd_looks_the_same(gl_device, library, small_rounds, seed, representation, count):
     places, rng = crowd(seed, count)
     with Both(gl_device, library, places, representation) as both:
         eye, aim = rng.uniform(-9, 9, (2, 3)) * (1, 0.2, 1) + (0, 0.8, 0)
-        assert_same(both.pictures(Camera(tuple(eye), tuple(aim), 1.0))[0], representation)
+        # With a nearer near plane, surfaces that all but touch have one depth, and the first one drawn is seen.
+        assert_same(both.pictures(Camera(tuple(eye), tuple(aim), 1.0), 0.05, 40.0)[0], representation)
 
 
 @pytest.mark.parametrize("group", ["warp", "mesh"])
