@@ -128,10 +128,12 @@ class Both:
 
     def pictures(self, camera, *depth_range):
         """Of both, int (H, W, 4), and the plans."""
-        pixels = []
+        pixels, self.depths = [], []
         for renderer in self.renderers:
             renderer.render(View(camera, SIZE, *depth_range), self.screen, transparent=True)
             pixels.append(read_pixels(self.screen).astype(int))
+            depth = renderer.targets.depth.read(alignment=4)
+            self.depths.append(np.frombuffer(depth, np.float32).reshape(SIZE[::-1])[::-1])
         return pixels, [renderer.plan for renderer in self.renderers]
 
 
@@ -198,13 +200,17 @@ def test_hidden_cells_are_left_out_whole(gl_device, library, small_rounds, monke
 @given(st.integers(0, 2**32), st.sampled_from([Representation.MESH, Representation.DMESH]), st.integers(1, 60))
 @example(0, Representation.DMESH, 1)
 @example(8445, Representation.MESH, 21)
+@example(302333, Representation.DMESH, 40)
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_crowd_looks_the_same(gl_device, library, small_rounds, seed, representation, count):
     places, rng = crowd(seed, count)
     with Both(gl_device, library, places, representation) as both:
         eye, aim = rng.uniform(-9, 9, (2, 3)) * (1, 0.2, 1) + (0, 0.8, 0)
-        # With a nearer near plane, surfaces that all but touch have one depth, and the first one drawn is seen.
-        assert_same(both.pictures(Camera(tuple(eye), tuple(aim), 1.0), 0.05, 40.0)[0], representation)
+        pictures, _ = both.pictures(Camera(tuple(eye), tuple(aim), 1.0), 0.05, 40.0)
+        differ = (pictures[0] != pictures[1]).any(-1)
+        # Of surfaces that cut each other just there the one drawn first is seen: pixels may differ, depths may not.
+        assert differ.mean() < 0.001
+        np.testing.assert_allclose(*both.depths, rtol=0, atol=2.0**-23)
 
 
 @pytest.mark.parametrize("group", ["warp", "mesh"])

@@ -38,9 +38,13 @@ class WeldedSurface:
 
 def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> WeldedSurface:
     """Triangles (t, 3) of points (n, 3), of which those within a cube of side `cell`, metres, become one: the first
-    that does not yield (n,)."""
+    that does not yield (n,); but for those that face the other way, as the two sides of a leaf."""
     cube = np.floor((point - point.min(0)) / cell).astype(np.int64)
     key = cube @ (1 << 2 * _BITS, 1 << _BITS, 1)
+    order = np.lexsort((yields, key))
+    _, first, place = np.unique(key[order], return_index=True, return_inverse=True)
+    facing = _facing(point, triangles)[order]
+    key[order] = 2 * place + (np.einsum("ij,ij->i", facing, facing[first][place]) < 0)
     order = np.lexsort((yields, key))
     _, first, place = np.unique(key[order], return_index=True, return_inverse=True)
     number = np.empty(len(point), np.int64)
@@ -49,6 +53,14 @@ def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) 
     used, corners = np.unique(triangles, return_inverse=True)
     point, triangles = point[order][first][used].astype(np.float64), corners.reshape(-1, 3)
     return WeldedSurface(point, triangles, *_quadrics(point, triangles))
+
+
+def _facing(point: Array, triangles: Ints) -> Array:
+    """Normals (n, 3) of points (n, 3), not unit: the sums of their triangles' (t, 3)."""
+    corner = point[triangles]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    columns = [np.bincount(triangles.ravel(), np.repeat(across[:, axis], 3), len(point)) for axis in range(3)]
+    return np.stack(columns, -1)
 
 
 def contract(surface: WeldedSurface, tolerance: float) -> WeldedSurface:
