@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.gpu.device import headless_device
 from depthwalk.render.assets import Library
 from depthwalk.render.renderer import Renderer, read_pixels
-from depthwalk.render.view import View
+from depthwalk.render.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
 
@@ -96,10 +96,3 @@ class HeadlessRenderer:
         depth = np.frombuffer(depth_bytes, np.float32).reshape(height, samples, width, samples)
         nearest = view_distance(depth.min((1, 3))[::-1], *fitted.depth_range)
         return LinearImage(colour.mean((1, 3))[::-1], nearest)
-
-
-def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
-    """Metres along the view axis, float32, of a depth buffer's values 0–1; +inf for 1, which is where nothing is."""
-    with np.errstate(divide="ignore"):
-        distance = near * far / (far - depth.astype(np.float64) * (far - near))
-    return np.where(depth < 1, distance, np.inf).astype(np.float32)

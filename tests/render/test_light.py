@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from depthwalk.colour import linear_from_srgb
-from depthwalk.headless import HeadlessRenderer, view_distance
+from depthwalk.headless import HeadlessRenderer
 from depthwalk.reference.light import lamp_light, phong, reflected
 from depthwalk.render.lamps import SLICES, SQUARE, lamps_in_sight
 from depthwalk.render.lighting import irradiance, lighting, polynomials, sphere_directions
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import Targets
-from depthwalk.render.view import View
+from depthwalk.render.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment
 from shapes import ShapeLibrary, box, scene_of, sphere

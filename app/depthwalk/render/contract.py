@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.ingest.normals import doubled_areas
+
 Array = NDArray[np.floating]
 Ints = NDArray[np.int64]
 
@@ -41,26 +43,30 @@ def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) 
     that does not yield (n,); but for those that face the other way, as the two sides of a leaf."""
     cube = np.floor((point - point.min(0)) / cell).astype(np.int64)
     key = cube @ (1 << 2 * _BITS, 1 << _BITS, 1)
-    order = np.lexsort((yields, key))
-    _, first, place = np.unique(key[order], return_index=True, return_inverse=True)
-    facing = _facing(point, triangles)[order]
-    key[order] = 2 * place + (np.einsum("ij,ij->i", facing, facing[first][place]) < 0)
-    order = np.lexsort((yields, key))
-    _, first, place = np.unique(key[order], return_index=True, return_inverse=True)
-    number = np.empty(len(point), np.int64)
-    number[order] = place
+    first, number = _groups(key, yields)
+    facing = _facing(point, triangles)
+    first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), yields)
     triangles = _distinct(number[triangles])
     used, corners = np.unique(triangles, return_inverse=True)
-    point, triangles = point[order][first][used].astype(np.float64), corners.reshape(-1, 3)
+    point, triangles = point[first][used].astype(np.float64), corners.reshape(-1, 3)
     return WeldedSurface(point, triangles, *_quadrics(point, triangles))
+
+
+def _groups(key: Ints, yields: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    """Points of one `key` (n,) are a group: the first (g,) of each that does not yield (n,), if any, and the group (n,)
+    of each point."""
+    order = np.lexsort((yields, key))
+    _, first, place = np.unique(key[order], return_index=True, return_inverse=True)
+    number = np.empty(len(key), np.int64)
+    number[order] = place
+    return order[first], number
 
 
 def _facing(point: Array, triangles: Ints) -> Array:
     """Normals (n, 3) of points (n, 3), not unit: the sums of their triangles' (t, 3)."""
-    corner = point[triangles]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    columns = [np.bincount(triangles.ravel(), np.repeat(across[:, axis], 3), len(point)) for axis in range(3)]
-    return np.stack(columns, -1)
+    facing = np.zeros(point.shape)
+    _gather(facing, triangles.ravel(), np.repeat(doubled_areas(point, triangles), 3, axis=0))
+    return facing
 
 
 def contract(surface: WeldedSurface, tolerance: float) -> WeldedSurface:
@@ -175,8 +181,7 @@ def _optimum(quadric: Array, stiffness: Array, middle: Array) -> Array:
 
 def _normals(point: Array, triangles: Ints) -> tuple[Array, Array]:
     """Unit normals (t, 3) and areas (t,)."""
-    first, second, third = point[triangles].transpose(1, 0, 2)
-    across = np.cross(second - first, third - first)
+    across = doubled_areas(point, triangles)
     length = np.linalg.norm(across, axis=1)
     return across / np.maximum(length, 1e-30)[:, None], length / 2
 

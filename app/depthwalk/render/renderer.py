@@ -30,7 +30,7 @@ from depthwalk.render.prepared import Form
 from depthwalk.render.shading import shading
 from depthwalk.render.sky import direction_to_sun, sunlight
 from depthwalk.render.targets import Targets
-from depthwalk.render.view import View
+from depthwalk.render.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Objects, Representation
 from depthwalk.scene.scene import Scene
 
@@ -257,11 +257,10 @@ class Renderer:
         for that frame."""
         if self.targets is None or self.view is None:
             return float("inf")
-        near, far = self.view.depth_range
         width, height = self.targets.size
         middle = width // 2, height // 2, 1, 1
-        depth = float(np.frombuffer(self.targets.gbuffer.read(middle, attachment=-1, dtype="f4"), np.float32)[0])
-        return near * far / (far - depth * (far - near)) if depth < 1 else float("inf")
+        depth = np.frombuffer(self.targets.gbuffer.read(middle, attachment=-1, dtype="f4"), np.float32)
+        return float(view_distance(depth, *self.view.depth_range)[0])
 
     def frame_all(self, aspect: float, fov: float = np.pi / 3) -> Camera:
         """A camera that sees every object, from the front and a little above. aspect: width / height of the picture;

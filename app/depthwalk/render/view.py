@@ -79,3 +79,10 @@ class View:
 def matrix_bytes(matrix: NDArray[np.floating]) -> bytes:
     """A matrix as GLSL wants it: float32, column by column."""
     return np.ascontiguousarray(matrix.T, np.float32).tobytes()
+
+
+def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
+    """Metres along the view axis, float32, of a depth buffer's values 0–1; +inf for 1, which is where nothing is."""
+    with np.errstate(divide="ignore"):
+        distance = near * far / (far - depth.astype(np.float64) * (far - near))
+    return np.where(depth < 1, distance, np.inf).astype(np.float32)
