@@ -7,6 +7,7 @@ import depthwalk.headless
 from depthwalk.gpu.device import GpuError, Scope
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.library import SceneLibrary
+from depthwalk.render.placed import Placed
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -59,7 +60,7 @@ def test_a_picture_does_not_depend_on_those_before_it(make):
         assert walked.renderer.plan.counts["warped"] < walked.renderer.plan.counts["dpci"]
 
 
-@pytest.mark.parametrize(("owner", "step"), [(Scope, "framebuffer"), (Renderer, "__init__"), (Renderer, "table")])
+@pytest.mark.parametrize(("owner", "step"), [(Scope, "framebuffer"), (Renderer, "__init__"), (Placed, "table")])
 def test_a_failing_step_leaves_nothing_behind(make, monkeypatch, owner, step):
     devices = []
 

@@ -50,8 +50,8 @@ class HeadlessRenderer:
                 self._screen = scope.framebuffer([scope.texture(size, 4)])
                 self.renderer = Renderer(self.device, scene, library)
                 objects.callback(self.renderer.release)
-                self.renderer.representation = representation
-                self.renderer.table()
+                self.renderer.placed.representation = representation
+                self.renderer.placed.table()
                 self._objects = objects.pop_all()
             made.pop_all()
 

@@ -29,9 +29,9 @@ def test_a_moved_node_moves_in_the_picture(gl_device, tiny_scene, told):
 
     before = middle()
     changed = set_node_transform(scene, 1, (0.5, 0.0, 0.0), 0.0, 1.0)
-    renderer.objects_moved(changed if told else None)
+    renderer.placed.moved(changed if told else None)
     after = middle()
-    objects, bounds = renderer.objects(), renderer.bounds()
+    objects, bounds = renderer.placed.objects(), renderer.placed.bounds()
     renderer.release()
     scope.release()
     focal = 120 / (2 * np.tan(np.radians(45) / 2))

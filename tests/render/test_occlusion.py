@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from depthwalk.reference.occlusion import farthest_cells
-from depthwalk.render import renderer as rendering
+from depthwalk.render import rounds
 from depthwalk.render.depth_cells import DepthCells, cell_side
 from depthwalk.render.occlusion import Cylinders, Outlines, growth, hidden, outlines
 from depthwalk.render.renderer import Renderer, read_pixels
@@ -112,7 +112,7 @@ class Both:
                 setattr(scene.render.warp, name, value)
         self.renderers = [Renderer(device, scene, library) for scene in scenes]
         for renderer in self.renderers:
-            renderer.representation = representation
+            renderer.placed.representation = representation
             renderer.remembers = "reuse_error" in warp
 
     def __enter__(self):
@@ -154,7 +154,7 @@ def crowd(seed, count):
 
 @pytest.fixture
 def small_rounds(monkeypatch):
-    monkeypatch.setattr(rendering, "FIRST_ROUND", 4)
+    monkeypatch.setattr(rounds, "FIRST_ROUND", 4)
 
 
 @pytest.mark.parametrize("representation", [None, *Representation])
@@ -176,16 +176,16 @@ def test_a_crowd_looks_the_same(gl_device, library, small_rounds, representation
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
 def test_hidden_cells_are_left_out_whole(gl_device, library, small_rounds, monkeypatch, representation):
-    monkeypatch.setattr(rendering, "FIRST_PORTION", 16)
+    monkeypatch.setattr(rounds, "FIRST_PORTION", 16)
     monkeypatch.setattr("depthwalk.render.cells._OBJECTS", 8)
     asked = []
-    come = Renderer._come_into_sight
+    come = rounds.Rounds._come_into_sight
 
     def count(self, view, cells, behind):
-        asked.append(behind(self._sorted().cylinders(cells)))
+        asked.append(behind(self._placed.cells().cylinders(cells)))
         return come(self, view, cells, behind)
 
-    monkeypatch.setattr(Renderer, "_come_into_sight", count)
+    monkeypatch.setattr(rounds.Rounds, "_come_into_sight", count)
     places, rng = crowd(1, 400)
     with Both(gl_device, library, places, representation) as both:
         for _ in range(12):

@@ -18,7 +18,7 @@ def test_the_bust_agrees_with_its_mesh_at_every_pose(real_scenes):
         for time in path.frames():
             pictures = []
             for representation in (Representation.DPCI, Representation.MESH):
-                headless.renderer.representation = representation
+                headless.renderer.placed.representation = representation
                 headless.draw(View(path.sample(time), (1024, 768)), transparent=True)
                 pictures.append(headless.pixels().astype(float) / 255)
             masks = [picture[..., 3] > 0 for picture in pictures]

@@ -250,7 +250,7 @@ def test_maps_are_redrawn_only_when_they_change(studio, library):
         assert (stage.share() == before).all()
         assert stage.draw(view_of((0.131, 1.601, 5.07), (0.001, 1.0, 0.0)))["shadow_maps"] == 0
         scene.objects.position[0, 0] += 0.3
-        stage.renderer.objects_moved(slice(0, 1))
+        stage.renderer.placed.moved(slice(0, 1))
         assert stage.draw(view)["shadow_maps"] == 3
         assert (stage.share() != before).any()
         scene.environment.sun.direction = (0.1, -1.0, 0.2)

@@ -68,7 +68,7 @@ def test_walking_stands_on_the_scenes_ground():
 def test_a_representation_reaches_the_renderer():
     walk = state()
     walk.represent(Representation.MESH)
-    assert walk.renderer.representation is Representation.MESH and "mesh" in walk.toast
+    assert walk.renderer.placed.representation is Representation.MESH and "mesh" in walk.toast
 
 
 def test_frame_times_are_smoothed_over_half_a_second():

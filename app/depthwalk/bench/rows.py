@@ -182,7 +182,7 @@ def _tuned(
     tuned["re-warped"] = _BIAS.turn(drawn["re-warped"], bias), flip
     setting = _BIAS.turn(drawn["dpci"], bias)
     tuned["dpci"] = setting, path_flip(drawn["dpci"], walk.approaches, references, pool)
-    if len(drawn["mesh"].renderer.objects()) <= MOST_MESHES:
+    if len(drawn["mesh"].renderer.placed.objects()) <= MOST_MESHES:
         tuned["mesh"] = "", path_flip(drawn["mesh"], stills, references, pool)
     return tuned
 

@@ -95,7 +95,7 @@ def main(
     samples: list[tuple[int, int, int]] = []
     with open_headless(loaded, size, representation(representation_name)) as headless:
         headless.renderer.remembers = True
-        walk = random_walk(headless.renderer.bounds(), frames)
+        walk = random_walk(headless.renderer.placed.bounds(), frames)
         with frame_progress("walking", frames) as advance:
             for number, camera in enumerate(walk):
                 headless.draw(View(camera, size))

@@ -80,7 +80,7 @@ class TwinRenderer:
         return sum(_gl_bytes(getattr(part, field.name)) for part in drawn for field in fields(part))
 
     def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
-        self._headless.renderer.representation = representation
+        self._headless.renderer.placed.representation = representation
         view = view_of(self._sphere, viewpoint, self.size)
         self._headless.draw(view)
         return Shot(self._headless.pixels()[..., :3].copy(), self._headless.linear_image().distance)

@@ -115,6 +115,11 @@ class AssetStore:
         """One more than the largest number given."""
         return len(self._library) + len(self._assets)
 
+    @property
+    def first_depth(self) -> int:
+        """The number from which on depth objects are numbered."""
+        return len(self._library)
+
     def knows(self, asset: int) -> bool:
         """Whether `depth_numbers` need not read the depth images of `asset`."""
         return asset in self._numbers
@@ -241,6 +246,7 @@ class AssetStore:
         return WHITE if path is None else self._library.texture(path)
 
     def release(self) -> None:
+        self.before_release()
         self.gl.release()
         self._depth.clear()
         self._prepared.clear()

@@ -91,9 +91,9 @@ class _Walk:
         self._draw_progress()
         renderer = Renderer(self._device, self._scene, self._library)
         self._releases.append(renderer.release)
-        renderer.representation = representation
+        renderer.placed.representation = representation
         renderer.remembers = True
-        renderer.table()
+        renderer.placed.table()
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
         width, height = self._window.size
@@ -171,11 +171,11 @@ class _Walk:
         start = time.perf_counter()
         renderer = self._state.renderer
         try:
-            renderer.table()
+            renderer.placed.table()
         except InputError as error:
             self._state.tell(str(error))
-            renderer.representation = None
-            renderer.table()
+            renderer.placed.representation = None
+            renderer.placed.table()
         self._progress.clear()
         self._then += time.perf_counter() - start  # no time passes for the viewer meanwhile
 

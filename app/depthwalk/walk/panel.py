@@ -71,7 +71,7 @@ def _end() -> Area:
 
 
 def _draw_view(state: State) -> None:
-    current = _CHOICES.index(state.renderer.representation)
+    current = _CHOICES.index(state.renderer.placed.representation)
     names = [representation_name(choice) for choice in _CHOICES]
     changed, index = imgui.combo("representation", current, names)
     if changed:

@@ -141,7 +141,7 @@ class State:
         self.pull.advance(lens, dt)
 
     def represent(self, wanted: Representation | None) -> None:
-        self.renderer.representation = wanted
+        self.renderer.placed.representation = wanted
         self.tell(f"Representation: {representation_name(wanted)}")
 
 

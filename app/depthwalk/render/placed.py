@@ -1,0 +1,104 @@
+"""The scene's objects as they are drawn, in arrays that stay until objects move or are to be drawn otherwise."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.bounds import Bounds, object_bounds
+from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
+from depthwalk.render.cells import Cells, sort_into_cells
+from depthwalk.render.plan import AssetTable
+from depthwalk.render.prepared import Form
+from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.scene import Scene
+
+Rows = NDArray[np.integer]
+
+
+class Placed:
+    """What is made of a scene for drawing it: each array when it is first asked for."""
+
+    def __init__(self, scene: Scene, library: Library, assets: AssetStore) -> None:
+        self._scene, self._library, self._assets = scene, library, assets
+        self._representation: Representation | None = None
+        self._table: AssetTable | None = None
+        self._objects: Objects | None = None
+        self._bounds: Bounds | None = None
+        self._cells: Cells | None = None
+
+    def objects(self) -> Objects:
+        """By the representation asked for: a row for each part of their depth images, in its frame. `asset` holds
+        numbers of `AssetStore`."""
+        if self._objects is None:
+            self._objects = place_objects(self._scene, self._library, self._assets, self._representation)
+        return self._objects
+
+    def table(self) -> AssetTable:
+        """Bounds, cylinders and index ranges of the assets, which are loaded for it."""
+        lod, warp = self._scene.render.lod, self._scene.render.warp
+        form = Form("paper" in (lod.mode, lod.cases) or warp.order == "epipole", lod.cases == "paper")
+        if self._assets.form != form:
+            self._assets.release()
+            self._assets.form, self._table = form, None
+        if self._table is None:
+            self._table = asset_table(self.objects(), self._library, self._assets)
+        return self._table
+
+    def bounds(self) -> Bounds:
+        """Where the objects are."""
+        if self._bounds is None:
+            table = self.table()
+            self._bounds = object_bounds(self.objects(), table.centre, table.reach)
+        return self._bounds
+
+    def cells(self) -> Cells:
+        """The objects in cells of neighbours."""
+        if self._cells is None:
+            self._cells = sort_into_cells(self.bounds())
+        return self._cells
+
+    def moved(self, changed: slice | None = None) -> None:
+        """To be called after `set_node_transform`, with the slice of the scene's objects that it returned; None: any
+        may have moved."""
+        if changed is None or self._cells is None or self._bounds is None:
+            self._objects = self._bounds = self._cells = None
+            return
+        if changed.start == changed.stop:
+            return
+        context = self._scene, self._library, self._assets, self._representation
+        table, objects, rows = self.table(), self.objects(), placed_rows(*context, changed)
+        objects.put(rows, place_objects(*context, changed))
+        self._bounds.put(rows, object_bounds(objects.take(rows), table.centre, table.reach))
+        self._cells.refit(self._bounds, rows)
+
+    @property
+    def representation(self) -> Representation | None:
+        """How all objects are drawn whose asset allows it; None: as the scene says."""
+        return self._representation
+
+    @representation.setter
+    def representation(self, wanted: Representation | None) -> None:
+        if wanted is not self._representation:
+            self._representation = wanted
+            self._objects = self._table = self._bounds = self._cells = None
+
+
+class Uploads:
+    """What the objects of one frame need on the GPU, in the order in which they are asked for.
+
+    seconds: after which no further upload begins, see `AssetStore.stream`.
+    """
+
+    def __init__(self, placed: Placed, assets: AssetStore, seconds: float | None) -> None:
+        self._asset, self._assets, self._seconds = placed.objects().asset, assets, seconds
+        self._needed: list[int] = []
+
+    def there(self, rows: Rows) -> Rows:
+        """Those of the objects `rows` (m,), nearest first, whose assets are on the GPU, once what fits the time and the
+        budget has been brought there."""
+        asset = self._asset[rows]
+        numbers, first = np.unique(asset, return_index=True)
+        depth = numbers[np.argsort(first)]
+        self._needed += (n for n in depth[depth >= self._assets.first_depth].tolist() if n not in self._needed)
+        there = self._assets.stream(self._needed, self._seconds)
+        return rows if there[numbers].all() else rows[there[asset]]

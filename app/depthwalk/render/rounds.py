@@ -1,0 +1,151 @@
+"""A frame's objects in rounds, from the nearest to the farthest, less what the rounds before hide. See
+`render.occlusion`."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.timers import PassTimers
+from depthwalk.render.antialiasing import tile_layout
+from depthwalk.render.depth_cells import DepthCells
+from depthwalk.render.occlusion import FIRST_PORTION, FIRST_ROUND, Cylinders, Hider, cylinders, growth, hidden, outlines
+from depthwalk.render.placed import Placed, Uploads
+from depthwalk.render.plan import FramePlan, Planner
+from depthwalk.render.settings import RenderSettings
+from depthwalk.render.targets import Targets
+from depthwalk.render.view import View
+
+Rows = NDArray[np.integer]
+Array = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class InSight:
+    """What a view may show, before anything is known to hide anything.
+
+    rows: (m,) objects, nearest first; portions: numbers of the cells whose objects are farther, nearest first; forward,
+    reach: (k,) where those objects and cells are along the view axis, and how far they reach along it, metres.
+    """
+
+    rows: Rows
+    portions: list[Rows]
+    forward: Array
+    reach: Array
+
+
+class Rounds:
+    """Decides what each round draws. Between frames it keeps intermediate images, and what was seen last."""
+
+    def __init__(self, device: Device, settings: RenderSettings, placed: Placed, timers: PassTimers) -> None:
+        self._device, self._settings, self._placed, self._timers = device, settings, placed, timers
+        self._planner = Planner()
+        self._depth_cells: DepthCells | None = None  # from when there is something to cull
+        self._shown = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
+
+    def in_sight(self, view: View) -> InSight:
+        """The objects that may show, those far off in whole cells; all one by one where nothing is to hide others."""
+        culling, bounds, cells = self._settings.culling, self._placed.bounds(), self._placed.cells()
+        with self._timers.measure_cpu("cull"):
+            nearest, *others = cells.portions(view, culling.min_pixels, FIRST_PORTION)
+            rows, forward = cells.visible(view, bounds, culling.min_pixels, nearest)
+            far_forward, far_reach = cells.along(view, np.concatenate([nearest[:0], *others]))
+            near_reach = bounds.reach[rows]
+            if not culling.occlusion:
+                rows = np.concatenate(
+                    [rows, *(cells.visible(view, bounds, culling.min_pixels, each)[0] for each in others)]
+                )
+                others = []
+            along = np.concatenate([forward, far_forward]), np.concatenate([near_reach, far_reach])
+            return InSight(rows, others, *along)
+
+    def plans(
+        self, view: View, in_sight: InSight, targets: Targets, uploads: Uploads, remembers: bool
+    ) -> Iterator[FramePlan]:
+        """The plans of the rounds, each to be drawn into `targets` before the next is asked for. remembers: what the
+        frames before found may be used."""
+        portions, occlusion = list(in_sight.portions), self._settings.culling.occlusion
+        now, left = self._first_round(self._there(in_sight.rows, uploads), remembers)
+        size, number = max(len(now), FIRST_ROUND), 1
+        goes_on = False
+        while not goes_on or len(now):
+            plan = self._plan(view, now, targets, goes_on, number, remembers)
+            goes_on, number = True, number + len(plan.numbered)
+            yield plan
+            self._shown[now] = True
+            tested_again = now if remembers and len(now) > FIRST_ROUND else now[:0]
+            if not occlusion or not (len(left) or portions or len(tested_again)):
+                return
+            with self._timers.measure_cpu("occlusion"):
+                behind = self._hider(view, targets)
+                unseen, forgotten = np.split(behind(self._held(np.append(left, tested_again))), [len(left)])
+            self._shown[tested_again[forgotten]] = False
+            plan.counts["occluded"] = int(unseen.sum())
+            size *= growth(unseen)
+            left = left[~unseen]
+            while not len(left) and portions:
+                left, occluded = self._come_into_sight(view, portions.pop(0), behind)
+                left = self._there(left, uploads)
+                plan.counts["occluded"] += occluded
+            now, left = left[:size], left[size:]
+
+    def _first_round(self, visible: Rows, remembers: bool) -> tuple[Rows, Rows]:
+        """Which of the objects `visible` (m,), nearest first, are drawn before any is tested, and the others. With
+        memory, what the last frame showed; where that is too little, as after a jump, the nearest too."""
+        if len(self._shown) != len(self._placed.objects()):
+            self._shown = np.zeros(len(self._placed.objects()), bool)
+        if not self._settings.culling.occlusion:
+            return visible, visible[:0]
+        first = self._shown[visible] & remembers
+        self._shown[:] = False
+        if first.sum() < FIRST_ROUND:
+            first[:FIRST_ROUND] = True
+        return visible[first], visible[~first]
+
+    def _come_into_sight(self, view: View, cells: Rows, behind: Hider) -> tuple[Rows, int]:
+        """The objects (m,) of `cells` that are not `behind` what is drawn, nearest first, and how many are; cells that
+        are hidden count whole."""
+        sorted_cells, bounds = self._placed.cells(), self._placed.bounds()
+        with self._timers.measure_cpu("occlusion"):
+            unseen = behind(sorted_cells.cylinders(cells))
+        with self._timers.measure_cpu("cull"):
+            rows, _ = sorted_cells.visible(view, bounds, self._settings.culling.min_pixels, cells[~unseen])
+        with self._timers.measure_cpu("occlusion"):
+            hidden_rows = behind(self._held(rows))
+        return rows[~hidden_rows], sorted_cells.objects(cells[unseen]) + int(hidden_rows.sum())
+
+    def _there(self, rows: Rows, uploads: Uploads) -> Rows:
+        with self._timers.measure_cpu("upload"):
+            return uploads.there(rows)
+
+    def _plan(self, view: View, rows: Rows, targets: Targets, goes_on: bool, number: int, remembers: bool) -> FramePlan:
+        """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
+        placed, settings = self._placed, self._settings
+        arrays = placed.objects(), placed.bounds(), rows, placed.table()
+        groups = settings.lod, tile_layout(settings, settings.warp, remembers), settings.mesh
+        with self._timers.measure_cpu("plan"):
+            return self._planner.plan(view, *arrays, *groups, targets.atlas_size, goes_on, number)
+
+    def _held(self, rows: Rows) -> Cylinders:
+        """What holds the objects `rows` (n,)."""
+        table, centre = self._placed.table(), self._placed.bounds().centre
+        return cylinders(self._placed.objects().take(rows), centre[rows], table.half_height, table.girth)
+
+    def _hider(self, view: View, targets: Targets) -> Hider:
+        """Tells which cylinders are hidden behind what is drawn so far."""
+        lod, warp = self._settings.lod, self._settings.warp
+        if self._depth_cells is None:
+            self._depth_cells = DepthCells(self._device, view.size)
+        farthest, side = self._depth_cells.read(targets), self._depth_cells.side
+        # Tiles, and geometry, may be coarser than pixels. That a kept tile would show its object elsewhere, beside what
+        # hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
+        margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
+        return lambda held: hidden(outlines(view, held, margin), farthest, side)
+
+    def resized(self) -> None:
+        """To be called when the targets have another size."""
+        if self._depth_cells is not None:
+            self._depth_cells.release()
+        self._depth_cells = None
