@@ -21,6 +21,7 @@ _SECTIONS = {  # models in the order of the page, and their headings
     "ObjectParams": "Object",
     "GridParams": "grid",
     "ScatterParams": "scatter",
+    "PlacesParams": "places",
     "GroupParams": "group",
     "Environment": "environment",
     "SkyParams": "sky",

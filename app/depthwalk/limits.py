@@ -1,6 +1,7 @@
 """Upper bounds on what an input may ask for, each checked before memory is allocated."""
 
 MAX_SCENE_BYTES = 16 << 20  # a scene or path file; a million objects come from `grid`, not from text
+MAX_PLACES_BYTES = 1 << 29  # a file of places: text of the most objects there may be
 MAX_MESH_BYTES = 4 << 30
 MAX_MESH_TRIANGLES = 200_000_000
 MAX_TEXTURE_SIDE = 16_384  # the GL 3.3 floor of common hardware

@@ -92,7 +92,7 @@ MESSAGES = {
         "7:36: objects[1].representation: 'dpci' is not possible, asset 'plain' has no dpci",
     ],
     "no-kind": [
-        "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'scatter'",
+        "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'places', 'scatter'",
     ],
     "no-version": [
         "1:1: missing key 'version'",
@@ -136,7 +136,7 @@ MESSAGES = {
         "2:1: not valid YAML: a second document starts here",
     ],
     "two-kinds": [
-        "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'scatter'",
+        "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'places', 'scatter'",
     ],
     "unknown-asset": [
         "7:20: objects[1].grid.asset: unknown asset 'bix'; did you mean 'box'?",

@@ -15,7 +15,7 @@ def test_items_are_one_of_four_kinds() -> None:
     schema = scene_json_schema()
     branches = schema["properties"]["objects"]["items"]["oneOf"]
     models = [schema["$defs"][branch["$ref"].rsplit("/", 1)[1]] for branch in branches]
-    assert [model["required"] for model in models] == [["asset"], ["grid"], ["group"], ["scatter"]]
+    assert [model["required"] for model in models] == [["asset"], ["grid"], ["group"], ["places"], ["scatter"]]
     assert all(model["additionalProperties"] is False and model["description"] for model in models)
 
 

@@ -1,7 +1,7 @@
 """The scene graph as arrays: a row per item of the file, then every instance at once, with no loop over instances."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from depthwalk.scene.schema import (
     GroupParams,
     ItemParams,
     ObjectParams,
+    PlacesItemParams,
+    PlacesParams,
     ScatterItemParams,
     ScatterParams,
 )
@@ -30,7 +32,8 @@ from depthwalk.scene.validate import Source
 MAX_WORLD_COORDINATE = 1e7  # metres
 MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
 
-Spec = ObjectParams | GridParams | ScatterParams | GroupParams
+Spec = ObjectParams | GridParams | PlacesParams | ScatterParams | GroupParams
+Places = Mapping[Loc, Similarity]  # what the files of `places` items hold, by where those stand in the scene file
 
 _BY_LABEL = {kind.label: kind for kind in Representation}
 
@@ -91,18 +94,18 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
     return errors
 
 
-def flatten(rows: list[Row], assets: Mapping[str, AssetParams], source: Source) -> Flat:
+def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, source: Source) -> Flat:
     """Nodes and objects of the rows.
 
     Raises InputError, before anything is allocated, where there are too many objects; where a scatter finds no room;
     where nested transforms leave the range of the arrays.
     """
-    own = _own_counts(rows, source)
+    own = _own_counts(rows, places, source)
     nodes = _nodes(rows, own)
     place_nodes(nodes, 0, len(nodes))
     _check_range(nodes.world, rows, source)
     owner = np.repeat(np.arange(len(rows), dtype=np.int32), own)
-    instances = _instances(rows, own, source)
+    instances = _instances(rows, own, places, source)
     asset, representation = _looks(rows, assets)
     count = len(owner)
     objects = Objects(
@@ -129,6 +132,8 @@ def _unwrap(loc: Loc, item: ItemParams) -> tuple[Loc, Spec]:
             return (*loc, "grid"), item.grid
         case GroupItemParams():
             return (*loc, "group"), item.group
+        case PlacesItemParams():
+            return (*loc, "places"), item.places
         case ScatterItemParams():
             return (*loc, "scatter"), item.scatter
     return loc, item
@@ -153,7 +158,7 @@ def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[
     return asset, representation
 
 
-def _own_counts(rows: list[Row], source: Source) -> list[int]:
+def _own_counts(rows: list[Row], places: Places, source: Source) -> list[int]:
     """Objects that each row holds itself."""
     counts, total = [], 0
     for row in rows:
@@ -162,11 +167,13 @@ def _own_counts(rows: list[Row], source: Source) -> list[int]:
                 counts.append(row.spec.count[0] * row.spec.count[1])
             case ScatterParams():
                 counts.append(row.spec.count)
+            case PlacesParams():
+                counts.append(len(places[row.loc]))
             case spec:
                 counts.append(int(isinstance(spec, ObjectParams)))
         total += counts[-1]
         if total > MAX_INSTANCES:
-            loc = row.loc if isinstance(row.spec, ObjectParams) else (*row.loc, "count")
+            loc = (*row.loc, "count") if isinstance(row.spec, GridParams | ScatterParams) else row.loc
             raise source.error(loc, f"makes {total} objects in all; the limit is {MAX_INSTANCES}")
     return counts
 
@@ -182,7 +189,7 @@ def _nodes(rows: list[Row], own: list[int]) -> Nodes:
     local = Similarity(
         np.array([row.spec.position for row in rows], float).reshape(-1, 3),
         np.radians(np.array([row.spec.yaw for row in rows], float)),
-        # The scale of a grid or a scatter is its objects': spacing stays in metres.
+        # The scale of a grid, of places or a scatter is its objects': spacing stays in metres.
         np.array([row.spec.scale if isinstance(row.spec, ObjectParams | GroupParams) else 1 for row in rows], float),
     )
     return Nodes(
@@ -197,7 +204,7 @@ def _nodes(rows: list[Row], own: list[int]) -> Nodes:
     )
 
 
-def _instances(rows: list[Row], own: list[int], source: Source) -> Similarity:
+def _instances(rows: list[Row], own: list[int], places: Places, source: Source) -> Similarity:
     instances = identities(sum(own), np.float32)
     first = 0
     for row, count in zip(rows, own, strict=True):
@@ -206,6 +213,9 @@ def _instances(rows: list[Row], own: list[int], source: Source) -> Similarity:
             instances[slice(first, first + count)] = grid_instances(spec.count, spec.spacing, spec.scale)
         elif isinstance(spec, ScatterParams):
             instances[slice(first, first + count)] = _scattered(row.loc, spec, source)
+        elif isinstance(spec, PlacesParams):
+            read = places[row.loc]
+            instances[slice(first, first + count)] = replace(read, scale=read.scale * np.float32(spec.scale))
         first += count
     return instances
 

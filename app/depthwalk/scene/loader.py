@@ -9,15 +9,16 @@ from depthwalk.scene.document import Loc
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.files import FileFinder, make_finder
 from depthwalk.scene.flatten import flatten, list_rows, reference_errors
+from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset, Scene
-from depthwalk.scene.schema import AssetParams, DpciParams, MeshAssetParams, SceneFile
+from depthwalk.scene.schema import AssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
 from depthwalk.scene.validate import load_model, raise_all
 
 
 def load_scene(
     path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
-    """Load a scene file. Opens no asset, but makes sure that each is there.
+    """Load a scene file. Opens no asset, only files of places, but makes sure that each is there.
 
     path:        the file; errors cite it as given.
     asset_roots: folders besides the scene's own in which its files may lie; the program's own assets come last.
@@ -30,8 +31,12 @@ def load_scene(
     finder = make_finder(path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder)
+    named = {
+        row.loc: finder.find((*row.loc, "file"), row.spec.file) for row in rows if isinstance(row.spec, PlacesParams)
+    }
     raise_all(reference_errors(rows, file.assets, source) + finder.errors)
-    flat = flatten(rows, file.assets, source)
+    places = {loc: read_places(found) for loc, found in named.items()}
+    flat = flatten(rows, file.assets, places, source)
     return Scene(
         path=path,
         assets=assets,

@@ -202,6 +202,15 @@ class ScatterParams(PlacedParams):
     representation: RepresentationName | None = param(None, "How they are drawn; absent: dpci where the asset has it")
 
 
+class PlacesParams(PlacedParams):
+    """Objects of one asset where a file says."""
+
+    asset: str = param(..., "Name of the asset")
+    file: FilePath = param(..., "CSV with the columns x, y, z and, if wanted, yaw, scale; or NPY of those, (n, 3 to 5)")
+    scale: Scale = param(1.0, "Size of each object relative to the asset, beside the file's")
+    representation: RepresentationName | None = param(None, "How they are drawn; absent: dpci where the asset has it")
+
+
 class GroupParams(PlacedParams):
     """Nodes that share a transform."""
 
@@ -221,6 +230,12 @@ class ScatterItemParams(FileParams):
     scatter: ScatterParams = param(..., "Objects at random places")
 
 
+class PlacesItemParams(FileParams):
+    """Objects from a file of places."""
+
+    places: PlacesParams = param(..., "Objects where a file says")
+
+
 class GroupItemParams(FileParams):
     """A group of nodes."""
 
@@ -231,8 +246,9 @@ ItemParams = Annotated[
     Annotated[ObjectParams, Tag(KIND + "asset")]
     | Annotated[GridItemParams, Tag(KIND + "grid")]
     | Annotated[GroupItemParams, Tag(KIND + "group")]
+    | Annotated[PlacesItemParams, Tag(KIND + "places")]
     | Annotated[ScatterItemParams, Tag(KIND + "scatter")],
-    _kind("asset", "grid", "group", "scatter"),
+    _kind("asset", "grid", "group", "places", "scatter"),
 ]
 
 

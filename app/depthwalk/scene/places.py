@@ -1,0 +1,99 @@
+"""Files of places, as other programs export them: where the instances of a `places` item stand within their node."""
+
+import csv
+import io
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError, suggest
+from depthwalk.limits import MAX_INSTANCES, MAX_PLACES_BYTES
+from depthwalk.scene.fields import MAX_COORDINATE, MAX_SCALE, MIN_SCALE
+from depthwalk.scene.similarity import Similarity
+
+_COLUMNS = "x", "y", "z", "yaw", "scale"  # metres, degrees; the first three must be there
+_LIMITS = {"x": (-MAX_COORDINATE, MAX_COORDINATE), "yaw": (-36000, 36000), "scale": (MIN_SCALE, MAX_SCALE)}
+_LIMITS |= {"y": _LIMITS["x"], "z": _LIMITS["x"]}
+_BROKEN = (OSError, ValueError, TypeError, EOFError, MemoryError)
+
+
+def read_places(path: Path) -> Similarity:
+    """The instances (n,), float32, of a file: `.npy`, an array (n, 3 to 5) of x y z yaw scale, or text whose first line
+    names the columns, `x,y,z,yaw,scale` in any order, yaw and scale where they are wanted.
+
+    Raises InputError with the line, or the row of an array, before more than MAX_INSTANCES are read.
+    """
+    if path.stat().st_size > MAX_PLACES_BYTES:
+        raise InputError(f"{path}: too large: the limit is {MAX_PLACES_BYTES} bytes")
+    names, values, first = _read_npy(path) if path.suffix.lower() == ".npy" else _read_text(path)
+    for name, column in zip(names, values.T, strict=True):
+        low, high = _LIMITS[name]
+        fits = (column >= low) & (column <= high)  # nor is NaN
+        if not fits.all():
+            row = int(np.argmin(fits))
+            raise InputError(f"{path}:{row + first}: {name} is {column[row]:g}; it must be {low:g} to {high:g}")
+    of = dict(zip(names, values.astype(np.float32).T, strict=True))
+    count = len(values)
+    return Similarity(
+        np.stack([of["x"], of["y"], of["z"]], 1),
+        np.radians(of.get("yaw", np.zeros(count, np.float32))),
+        of.get("scale", np.ones(count, np.float32)),
+    )
+
+
+def _read_npy(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
+    """The columns' names, the values (n, columns), and what the first row is called in a complaint."""
+    try:
+        values = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: a lying header allocates nothing
+    except _BROKEN:
+        raise InputError(f"{path}: cannot be read as an NPY array") from None
+    if values.ndim != 2 or not 3 <= values.shape[1] <= len(_COLUMNS) or values.dtype.kind not in "fiu":
+        raise InputError(f"{path}: must be numbers of shape (n, 3 to 5), not {values.dtype} of {values.shape}")
+    _check_count(path, len(values))
+    return _COLUMNS[: values.shape[1]], np.array(values, np.float64), 0
+
+
+def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
+    """As `_read_npy`."""
+    try:
+        head, _, body = path.read_text("utf-8-sig").partition("\n")
+    except (OSError, ValueError):
+        raise InputError(f"{path}: cannot be read as UTF-8 text") from None
+    names = tuple(name.strip() for name in next(csv.reader([head]), []))
+    for name in names:
+        if name not in _COLUMNS:
+            raise InputError(f"{path}:1: unknown column {name[:40]!r}{suggest(name, list(_COLUMNS))}")
+    if len(set(names)) < len(names) or not set(_COLUMNS[:3]) <= set(names):
+        raise InputError(f"{path}:1: the first line must name the columns x, y, z, and may name yaw, scale, once each")
+    _check_count(path, body.count("\n"))
+    return names, _numbers(path, body, len(names)), 2
+
+
+def _numbers(path: Path, body: str, columns: int) -> NDArray[np.float64]:
+    """The lines of `body`, the second and all that follow of the file, as (n, columns)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # there are no lines
+        try:
+            values = np.loadtxt(io.StringIO(body), delimiter=",", comments=None, ndmin=2).reshape(-1, columns)
+            if len(values) == len(body.splitlines()):
+                return values
+        except (ValueError, OverflowError):
+            pass
+    for line, text in enumerate(body.splitlines(), 2):
+        fields = text.split(",")
+        if len(fields) != columns:
+            raise InputError(
+                f"{path}:{line}: has {len(fields) if text.strip() else 0} columns, the first line {columns}"
+            )
+        for field in fields:
+            if not re.fullmatch(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", field):
+                raise InputError(f"{path}:{line}: {field.strip()[:40]!r} is not a number")
+    raise InputError(f"{path}: cannot be read as numbers")
+
+
+def _check_count(path: Path, count: int) -> None:
+    if count > MAX_INSTANCES:
+        raise InputError(f"{path}: holds {count} places; the limit is {MAX_INSTANCES}")
