@@ -55,6 +55,36 @@ def test_packing_leaves_the_rest_free(tiles, size):
         assert atlas.allocate(np.array([SIDE, SIDE])) is not None
 
 
+@given(steps, arrays(np.int64, st.tuples(st.integers(1, 40), st.just(2)), elements=st.integers(1, 20)))
+def test_many_at_once_lie_beside_the_others(steps, tiles):
+    atlas, held = Atlas((SIDE, SIDE)), []
+    for step in steps:
+        if isinstance(step, np.ndarray):
+            if (slot := atlas.allocate(step)) is not None:
+                held.append(slot)
+        elif held:
+            atlas.release(held.pop(step % len(held))[None])
+    before = atlas.free_texels
+    if not before:
+        return
+    slots = atlas.allocate_all(tiles)
+    if slots is None:
+        assert atlas.free_texels == before
+        return
+    assert (slots[:, 2:] >= tiles).all()
+    held += list(slots)
+    texels = covered(held)
+    assert texels.max() <= 1
+    assert atlas.free_texels == (texels == 0).sum()
+    atlas.release(np.array(held))
+    assert atlas.free_texels == SIDE * SIDE
+
+
+def test_an_empty_atlas_holds_what_is_packed():
+    tiles = np.random.default_rng(0).integers(1, 9, (60, 2))
+    np.testing.assert_array_equal(Atlas((SIDE, SIDE)).allocate_all(tiles), Atlas((SIDE, SIDE)).pack(tiles))
+
+
 def test_a_tile_that_is_too_large_finds_no_slot():
     atlas = Atlas((SIDE, SIDE))
     assert atlas.allocate(np.array([SIDE + 1, 1])) is None

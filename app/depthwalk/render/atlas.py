@@ -50,6 +50,19 @@ class Atlas:
             self._free = np.concatenate([self._free, rest[1:]])
         return np.array([x, y, width, height])
 
+    def allocate_all(self, sizes: Rows) -> Rows | None:
+        """Slots (n, 4) for tiles of `sizes` (n, 2), packed into the largest free rectangle at once; None where that
+        does not hold them."""
+        largest = int(np.argmax(self._free[:, 2:].prod(1)))
+        x, y, width, height = self._free[largest].tolist()
+        within = Atlas((width, height))
+        slots = within.pack(sizes) if sizes[:, 0].max() <= width else None
+        if slots is None:
+            return None
+        place = np.array([x, y, 0, 0])
+        self._free = np.concatenate([np.delete(self._free, largest, 0), within._free + place])
+        return slots + place
+
     def release(self, slots: Rows) -> None:
         """Gives slots (n, 4) back; neighbours that are free and make a rectangle become one."""
         free = np.concatenate([self._free, slots])
