@@ -11,7 +11,8 @@ uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
 uniform usampler2D atlas_owner;
 uniform vec2 depth_from_inverse;    // depth buffer = x − y / distance along the view axis
 
-flat in uint object;
+flat in uint object;                // the first that the tile shows
+flat in uint objects;
 flat in vec4 tile;
 
 layout(location = 0) out uvec2 visible;
@@ -37,6 +38,7 @@ vec4 four_depths(ivec2 low) {
 // behind it is the farther of the two. Gives its depth and moves `nearest` there, or 1 where there is no crack.
 // before, after: the four depths from `nearest` − 1 and from `nearest` on.
 float across_crack(inout ivec2 nearest, vec4 before, vec4 after) {
+    if (objects > 1u) return 1.0;       // between two of them is no crack
     vec2 corner = vec2(nearest) - tile.xy;
     bvec2 inside = bvec2(corner.x >= 1.0 && corner.x + 2.0 <= tile.z, corner.y >= 1.0 && corner.y + 2.0 <= tile.w);
     float across = inside.x ? max(before.x, after.z) : 1.0;
@@ -130,6 +132,7 @@ void main() {
     float open;
     float inverse = inverse_distance(nearest, open);
     if (inverse == 0.0) discard;
-    visible = visible_from(object, texelFetch(atlas_owner, nearest, 0).r, inverse, open);
+    uint owner = texelFetch(atlas_owner, nearest, 0).r;
+    visible = visible_from(object + (owner >> IMAGE_BITS), owner & ((1u << IMAGE_BITS) - 1u), inverse, open);
     gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);      // as promised, against rounding
 }

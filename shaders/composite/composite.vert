@@ -19,10 +19,12 @@ in vec4 in_tile;                // x, y, width, height in texels
 in vec4 in_viewer;              // C, object frame; the object's scale
 in vec4 in_rotation;
 in vec2 in_pixel;               // of the picture, where the tile's corner lies, if its texels are the pixels
+in vec2 in_objects;             // number of its first object in the round; how many there are
 
-uniform uint first;             // number of the first object
+uniform uint first;             // number of the round's first object
 
-flat out uint object;
+flat out uint object;           // the first
+flat out uint objects;
 flat out vec4 tile;
 #ifdef ALIGNED
 flat out ivec2 texel_from_pixel;
@@ -53,7 +55,8 @@ void main() {
     vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
     vec3 to_plane = rotate(in_rotation, direction) * in_viewer.w;
     gl_Position = clip_from_eye * vec4(to_plane, 1.0);
-    object = first + uint(gl_InstanceID);
+    object = first + uint(in_objects.x);
+    objects = uint(in_objects.y);
     tile = in_tile;
 #ifdef ALIGNED
     texel_from_pixel = ivec2(in_tile.xy - in_pixel);

@@ -8,7 +8,7 @@ in uvec4 in_sample;      // position within the box, number of the image
 in vec4 in_right;       // plane axes, object frame; w: the epipole in them
 in vec4 in_up;
 in vec4 in_normal;      // toward the viewer; w: plane · normal
-in vec2 in_depths;      // D_t, of the viewer to the plane; the least w / λ of the object
+in vec3 in_depths;      // D_t, of the viewer to the plane; the least w / λ of the tile; what is added to numbers of images
 in vec3 in_to_x;        // homography from plane coordinates, relative to the epipole, to the atlas in clip space
 in vec3 in_to_y;
 in vec3 in_to_w;
@@ -36,5 +36,5 @@ void main() {
     gl_ClipDistance[1] = gl_Position.y - in_bounds.y * w;
     gl_ClipDistance[2] = in_bounds.z * w - gl_Position.x;
     gl_ClipDistance[3] = in_bounds.w * w - gl_Position.y;
-    image = sample_image(in_sample);
+    image = sample_image(in_sample) + uint(in_depths.z);
 }

@@ -7,7 +7,7 @@ import pytest
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.bounds import Bounds
-from depthwalk.render.plan import Rectangles
+from depthwalk.render.frame_plan import Rectangles
 from depthwalk.render.records import SURFACE_RECORD
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.shading import extents

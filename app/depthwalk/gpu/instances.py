@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Scope
 
+_TOO_LARGE = 16  # times the room needed: drivers allocate all of a buffer anew when its contents are replaced
+
 
 class InstanceStream:
-    """A buffer that holds one frame's records and grows as needed; attributes are named `in_` + field."""
+    """A buffer that holds one frame's records and grows and shrinks as needed; attributes are named `in_` + field."""
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
         self._scope = scope
@@ -25,9 +27,10 @@ class InstanceStream:
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
 
     def upload(self, records: NDArray[np.void]) -> None:
-        if records.nbytes > self._buffer.size:
+        room = 2 * max(records.nbytes, 128 * self._stride)
+        if records.nbytes > self._buffer.size or _TOO_LARGE * room < self._buffer.size:
             self._scope.free(self._buffer)
-            self._buffer = self._scope.buffer(reserve=2 * records.nbytes, dynamic=True)
+            self._buffer = self._scope.buffer(reserve=room, dynamic=True)
         if len(records):
             self._buffer.orphan()
             self._buffer.write(records.tobytes())

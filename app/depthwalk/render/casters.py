@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.cascades import Cascade, ShadowParams
+from depthwalk.render.frame_plan import AssetTable, Drawing, draw_groups
 from depthwalk.render.lod import Case, affordable_level, error_level
-from depthwalk.render.plan import AssetTable, Drawing, draw_groups
 from depthwalk.render.records import placed_records
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 

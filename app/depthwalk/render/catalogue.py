@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject, Face, square_texel
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.frame_plan import AssetTable
 from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
-from depthwalk.render.plan import AssetTable
 from depthwalk.render.planes import Volumes
 from depthwalk.render.rotation import multiply, rotate
 from depthwalk.scene.arrays import MESHES, Objects, Representation

@@ -10,7 +10,7 @@ from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
 from depthwalk.render.assets import AssetStore
 from depthwalk.render.casters import ShadowMap
-from depthwalk.render.plan import FramePlan
+from depthwalk.render.frame_plan import FramePlan
 from depthwalk.render.shading import Shading
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View

@@ -13,6 +13,7 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 
 _SHRINK = 0.7, 6  # resolution of a tile that finds no room, and how often it is tried
+_SPOILT = 1e-30  # pixels per metre: as far off as anything
 _SPARSE = 0.5  # an atlas that is used less but has no room is in pieces
 _MANY = 64  # tiles that are placed at once where they can be: one by one each fits more snugly, and takes 0.1 ms
 _SELDOM = 120  # frames from one packing to the next for that reason: it costs a frame without reuse
@@ -79,6 +80,11 @@ class TileCache:
         """The row (m,) in `tiles` of each object (m,); -1 where there is none."""
         return self._row[objects]
 
+    def spoil(self, objects: Rows) -> None:
+        """The tiles of `objects` (m,) are to be warped anew, whatever they are like."""
+        row = self._row[objects]
+        self.tiles.density[row[row >= 0]] = _SPOILT
+
     @property
     def shown_lately(self) -> int:
         """How many of the tiles the present frame has shown."""
@@ -107,7 +113,8 @@ class TileCache:
         that does not help, or now and then where the room lies in pieces: the atlas is then to be packed anew.
         """
         row = self._row[objects]
-        had = np.where((row >= 0)[:, None], self.tiles.slot[row], 0)
+        had = np.zeros((len(row), 4), np.int64)
+        had[row >= 0] = self.tiles.slot[row[row >= 0]]
         wanted = _roomy(sizes)
         stays = (had[:, 2:] >= sizes).all(1) & (had[:, 2:].prod(1) <= 2 * wanted.prod(1))
         self._atlas.release(had[~stays])

@@ -11,8 +11,8 @@ from depthwalk.bake.images import BakedObject
 from depthwalk.gpu.device import Scope
 from depthwalk.render.assets import AssetStore
 from depthwalk.render.epipole import Cells, draw_order, epipole, image_cells
+from depthwalk.render.frame_plan import Group
 from depthwalk.render.grids import GRID_LAYOUT, Grids, build_grids
-from depthwalk.render.plan import Group
 
 Kind = tuple[int, int]  # level and case
 

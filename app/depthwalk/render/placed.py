@@ -7,7 +7,8 @@ from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import Bounds, object_bounds
 from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
 from depthwalk.render.cells import Cells, sort_into_cells
-from depthwalk.render.plan import AssetTable
+from depthwalk.render.clusters import Clusters, make_clusters
+from depthwalk.render.frame_plan import AssetTable
 from depthwalk.render.prepared import Form
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
@@ -25,6 +26,7 @@ class Placed:
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
         self._cells: Cells | None = None
+        self._clusters: Clusters | None = None
 
     def objects(self) -> Objects:
         """By the representation asked for: a row for each part of their depth images, in its frame. `asset` holds
@@ -57,11 +59,19 @@ class Placed:
             self._cells = sort_into_cells(self.bounds())
         return self._cells
 
+    def clusters(self) -> Clusters:
+        """The objects of each cell in clusters that may share an intermediate image."""
+        if self._clusters is None:
+            objects, round_about = self.objects(), self.table().volumes.has_side
+            shareable = (objects.representation == Representation.DPCI) & round_about[objects.asset]
+            self._clusters = make_clusters(self.cells(), self.bounds(), shareable)
+        return self._clusters
+
     def moved(self, changed: slice | None = None) -> None:
         """To be called after `set_node_transform`, with the slice of the scene's objects that it returned; None: any
         may have moved."""
         if changed is None or self._cells is None or self._bounds is None:
-            self._objects = self._bounds = self._cells = None
+            self._objects = self._bounds = self._cells = self._clusters = None
             return
         if changed.start == changed.stop:
             return
@@ -69,7 +79,9 @@ class Placed:
         table, objects, rows = self.table(), self.objects(), placed_rows(*context, changed)
         objects.put(rows, place_objects(*context, changed))
         self._bounds.put(rows, object_bounds(objects.take(rows), table.centre, table.reach))
-        self._cells.refit(self._bounds, rows)
+        cells = self._cells.refit(self._bounds, rows)
+        if self._clusters is not None:
+            self._clusters.refit(self._bounds, cells)
 
     @property
     def representation(self) -> Representation | None:
@@ -80,7 +92,7 @@ class Placed:
     def representation(self, wanted: Representation | None) -> None:
         if wanted is not self._representation:
             self._representation = wanted
-            self._objects = self._table = self._bounds = self._cells = None
+            self._objects = self._table = self._bounds = self._cells = self._clusters = None
 
 
 class Uploads:
@@ -93,12 +105,14 @@ class Uploads:
         self._asset, self._assets, self._seconds = placed.objects().asset, assets, seconds
         self._needed: list[int] = []
 
-    def there(self, rows: Rows) -> Rows:
-        """Those of the objects `rows` (m,), nearest first, whose assets are on the GPU, once what fits the time and the
-        budget has been brought there."""
+    def there(self, rows: Rows) -> NDArray[np.bool_]:
+        """Whether (m,) the assets of the objects `rows` (m,), nearest first, are on the GPU, once what fits the time
+        and the budget has been brought there."""
         asset = self._asset[rows]
-        numbers, first = np.unique(asset, return_index=True)
-        depth = numbers[np.argsort(first)]
-        self._needed += (n for n in depth[depth >= self._assets.first_depth].tolist() if n not in self._needed)
-        there = self._assets.stream(self._needed, self._seconds)
-        return rows if there[numbers].all() else rows[there[asset]]
+        new = np.bincount(asset, minlength=len(self._assets)) > 0
+        new[: self._assets.first_depth] = new[self._needed] = False
+        if new.any():
+            numbers, first = np.unique(asset, return_index=True)
+            nearest = numbers[np.argsort(first)]
+            self._needed += nearest[new[nearest]].tolist()
+        return self._assets.stream(self._needed, self._seconds)[asset]

@@ -4,14 +4,14 @@
 that the shaders read. No GL here.
 """
 
-from dataclasses import dataclass, field, replace
-from operator import add
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
+from depthwalk.render.clusters import Clusters, member_records
+from depthwalk.render.frame_plan import AssetTable, Drawing, FramePlan, Rectangles, draw_groups
 from depthwalk.render.lod import (
     Case,
     LodParams,
@@ -22,126 +22,14 @@ from depthwalk.render.lod import (
     paper_cases,
 )
 from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
-from depthwalk.render.planes import MIN_PLANE_DISTANCE, Volumes, nearest_faces, viewer_in_object
-from depthwalk.render.records import placed_records
+from depthwalk.render.planes import MIN_PLANE_DISTANCE, nearest_faces, viewer_in_object
+from depthwalk.render.records import placed_records, warp_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 Array = NDArray[np.floating]
-
-_OF_ROUNDS: dict[str, Any] = {  # how the counts of a frame's rounds make its own; others are added up
-    "objects": max,
-    "atlas_used": max,
-    "tile_resolution": min,
-    "tile_error": max,
-}
-
-
-@dataclass(frozen=True)
-class AssetTable:
-    """What the plan must know of each of a meshes and depth objects; arrays (a,) unless said otherwise.
-
-    volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
-    sphere about the asset's own centre, object frame; half_height, girth: half the height and the radius of an upright
-    cylinder about it that holds all; index_first, index_count: (a, levels, cases, runs), see Grids; triangles:
-    (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; mesh_error,
-    mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0 where a mesh has no such level.
-    """
-
-    volumes: Volumes
-    texel: Array
-    levels: NDArray[np.int64]
-    centre: Array
-    reach: Array
-    half_height: Array
-    girth: Array
-    index_first: NDArray[np.int64]
-    index_count: NDArray[np.int64]
-    triangles: NDArray[np.int64]
-    error: Array
-    mesh_error: Array
-    mesh_triangles: NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Group:
-    """`count` instance records from `first` on are drawn with the same asset and indices."""
-
-    asset: int
-    first: int
-    count: int
-    indices: tuple[tuple[int, int], ...] = ()  # first index and number of indices of each run
-    clipped: bool = False  # samples may fall outside their tile
-    level: int = 0
-    case: int = Case.ALL
-
-
-@dataclass
-class Drawing:
-    """Instance records sorted so that each group is one run."""
-
-    records: NDArray[np.void]
-    groups: list[Group] = field(default_factory=list)
-
-    @classmethod
-    def joined(cls, drawings: list["Drawing"]) -> "Drawing":
-        """One after the other."""
-        starts = np.cumsum([0] + [len(each.records) for each in drawings]).tolist()
-        pairs = zip(starts, drawings, strict=False)
-        groups = [replace(group, first=start + group.first) for start, each in pairs for group in each.groups]
-        return cls(np.concatenate([each.records for each in drawings]), groups)
-
-
-@dataclass
-class Rectangles:
-    """What pass 2 draws: records of which the first `aligned` have texels that are pixels; of either, nearest first."""
-
-    records: NDArray[np.void]
-    aligned: int
-
-    @classmethod
-    def joined(cls, rectangles: list["Rectangles"]) -> "Rectangles":
-        """All of them; those of one round after those of another."""
-        first = [each.records[: each.aligned] for each in rectangles]
-        others = [each.records[each.aligned :] for each in rectangles]
-        return cls(np.concatenate(first + others), sum(each.aligned for each in rectangles))
-
-
-@dataclass
-class FramePlan:
-    """What the passes draw. counts: numbers for HUD and benchmark; cleared: (n, 4), slots of the atlas, x, y, width and
-    height, that pass 1 fills anew; numbered: (d,) rows of the objects that composite and dmesh draw, by the numbers
-    that they write for them, from `first_number` on; tiled: (d,), whether composite does."""
-
-    warp: Drawing
-    composite: Rectangles
-    dmesh: Drawing
-    mesh: Drawing
-    cleared: NDArray[np.integer]
-    counts: dict[str, int | float]
-    numbered: NDArray[np.integer]
-    tiled: NDArray[np.bool_]
-    first_number: int = 1
-
-    @classmethod
-    def joined(cls, rounds: list["FramePlan"]) -> "FramePlan":
-        """All that the rounds of a frame draw."""
-        if len(rounds) == 1:
-            return rounds[0]
-        drawings: dict[str, Any] = {
-            name: Drawing.joined([getattr(each, name) for each in rounds]) for name in ("warp", "dmesh", "mesh")
-        }
-        counts: dict[str, int | float] = {}
-        for each in rounds:
-            for name, count in each.counts.items():
-                counts[name] = _OF_ROUNDS.get(name, add)(counts[name], count) if name in counts else count
-        drawings["composite"] = Rectangles.joined([each.composite for each in rounds])
-        columns: dict[str, Any] = {
-            name: np.concatenate([getattr(each, name) for each in rounds]) for name in ("cleared", "numbered", "tiled")
-        }
-        return cls(**drawings, **columns, counts=counts)
 
 
 class Planner:
@@ -152,6 +40,7 @@ class Planner:
         self._tiles = TilePlanner()
         self._objects: Objects | None = None  # of the frame before, and what else its tiles were made for
         self._made_for: tuple[Any, ...] = ()
+        self._versions = np.zeros(0, np.int64)  # of the clusters whose tiles are kept
 
     def plan(
         self,
@@ -166,10 +55,12 @@ class Planner:
         atlas_size: tuple[int, int],
         goes_on: bool = False,
         first_number: int = 1,
+        clusters: Clusters | None = None,
     ) -> FramePlan:
         """The frame that shows the objects `visible` (m,), nearest first, of all `objects`; or where it `goes_on`, its
-        next round, when the one before is drawn. first_number: see `FramePlan`."""
-        self._forget_if_changed(view, objects, table, lod, layout, atlas_size)
+        next round, when the one before is drawn. first_number: see `FramePlan`; clusters: those that `plan_clusters`
+        may be asked for."""
+        self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
         placed, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
         if lod.freeze:
@@ -196,7 +87,7 @@ class Planner:
         order = np.lexsort((~work.whole, anew.case, anew.level, anew.objects.asset))
         anew = anew.take(order)
         runs = draw_groups(table, anew.objects.asset, anew.level, anew.case, ~work.whole[order])
-        warp = Drawing(work.warp[order], runs)
+        warp = Drawing(warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size)[order], runs)
         composite = Rectangles(work.composite, work.aligned)
 
         direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
@@ -216,6 +107,54 @@ class Planner:
         tiled = np.arange(len(numbered)) < len(composite.records)
         return FramePlan(warp, composite, dmesh, mesh, work.slots, counts, numbered, tiled, first_number)
 
+    def plan_clusters(
+        self,
+        view: View,
+        objects: Objects,
+        bounds: Bounds,
+        numbers: NDArray[np.integer],
+        table: AssetTable,
+        lod: LodParams,
+        layout: TileParams,
+        atlas_size: tuple[int, int],
+        first_number: int,
+        clusters: Clusters,
+    ) -> FramePlan:
+        """The round of a frame, after others, that shows the `clusters` `numbers` (m,), nearest first."""
+        changed = numbers[clusters.version[numbers] != self._versions[numbers]]
+        self._tiles.spoil(len(objects) + changed)
+        self._versions[changed] = clusters.version[changed]
+        some = clusters.order[clusters.first[numbers]]  # of each, what its members cost is guessed by
+        like = objects.take(some)
+        viewer = viewer_in_object(view, like.position, like.rotation, like.scale)
+        level, _ = choose_levels(view, like, bounds.take(some), viewer, table, lod)
+        shown = clusters.shown(view, numbers, like, level, table.triangles[like.asset, level])
+        work = self._tiles.plan(view, shown, layout, goes_on=True)
+
+        rows, count = clusters.members(numbers[work.anew])
+        tile = np.repeat(np.arange(len(count)), count)
+        within = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
+        members = objects.take(rows)
+        viewer = viewer_in_object(view, members.position, members.rotation, members.scale)
+        level, case = choose_levels(view, members, bounds.take(rows), viewer, table, lod)
+        whole = work.whole[tile]
+        order = np.lexsort((~whole, case, level, members.asset))
+        tile, members = tile[order], members.take(order)
+        planes, tiles, corners = work.planes.take(tile), work.tiles.take(tile), work.slots[tile, :2]
+        records = member_records(planes, tiles, corners, atlas_size, members, viewer[order], within[order])
+        warp = Drawing(records, draw_groups(table, members.asset, level[order], case[order], ~whole[order]))
+
+        numbered, count = clusters.members(numbers[work.drawn])
+        work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
+        composite, nothing = (
+            Rectangles(work.composite, work.aligned),
+            Drawing(placed_records(view.position, members.take(slice(0)))),
+        )
+        counts = _counts(len(objects), warp, composite, nothing, nothing, work)
+        counts |= {"dpci": len(numbered), "clusters": len(composite.records), "mesh_triangles": 0}
+        tiled = np.ones(len(numbered), bool)
+        return FramePlan(warp, composite, nothing, nothing, work.slots, counts, numbered, tiled, first_number)
+
     def _forget_if_changed(
         self,
         view: View,
@@ -224,16 +163,20 @@ class Planner:
         lod: LodParams,
         layout: TileParams,
         atlas_size: tuple[int, int],
+        clusters: Clusters | None,
     ) -> None:
         """Drops what is kept where it was made for other objects or with other settings. Where an object stands does
         not matter: it is compared by the viewer in its frame."""
-        made_for = table, lod.model_dump(), layout.model_dump(), view.size, atlas_size
+        made_for = table, clusters, lod.model_dump(), layout.model_dump(), view.size, atlas_size
         before = self._objects
-        same = before is not None and made_for[0] is self._made_for[0] and made_for[1:] == self._made_for[1:]
+        same = before is not None and all(a is b for a, b in zip(made_for[:2], self._made_for[:2], strict=True))
+        same = same and made_for[2:] == self._made_for[2:]
         self._objects, self._made_for = objects, made_for
         if same and (objects is before or _of_one_kind(objects, before)):
             return
-        self._tiles.forget(len(objects), atlas_size)
+        count = 0 if clusters is None else len(clusters)
+        self._tiles.forget(len(objects) + count, atlas_size)
+        self._versions = np.zeros(count, np.int64)
 
     def _frozen_levels(
         self, view: View, objects: Objects, bounds: Bounds, table: AssetTable, lod: LodParams
@@ -273,33 +216,6 @@ def choose_levels(
     return level, case.astype(np.int64)
 
 
-def draw_groups(
-    table: AssetTable,
-    asset: NDArray[np.integer],
-    level: NDArray[np.integer] | None = None,
-    case: NDArray[np.integer] | None = None,
-    clipped: NDArray[np.bool_] | None = None,
-) -> list[Group]:
-    """Runs of equal asset (n,), and of equal level, case and clipped (n,) where given. The loop is over groups. With a
-    case, they hold the runs of indices that a depth object has for it."""
-    if not len(asset):
-        return []
-    keys = [key for key in (asset, level, case) if key is not None]
-    clipped = np.zeros(len(asset), bool) if clipped is None else clipped
-    changed = np.logical_or.reduce([key[1:] != key[:-1] for key in (*keys, clipped)])
-    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    counts = np.diff(np.append(starts, len(asset)))
-    groups = []
-    for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
-        key = tuple(int(k[start]) for k in keys)
-        runs: tuple[tuple[int, int], ...] = ()
-        if case is not None:
-            pairs = zip(table.index_first[key].tolist(), table.index_count[key].tolist(), strict=True)
-            runs = tuple((first, length) for first, length in pairs if length)
-        groups.append(Group(key[0], start, count, runs, bool(clipped[start]), *key[1:]))
-    return groups
-
-
 def _counts(
     total: int, warp: Drawing, composite: Rectangles, dmesh: Drawing, mesh: Drawing, work: TileWork
 ) -> dict[str, int | float]:
@@ -308,6 +224,7 @@ def _counts(
         "objects": total,
         "occluded": 0,
         "dpci": len(composite.records),
+        "clusters": 0,
         "dmesh": len(dmesh.records),
         "mesh": len(mesh.records),
         "shadow_maps": 0,

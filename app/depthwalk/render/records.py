@@ -10,13 +10,14 @@ from depthwalk.scene.arrays import Objects
 Array = NDArray[np.floating]
 
 # What warp.vert reads per object: plane axes with the epipole or the plane's offset in w; the viewer's distance to the
-# plane and the tile's nearest w / λ; rows that map plane coordinates to the atlas in clip space; its corners there.
+# plane, the tile's nearest w / λ, and what is added to numbers of images; rows that map plane coordinates to the atlas
+# in clip space; its corners there.
 WARP_RECORD = np.dtype(
     [
         ("right", "4f4"),
         ("up", "4f4"),
         ("normal", "4f4"),
-        ("depths", "2f4"),
+        ("depths", "3f4"),
         ("to_x", "3f4"),
         ("to_y", "3f4"),
         ("to_w", "3f4"),
@@ -26,7 +27,8 @@ WARP_RECORD = np.dtype(
 # What composite.vert reads per object. Of its tile: the plane's axes with the rectangle's low corner and the distance
 # of the viewer it was warped for; the high corner, and λ of the object's nearest and farthest; that viewer, object
 # frame, and the tile's nearest w / λ; rows that map plane coordinates to its texels; where it lies, in texels. Of the
-# object: the present viewer in its frame, and its scale; its rotation. Where the tile lies in the picture, see `Tiles`.
+# object: the present viewer in its frame, and its scale; its rotation. Where the tile lies in the picture, see
+# `Tiles`; the number of its first object in the round, and how many it shows.
 COMPOSITE_RECORD = np.dtype(
     [
         ("right", "4f4"),
@@ -41,6 +43,7 @@ COMPOSITE_RECORD = np.dtype(
         ("viewer", "4f4"),
         ("rotation", "4f4"),
         ("pixel", "2f4"),
+        ("objects", "2f4"),
     ]
 )
 # What shade.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that stands for its
@@ -57,7 +60,7 @@ def warp_records(
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
     records["normal"] = np.column_stack([planes.normal, planes.offset])
-    records["depths"] = np.column_stack([planes.distance, tiles.nearest])
+    records["depths"][:, :2] = np.column_stack([planes.distance, tiles.nearest])
     atlas = np.asarray(atlas_size, float)
     w = tiles.texel[:, 2]
     for axis, name in enumerate(("to_x", "to_y")):
@@ -86,9 +89,11 @@ def tile_records(
 
 
 def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation: Array) -> None:
-    """Completes composite records of n objects. viewer: (n, 3), the present one in their frames."""
+    """Completes composite records of n objects, in the order of their numbers. viewer: (n, 3), the present one in their
+    frames."""
     records["viewer"][:, :3], records["viewer"][:, 3] = viewer, scale
     records["rotation"] = rotation
+    records["objects"] = np.column_stack([np.arange(len(records)), np.ones(len(records))])
 
 
 def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:

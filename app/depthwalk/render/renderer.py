@@ -18,10 +18,10 @@ from depthwalk.render.bounds import depth_range
 from depthwalk.render.cascades import fit_cascades
 from depthwalk.render.casters import ShadowMap, find_casters, shadow_map
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.frame_plan import FramePlan
 from depthwalk.render.lens import lens_views
 from depthwalk.render.passes import PASSES
 from depthwalk.render.placed import Placed, Uploads
-from depthwalk.render.plan import FramePlan
 from depthwalk.render.rounds import InSight, Rounds
 from depthwalk.render.shading import shading
 from depthwalk.render.sky import direction_to_sun, sunlight
@@ -141,7 +141,7 @@ class Renderer:
             cascades = fit_cascades(view, direction_to_sun(environment), params)
             found = [find_casters(cascade, self.placed.bounds()) for cascade in cascades]
         with self.timers.measure_cpu("upload"):
-            casters = [uploads.there(rows) for rows in found]
+            casters = [rows[uploads.there(rows)] for rows in found]
         with self.timers.measure_cpu("plan"):
             pairs = zip(cascades, casters, strict=True)
             return tuple(shadow_map(*each, self.placed.objects(), self.placed.table(), params) for each in pairs)

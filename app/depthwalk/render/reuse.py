@@ -9,7 +9,7 @@ from depthwalk.render.ageing import MARGIN, coarseness, due, frustum_rows, held,
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.kept import KeptTiles, TileCache, shrunk
 from depthwalk.render.planes import GUARD, Planes, Volumes, choose_planes, crop_to_frustum, depths_behind
-from depthwalk.render.records import place_tiles, tile_records, warp_records
+from depthwalk.render.records import place_tiles, tile_records
 from depthwalk.render.tiles import TileParams, Tiles, plane_tiles, screen_tiles
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
@@ -51,8 +51,8 @@ class Shown:
 class TileWork:
     """What passes 1 and 2 do in a frame.
 
-    anew: (k,) numbers of those `Shown` whose tiles are warped; warp: (k,) WARP_RECORD; whole: (k,), the tile holds all
-    of the object; slots: (k, 4) of the atlas.
+    anew: (k,) numbers of those `Shown` whose tiles are warped; planes, tiles, slots (k, 4) of the atlas: where to;
+    whole: (k,), the tile holds all of the object.
     drawn: (d,) numbers of those that are drawn, first the `aligned` ones whose texels are pixels, of either the nearest
     first; composite: (d,) COMPOSITE_RECORD; level, case, resolution: (d,), see `KeptTiles`; error: (d,), how far off
     they may be, 1 where as far as allowed.
@@ -60,9 +60,10 @@ class TileWork:
     """
 
     anew: Rows
-    warp: NDArray[np.void]
-    whole: Mask
+    planes: Planes
+    tiles: Tiles
     slots: Rows
+    whole: Mask
     drawn: Rows
     aligned: int
     composite: NDArray[np.void]
@@ -83,6 +84,10 @@ class TilePlanner:
     def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
         """Starts with an empty atlas of that size, for as many objects."""
         self._cache = TileCache(objects, atlas_size)
+
+    def spoil(self, rows: Rows) -> None:
+        """To be called when what tiles show is no longer as it was."""
+        self._cache.spoil(rows)
 
     def plan(self, view: View, shown: Shown, layout: TileParams, goes_on: bool = False) -> TileWork:
         """What to warp and to draw for the view, of objects that have a plane each. goes_on: they join what was drawn
@@ -119,10 +124,18 @@ class TilePlanner:
         kept, row = cache.tiles, row[drawn]
         composite = kept.record.take(row)  # of records, far quicker than an index
         place_tiles(composite, shown.viewer[drawn], shown.objects.scale[drawn], shown.objects.rotation[drawn])
-        warp = warp_records(placed.planes, tiles, slots[:, :2], cache.atlas_size)
         columns = kept.level[row], kept.case[row], kept.resolution[row], error[drawn]
         return TileWork(
-            placed.number, warp, placed.whole, slots, drawn, int(aligned.sum()), composite, *columns, cache.used
+            placed.number,
+            placed.planes,
+            tiles,
+            slots,
+            placed.whole,
+            drawn,
+            int(aligned.sum()),
+            composite,
+            *columns,
+            cache.used,
         )
 
     def _errors(self, view: View, shown: Shown, layout: TileParams) -> Array:

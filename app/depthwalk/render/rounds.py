@@ -11,9 +11,10 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing import tile_layout
 from depthwalk.render.depth_cells import DepthCells
+from depthwalk.render.frame_plan import FramePlan
 from depthwalk.render.occlusion import FIRST_PORTION, FIRST_ROUND, Cylinders, Hider, cylinders, growth, hidden, outlines
 from depthwalk.render.placed import Placed, Uploads
-from depthwalk.render.plan import FramePlan, Planner
+from depthwalk.render.plan import Planner
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
@@ -27,11 +28,13 @@ class InSight:
     """What a view may show, before anything is known to hide anything.
 
     rows: (m,) objects, nearest first; portions: numbers of the cells whose objects are farther, nearest first; forward,
-    reach: (k,) where those objects and cells are along the view axis, and how far they reach along it, metres.
+    reach: (k,) where those objects and cells are along the view axis, and how far they reach along it, metres;
+    clusters: numbers of those that are drawn as one, nearest first.
     """
 
     rows: Rows
     portions: list[Rows]
+    clusters: Rows
     forward: Array
     reach: Array
 
@@ -49,9 +52,12 @@ class Rounds:
         """The objects that may show, those far off in whole cells; all one by one where nothing is to hide others."""
         culling, bounds, cells = self._settings.culling, self._placed.bounds(), self._placed.cells()
         with self._timers.measure_cpu("cull"):
-            nearest, *others = cells.portions(view, culling.min_pixels, FIRST_PORTION)
+            portions = cells.portions(view, culling.min_pixels, FIRST_PORTION)
+            far = [self._far(view, each) for each in portions]
+            nearest, *others = [each[~apart] for each, apart in zip(portions, far, strict=True)]
+            clustered = np.concatenate([each[apart] for each, apart in zip(portions, far, strict=True)])
             rows, forward = cells.visible(view, bounds, culling.min_pixels, nearest)
-            far_forward, far_reach = cells.along(view, np.concatenate([nearest[:0], *others]))
+            far_forward, far_reach = cells.along(view, np.concatenate([clustered, *others]))
             near_reach = bounds.reach[rows]
             if not culling.occlusion:
                 rows = np.concatenate(
@@ -59,13 +65,41 @@ class Rounds:
                 )
                 others = []
             along = np.concatenate([forward, far_forward]), np.concatenate([near_reach, far_reach])
-            return InSight(rows, others, *along)
+            return InSight(rows, others, self._placed.clusters().visible(view, clustered), *along)
+
+    def _far(self, view: View, cells: Rows) -> NDArray[np.bool_]:
+        """Whether (m,) the objects of `cells` (m,) are drawn in clusters."""
+        lod, warp = self._settings.lod, self._settings.warp
+        if not warp.cluster_pixels or lod.freeze or lod.mode == "paper" or warp.order == "epipole":
+            return np.zeros(
+                len(cells), bool
+            )  # levels that are frozen, or objects drawn one by one, are the objects' own
+        return self._placed.clusters().far(view, self._placed.cells(), cells, warp.cluster_pixels)
 
     def plans(
         self, view: View, in_sight: InSight, targets: Targets, uploads: Uploads, remembers: bool
     ) -> Iterator[FramePlan]:
-        """The plans of the rounds, each to be drawn into `targets` before the next is asked for. remembers: what the
-        frames before found may be used."""
+        """The plans of the rounds, each to be drawn into `targets` before the next is asked for: of objects, then of
+        clusters, which are farther. remembers: what the frames before found may be used."""
+        number = 1
+        for plan in self._plans_of_objects(view, in_sight, targets, uploads, remembers):
+            number += len(plan.numbered)
+            yield plan
+        clusters, numbers = self._placed.clusters(), in_sight.clusters
+        if len(numbers) and self._settings.culling.occlusion:
+            with self._timers.measure_cpu("occlusion"):
+                unseen = self._hider(view, targets)(clusters.cylinders(numbers))
+            plan.counts["occluded"] += int(clusters.members(numbers[unseen])[1].sum())
+            numbers = numbers[~unseen]
+        if len(numbers):
+            rows, count = clusters.members(numbers)
+            with self._timers.measure_cpu("upload"):
+                there = np.logical_and.reduceat(uploads.there(rows), np.cumsum(count) - count)
+            yield self._plan_clusters(view, numbers[there], targets, number, remembers)
+
+    def _plans_of_objects(
+        self, view: View, in_sight: InSight, targets: Targets, uploads: Uploads, remembers: bool
+    ) -> Iterator[FramePlan]:
         portions, occlusion = list(in_sight.portions), self._settings.culling.occlusion
         now, left = self._first_round(self._there(in_sight.rows, uploads), remembers)
         size, number = max(len(now), FIRST_ROUND), 1
@@ -118,7 +152,8 @@ class Rounds:
 
     def _there(self, rows: Rows, uploads: Uploads) -> Rows:
         with self._timers.measure_cpu("upload"):
-            return uploads.there(rows)
+            there = uploads.there(rows)
+            return rows if there.all() else rows[there]
 
     def _plan(self, view: View, rows: Rows, targets: Targets, goes_on: bool, number: int, remembers: bool) -> FramePlan:
         """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
@@ -126,7 +161,14 @@ class Rounds:
         arrays = placed.objects(), placed.bounds(), rows, placed.table()
         groups = settings.lod, tile_layout(settings, settings.warp, remembers), settings.mesh
         with self._timers.measure_cpu("plan"):
-            return self._planner.plan(view, *arrays, *groups, targets.atlas_size, goes_on, number)
+            return self._planner.plan(view, *arrays, *groups, targets.atlas_size, goes_on, number, placed.clusters())
+
+    def _plan_clusters(self, view: View, numbers: Rows, targets: Targets, number: int, remembers: bool) -> FramePlan:
+        placed, settings = self._placed, self._settings
+        arrays = placed.objects(), placed.bounds(), numbers, placed.table()
+        groups = settings.lod, tile_layout(settings, settings.warp, remembers)
+        with self._timers.measure_cpu("plan"):
+            return self._planner.plan_clusters(view, *arrays, *groups, targets.atlas_size, number, placed.clusters())
 
     def _held(self, rows: Rows) -> Cylinders:
         """What holds the objects `rows` (n,)."""

@@ -13,6 +13,7 @@ from depthwalk.scene.arrays import Objects
 
 Array = NDArray[np.floating]
 
+_CROWD = 1 << 14  # objects of an asset, of which it is not asked where they are: likely everywhere
 LEVELS = 1 << 16  # assets are told apart by depths k / LEVELS, which float32 and a depth buffer of 24 bits hold exactly
 
 
@@ -39,8 +40,13 @@ def shading(view: View, objects: Objects, bounds: Bounds, tiled: NDArray[np.bool
     records["rotation"][1:] = objects.rotation
     records["level"][1:, :2] = np.column_stack([level[group], tiled])
     low, high = np.ones((len(assets), 2)), -np.ones((len(assets), 2))
-    for corner, gather, each in zip((low, high), (np.minimum, np.maximum), extents(view, bounds), strict=True):
-        gather.at(corner, group, each)
+    crowd = np.bincount(group, minlength=len(assets)) > _CROWD
+    low[crowd], high[crowd] = -1, 1
+    few = np.flatnonzero(~crowd[group])
+    for corner, gather, each in zip(
+        (low, high), (np.minimum, np.maximum), extents(view, bounds.take(few)), strict=True
+    ):
+        gather.at(corner, group[few], each)
     return Shading(records, assets, level, low, high)
 
 

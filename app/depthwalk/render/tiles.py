@@ -23,6 +23,13 @@ class TileParams(Params):
 
     tiles: Literal["screen", "plane"] = param("screen", "Texels: the screen's pixels, or squares on the plane (paper)")
     tile_scale: float = param(1.0, "Texels of an intermediate image per pixel of the screen", ge=0.1, le=4)
+    cluster_pixels: float = param(
+        16.0,
+        "Far neighbours that are smaller than this share an intermediate image; 0: never",
+        unit="pixels",
+        ge=0,
+        le=256,
+    )
     reuse_error: float = param(
         1.0,
         "Where somebody walks, intermediate images are kept while no point is farther off than this; 0: never kept",

@@ -4,7 +4,7 @@ import moderngl
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
-from depthwalk.render.plan import FramePlan
+from depthwalk.render.frame_plan import FramePlan
 from depthwalk.render.targets import Targets
 
 _SIZE = 1024, 512  # texels; the atlas is several times as large

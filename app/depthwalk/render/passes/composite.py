@@ -62,7 +62,7 @@ class CompositePass(Pass):
             near, far = frame.view.depth_range
             clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
             depth_from_inverse = far / (far - near), near * far / (far - near)
-            program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_number + first)
+            program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_number)
             program.set(clip_from_eye=clip_from_eye, depth_from_inverse=depth_from_inverse)
             self._instances.bind(array, first)
             array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)

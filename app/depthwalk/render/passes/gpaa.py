@@ -17,8 +17,8 @@ from depthwalk.params import Params, param
 from depthwalk.render.antialiasing import geometric
 from depthwalk.render.edges import Edges, Shape, build_edges
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.frame_plan import Group
 from depthwalk.render.outlines import LINE_RECORD, outlines
-from depthwalk.render.plan import Group
 
 
 class GpaaParams(Params):

@@ -10,9 +10,9 @@ from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.frame_plan import Group
 from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.ordered import OrderedIndices
-from depthwalk.render.plan import Group
 from depthwalk.render.records import WARP_RECORD
 from depthwalk.render.tiles import TileParams
 

@@ -1,0 +1,152 @@
+"""What the plan of a frame is made of, and made from: data between NumPy and the passes."""
+
+from dataclasses import dataclass, field, replace
+from operator import add
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.lod import Case
+from depthwalk.render.planes import Volumes
+
+Array = NDArray[np.floating]
+
+_OF_ROUNDS: dict[str, Any] = {  # how the counts of a frame's rounds make its own; others are added up
+    "objects": max,
+    "atlas_used": max,
+    "tile_resolution": min,
+    "tile_error": max,
+}
+
+
+@dataclass(frozen=True)
+class AssetTable:
+    """What the plan must know of each of a meshes and depth objects; arrays (a,) unless said otherwise.
+
+    volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
+    sphere about the asset's own centre, object frame; half_height, girth: half the height and the radius of an upright
+    cylinder about it that holds all; index_first, index_count: (a, levels, cases, runs), see Grids; triangles:
+    (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; mesh_error,
+    mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0 where a mesh has no such level.
+    """
+
+    volumes: Volumes
+    texel: Array
+    levels: NDArray[np.int64]
+    centre: Array
+    reach: Array
+    half_height: Array
+    girth: Array
+    index_first: NDArray[np.int64]
+    index_count: NDArray[np.int64]
+    triangles: NDArray[np.int64]
+    error: Array
+    mesh_error: Array
+    mesh_triangles: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Group:
+    """`count` instance records from `first` on are drawn with the same asset and indices."""
+
+    asset: int
+    first: int
+    count: int
+    indices: tuple[tuple[int, int], ...] = ()  # first index and number of indices of each run
+    clipped: bool = False  # samples may fall outside their tile
+    level: int = 0
+    case: int = Case.ALL
+
+
+@dataclass
+class Drawing:
+    """Instance records sorted so that each group is one run."""
+
+    records: NDArray[np.void]
+    groups: list[Group] = field(default_factory=list)
+
+    @classmethod
+    def joined(cls, drawings: list["Drawing"]) -> "Drawing":
+        """One after the other."""
+        starts = np.cumsum([0] + [len(each.records) for each in drawings]).tolist()
+        pairs = zip(starts, drawings, strict=False)
+        groups = [replace(group, first=start + group.first) for start, each in pairs for group in each.groups]
+        return cls(np.concatenate([each.records for each in drawings]), groups)
+
+
+@dataclass
+class Rectangles:
+    """What pass 2 draws: records of which the first `aligned` have texels that are pixels; of either, nearest first."""
+
+    records: NDArray[np.void]
+    aligned: int
+
+    @classmethod
+    def joined(cls, rectangles: list["Rectangles"]) -> "Rectangles":
+        """All of them; those of one round after those of another."""
+        first = [each.records[: each.aligned] for each in rectangles]
+        others = [each.records[each.aligned :] for each in rectangles]
+        return cls(np.concatenate(first + others), sum(each.aligned for each in rectangles))
+
+
+@dataclass
+class FramePlan:
+    """What the passes draw. counts: numbers for HUD and benchmark; cleared: (n, 4), slots of the atlas, x, y, width and
+    height, that pass 1 fills anew; numbered: (d,) rows of the objects that composite and dmesh draw, by the numbers
+    that they write for them, from `first_number` on; tiled: (d,), whether composite does."""
+
+    warp: Drawing
+    composite: Rectangles
+    dmesh: Drawing
+    mesh: Drawing
+    cleared: NDArray[np.integer]
+    counts: dict[str, int | float]
+    numbered: NDArray[np.integer]
+    tiled: NDArray[np.bool_]
+    first_number: int = 1
+
+    @classmethod
+    def joined(cls, rounds: list["FramePlan"]) -> "FramePlan":
+        """All that the rounds of a frame draw."""
+        if len(rounds) == 1:
+            return rounds[0]
+        drawings: dict[str, Any] = {
+            name: Drawing.joined([getattr(each, name) for each in rounds]) for name in ("warp", "dmesh", "mesh")
+        }
+        counts: dict[str, int | float] = {}
+        for each in rounds:
+            for name, count in each.counts.items():
+                counts[name] = _OF_ROUNDS.get(name, add)(counts[name], count) if name in counts else count
+        drawings["composite"] = Rectangles.joined([each.composite for each in rounds])
+        columns: dict[str, Any] = {
+            name: np.concatenate([getattr(each, name) for each in rounds]) for name in ("cleared", "numbered", "tiled")
+        }
+        return cls(**drawings, **columns, counts=counts)
+
+
+def draw_groups(
+    table: AssetTable,
+    asset: NDArray[np.integer],
+    level: NDArray[np.integer] | None = None,
+    case: NDArray[np.integer] | None = None,
+    clipped: NDArray[np.bool_] | None = None,
+) -> list[Group]:
+    """Runs of equal asset (n,), and of equal level, case and clipped (n,) where given. The loop is over groups. With a
+    case, they hold the runs of indices that a depth object has for it."""
+    if not len(asset):
+        return []
+    keys = [key for key in (asset, level, case) if key is not None]
+    clipped = np.zeros(len(asset), bool) if clipped is None else clipped
+    changed = np.logical_or.reduce([key[1:] != key[:-1] for key in (*keys, clipped)])
+    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
+    counts = np.diff(np.append(starts, len(asset)))
+    groups = []
+    for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
+        key = tuple(int(k[start]) for k in keys)
+        runs: tuple[tuple[int, int], ...] = ()
+        if case is not None:
+            pairs = zip(table.index_first[key].tolist(), table.index_count[key].tolist(), strict=True)
+            runs = tuple((first, length) for first, length in pairs if length)
+        groups.append(Group(key[0], start, count, runs, bool(clipped[start]), *key[1:]))
+    return groups
