@@ -73,7 +73,7 @@ def test_the_picture_is_that_of_single_objects(gl_device, library):
 
 def test_near_objects_are_drawn_one_by_one(gl_device, library):
     with Stage(gl_device, library, field()) as stage:
-        stage.picture(Camera((0.0, 20.0, 60.0), (0.0, 0.0, 0.0), 0.7))
+        stage.picture(Camera((0.0, 20.0, 75.0), (0.0, 0.0, 0.0), 0.7))
         assert stage.counts["dpci"] > stage.counts["clusters"] > 0
         numbers = stage.renderer.plan.numbered
         assert len(np.unique(numbers)) == len(numbers)
