@@ -31,7 +31,7 @@ def test_pass_one_matches_its_twin(gl_device):
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
     records["normal"] = np.column_stack([planes.normal, planes.offset])
-    records["depths"] = np.column_stack([planes.distance, one])
+    records["depths"][:, :2] = np.column_stack([planes.distance, one])
     homography = np.array([[0.1, 0.02, 0.3], [0.03, 0.2, 0.4], [0.01, 0.02, 1.0]])
     records["to_x"], records["to_y"], records["to_w"] = homography
     samples = rng.integers(0, 65536, (100, 4)).astype(np.uint16)
