@@ -110,12 +110,18 @@ def test_what_moves_is_warped_anew(gl_device, library):
         assert (np.abs(stage.picture() - after).max(-1) > 64).mean() < 0.01
 
 
-def test_hidden_clusters_are_left_out(gl_device, library):
-    wall = [(1, (0.0, 0.0, 60.0), 0.0, 40.0)]
+@pytest.mark.parametrize(("width", "clusters"), [(40.0, False), (2.0, True)])
+def test_hidden_clusters_are_left_out(gl_device, library, width, clusters):
+    """Behind a wide wall most are hidden, and the rest are drawn one by one; behind a post few are."""
+    wall = [(1, (0.0, 0.0, 70.0), 0.0, width)]
     with Stage(gl_device, library, wall + field()) as stage:
-        stage.picture(Camera((0.0, 2.0, 95.0), (0.0, 2.0, 0.0), 0.7))
-        assert stage.counts["occluded"] > 1000
-        assert stage.counts["clusters"] < 5
+        camera = Camera((0.0, 18.0, 130.0), (0.0, 2.0, 0.0), 0.7)
+        culled = stage.picture(camera)
+        assert (stage.counts["occluded"] > 1000) != clusters
+        assert (stage.counts["clusters"] > 0) == clusters
+        stage.scene.render.culling.occlusion = False
+        assert (np.abs(stage.picture(camera) - culled).max(-1) > 64).mean() < 0.002
+        assert stage.counts["clusters"] > 10
 
 
 @pytest.mark.parametrize("setting", [("lod", "mode", "paper"), ("warp", "order", "epipole"), ("lod", "freeze", True)])

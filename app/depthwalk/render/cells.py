@@ -62,6 +62,11 @@ class Cells:
         """How many objects `cells` (k,) have."""
         return int(np.diff(self.first)[cells].sum())
 
+    def some_objects(self, cells: Rows, count: int) -> Rows:
+        """Rows of some `count` of the objects of `cells` (k,), one here, one there; of all, where there are no more."""
+        rows = runs(self.first, cells)
+        return self.order[rows[:: max(1, len(rows) // count)]]
+
     def along(self, view: View, cells: Rows) -> tuple[Array, Array]:
         """Distances (k,) of the middles of `cells` (k,) along the view axis, and how far they reach along it."""
         middle, half = (self.high + self.low)[cells] / 2, (self.high - self.low)[cells] / 2

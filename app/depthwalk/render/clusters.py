@@ -5,6 +5,7 @@ neighbours hardly move against each other: their tile is kept as any other is, b
 all (render/ageing.py). So a frame costs what its clusters cost, until one is warped anew.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,7 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 
 MEMBERS = 64  # at most: a texel of the atlas holds 6 bits for the member beside 10 for its image
+_STEEP = 0.1  # height above or below a cell by distance; from among them, one by one most are found to be hidden
 _AWAY = 4.0  # half diagonals of a cell, from which on it is far off: parallax within a cluster is an eighth of its own
 
 
@@ -47,12 +49,15 @@ class Clusters:
         return len(self.version)
 
     def far(self, view: View, cells: Cells, numbers: Rows, pixels: float) -> NDArray[np.bool_]:
-        """Which of the cells `numbers` (m,) are so far off that none of their objects is `pixels` across."""
+        """Which of the cells `numbers` (m,) are so far off that none of their objects is `pixels` across, and seen from
+        so far above or below that few of them hide each other."""
         low, high = cells.low[numbers], cells.high[numbers]
         half, middle = (high - low) / 2, (high + low) / 2 - view.position
-        gap = np.linalg.norm(np.maximum(np.abs(middle) - half, 0), axis=1)
+        apart = np.maximum(np.abs(middle) - half, 0)
+        gap = np.linalg.norm(apart, axis=1)
         small = 2 * view.focal_pixels * cells.largest[numbers] < pixels * gap
-        return np.asarray(self.able[numbers] & small & (gap > _AWAY * np.linalg.norm(half, axis=1)))
+        steep = apart[:, 1] > _STEEP * gap
+        return np.asarray(self.able[numbers] & small & steep & (gap > _AWAY * np.linalg.norm(half, axis=1)))
 
     def visible(self, view: View, cells: Rows) -> Rows:
         """Numbers of the clusters of `cells` (m,) that may be seen, nearest first."""
@@ -73,6 +78,12 @@ class Clusters:
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
         """The objects (n,) of the clusters `numbers` (m,), one cluster after the other, and how many each has (m,)."""
         return self.order[runs(self.first, numbers)], self.first[numbers + 1] - self.first[numbers]
+
+    def whole(self, numbers: Rows, there: Callable[[Rows], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        """Whether all objects of the clusters `numbers` (m,) are `there`."""
+        rows, count = self.members(numbers)
+        present = there(rows)
+        return np.logical_and.reduceat(present, np.cumsum(count) - count) if len(count) else present
 
     def shown(self, view: View, numbers: Rows, like: Objects, level: Rows, triangles: Rows) -> Shown:
         """The clusters `numbers` (m,) as objects that stand in the middle of their boxes, upright and of scale 1, whose

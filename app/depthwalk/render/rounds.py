@@ -22,6 +22,8 @@ from depthwalk.render.view import View
 Rows = NDArray[np.integer]
 Array = NDArray[np.floating]
 
+_ASKED, _CROWDED = 1024, 0.25  # far objects; where more of them are hidden, one by one is quicker than in clusters
+
 
 @dataclass(frozen=True)
 class InSight:
@@ -29,12 +31,12 @@ class InSight:
 
     rows: (m,) objects, nearest first; portions: numbers of the cells whose objects are farther, nearest first; forward,
     reach: (k,) where those objects and cells are along the view axis, and how far they reach along it, metres;
-    clusters: numbers of those that are drawn as one, nearest first.
+    far: numbers of the cells whose objects may be drawn in clusters.
     """
 
     rows: Rows
     portions: list[Rows]
-    clusters: Rows
+    far: Rows
     forward: Array
     reach: Array
 
@@ -65,15 +67,13 @@ class Rounds:
                 )
                 others = []
             along = np.concatenate([forward, far_forward]), np.concatenate([near_reach, far_reach])
-            return InSight(rows, others, self._placed.clusters().visible(view, clustered), *along)
+            return InSight(rows, others, clustered, *along)
 
     def _far(self, view: View, cells: Rows) -> NDArray[np.bool_]:
         """Whether (m,) the objects of `cells` (m,) are drawn in clusters."""
         lod, warp = self._settings.lod, self._settings.warp
         if not warp.cluster_pixels or lod.freeze or lod.mode == "paper" or warp.order == "epipole":
-            return np.zeros(
-                len(cells), bool
-            )  # levels that are frozen, or objects drawn one by one, are the objects' own
+            return np.zeros(len(cells), bool)  # what is frozen, or drawn one by one, are objects
         return self._placed.clusters().far(view, self._placed.cells(), cells, warp.cluster_pixels)
 
     def plans(
@@ -81,26 +81,7 @@ class Rounds:
     ) -> Iterator[FramePlan]:
         """The plans of the rounds, each to be drawn into `targets` before the next is asked for: of objects, then of
         clusters, which are farther. remembers: what the frames before found may be used."""
-        number = 1
-        for plan in self._plans_of_objects(view, in_sight, targets, uploads, remembers):
-            number += len(plan.numbered)
-            yield plan
-        clusters, numbers = self._placed.clusters(), in_sight.clusters
-        if len(numbers) and self._settings.culling.occlusion:
-            with self._timers.measure_cpu("occlusion"):
-                unseen = self._hider(view, targets)(clusters.cylinders(numbers))
-            plan.counts["occluded"] += int(clusters.members(numbers[unseen])[1].sum())
-            numbers = numbers[~unseen]
-        if len(numbers):
-            rows, count = clusters.members(numbers)
-            with self._timers.measure_cpu("upload"):
-                there = np.logical_and.reduceat(uploads.there(rows), np.cumsum(count) - count)
-            yield self._plan_clusters(view, numbers[there], targets, number, remembers)
-
-    def _plans_of_objects(
-        self, view: View, in_sight: InSight, targets: Targets, uploads: Uploads, remembers: bool
-    ) -> Iterator[FramePlan]:
-        portions, occlusion = list(in_sight.portions), self._settings.culling.occlusion
+        portions, far, occlusion = list(in_sight.portions), in_sight.far, self._settings.culling.occlusion
         now, left = self._first_round(self._there(in_sight.rows, uploads), remembers)
         size, number = max(len(now), FIRST_ROUND), 1
         goes_on = False
@@ -110,11 +91,13 @@ class Rounds:
             yield plan
             self._shown[now] = True
             tested_again = now if remembers and len(now) > FIRST_ROUND else now[:0]
-            if not occlusion or not (len(left) or portions or len(tested_again)):
-                return
+            if not occlusion or not (len(left) or portions or len(tested_again) or len(far)):
+                break
             with self._timers.measure_cpu("occlusion"):
                 behind = self._hider(view, targets)
                 unseen, forgotten = np.split(behind(self._held(np.append(left, tested_again))), [len(left)])
+                if len(far) and behind(self._held(self._placed.cells().some_objects(far, _ASKED))).mean() > _CROWDED:
+                    portions, far = [*portions, far], far[:0]
             self._shown[tested_again[forgotten]] = False
             plan.counts["occluded"] = int(unseen.sum())
             size *= growth(unseen)
@@ -124,6 +107,35 @@ class Rounds:
                 left = self._there(left, uploads)
                 plan.counts["occluded"] += occluded
             now, left = left[:size], left[size:]
+        if len(far):
+            yield self._plan_of_clusters(view, far, plan, targets, uploads, number, remembers)
+
+    def _plan_of_clusters(
+        self,
+        view: View,
+        cells: Rows,
+        before: FramePlan,
+        targets: Targets,
+        uploads: Uploads,
+        number: int,
+        remembers: bool,
+    ) -> FramePlan:
+        """Of the round that draws the clusters of `cells` (m,) that are in sight. before: the plan of the round
+        before."""
+        placed, settings, clusters = self._placed, self._settings, self._placed.clusters()
+        with self._timers.measure_cpu("cull"):
+            numbers = clusters.visible(view, cells)
+        if settings.culling.occlusion:
+            with self._timers.measure_cpu("occlusion"):
+                unseen = self._hider(view, targets)(clusters.cylinders(numbers))
+            before.counts["occluded"] += int(clusters.members(numbers[unseen])[1].sum())
+            numbers = numbers[~unseen]
+        with self._timers.measure_cpu("upload"):
+            numbers = numbers[clusters.whole(numbers, uploads.there)]
+        arrays = placed.objects(), placed.bounds(), numbers, placed.table()
+        groups = settings.lod, tile_layout(settings, settings.warp, remembers)
+        with self._timers.measure_cpu("plan"):
+            return self._planner.plan_clusters(view, *arrays, *groups, targets.atlas_size, number, clusters)
 
     def _first_round(self, visible: Rows, remembers: bool) -> tuple[Rows, Rows]:
         """Which of the objects `visible` (m,), nearest first, are drawn before any is tested, and the others. With
@@ -162,13 +174,6 @@ class Rounds:
         groups = settings.lod, tile_layout(settings, settings.warp, remembers), settings.mesh
         with self._timers.measure_cpu("plan"):
             return self._planner.plan(view, *arrays, *groups, targets.atlas_size, goes_on, number, placed.clusters())
-
-    def _plan_clusters(self, view: View, numbers: Rows, targets: Targets, number: int, remembers: bool) -> FramePlan:
-        placed, settings = self._placed, self._settings
-        arrays = placed.objects(), placed.bounds(), numbers, placed.table()
-        groups = settings.lod, tile_layout(settings, settings.warp, remembers)
-        with self._timers.measure_cpu("plan"):
-            return self._planner.plan_clusters(view, *arrays, *groups, targets.atlas_size, number, placed.clusters())
 
     def _held(self, rows: Rows) -> Cylinders:
         """What holds the objects `rows` (n,)."""
