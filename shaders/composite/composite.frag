@@ -5,6 +5,7 @@
 //
 // ALIGNED: the tile's texels are the picture's pixels. Then w is the plane's distance along the view axis, so λ/w is 1 over
 // the surface's: its depth is affine in what the tile stores, and there is nothing to resample.
+#include "common/per_sample.glsl"
 #include "common/visible.glsl"
 
 uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
@@ -66,8 +67,8 @@ uniform float pixel_angle;          // metres a pixel covers at one metre
 uniform int steps;                  // of the search for λ, where the viewer has moved
 uniform bool partial;               // texels are half a pixel wide and tell what part of it is covered
 
-in vec3 texel_near;
-in vec3 texel_far;
+PER_SAMPLE in vec3 texel_near;
+PER_SAMPLE in vec3 texel_far;
 flat in float least;
 flat in vec3 parallax;
 

@@ -4,6 +4,7 @@
 // (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
 //   λ·x + (1 − λ)·r·(x − δ):
 // between x itself and x(∞) = r·(x − δ), what C sees at infinity there. So the tile's texel is linear in λ too.
+#include "common/per_sample.glsl"
 #include "common/rotation.glsl"
 uniform mat4 clip_from_eye;     // clip coordinates of a world vector from the viewer
 
@@ -30,8 +31,8 @@ flat out vec4 tile;
 flat out ivec2 texel_from_pixel;
 flat out float nearest_distance;    // metres along the view axis, of what is stored as 0
 #else
-out vec3 texel_near;            // homogeneous, of x and of x(∞)
-out vec3 texel_far;
+PER_SAMPLE out vec3 texel_near;            // homogeneous, of x and of x(∞)
+PER_SAMPLE out vec3 texel_far;
 flat out float least;           // w / λ of the tile
 flat out vec3 parallax;         // r; λ in the middle of what may be there; 1 where C is not C0
 #endif

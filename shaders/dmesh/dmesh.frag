@@ -1,8 +1,10 @@
+#include "common/per_sample.glsl"
 #include "common/visible.glsl"
 
 flat in uint object;
 flat in uint image;
+PER_SAMPLE in float forward;
 
 layout(location = 0) out uvec2 visible;
 
-void main() { visible = visible_from(object, image, gl_FragCoord.w, 0.0); }
+void main() { visible = visible_from(object, image, 1.0 / forward, 0.0); }

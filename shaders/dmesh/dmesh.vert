@@ -1,5 +1,6 @@
 // 3-D warp: depth samples straight to the screen, for a viewer inside the cylinder, where no plane lies between
 // (and as a rival: Pajarola et al. 2004, "DMesh").
+#include "common/per_sample.glsl"
 #include "common/rotation.glsl"
 #include "common/samples.glsl"
 #include "common/displace.glsl"
@@ -13,6 +14,7 @@ in float in_scale;
 
 flat out uint object;
 flat out uint image;
+PER_SAMPLE out float forward;  // metres along the view axis
 
 void main() {
     vec3 point = sample_position(in_sample);
@@ -24,6 +26,7 @@ void main() {
     image = sample_image(in_sample);
     object = first + uint(gl_InstanceID);
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
+    forward = gl_Position.w;
     float farther = 1.0 + in_scale * sample_setback(in_sample) / length(from_viewer);
     vec4 behind = clip_from_eye * vec4(from_viewer * farther, 1.0);
     gl_Position.z = behind.z / behind.w * gl_Position.w;

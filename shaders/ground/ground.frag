@@ -1,4 +1,5 @@
 #include "common/gbuffer.glsl"
+#include "common/visible.glsl"
 uniform sampler2D ground_texture;
 uniform vec3 colour;        // linear
 uniform vec3 mean;          // of the texture, linear
@@ -9,6 +10,7 @@ in vec2 at;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
+layout(location = 2) out uvec2 visible;
 
 void main() {
     // Flat textures repeat visibly; a second, larger and turned copy breaks the pattern up.
@@ -18,4 +20,5 @@ void main() {
     vec3 albedo = colour * near * mix(vec3(1.0), far / mean, 0.5);
     out_albedo = encode_albedo(min(albedo, 1.0), 0.0);
     out_surface = encode_surface(vec3(0.0, 1.0, 0.0), 1.0);
+    visible = NO_OBJECT;
 }

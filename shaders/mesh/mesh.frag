@@ -6,9 +6,9 @@ uniform float specular;
 uniform float shininess;
 
 in vec3 from_viewer;
-in vec3 normal;
-in vec3 colour;
-in vec2 uv;
+centroid in vec3 normal;
+centroid in vec3 colour;
+centroid in vec2 uv;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;

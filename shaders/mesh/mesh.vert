@@ -11,9 +11,9 @@ in vec4 in_rotation;
 in float in_scale;
 
 out vec3 from_viewer;
-out vec3 normal;
-out vec3 colour;
-out vec2 uv;
+centroid out vec3 normal;
+centroid out vec3 colour;
+centroid out vec2 uv;
 
 void main() {
     from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);

@@ -1,25 +1,40 @@
 // The farthest depth in each cell of `side` × `side` pixels; twin: reference/occlusion.py.
-uniform sampler2D depth_texture;
+// MULTISAMPLED: of all `samples` of each pixel.
 uniform int side;       // even
 
 layout(location = 0) out float farthest;
 
-void main() {
-    ivec2 size = textureSize(depth_texture, 0), first = ivec2(gl_FragCoord.xy) * side;
-    vec4 most = vec4(0.0);
-    for (int y = first.y; y < first.y + side; y += 2) {
-        for (int x = first.x; x < first.x + side; x += 2) {
-#ifdef TEXTURE_GATHER
-            vec4 four = textureGather(depth_texture, vec2(x + 1, y + 1) / vec2(size));
+#ifdef MULTISAMPLED
+uniform sampler2DMS depth_texture;
+uniform int samples;
+
+float farthest_of_four(ivec2 at) {
+    ivec2 last = textureSize(depth_texture) - 1;
+    float most = 0.0;
+    for (int k = 0; k < 4 * samples; ++k)
+        most = max(most, texelFetch(depth_texture, min(at + ivec2(k & 1, k >> 1 & 1), last), k >> 2).r);
+    return most;
+}
 #else
-            ivec2 at = ivec2(x, y), last = size - 1;
-            vec4 four = vec4(texelFetch(depth_texture, min(at, last), 0).r,
-                             texelFetch(depth_texture, min(at + ivec2(1, 0), last), 0).r,
-                             texelFetch(depth_texture, min(at + ivec2(0, 1), last), 0).r,
-                             texelFetch(depth_texture, min(at + 1, last), 0).r);
+uniform sampler2D depth_texture;
+
+float farthest_of_four(ivec2 at) {
+#ifdef TEXTURE_GATHER
+    vec4 four = textureGather(depth_texture, vec2(at + 1) / vec2(textureSize(depth_texture, 0)));
+#else
+    ivec2 last = textureSize(depth_texture, 0) - 1;
+    vec4 four = vec4(texelFetch(depth_texture, min(at, last), 0).r,
+                     texelFetch(depth_texture, min(at + ivec2(1, 0), last), 0).r,
+                     texelFetch(depth_texture, min(at + ivec2(0, 1), last), 0).r,
+                     texelFetch(depth_texture, min(at + 1, last), 0).r);
 #endif
-            most = max(most, four);
-        }
-    }
-    farthest = max(max(most.x, most.y), max(most.z, most.w));
+    return max(max(four.x, four.y), max(four.z, four.w));
+}
+#endif
+
+void main() {
+    ivec2 first = ivec2(gl_FragCoord.xy) * side;
+    farthest = 0.0;
+    for (int y = first.y; y < first.y + side; y += 2)
+        for (int x = first.x; x < first.x + side; x += 2) farthest = max(farthest, farthest_of_four(ivec2(x, y)));
 }

@@ -49,3 +49,12 @@ def test_golden(studio, library, request, name, representation, position):
     scene = scene_of(*placed, representation=representation, **SKY)
     pixels = studio.picture(scene, library, Camera(position, (0.2, 0.6, 0), 0.8), size=(192, 128))
     goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software)
+
+
+def test_golden_multisampled(studio, library, request):
+    """Depth images, a mesh, their shadows, the ground and the sky, of four samples per pixel."""
+    scene = scene_of(*PLACES, **SKY, sun={"direction": (-0.4, -0.8, -0.6)})
+    scene.objects.representation[1] = Representation.MESH
+    scene.render.aa, scene.render.shadows.enabled = "msaa", True
+    pixels = studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(192, 128))
+    goldens.compare("msaa", pixels, request.config.getoption("--update-goldens"), studio.device.software)

@@ -157,12 +157,16 @@ def small_rounds(monkeypatch):
     monkeypatch.setattr(rounds, "FIRST_ROUND", 4)
 
 
-@pytest.mark.parametrize("representation", [None, *Representation])
-def test_a_crowd_looks_the_same(gl_device, library, small_rounds, representation):
+@pytest.mark.parametrize(
+    ("representation", "aa"), [*((each, "none") for each in (None, *Representation)), (None, "msaa")]
+)
+def test_a_crowd_looks_the_same(gl_device, library, small_rounds, representation, aa):
     """From inside objects, through frames, partly outside the picture, after a jump to elsewhere in every frame."""
     places, rng = crowd(1, 200)
     occluded = 0
     with Both(gl_device, library, places, representation) as both:
+        for renderer in both.renderers:
+            renderer.settings.aa = aa
         for _ in range(12):
             eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
             pictures, plans = both.pictures(Camera(tuple(eye), tuple(aim), rng.uniform(0.5, 1.5)))

@@ -200,7 +200,7 @@ def test_what_was_hidden_gives_way(walk):
 SIZE = (240, 180)
 
 
-@pytest.mark.parametrize(("steps", "aa"), [(0, "none"), (1, "none"), (1, "gpaa-edge")])
+@pytest.mark.parametrize(("steps", "aa"), [(0, "none"), (1, "none"), (1, "gpaa-edge"), (1, "msaa")])
 def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps, aa):
     """No pixel has a colour that the fresh picture lacks within the bound and a texel of it."""
     shape = joined(box(0.9, 0.4, 0.9, (0, 0.2, 0)), sphere(0.4, 48, 24))

@@ -28,6 +28,7 @@ class Device:
         self.software = any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_layers: int = context.info["GL_MAX_ARRAY_TEXTURE_LAYERS"]
+        self.max_samples = _max_samples(context)
 
     def scope(self, owner: str) -> "Scope":
         return Scope(self, owner)
@@ -46,6 +47,13 @@ def headless_device() -> Device:
         except Exception as error:  # glcontext raises bare Exception
             reasons.append(str(error))
     raise GpuError(f"no OpenGL 3.3 context: {'; '.join(reasons)}")
+
+
+def _max_samples(context: moderngl.Context) -> int:
+    """Samples per pixel that textures of every kind may have and shaders run for; 1 where shaders cannot (GL 3.3)."""
+    if not {"GL_ARB_gpu_shader5", "GL_ARB_sample_shading"} <= set(context.extensions):
+        return 1
+    return min(int(context.info[f"GL_MAX_{kind}_SAMPLES"]) for kind in ("COLOR_TEXTURE", "DEPTH_TEXTURE", "INTEGER"))
 
 
 class Scope:
@@ -104,6 +112,19 @@ class Scope:
             "texture_array", size, lambda: make(size, components, data, dtype=dtype)
         )
         return array
+
+    def multisampled_texture(
+        self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
+    ) -> moderngl.Texture:
+        """A 2-D texture of several samples per texel, which shaders fetch one by one. dtype: as for `texture`."""
+        self._check_size(size)
+        make = self.device.context.texture
+        return self._make("texture", size, lambda: make(size, components, samples=samples, dtype=dtype))
+
+    def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
+        """A 24-bit depth texture of several samples per texel."""
+        self._check_size(size)
+        return self._make("texture", size, lambda: self.device.context.depth_texture(size, samples=samples))
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
         """A 24-bit depth texture that shaders read as plain numbers."""

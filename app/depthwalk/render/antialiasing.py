@@ -2,20 +2,23 @@
 
 from typing import Any, Literal
 
+from depthwalk.errors import InputError
+from depthwalk.gpu.device import Device
 from depthwalk.params import Params, param
 from depthwalk.render.tiles import TileParams
 
 SUPERSAMPLING = 2  # samples per pixel along either axis, for `ssaa`
+MULTISAMPLING = 4  # samples per pixel of what objects are drawn into, for `msaa`
 COVERAGE_TEXELS = 2.0  # texels of an intermediate image per pixel, along either axis, that tell what is covered of it
 
 
 class PictureParams(Params):
     """What concerns the picture as a whole."""
 
-    aa: Literal["none", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"] = param(
+    aa: Literal["none", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"] = param(
         "none",
-        "Anti-aliasing: by edges of brightness (FXAA, SMAA), by all edges of polygons or those alone that may be "
-        "outlines (GPAA), by four samples per pixel (SSAA)",
+        "Anti-aliasing: by the hardware's four samples per pixel (MSAA), by edges of brightness (FXAA, SMAA), by all "
+        "edges of polygons or those alone that may be outlines (GPAA), by twice the width and height (SSAA)",
     )
 
 
@@ -31,10 +34,22 @@ def samples(settings: Any) -> int:
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
 
 
+def hardware_samples(settings: PictureParams, device: Device) -> int:
+    """How many samples each pixel has of what objects are drawn into. Raises InputError where `device` has too few."""
+    if settings.aa != "msaa":
+        return 1
+    if device.max_samples < MULTISAMPLING:
+        raise InputError(
+            f"render.aa: msaa needs {MULTISAMPLING} samples per pixel, each shaded by itself; {device.renderer} offers "
+            f"{device.max_samples}; choose ssaa or gpaa-edge"
+        )
+    return MULTISAMPLING
+
+
 def tile_layout(settings: PictureParams, layout: TileParams, remembers: bool) -> TileParams:
     """`layout`, with texels that tell what part of a pixel is covered where the anti-aliasing wants to know, and with
     nothing kept unless the renderer `remembers`."""
-    changes = {"tile_scale": COVERAGE_TEXELS} if geometric(settings) else {}
+    changes = {"tile_scale": COVERAGE_TEXELS} if geometric(settings) or settings.aa == "msaa" else {}
     if not remembers:
         changes["reuse_error"] = 0.0
     return layout.model_copy(update=changes)

@@ -5,21 +5,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.targets import Targets
 
 MOST_CELLS = 1 << 19  # 2 × 2 pixels at 1920 × 1080: rows of objects a few pixels high must hide each other
 
 
 class DepthCells:
-    """Reduces the G-buffer's depth by its maximum, so that what is hidden behind a cell is hidden behind its pixels."""
+    """Reduces the depth of what is drawn by its maximum: what is hidden behind a cell is hidden behind its pixels."""
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.gl = device.scope("occlusion")
         self.side = cell_side(size)
         cells = -(-size[0] // self.side), -(-size[1] // self.side)
-        self._program = Program(self.gl, "common/fullscreen.vert", "occlusion/farthest.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
+        shaders = "common/fullscreen.vert", "occlusion/farthest.frag"
+        self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines))
+        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
         self._texture = self.gl.texture(cells, 1, "f4")
         self._framebuffer = self.gl.framebuffer([self._texture])
 
@@ -28,9 +29,11 @@ class DepthCells:
         until what was drawn so far is drawn."""
         self._framebuffer.use()
         self.gl.device.context.enable_only(moderngl.NOTHING)
-        targets.depth.use(0)
-        self._program.set(depth_texture=0, side=self.side)
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        targets.drawn.depth.use(0)
+        defines = targets.defines
+        samples = {"samples": targets.samples} if defines else {}
+        self._programs[defines].set(depth_texture=0, side=self.side, **samples)
+        self._arrays[defines].render(moderngl.TRIANGLES, vertices=3)
         width, height = self._texture.size
         return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
 

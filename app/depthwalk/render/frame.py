@@ -26,7 +26,7 @@ class Frame:
     settings: a RenderSettings, with a group of parameters per pass; transparent: alpha 0 where nothing is, instead of
     sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects, as
     `shadows`: the sun's shadow maps, None where it casts none; lens_point: which of the frames this is that make up the
-    picture.
+    picture; sample: which of a pixel's samples the G-buffer has, where the targets have several, seen through `view`.
     """
 
     view: View
@@ -40,6 +40,7 @@ class Frame:
     shading: Shading | None = None
     shadows: tuple[ShadowMap, ...] | None = None
     lens_point: int = 0
+    sample: int = 0
 
 
 class Pass(ABC):
@@ -47,11 +48,12 @@ class Pass(ABC):
 
     A pass owns what it creates through `self.gl`, draws into `writes` what it computes from `reads` (names of
     targets), and leaves GL state as `Renderer` documents it. One that `draws_objects` draws those of `frame.plan`, once
-    for each round of objects; others draw once.
+    for each round of objects; one that is `per_sample` draws once for each of a pixel's samples; others draw once.
     """
 
     name: ClassVar[str]
     draws_objects: ClassVar[bool] = False
+    per_sample: ClassVar[bool] = False
     reads: ClassVar[tuple[str, ...]] = ()
     writes: ClassVar[tuple[str, ...]] = ()
     Params: ClassVar[type[Params]] = Params

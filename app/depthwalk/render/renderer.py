@@ -4,7 +4,9 @@ GL state between passes: whichever framebuffer the last one used; a pass sets wh
 wireframe is off. Depth function LESS, counter-clockwise faces are front.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import moderngl
 import numpy as np
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing import samples
+from depthwalk.render.antialiasing import hardware_samples, samples
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import depth_range
 from depthwalk.render.cascades import fit_cascades
@@ -66,35 +68,38 @@ class Renderer:
         settings, (width, height) = self.settings, view.size
         finer = samples(settings)
         view = replace(view, size=(width * finer, height * finer))
-        targets = self._targets(view.size)
+        targets = self._targets(view.size, hardware_samples(settings, self.device))
         self.placed.table()  # loads what is not loaded yet
         in_sight = self._rounds.in_sight(view)
         view = self._fitted(view, in_sight)
-        targets.gbuffer.use()
-        targets.gbuffer.clear(depth=1.0)
+        targets.polygons.use()
+        targets.polygons.clear(depth=1.0)
         surroundings = self.scene.environment, self.assets, targets, screen
         self.assets.budget = settings.gpu_memory
         uploads = Uploads(self.placed, self.assets, self.upload_seconds)
+        draw_objects = [each for each in self.passes if each.draws_objects]
         rounds: list[FramePlan] = []
         for plan in self._rounds.plans(view, in_sight, targets, uploads, self.remembers):
             rounds.append(plan)
-            self._draw(Frame(view, plan, settings, *surroundings, transparent), objects=True)
+            self._draw(draw_objects, Frame(view, plan, settings, *surroundings, transparent))
         self.plan, self.view = FramePlan.joined(rounds), view
         with self.timers.measure_cpu("plan"):
             drawn, placed = self.plan.numbered, self.placed
             shaded = shading(view, placed.objects().take(drawn), placed.bounds().take(drawn), self.plan.tiled)
         shadows = self._shadows(view, uploads)
         frame = Frame(view, self.plan, settings, *surroundings, transparent, shaded, shadows, lens_point)
-        self._draw(frame, objects=False)
+        others = [each for each in self.passes if not each.draws_objects]
+        for per_sample, passes in groupby(others, lambda each: each.per_sample):
+            together = list(passes)
+            for shown in _samples(frame) if per_sample else [frame]:
+                self._draw(together, shown)
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
 
-    def _draw(self, frame: Frame, objects: bool) -> None:
-        """Runs the passes that draw objects, or those that do not."""
-        for each in self.passes:
-            if each.draws_objects == objects:
-                with self.timers.measure(each.name):
-                    each.draw(frame)
+    def _draw(self, passes: Sequence[Pass], frame: Frame) -> None:
+        for each in passes:
+            with self.timers.measure(each.name):
+                each.draw(frame)
 
     def middle_distance(self) -> float:
         """Metres along the view axis to what the frame drawn last shows in its middle; +inf where nothing is. Waits
@@ -162,13 +167,20 @@ class Renderer:
             self.targets.release()
         self.targets = None
 
-    def _targets(self, size: tuple[int, int]) -> Targets:
-        if self.targets is None or self.targets.size != size:
+    def _targets(self, size: tuple[int, int], samples: int) -> Targets:
+        if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
             self._release_targets()
-            self.targets = Targets(self.device, size)
+            self.targets = Targets(self.device, size, samples)
             for each in self.passes:
                 each.resize(size)
         return self.targets
+
+
+def _samples(frame: Frame) -> list[Frame]:
+    """`frame` as each of a pixel's samples shows it: seen through pixels whose middles are there."""
+    offsets, view = frame.targets.offsets / frame.view.focal_pixels, frame.view
+    shears = (view.shear - offsets).tolist()
+    return [replace(frame, view=replace(view, shear=tuple(shear)), sample=k) for k, shear in enumerate(shears)]
 
 
 def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:

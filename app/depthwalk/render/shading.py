@@ -47,7 +47,8 @@ def shading(view: View, objects: Objects, bounds: Bounds, tiled: NDArray[np.bool
         (low, high), (np.minimum, np.maximum), extents(view, bounds.take(few)), strict=True
     ):
         gather.at(corner, group[few], each)
-    return Shading(records, assets, level, low, high)
+    half_pixel = 1 / np.array(view.size)  # as far a pixel's samples may be from its middle
+    return Shading(records, assets, level, low - half_pixel, high + half_pixel)
 
 
 def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:

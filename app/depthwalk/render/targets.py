@@ -1,20 +1,38 @@
 """The textures that passes hand to each other."""
 
-import moderngl
+from dataclasses import dataclass
 
-from depthwalk.gpu.device import Device
+import moderngl
+import numpy as np
+
+from depthwalk.gpu.device import Device, Scope
+from depthwalk.gpu.multisampling import sample_offsets
 
 ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The textures that objects and ground are drawn into, of one sample per pixel or several."""
+
+    albedo: moderngl.Texture
+    surface: moderngl.Texture
+    visible: moderngl.Texture
+    depth: moderngl.Texture
 
 
 class Targets:
     """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
     all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
     surface, depth; shadow: part of the sun's light that reaches a pixel; lit: linear RGBA, half, premultiplied;
-    lighting: that, depth; shaded_lit: as shaded, with lit."""
+    lighting: that, depth; shaded_lit: as shaded, with lit.
 
-    def __init__(self, device: Device, size: tuple[int, int]) -> None:
-        self.size = size
+    With several `samples` per pixel, at `offsets` (samples, 2) from its middle, pixels, visible and polygons have
+    textures of their own (`drawn`); one_sample is a sample of polygons, and all others know of that alone.
+    """
+
+    def __init__(self, device: Device, size: tuple[int, int], samples: int = 1) -> None:
+        self.size, self.samples = size, samples
         self.gl = device.scope("targets")
         gl = self.gl
         self.atlas_size = _atlas_size(size, device.max_texture_size)
@@ -25,8 +43,14 @@ class Targets:
         self.surface = gl.texture(size, 4, "nu2")
         self.depth = gl.depth_texture(size)
         self.visible_texture = gl.texture(size, 2, "u4")
-        self.visible = gl.framebuffer([self.visible_texture], self.depth)
-        self.polygons = gl.framebuffer([self.albedo, self.surface, self.visible_texture], self.depth)
+        self.one_sample = gl.framebuffer([self.albedo, self.surface, self.visible_texture], self.depth)
+        self.drawn = Drawn(self.albedo, self.surface, self.visible_texture, self.depth)
+        self.offsets = np.zeros((1, 2))
+        if samples > 1:
+            self.drawn, self.offsets = _multisampled(gl, size, samples), sample_offsets(device, samples)
+        drawn = self.drawn
+        self.visible = gl.framebuffer([drawn.visible], drawn.depth)
+        self.polygons = gl.framebuffer([drawn.albedo, drawn.surface, drawn.visible], drawn.depth)
         level = gl.depth_texture(size)
         self.levels = gl.framebuffer([], level)
         self.shaded = gl.framebuffer([self.albedo, self.surface], level)
@@ -38,6 +62,11 @@ class Targets:
         self.lit = gl.framebuffer([self.lit_texture])
         self.shaded_lit = gl.framebuffer([self.albedo, self.surface, self.lit_texture], level)
         self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+
+    @property
+    def defines(self) -> tuple[str, ...]:
+        """Of the shaders that draw depth images into these, or read what is drawn."""
+        return ("MULTISAMPLED",) if self.samples > 1 else ()
 
     def lit_before(self) -> moderngl.Texture:
         """A copy of lit as it is now, for a pass that changes what it reads."""
@@ -51,6 +80,14 @@ class Targets:
 
     def release(self) -> None:
         self.gl.release()
+
+
+def _multisampled(gl: Scope, size: tuple[int, int], samples: int) -> Drawn:
+    albedo, surface, visible = (
+        gl.multisampled_texture(size, samples, components, dtype)
+        for components, dtype in ((4, "f1"), (4, "nu2"), (2, "u4"))
+    )
+    return Drawn(albedo, surface, visible, gl.multisampled_depth(size, samples))
 
 
 def _atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:

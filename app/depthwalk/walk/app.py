@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.library import SceneLibrary
+from depthwalk.render.antialiasing import hardware_samples
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -167,7 +168,8 @@ class _Walk:
             self._take_screenshot(camera)
 
     def _load_missing(self) -> None:
-        """Loads what a newly chosen representation needs; goes back to the scene's own where that fails."""
+        """Loads what a newly chosen representation needs; goes back to the scene's own where that fails, and to no
+        anti-aliasing where the machine has not what was chosen."""
         start = time.perf_counter()
         renderer = self._state.renderer
         try:
@@ -176,6 +178,11 @@ class _Walk:
             self._state.tell(str(error))
             renderer.placed.representation = None
             renderer.placed.table()
+        try:
+            hardware_samples(renderer.settings, self._device)
+        except InputError as error:
+            self._state.tell(str(error))
+            renderer.settings.aa = "none"
         self._progress.clear()
         self._then += time.perf_counter() - start  # no time passes for the viewer meanwhile
 

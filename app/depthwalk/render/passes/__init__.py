@@ -11,6 +11,8 @@ from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.passes.light import LightPass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
+from depthwalk.render.passes.resolve import ResolvePass
+from depthwalk.render.passes.sample import SamplePass
 from depthwalk.render.passes.shade import ShadePass
 from depthwalk.render.passes.shadows import ShadowsPass
 from depthwalk.render.passes.smaa import SmaaPass
@@ -21,11 +23,13 @@ PASSES: tuple[type[Pass], ...] = (
     CompositePass,
     DmeshPass,
     MeshPass,
-    ShadePass,
     GroundPass,
+    SamplePass,
+    ShadePass,
     ShadowsPass,
     LightPass,
     FogPass,
+    ResolvePass,
     GpaaPass,
     FxaaPass,
     SmaaPass,

@@ -6,7 +6,7 @@ import moderngl
 
 from depthwalk.gpu.device import DEPTH_CLAMP
 from depthwalk.gpu.instances import InstanceStream
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
 from depthwalk.render.antialiasing import geometric
 from depthwalk.render.frame import Frame, Pass
@@ -33,10 +33,8 @@ class CompositePass(Pass):
 
     def setup(self) -> None:
         shaders = "composite/composite.vert", "composite/composite.frag"
-        self._aligned = Program(self.gl, *shaders, defines=["ALIGNED"])
-        self._resampled = Program(self.gl, *shaders)
-        self._aligned_array = self.gl.vertex_array(self._aligned.gl, [])
-        self._resampled_array = self.gl.vertex_array(self._resampled.gl, [])
+        self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
+        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
         self._instances = InstanceStream(self.gl, COMPOSITE_RECORD)
 
     def draw(self, frame: Frame) -> None:
@@ -48,21 +46,22 @@ class CompositePass(Pass):
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
-        self._resampled.set(
-            pixel_angle=1 / frame.view.focal_pixels,
-            steps=frame.settings.composite.parallax,
-            partial=geometric(frame.settings),
-        )
-        self._draw(frame, self._aligned, self._aligned_array, 0, aligned)
-        self._draw(frame, self._resampled, self._resampled_array, aligned, len(records) - aligned)
+        self._draw(frame, ("ALIGNED",), 0, aligned)
+        resampled = {
+            "pixel_angle": 1 / frame.view.focal_pixels,
+            "steps": frame.settings.composite.parallax,
+            "partial": geometric(frame.settings),
+        }
+        self._draw(frame, frame.targets.defines, aligned, len(records) - aligned, **resampled)
         context.disable_direct(DEPTH_CLAMP)
 
-    def _draw(self, frame: Frame, program: Program, array: moderngl.VertexArray, first: int, count: int) -> None:
+    def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int, **uniforms: object) -> None:
         if count:
+            program, array = self._programs[defines], self._arrays[defines]
             near, far = frame.view.depth_range
             clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
             depth_from_inverse = far / (far - near), near * far / (far - near)
             program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_number)
-            program.set(clip_from_eye=clip_from_eye, depth_from_inverse=depth_from_inverse)
+            program.set(clip_from_eye=clip_from_eye, depth_from_inverse=depth_from_inverse, **uniforms)
             self._instances.bind(array, first)
             array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)

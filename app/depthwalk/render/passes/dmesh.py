@@ -30,8 +30,9 @@ class DmeshPass(Pass):
         number = frame.plan.first_number + len(frame.plan.composite.records)
         for group in frame.plan.dmesh.groups:
             asset = frame.assets.depth_object(group.asset)
-            program = self._programs[asset.defines]
-            array = self._arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
+            defines = (*asset.defines, *frame.targets.defines)
+            program = self._programs[defines]
+            array = self._arrays[defines].get(group.asset, asset.vertices, asset.indices)
             asset.use_geometry(program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
             program.set(clip_from_eye=clip_from_eye, first=number + group.first)
             self._instances.bind(array, group.first)

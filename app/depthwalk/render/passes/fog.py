@@ -11,6 +11,7 @@ from depthwalk.render.view import matrix_bytes
 
 class FogPass(Pass):
     name = "fog"
+    per_sample = True
     reads = ("gbuffer",)
     writes = ("lit",)
 

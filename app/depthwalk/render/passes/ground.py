@@ -13,7 +13,7 @@ from depthwalk.render.view import matrix_bytes
 
 class GroundPass(Pass):
     name = "ground"
-    writes = ("gbuffer",)
+    writes = ("gbuffer", "visible")
 
     def setup(self) -> None:
         self._program = Program(self.gl, "ground/ground.vert", "ground/ground.frag")
@@ -35,7 +35,7 @@ class GroundPass(Pass):
                 self._texture.anisotropy = 8.0
             self._mean = np.maximum(linear_from_srgb8(texels[..., :3]).mean((0, 1)), 1e-3)
         context = self.gl.device.context
-        frame.targets.gbuffer.use()
+        frame.targets.polygons.use()
         context.enable_only(moderngl.DEPTH_TEST)
         self._texture.use(0)
         self._program.set(

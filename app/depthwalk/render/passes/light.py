@@ -27,6 +27,7 @@ class LightParams(Params):
 
 class LightPass(Pass):
     name = "light"
+    per_sample = True
     reads = ("gbuffer", "shadow")
     writes = ("lit",)
     Params: ClassVar[type[Params]] = LightParams

@@ -13,6 +13,7 @@ from depthwalk.render.view import matrix_bytes
 
 class ShadePass(Pass):
     name = "shade"
+    per_sample = True
     reads = ("visible",)
     writes = ("gbuffer",)
 

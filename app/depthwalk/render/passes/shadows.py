@@ -24,6 +24,7 @@ class ShadowsPass(Pass):
     """A map that would show what it shows already is not drawn again."""
 
     name = "shadows"
+    per_sample = True
     reads = ("gbuffer",)
     writes = ("shadow",)
     Params: ClassVar[type[Params]] = ShadowParams

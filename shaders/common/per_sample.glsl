@@ -1,0 +1,7 @@
+// MULTISAMPLED: a shader that has inputs PER_SAMPLE runs for each sample of a pixel, with what they are there.
+#ifdef MULTISAMPLED
+#extension GL_ARB_gpu_shader5 : require
+#define PER_SAMPLE sample
+#else
+#define PER_SAMPLE
+#endif

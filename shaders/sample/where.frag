@@ -1,0 +1,6 @@
+// Where each sample of a pixel is, 0 to 1.
+#extension GL_ARB_sample_shading : require
+
+layout(location = 0) out vec2 at;
+
+void main() { at = gl_SamplePosition; }

@@ -1,0 +1,120 @@
+"""`render.aa: msaa` takes the samples that the hardware says it does, in all that is drawn."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from depthwalk.errors import InputError
+from depthwalk.gpu.multisampling import sample_offsets
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.render.antialiasing import MULTISAMPLING, hardware_samples
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.settings import RenderSettings
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from shapes import ShapeLibrary, box, scene_of
+
+CAMERA = Camera((2, 2.3, 3.5), (0, 0.7, 0), 0.7)
+SIZE = (160, 120)
+
+
+@pytest.fixture(scope="module")
+def library():
+    return ShapeLibrary([box(1.4, 1.4, 1.4, (0, 0.7, 0))], resolution=128)
+
+
+def crate(representation, **environment):
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=representation, **environment)
+    scene.render.aa = "msaa"
+    return scene
+
+
+@pytest.fixture(scope="module")
+def offsets(gl_device):
+    with gl_device.context:
+        return sample_offsets(gl_device, MULTISAMPLING)
+
+
+@pytest.fixture(scope="module")
+def inside(offsets):
+    """Of each sample (H, W, samples), top row first, how many pixels it is within the crate's outline."""
+    corners = np.stack(np.meshgrid([-0.7, 0.7], [0, 1.4], [-0.7, 0.7]), -1).reshape(-1, 3)
+    view = View(CAMERA, SIZE, 0.1, 10)
+    clip = np.pad(corners - view.position, ((0, 0), (0, 1)), constant_values=1) @ view.clip_from_eye.T
+    hull = ConvexHull((clip[:, :2] / clip[:, 3:] + 1) / 2 * SIZE)
+    column, row = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1])[::-1] + 0.5)
+    at = np.stack([column, row], -1)[:, :, None] + offsets
+    return -(at @ hull.equations[:, :2].T + hull.equations[:, 2]).max(-1)
+
+
+def test_samples_lie_in_the_pixel_each_in_a_row_and_a_column_of_its_own(offsets):
+    assert offsets.shape == (MULTISAMPLING, 2) and np.abs(offsets).max() < 0.5
+    for axis in offsets.T:
+        assert len(set(axis)) == MULTISAMPLING
+
+
+def test_a_mesh_covers_of_each_pixel_the_samples_within_its_outline(studio, library, inside):
+    alpha = studio.picture(crate(Representation.MESH), library, CAMERA, SIZE, transparent=True)[..., 3]
+    certain = (np.abs(inside) > 0.01).all(-1)  # pixels, beyond the rasteriser's own rounding
+    assert certain.mean() > 0.95
+    assert alpha[certain] == pytest.approx((inside > 0).mean(-1)[certain], abs=1 / 255)
+    assert len(np.unique(alpha)) == MULTISAMPLING + 1
+
+
+@pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
+def test_depth_images_are_drawn_for_each_sample(studio, library, inside, representation):
+    covered = (inside > 0).mean(-1)
+    edge = (covered > 0) & (covered < 1)
+    scene = crate(representation)
+    errors = {}
+    for aa in ("none", "msaa"):
+        scene.render.aa = aa
+        alpha = studio.picture(scene, library, CAMERA, SIZE, transparent=True)[..., 3]
+        errors[aa] = np.abs(alpha - covered)[edge].mean()
+    assert errors["msaa"] < 0.7 * errors["none"]
+
+
+def test_the_distance_of_a_pixel_is_that_of_the_nearest_sample(library, inside):
+    with HeadlessRenderer(crate(Representation.MESH), library, SIZE) as headless:
+        headless.draw(View(CAMERA, SIZE), transparent=True)
+        distance = headless.linear_image().distance
+    touched = (inside > 0).any(-1)
+    certain = (np.abs(inside) > 0.01).all(-1)
+    assert (np.isfinite(distance) == touched)[certain].all()
+
+
+@pytest.mark.parametrize("dof", ["gather", "accumulate"])
+def test_a_lens_without_blur_changes_nothing(studio, library, dof):
+    scene = crate(Representation.DPCI, sky={}, ground={"height": 0.0})
+    without = studio.picture(scene, library, CAMERA, SIZE)
+    scene.render.dof.mode, scene.render.dof.samples = dof, 2
+    scene.render.dof.f_number, scene.render.dof.focal_length = 64, 1
+    assert np.abs(studio.picture(scene, library, CAMERA, SIZE) - without).max() < 0.02
+
+
+def test_samples_come_and_go_with_the_setting(gl_device, library):
+    """Each change of it leaves as many GL objects as the one before to the same value."""
+    scope, scene = gl_device.scope("test"), crate(Representation.DPCI, sky={}, ground={"height": 0.0})
+    screen = scope.framebuffer([scope.texture(SIZE, 4)])
+    before = gl_device.live.copy()
+    renderer = Renderer(gl_device, scene, library)
+    live = {"none": [], "msaa": []}
+    for aa in ("msaa", "none", "msaa", "none"):
+        scene.render.aa = aa
+        renderer.render(View(CAMERA, SIZE), screen)
+        live[aa].append(gl_device.live.copy())
+    renderer.release()
+    assert +gl_device.live == +before
+    scope.release()
+    assert live["none"][0] == live["none"][1] and live["msaa"][1]["texture"] > live["none"][1]["texture"]
+    assert live["msaa"][0]["texture"] == live["msaa"][1]["texture"]
+
+
+def test_a_driver_with_fewer_samples_is_told_apart():
+    settings = RenderSettings(aa="msaa")
+    with pytest.raises(InputError, match=r"^render\.aa: msaa needs 4 samples .*; slow offers 1; choose ssaa"):
+        hardware_samples(settings, SimpleNamespace(max_samples=1, renderer="slow"))
+    settings.aa = "ssaa"
+    assert hardware_samples(settings, SimpleNamespace(max_samples=1)) == 1
