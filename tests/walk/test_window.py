@@ -44,6 +44,7 @@ from depthwalk.scene.loader import load_scene
 class Watched(app.Device):
     def __init__(self, context):
         super().__init__(context)
+        self.max_samples = min(self.max_samples, int(sys.argv[2]))
         devices.append(self)
 
 devices = []
@@ -82,11 +83,11 @@ def scene_file(tmp_path):
 
 
 class Program:
-    """The walk in a process of its own."""
+    """The walk in a process of its own, with up to so many samples per pixel."""
 
-    def __init__(self, scene_file, folder, environment):
+    def __init__(self, scene_file, folder, environment, samples=4):
         self.process = subprocess.Popen(
-            [sys.executable, "-c", DRIVER, str(scene_file)],
+            [sys.executable, "-c", DRIVER, str(scene_file), str(samples)],
             env=environment, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         )  # fmt: skip
 
@@ -218,6 +219,35 @@ def test_a_key_focuses_on_what_is_in_the_middle(display, scene_file, tmp_path, m
     assert crate.sum() > 1000
     off = [np.abs(picture - pictures["none"])[crate].mean() for picture in (pictures["gather"], focused)]
     assert off[1] < 1 < 0.5 * off[0]
+
+
+@linux
+@pytest.mark.parametrize(("samples", "shown"), [(4, "msaa"), (2, "none")])
+def test_multisampling_and_none_where_the_driver_has_too_few(
+    display, scene_file, tmp_path, monkeypatch, samples, shown
+):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    scene_file.write_text(SCENE + "render: {aa: msaa}\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with Program(scene_file, tmp_path, environment, samples) as program:
+        user = User(environment, tmp_path, program)
+        user.find_window()
+        user.screenshot()  # it shows the scene
+        user.do("key", "z", "sleep", 0.5)
+        picture, camera = user.screenshot()
+        user.do("key", "Escape")
+        (live,) = program.end()
+    assert not any(live.values())
+    expected = {}
+    for aa in ("msaa", "none"):
+        scene = load_scene(scene_file, overrides={"render.aa": aa})
+        with HeadlessRenderer(scene, SceneLibrary(scene.assets), (480, 360)) as headless:
+            headless.draw(View(camera, (480, 360)))
+            expected[aa] = headless.pixels()[..., :3].astype(int)
+    off = {aa: np.abs(picture - each).mean() for aa, each in expected.items()}
+    assert off[shown] < 0.5 * min(off[aa] for aa in off if aa != shown)
 
 
 @linux
