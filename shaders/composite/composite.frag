@@ -76,6 +76,24 @@ flat in vec3 parallax;
 // surface is less than 8 times as deep as wide.
 const float STEEPEST = 8.0;
 
+float depth_within(ivec2 texel) {
+    vec2 corner = vec2(texel) - tile.xy;
+    bool inside = all(greaterThanEqual(corner, vec2(0.0))) && all(lessThan(corner, tile.zw));
+    return inside ? texelFetch(atlas_depth, texel, 0).r : 1.0;
+}
+
+// As `across_crack`, where all four texels from `low` on are empty, `nearest` among them: of texels half a pixel wide a
+// crack takes two.
+float across_wide_crack(ivec2 low, inout ivec2 nearest) {
+    ivec2 before = low - 1, after = low + 2;
+    float left = depth_within(ivec2(before.x, nearest.y)), right = depth_within(ivec2(after.x, nearest.y));
+    float below = depth_within(ivec2(nearest.x, before.y)), above = depth_within(ivec2(nearest.x, after.y));
+    float across = max(left, right), along = max(below, above);
+    if (across <= along) nearest.x = left > right ? before.x : after.x;
+    else nearest.y = below > above ? before.y : after.y;
+    return min(across, along);
+}
+
 // Stored depth at `texel`, between the four texels around it, 1 outside the silhouette, which runs where half of the
 // weight is on empty texels; `nearest` is the texel that owns the result. Where `partial`, that of the front surface, and
 // `open` is the weight on others.
@@ -92,6 +110,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     if (partial && front < 1.0) weight *= step(depth - front, vec4(STEEPEST * pixel_angle * (1.0 - front)));
     else if (dot(weight, vec4(1.0)) < 0.5) {
         nearest = ivec2(floor(position + 0.5));
+        if (partial) return across_wide_crack(low, nearest);
         return across_crack(nearest, four_depths(nearest - 1), four_depths(nearest));
     }
     // The heaviest that is not empty; of equals exactly one.

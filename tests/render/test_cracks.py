@@ -1,0 +1,51 @@
+"""Pass 2 goes on behind cracks of intermediate images, and shows what is behind wider gaps."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from depthwalk.render.depth_cells import DepthCells
+from depthwalk.render.passes.composite import CompositePass
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera
+from shapes import ShapeLibrary, box, scene_of
+
+SIZE = (96, 96)
+CAMERA = Camera((0, 0.5, 3), (0, 0.5, 0), 0.7)
+
+
+@pytest.fixture
+def wall(gl_device):
+    """A renderer of a box that fills the middle of the picture, a scope and a screen."""
+    renderer = Renderer(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), ShapeLibrary([box(1, 1, 1, (0, 0.5, 0))]))
+    scope = gl_device.scope("test")
+    yield renderer, scope, scope.framebuffer([scope.texture(SIZE, 4)])
+    renderer.release()
+    scope.release()
+
+
+@pytest.mark.parametrize(("aa", "widest"), [("none", 1), ("gpaa-edge", 2), ("msaa", 1)])
+@pytest.mark.parametrize("along", [0, 1])
+def test_cracks_are_bridged_and_gaps_are_not(wall, aa, widest, along):
+    """Texels of the atlas along a line through the tile are emptied, and pass 2 draws it again."""
+    renderer, scope, screen = wall
+    renderer.settings.aa = aa
+    renderer.render(View(CAMERA, SIZE), screen)
+    targets, plan = renderer.targets, renderer.plan
+    stored = np.frombuffer(targets.atlas_depth.read(alignment=4), np.float32).reshape(targets.atlas_size[::-1])
+    x, y, width, height = plan.composite.records["tile"][0].astype(int)
+    middle = (y + height // 2, x + width // 2)[along]
+    cells = DepthCells(renderer.device, targets.size)
+    rows, columns = (slice(pixels // cells.side // 3, pixels // cells.side * 2 // 3) for pixels in targets.size[::-1])
+    composite = next(each for each in renderer.passes if isinstance(each, CompositePass))
+    for count, holes in ((widest, False), (2 * widest, True)):
+        cut = stored.copy()
+        np.moveaxis(cut, along, 0)[middle : middle + count] = 1.0
+        targets.atlas_depth = scope.texture(targets.atlas_size, 1, "f4", cut.tobytes())
+        targets.polygons.clear(depth=1.0)
+        composite.draw(SimpleNamespace(view=renderer.view, plan=plan, settings=renderer.settings, targets=targets))
+        farthest = cells.read(targets)[rows, columns]  # of all samples, well within the wall
+        assert (farthest == 1.0).any() == holes
+    cells.release()
