@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 from depthwalk.errors import InputError
 from depthwalk.gpu.multisampling import sample_offsets
 from depthwalk.headless import HeadlessRenderer
-from depthwalk.render.antialiasing import MULTISAMPLING, hardware_samples
+from depthwalk.render.antialiasing import MULTISAMPLING, hardware_samples, sample_views
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.view import View
@@ -37,13 +37,17 @@ def offsets(gl_device):
         return sample_offsets(gl_device, MULTISAMPLING)
 
 
+def pixels(view, points):
+    """Where `points` (n, 3), world, are in the picture (n, 2), y upward."""
+    clip = np.pad(points - view.position, ((0, 0), (0, 1)), constant_values=1) @ view.clip_from_eye.T
+    return (clip[:, :2] / clip[:, 3:] + 1) / 2 * SIZE
+
+
 @pytest.fixture(scope="module")
 def inside(offsets):
     """Of each sample (H, W, samples), top row first, how many pixels it is within the crate's outline."""
     corners = np.stack(np.meshgrid([-0.7, 0.7], [0, 1.4], [-0.7, 0.7]), -1).reshape(-1, 3)
-    view = View(CAMERA, SIZE, 0.1, 10)
-    clip = np.pad(corners - view.position, ((0, 0), (0, 1)), constant_values=1) @ view.clip_from_eye.T
-    hull = ConvexHull((clip[:, :2] / clip[:, 3:] + 1) / 2 * SIZE)
+    hull = ConvexHull(pixels(View(CAMERA, SIZE, 0.1, 10), corners))
     column, row = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1])[::-1] + 0.5)
     at = np.stack([column, row], -1)[:, :, None] + offsets
     return -(at @ hull.equations[:, :2].T + hull.equations[:, 2]).max(-1)
@@ -53,6 +57,14 @@ def test_samples_lie_in_the_pixel_each_in_a_row_and_a_column_of_its_own(offsets)
     assert offsets.shape == (MULTISAMPLING, 2) and np.abs(offsets).max() < 0.5
     for axis in offsets.T:
         assert len(set(axis)) == MULTISAMPLING
+
+
+def test_views_of_samples_see_them_in_the_middle_of_pixels():
+    rng = np.random.default_rng(2)
+    points, offsets = rng.uniform(-1, 1, (50, 3)), rng.uniform(-0.5, 0.5, (3, 2))
+    view = View(CAMERA, SIZE, 0.1, 10, shear=(0.01, -0.02))
+    for seen, offset in zip(sample_views(view, offsets), offsets, strict=True):
+        assert pixels(seen, points) == pytest.approx(pixels(view, points) - offset, abs=1e-9)
 
 
 def test_a_mesh_covers_of_each_pixel_the_samples_within_its_outline(studio, library, inside):

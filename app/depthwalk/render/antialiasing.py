@@ -1,11 +1,16 @@
 """Which anti-aliasing a picture gets, and what that asks of the passes before it."""
 
+from dataclasses import replace
 from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.params import Params, param
 from depthwalk.render.tiles import TileParams
+from depthwalk.render.view import View
 
 SUPERSAMPLING = 2  # samples per pixel along either axis, for `ssaa`
 MULTISAMPLING = 4  # samples per pixel of what objects are drawn into, for `msaa`
@@ -44,6 +49,13 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
             f"{device.max_samples}; choose ssaa or gpaa-edge"
         )
     return MULTISAMPLING
+
+
+def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
+    """`view` for each sample of its pixels: what is at `offsets` (samples, 2) from a pixel's middle, pixels to the
+    right and up, is in the middle of that pixel there."""
+    shears = np.asarray(view.shear) - offsets / view.focal_pixels
+    return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]
 
 
 def tile_layout(settings: PictureParams, layout: TileParams, remembers: bool) -> TileParams:

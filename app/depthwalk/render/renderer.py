@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing import hardware_samples, samples
+from depthwalk.render.antialiasing import hardware_samples, sample_views, samples
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import depth_range
 from depthwalk.render.cascades import fit_cascades
@@ -90,9 +90,9 @@ class Renderer:
         frame = Frame(view, self.plan, settings, *surroundings, transparent, shaded, shadows, lens_point)
         others = [each for each in self.passes if not each.draws_objects]
         for per_sample, passes in groupby(others, lambda each: each.per_sample):
-            together = list(passes)
-            for shown in _samples(frame) if per_sample else [frame]:
-                self._draw(together, shown)
+            together, views = list(passes), sample_views(view, targets.offsets) if per_sample else [view]
+            for number, seen in enumerate(views):
+                self._draw(together, replace(frame, view=seen, sample=number))
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
 
@@ -174,13 +174,6 @@ class Renderer:
             for each in self.passes:
                 each.resize(size)
         return self.targets
-
-
-def _samples(frame: Frame) -> list[Frame]:
-    """`frame` as each of a pixel's samples shows it: seen through pixels whose middles are there."""
-    offsets, view = frame.targets.offsets / frame.view.focal_pixels, frame.view
-    shears = (view.shear - offsets).tolist()
-    return [replace(frame, view=replace(view, shear=tuple(shear)), sample=k) for k, shear in enumerate(shears)]
 
 
 def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
