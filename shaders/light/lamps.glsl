@@ -3,12 +3,34 @@ uniform sampler2D lamps;        // LAMP_RECORDs
 uniform sampler2D lamp_lists;   // their numbers, four to a texel, cell by cell
 uniform sampler2D lamp_cells;   // of each cell, the first in the list and how many
 uniform ivec2 squares;          // columns and rows of the picture
+#ifdef LAMP_SHADOWS
+#include "common/shadow_map.glsl"
+uniform sampler2DShadow lamp_maps;
+uniform int map_columns;        // of tiles
+uniform int map_resolution;     // texels along a tile's edge
+const float NEAR = 0.01;        // of a lamp's range, where its map begins; as in render/spots.py
+#endif
 
-const int PER_ROW = 1024, SQUARE = 32, SLICES = 16, PARTS = 3;
+const int PER_ROW = 1024, SQUARE = 32, SLICES = 16, PARTS = 4;
 
 vec4 lamp_part(int number, int part) {
     return texelFetch(lamps, ivec2(number % PER_ROW * PARTS + part, number / PER_ROW), 0);
 }
+
+#ifdef LAMP_SHADOWS
+// What part of a spot light's light reaches a point, from the lamp, that is in its cone. axis: of the cone; shadow: as in
+// LAMP_RECORD.
+float lamp_share(vec3 point, float range, vec3 axis, vec4 shadow, vec3 normal) {
+    vec3 right = shadow.xyz, up = cross(right, axis);
+    float texel = 2.0 * dot(point, axis) * inversesqrt(dot(right, right)) / float(map_resolution);
+    point += normal * texel * lift(length(cross(normal, axis)));
+    float along = dot(point, axis), margin = map_margin(map_resolution);
+    vec2 at = clamp(0.5 + 0.5 * vec2(dot(point, right), dot(point, up)) / along, margin, 1.0 - margin);
+    float depth = (1.0 - NEAR * range / along) / (1.0 - NEAR);
+    int tile = int(shadow.w);
+    return filtered(lamp_maps, vec2(tile % map_columns, tile / map_columns), map_resolution, vec3(at, depth));
+}
+#endif
 
 // Point or spot lights at `point`, from the viewer, `away` along the view axis: inverse squares with a window that ends
 // them at their range (Karis 2013, "Real Shading in Unreal Engine 4"), cones that fade towards their edge.
@@ -27,6 +49,11 @@ vec3 of_lamps(vec3 point, float away, vec3 albedo, float specular, float shinine
         to_lamp *= inversesqrt(square_distance);
         float inside = clamp((-dot(to_lamp, cone.xyz) - light.w) * cone.w, 0.0, 1.0);
         float strength = window * window * inside * inside / square_distance;
+#ifdef LAMP_SHADOWS
+        vec4 shadow = lamp_part(number, 3);
+        if (shadow.w >= 0.0 && strength > 0.0 && dot(normal, to_lamp) > 0.0)
+            strength *= lamp_share(point + normal * seen_error * away - place.xyz, place.w, cone.xyz, shadow, normal);
+#endif
         colour += strength * light.rgb * phong(albedo, specular, shininess, normal, view, to_lamp);
     }
     return colour;

@@ -1,5 +1,5 @@
 // Deferred Phong lighting.
-// LAMPS: there are some; SHADOWS: the sun casts them; FORWARD: what `shade` has lit stays.
+// LAMPS: there are some; LAMP_SHADOWS: which cast them; SHADOWS: the sun casts them; FORWARD: what `shade` has lit stays.
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"
 #include "common/shadow.glsl"

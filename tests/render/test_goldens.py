@@ -58,3 +58,16 @@ def test_golden_multisampled(studio, library, request):
     scene.render.aa, scene.render.shadows.enabled = "msaa", True
     pixels = studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(192, 128))
     goldens.compare("msaa", pixels, request.config.getoption("--update-goldens"), studio.device.software)
+
+
+def test_golden_of_lamps(studio, library, request):
+    """Two spot lights by night, each with its shadows, on depth images and from them."""
+    lamps = [
+        {"position": (2.5, 3.5, 2.0), "direction": (-2.2, -3.0, -2.0), "intensity": 14.0},
+        {"position": (-3.0, 2.0, 1.5), "direction": (3.0, -1.6, -1.5), "intensity": 8.0, "colour": (0.6, 0.8, 1.0)},
+    ]
+    lights = [lamp | {"angle": 70.0, "range": 14.0, "shadow": True} for lamp in lamps]
+    night = {"sky": {"zenith": (0, 0, 0.1), "horizon": (0, 0, 0.2)}, "sun": {"intensity": 0.05}, "lights": lights}
+    scene = scene_of(*PLACES, **SKY | night)
+    pixels = studio.picture(scene, library, Camera((0.3, 2.2, 4.6), (0.1, 0.4, 0), 0.8), size=(192, 128))
+    goldens.compare("lamp-shadows", pixels, request.config.getoption("--update-goldens"), studio.device.software)

@@ -8,6 +8,7 @@ import pytest
 from depthwalk.colour import linear_from_srgb
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.reference.light import lamp_light, phong, reflected
+from depthwalk.render.casters import Shadows
 from depthwalk.render.lamps import SLICES, SQUARE, lamps_in_sight
 from depthwalk.render.lighting import irradiance, lighting, polynomials, sphere_directions
 from depthwalk.render.passes.light import LightPass
@@ -69,7 +70,7 @@ def test_the_pass_lights_what_the_twin_lights(gl_device, count):
             settings=RenderSettings(),
             environment=environment,
             transparent=False,
-            shadows=None,
+            shadows=Shadows(),
         )
     )
     found = np.frombuffer(targets.lit_texture.read(), np.float16).reshape(-1, 4)

@@ -7,25 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from depthwalk.reference.shadows import lifted, sun_share
+from depthwalk.reference.shadows import lifted, light_share
 from depthwalk.reference.warp import warp
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.cascades import Cascade, ShadowParams, fit_cascades, light_axes, split_distances
 from depthwalk.render.casters import find_casters
 from depthwalk.render.planes import Volumes, choose_planes
-from depthwalk.render.renderer import Renderer
-from depthwalk.render.view import View
-from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.arrays import Representation
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
+from stage import Stage, view_of
 
-SIZE = (240, 180)
 SUN = (-0.5, -0.8, -0.3)
 TO_SUN = -np.array(SUN) / np.linalg.norm(SUN)
 GROUND = {"ground": {"height": 0.0}, "sun": {"direction": SUN}}
-
-
-def view_of(position=(0.0, 1.6, 5.0), target=(0.0, 1.0, 0.0), far=60.0):
-    return View(Camera(position, target, 0.9), SIZE, near=0.1, far=far)
 
 
 def in_light(cascade, points):
@@ -114,67 +108,6 @@ def test_the_suns_view_is_the_limit_of_a_far_viewers():
     assert lam == pytest.approx(1, abs=1e-6)
 
 
-class Stage:
-    """A renderer that is asked for what it found about shadows."""
-
-    def __init__(self, studio, scene, library):
-        self.scope = studio.device.scope("stage")
-        self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
-        self.renderer = Renderer(studio.device, scene, library)
-        scene.render.shadows.enabled = True
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.renderer.release()
-        self.scope.release()
-
-    def draw(self, view):
-        self.renderer.render(view, self.screen)
-        return self.renderer.plan.counts
-
-    def read(self, name, dtype, components):
-        """A target (H, W, components), row 0 at the bottom."""
-        data = getattr(self.renderer.targets, name).read(alignment=1)
-        return np.frombuffer(data, dtype).reshape(*SIZE[::-1], components)
-
-    def share(self):
-        return self.read("shadow_texture", np.uint8, 1)[..., 0] / 255
-
-    def points(self):
-        """World (H, W, 3), far below where nothing is."""
-        view = self.renderer.view
-        near, far = view.depth_range
-        depth = self.read("depth", np.float32, 1)[..., 0].astype(float)
-        with np.errstate(divide="ignore"):
-            forward = np.where(depth < 1, near * far / (far - depth * (far - near)), np.inf)
-        x, y = ((np.arange(n) + 0.5) / n * 2 - 1 for n in SIZE)
-        screen = np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1)
-        with np.errstate(invalid="ignore"):
-            point = view.position + forward[..., None] * (screen @ view.ray_from_screen.T)
-        return np.where(forward[..., None] < np.inf, point, -1e6)
-
-    def normals(self):
-        """World (H, W, 3), unit."""
-        p = self.read("surface", np.uint16, 4)[..., :2] / 65535 * 2 - 1
-        n = np.dstack([p, 1 - np.abs(p).sum(-1)])
-        fold = np.maximum(-n[..., 2:], 0)
-        n[..., :2] -= np.where(n[..., :2] < 0, -fold, fold)
-        return n / np.linalg.norm(n, axis=-1, keepdims=True)
-
-    def maps(self):
-        """Cascades and their depths, from the pass itself."""
-        held = next(each for each in self.renderer.passes if each.name == "shadows")
-        texture, resolution = held._maps[0], held._held[0].cascade.resolution
-        depth = np.frombuffer(texture.read(), np.float32).reshape(texture.size[::-1])
-        tiles = [(k % 2 * resolution, k // 2 * resolution) for k in range(len(held._held))]
-        return [
-            (shown.cascade, depth[y : y + resolution, x : x + resolution])
-            for shown, (x, y) in zip(held._held, tiles, strict=True)
-        ]
-
-
 BALL_AND_BOX = ((0, (-0.8, 0, 0), 0.3, 1.0), (1, (1.2, 0, 0.4), 0.4, 1.0))
 
 
@@ -189,14 +122,14 @@ def test_shares_match_their_twin(studio, library, filter_width):
     scene.render.shadows.filter_width, scene.render.shadows.resolution = filter_width, 256
     with Stage(studio, scene, library) as stage:
         stage.draw(view_of())
-        point, normal, found = stage.points(), stage.normals(), stage.share()
+        point, normal, found = stage.raised(), stage.normals(), stage.share()
         maps = stage.maps()
     told = (point[..., 2] > -60) & (normal @ TO_SUN > 0.01)  # nearer than where shadows fade
     point, normal, found = point[told], normal[told], found[told]
     expected = np.full(len(point), np.nan)
-    for cascade, depth in maps:
+    for cascade, depth in maps.values():
         moved = lifted(point, normal, TO_SUN, cascade.texel, filter_width, 1.0)
-        expected = np.where(np.isnan(expected), sun_share(depth, cascade, moved, filter_width), expected)
+        expected = np.where(np.isnan(expected), light_share(depth, cascade, moved, filter_width), expected)
     expected = np.where(np.isnan(expected), 1.0, expected)
     assert ((expected > 0.05) & (expected < 0.95)).sum() > 100  # edges are there to be compared
     off = np.abs(found - expected)

@@ -117,6 +117,11 @@ MESSAGES = {
         "7:18: objects[1].colour: unknown key",
         "8:9: camera: missing key 'position'",
     ],
+    "shadow-no-cone": [
+        "6:7: environment.lights[0]: 'shadow' needs a cone: give a 'direction'",
+        "7:7: environment.lights[1]: 'shadow' needs a cone of at most 150 degrees",
+        "8:60: environment.lights[2].shadow: must be a valid boolean, not 2",
+    ],
     "short-vector": [
         "6:28: objects[0].position: must be [x, y, z]",
     ],

@@ -7,17 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.params import Params, param
+from depthwalk.render.bounds import Bounds
 from depthwalk.render.view import View
 
 Array = NDArray[np.floating]
 
-MOST = 4  # cascades; as in shaders/common/shadow.glsl
+MOST = 4  # cascades; as in shaders/shadows/sun.frag
+MOST_LAMPS = 16  # with a map at a time
 _STEPS = 8  # a map's centre moves by this part of the radius of its slice
 _FIRST = 1 / 64  # of the distance: what logarithms take for the near plane, which would have slices of centimetres
 
 
 class ShadowParams(Params):
-    """Shadows that the sun casts."""
+    """Shadows that the sun casts, and lamps with `shadow: true`."""
 
     enabled: bool = param(False, "Objects cast shadows of the sun on each other and on the ground")
     cascades: int = param(3, "Shadow maps, each for a part of the distance", ge=1, le=MOST)
@@ -34,6 +36,8 @@ class ShadowParams(Params):
         ge=0.01,
         le=1e6,
     )
+    lamps: int = param(8, "Shadow maps of lamps, the brightest in sight first", ge=0, le=MOST_LAMPS)
+    lamp_resolution: int = param(512, "Width and height of a lamp's shadow map", unit="texels", ge=64, le=4096)
 
 
 @dataclass(frozen=True)
@@ -51,12 +55,30 @@ class Cascade:
         """Metres."""
         return 2 * self.half / self.resolution
 
+    @property
+    def light(self) -> tuple[float, float, float, float]:
+        """Where the light is, homogeneous: infinitely far, in this direction."""
+        x, y, z = self.axes[2].tolist()
+        return x, y, z, 0.0
+
     @cached_property
     def clip_from_centre(self) -> NDArray[np.float64]:
         """(4, 4), of world vectors from the centre."""
         clip = np.eye(4)
         clip[:3, :3] = self.axes * np.array([[1.0], [1.0], [-1.0]]) / self.half
         return clip
+
+    def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
+        """Which spheres (n,) may cast a shadow within the map: those that meet the prism from its far side towards the
+        sun."""
+        right, up, toward = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
+        most = self.half + bounds.reach
+        return np.asarray((np.abs(right) < most) & (np.abs(up) < most) & (toward > -most))
+
+    def texels(self, bounds: Bounds) -> tuple[Array, Array]:
+        """What a texel covers, metres (n,), where spheres come nearest to the light, and about their middle."""
+        texel = np.full(len(bounds.reach), self.texel)
+        return texel, texel
 
 
 def light_axes(to_sun: Array) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
-"""What is drawn into the sun's shadow maps: objects that may cast a shadow there, at the level that a texel shows."""
+"""What is drawn into shadow maps: objects that may cast a shadow there, at the level that a texel shows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,17 +10,19 @@ from depthwalk.render.cascades import Cascade, ShadowParams
 from depthwalk.render.frame_plan import AssetTable, Drawing, draw_groups
 from depthwalk.render.lod import Case, affordable_level, error_level
 from depthwalk.render.records import placed_records
+from depthwalk.render.spots import Spot
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
+MapView = Cascade | Spot
 
 
 @dataclass(frozen=True)
 class ShadowMap:
-    """A cascade and what casts shadows in it: grids of depth images, and polygons."""
+    """What a shadow map sees and what casts shadows in it: grids of depth images, and polygons."""
 
-    cascade: Cascade
+    view: MapView
     grids: Drawing
     meshes: Drawing
 
@@ -31,10 +33,10 @@ class ShadowMap:
 
     def shows_same(self, other: "ShadowMap") -> bool:
         """Whether drawing either gives the same map."""
-        mine, its = self.cascade, other.cascade
+        mine, its = self.view, other.view
         return (
-            (mine.centre, mine.half, mine.resolution) == (its.centre, its.half, its.resolution)
-            and np.array_equal(mine.axes, its.axes)
+            (mine.centre, mine.resolution) == (its.centre, its.resolution)
+            and np.array_equal(mine.clip_from_centre, its.clip_from_centre)
             and all(
                 drawing.groups == before.groups and np.array_equal(drawing.records, before.records)
                 for drawing, before in ((self.grids, other.grids), (self.meshes, other.meshes))
@@ -42,29 +44,38 @@ class ShadowMap:
         )
 
 
-def find_casters(cascade: Cascade, bounds: Bounds) -> NDArray[np.intp]:
-    """Rows (m,) of the spheres that may cast a shadow within the cascade: all that meet the prism from its far side
-    towards the sun, and are not smaller than a texel."""
-    right, up, toward = ((bounds.centre - np.array(cascade.centre, np.float32)) @ cascade.axes.T.astype(np.float32)).T
-    most = cascade.half + bounds.reach
-    casts = (np.abs(right) < most) & (np.abs(up) < most) & (toward > -most) & (2 * bounds.reach >= cascade.texel)
-    return np.flatnonzero(casts)
+@dataclass(frozen=True)
+class Shadows:
+    """The shadow maps of a frame. sun: the nearest first, None where it casts no shadows; lamps: by tile; tiles: the
+    tile of each lamp that has one, by its number among the environment's lights."""
+
+    sun: tuple[ShadowMap, ...] | None = None
+    lamps: dict[int, ShadowMap] = field(default_factory=dict)
+    tiles: dict[int, int] = field(default_factory=dict)
 
 
-def shadow_map(cascade: Cascade, rows: Rows, objects: Objects, table: AssetTable, params: ShadowParams) -> ShadowMap:
-    """The cascade with the objects `rows` (m,), each at the coarsest level that `params` allow."""
+def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
+    """Rows (m,) of the spheres that may cast a shadow within the map and are not smaller than a texel."""
+    texel, _ = view.texels(bounds)
+    return np.flatnonzero(view.meets(bounds) & (2 * bounds.reach >= texel))
+
+
+def shadow_map(
+    view: MapView, rows: Rows, objects: Objects, bounds: Bounds, table: AssetTable, params: ShadowParams
+) -> ShadowMap:
+    """The map with the objects `rows` (m,), each at the coarsest level that `params` allow."""
     placed = objects.take(rows)
+    nearest, middle = (texel / placed.scale for texel in view.texels(bounds.take(rows)))
     imaged = ~np.isin(placed.representation, MESHES)
-    level = np.where(imaged, _grid_level(cascade, placed, table, params), 0)
+    level = np.where(imaged, _grid_level(nearest, middle, placed, table, params), 0)
     thinned = placed.representation == Representation.MESH_LOD
-    allowed = params.error * cascade.texel / placed.scale
-    level = np.where(thinned, error_level(table.mesh_error[placed.asset], allowed), level)
+    level = np.where(thinned, error_level(table.mesh_error[placed.asset], params.error * nearest), level)
     case = np.full(len(rows), int(Case.ALL))
     order = np.lexsort((level, placed.asset))
     grids, meshes = order[imaged[order]], order[~imaged[order]]
-    centre = np.array(cascade.centre)
+    centre = np.array(view.centre)
     return ShadowMap(
-        cascade,
+        view,
         Drawing(
             placed_records(centre, placed.take(grids)),
             draw_groups(table, placed.asset[grids], level[grids], case[grids]),
@@ -73,11 +84,13 @@ def shadow_map(cascade: Cascade, rows: Rows, objects: Objects, table: AssetTable
     )
 
 
-def _grid_level(cascade: Cascade, placed: Objects, table: AssetTable, params: ShadowParams) -> NDArray[np.int64]:
-    """The level (n,) of depth images, as `plan.choose_levels` finds it for a viewer."""
+def _grid_level(
+    nearest: Array, middle: Array, placed: Objects, table: AssetTable, params: ShadowParams
+) -> NDArray[np.int64]:
+    """The level (n,) of depth images, as `plan.choose_levels` finds it for a viewer. nearest, middle: what a texel
+    covers (n,), metres in the frames of the objects."""
     volumes = table.volumes.take(placed.asset)
-    texel = cascade.texel / placed.scale
-    level = error_level(table.error[placed.asset], params.error * texel)
-    texels = 2 * volumes.radius * (volumes.top - volumes.bottom) / texel**2
+    level = error_level(table.error[placed.asset], params.error * nearest)
+    texels = 2 * volumes.radius * (volumes.top - volumes.bottom) / middle**2
     affordable = affordable_level(table.triangles[placed.asset], texels, params.triangles_per_texel)
     return np.maximum(level, np.minimum(affordable, table.levels[placed.asset]))

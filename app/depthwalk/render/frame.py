@@ -1,7 +1,7 @@
 """What a pass is given: the frame's plan, view, settings and targets; and what every pass must be."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import moderngl
@@ -9,7 +9,7 @@ import moderngl
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
 from depthwalk.render.assets import AssetStore
-from depthwalk.render.casters import ShadowMap
+from depthwalk.render.casters import Shadows
 from depthwalk.render.frame_plan import FramePlan
 from depthwalk.render.shading import Shading
 from depthwalk.render.targets import Targets
@@ -25,8 +25,8 @@ class Frame:
 
     settings: a RenderSettings, with a group of parameters per pass; transparent: alpha 0 where nothing is, instead of
     sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects, as
-    `shadows`: the sun's shadow maps, None where it casts none; lens_point: which of the frames this is that make up the
-    picture; sample: which of a pixel's samples the G-buffer has, where the targets have several, seen through `view`.
+    `shadows`: the maps of sun and lamps; lens_point: which of the frames this is that make up the picture; sample: which
+    of a pixel's samples the G-buffer has, where the targets have several, seen through `view`.
     """
 
     view: View
@@ -38,7 +38,7 @@ class Frame:
     screen: moderngl.Framebuffer
     transparent: bool = False
     shading: Shading | None = None
-    shadows: tuple[ShadowMap, ...] | None = None
+    shadows: Shadows = field(default_factory=Shadows)
     lens_point: int = 0
     sample: int = 0
 

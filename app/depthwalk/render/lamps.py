@@ -5,8 +5,9 @@ Forward Shading"). A pixel goes through the list of its own and reads the G-buff
 rectangle would read it, and blend, once per lamp.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from depthwalk.colour import linear_from_srgb
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.shading import extents
+from depthwalk.render.spots import spot_of
 from depthwalk.render.view import View
 
 if TYPE_CHECKING:
@@ -26,9 +28,11 @@ SQUARE = 32  # pixels
 SLICES = 16  # the first ends at √2 m, each of the others √2 times as far as the one before; the last has no end
 FADE = 0.8  # part of a cone's angle within which it is as bright as it gets
 # Where it is, relative to the viewer, and its range; its light at 1 m, linear, and the cosine at which its cone ends;
-# where it shines, and 1 over how much more the cosine is where the cone is brightest.
-LAMP_RECORD = np.dtype([("place", "4f4"), ("light", "4f4"), ("cone", "4f4")])
+# where it shines, and 1 over how much more the cosine is where the cone is brightest; to the right across its shadow
+# map, 1 over half the map's width at 1 m long, and the map's tile, −1 for none.
+LAMP_RECORD = np.dtype([("place", "4f4"), ("light", "4f4"), ("cone", "4f4"), ("shadow", "4f4")])
 NUMBERS_RECORD = np.dtype([("numbers", "4f4")])
+_NONE: Mapping[int, int] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,8 @@ class Lamps:
     across: tuple[int, int]
 
 
-def lamps_in_sight(view: View, lights: Sequence["LampParams"]) -> Lamps:
+def lamps_in_sight(view: View, lights: Sequence["LampParams"], tiles: Mapping[int, int] = _NONE) -> Lamps:
+    """tiles: those of the shadow maps of the lights, by their numbers, that have one."""
     position = np.array([light.position for light in lights], float).reshape(-1, 3)
     bounds = Bounds(position, np.array([light.range for light in lights], float))
     low, high = extents(view, bounds)
@@ -61,10 +66,16 @@ def lamps_in_sight(view: View, lights: Sequence["LampParams"]) -> Lamps:
     cells["numbers"][:, 1] = counts
     lists = np.zeros(-(-len(numbers) // 4), NUMBERS_RECORD)
     lists["numbers"].reshape(-1)[: len(numbers)] = numbers
-    return Lamps(lamp_records(view, [lights[k] for k in seen.tolist()]), cells, lists, across)
+    records = lamp_records(view, [lights[k] for k in seen.tolist()])
+    shadowing = [(row, lights[k], tiles[k]) for row, k in enumerate(seen.tolist()) if k in tiles]
+    for row, light, tile in shadowing:
+        spot = spot_of(light, 1)
+        records["shadow"][row] = *(spot.axes[0] / spot.tangent), tile
+    return Lamps(records, cells, lists, across)
 
 
 def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]:
+    """Of lights without shadow maps."""
     records = np.zeros(len(lights), LAMP_RECORD)
     if not lights:
         return records
@@ -79,6 +90,7 @@ def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]
     records["light"][:, 3] = np.where(spot, edge, -3)  # all directions are a cone's middle
     records["cone"][:, :3] = axis / np.linalg.norm(axis, axis=1, keepdims=True)
     records["cone"][:, 3] = np.where(spot, 1 / (full - edge), 1)
+    records["shadow"][:, 3] = -1
     return records
 
 

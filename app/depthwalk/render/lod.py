@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.params import Params, param
+from depthwalk.render.view import View
 
 Array = NDArray[np.floating]
 
@@ -72,6 +73,11 @@ def grid_level(step: Array, bias: float, max_level: NDArray[np.integer]) -> NDAr
     """The grid (n,) to draw: the coarsest whose step 2^level does not exceed Iter_step, moved by `bias` levels."""
     level = np.floor(np.log2(step) + bias + 1e-9)
     return np.clip(level, 0, max_level).astype(np.int64)
+
+
+def error_at_a_metre(view: View, lod: LodParams) -> float:
+    """By how much the geometry that is chosen for it may be off at one metre from the viewer, metres."""
+    return lod.error * 2**lod.bias / view.focal_pixels
 
 
 def error_level(error: Array, allowed: Array) -> NDArray[np.int64]:

@@ -16,6 +16,7 @@ from depthwalk.render.lod import (
     Case,
     LodParams,
     affordable_level,
+    error_at_a_metre,
     error_level,
     grid_level,
     iter_step,
@@ -205,7 +206,7 @@ def choose_levels(
         level = grid_level(step, lod.bias, max_level)
     else:
         nearest = np.maximum(distance - bounds.reach, 0)
-        level = error_level(table.error[asset], lod.error * 2**lod.bias * nearest / (view.focal_pixels * objects.scale))
+        level = error_level(table.error[asset], error_at_a_metre(view, lod) * nearest / objects.scale)
     volumes = table.volumes.take(asset)
     area = 2 * volumes.radius * (volumes.top - volumes.bottom) * objects.scale**2
     pixels = area * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2

@@ -4,6 +4,7 @@ GL state between passes: whichever framebuffer the last one used; a pass sets wh
 wireframe is off. Depth function LESS, counter-clockwise faces are front.
 """
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
@@ -18,7 +19,7 @@ from depthwalk.render.antialiasing import hardware_samples, sample_views, sample
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import depth_range
 from depthwalk.render.cascades import fit_cascades
-from depthwalk.render.casters import ShadowMap, find_casters, shadow_map
+from depthwalk.render.casters import MapView, Shadows, find_casters, shadow_map
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.frame_plan import FramePlan
 from depthwalk.render.lens import lens_views
@@ -27,10 +28,13 @@ from depthwalk.render.placed import Placed, Uploads
 from depthwalk.render.rounds import InSight, Rounds
 from depthwalk.render.shading import shading
 from depthwalk.render.sky import direction_to_sun, sunlight
+from depthwalk.render.spots import assign_tiles, shadowing, spot_of
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View, view_distance
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
+
+log = logging.getLogger(__name__)
 
 
 class Renderer:
@@ -54,6 +58,7 @@ class Renderer:
         except BaseException:
             self.release()
             raise
+        self._warned = False
         self.plan: FramePlan | None = None  # of the frame drawn last
         self.view: View | None = None  # of the frame drawn last, near and far plane fitted
 
@@ -137,19 +142,31 @@ class Renderer:
         near, far = depth_range(in_sight.forward, in_sight.reach, seen)
         return replace(view, near=near, far=far)
 
-    def _shadows(self, view: View, uploads: Uploads) -> tuple[ShadowMap, ...] | None:
-        """The sun's shadow maps and what casts shadows in each; None where there are to be none."""
-        params, environment = self.settings.shadows, self.scene.environment
-        if not params.enabled or not sunlight(environment).any():
-            return None
+    def _shadows(self, view: View, uploads: Uploads) -> Shadows:
+        """The shadow maps of sun and lamps, and what casts shadows in each."""
+        params, environment, placed = self.settings.shadows, self.scene.environment, self.placed
         with self.timers.measure_cpu("cull"):
-            cascades = fit_cascades(view, direction_to_sun(environment), params)
-            found = [find_casters(cascade, self.placed.bounds()) for cascade in cascades]
+            by_sun = params.enabled and sunlight(environment).any()
+            cascades = fit_cascades(view, direction_to_sun(environment), params) if by_sun else ()
+            chosen = shadowing(view, environment.lights)
+            tiles = assign_tiles(chosen[: params.lamps], environment.lights, params.lamps)
+            self._tell_of_lamps(len(chosen), params.lamps)
+            spots = [spot_of(environment.lights[number], params.lamp_resolution) for number in tiles]
+            views: list[MapView] = [*cascades, *spots]
+            found = [find_casters(each, placed.bounds()) for each in views]
         with self.timers.measure_cpu("upload"):
             casters = [rows[uploads.there(rows)] for rows in found]
         with self.timers.measure_cpu("plan"):
-            pairs = zip(cascades, casters, strict=True)
-            return tuple(shadow_map(*each, self.placed.objects(), self.placed.table(), params) for each in pairs)
+            scene = placed.objects(), placed.bounds(), placed.table()
+            maps = [shadow_map(each, rows, *scene, params) for each, rows in zip(views, casters, strict=True)]
+        of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
+        return Shadows(tuple(maps[: len(cascades)]) if by_sun else None, of_lamps, tiles)
+
+    def _tell_of_lamps(self, wanted: int, allowed: int) -> None:
+        """Warns once that some of the lamps in sight cast no shadows, though they should."""
+        if wanted > allowed > 0 and not self._warned:
+            self._warned = True
+            log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", wanted, allowed)
 
     def _forget_arrays(self) -> None:
         for each in self.passes:

@@ -24,7 +24,8 @@ class Drawn:
 class Targets:
     """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
     all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
-    surface, depth; shadow: part of the sun's light that reaches a pixel; lit: linear RGBA, half, premultiplied;
+    surface, depth; shadow: part of the sun's light that reaches a pixel; lamp_maps: depth, tiles, of those lamps that
+    cast shadows, None where none does, made by the pass that draws them; lit: linear RGBA, half, premultiplied;
     lighting: that, depth; shaded_lit: as shaded, with lit.
 
     With several `samples` per pixel, at `offsets` (samples, 2) from its middle, pixels, visible and polygons have
@@ -57,6 +58,7 @@ class Targets:
         self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
         self.shadow_texture = gl.texture(size, 1)
         self.shadow = gl.framebuffer([self.shadow_texture])
+        self.lamp_maps: moderngl.Texture | None = None
         self.lit_texture = gl.texture(size, 4, "f2")
         self.lighting = gl.framebuffer([self.lit_texture], self.depth)
         self.lit = gl.framebuffer([self.lit_texture])

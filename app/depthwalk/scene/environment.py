@@ -1,8 +1,8 @@
 """What surrounds the objects: `environment:` and `camera:` of the scene file. Colours in sRGB, angles in degrees."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from depthwalk.limits import MAX_LIGHTS
 from depthwalk.params import param
@@ -15,6 +15,7 @@ def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
     return value
 
 
+MAX_SHADOW_ANGLE = 150  # degrees: beyond, a flat map has few texels left for the middle of the cone
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
@@ -76,6 +77,15 @@ class LampParams(FileParams):
     range: Length = param(10.0, "Distance at which it ends", unit="m")
     direction: Direction | None = param(None, "Where a spot light shines; absent: everywhere")
     angle: float = param(60.0, "Of a spot light's cone, from edge to edge", unit="degrees", ge=1, le=180)
+    shadow: bool = param(False, f"Objects in a spot light's cone, of {MAX_SHADOW_ANGLE}° at most, cast shadows")
+
+    @model_validator(mode="after")
+    def _shadow_in_cone(self) -> Self:
+        if self.shadow and self.direction is None:
+            raise ValueError("'shadow' needs a cone: give a 'direction'")
+        if self.shadow and self.angle > MAX_SHADOW_ANGLE:
+            raise ValueError(f"'shadow' needs a cone of at most {MAX_SHADOW_ANGLE} degrees")
+        return self
 
 
 class Environment(FileParams):

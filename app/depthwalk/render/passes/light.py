@@ -8,9 +8,11 @@ import numpy as np
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
+from depthwalk.render.cascades import ShadowParams
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.lamps import LAMP_RECORD, NUMBERS_RECORD, lamps_in_sight
 from depthwalk.render.lighting import lighting
+from depthwalk.render.lod import error_at_a_metre
 from depthwalk.render.sky import sky_of
 from depthwalk.render.view import matrix_bytes
 
@@ -28,7 +30,7 @@ class LightParams(Params):
 class LightPass(Pass):
     name = "light"
     per_sample = True
-    reads = ("gbuffer", "shadow")
+    reads = ("gbuffer", "shadow", "lamp_maps")
     writes = ("lit",)
     Params: ClassVar[type[Params]] = LightParams
 
@@ -60,11 +62,15 @@ class LightPass(Pass):
             defines += ("LAMPS",)
             frame.targets.lit.use()
             context.enable_only(moderngl.NOTHING)
+            if frame.targets.lamp_maps is not None:
+                defines += ("LAMP_SHADOWS",)
+                values |= self._lamp_maps(frame.targets.lamp_maps, frame.settings.shadows)
+                values["seen_error"] = error_at_a_metre(frame.view, frame.settings.lod)
         else:
             frame.targets.lighting.use()
             context.enable_only(moderngl.DEPTH_TEST)
             context.depth_func = ">"
-        if frame.shadows is not None:
+        if frame.shadows.sun is not None:
             defines += ("SHADOWS",)
             frame.targets.shadow_texture.use(6)
             values["shadow_texture"] = 6
@@ -81,7 +87,7 @@ class LightPass(Pass):
 
     def _lamps(self, frame: Frame) -> dict[str, Any]:
         """Uploads those in sight; the uniforms that tell of them, none where none is."""
-        lamps = lamps_in_sight(frame.view, frame.environment.lights)
+        lamps = lamps_in_sight(frame.view, frame.environment.lights, frame.shadows.tiles)
         if not len(lamps.records):
             return {}
         frame.targets.depth.use(2)
@@ -96,6 +102,17 @@ class LightPass(Pass):
             "lamp_lists": 4,
             "lamp_cells": 5,
             "squares": lamps.across,
+        }
+
+    def _lamp_maps(self, maps: moderngl.Texture, params: ShadowParams) -> dict[str, Any]:
+        """Binds the shadow maps of lamps; the uniforms that tell of them."""
+        maps.use(7)
+        return {
+            "lamp_maps": 7,
+            "map_columns": maps.width // params.lamp_resolution,
+            "map_resolution": params.lamp_resolution,
+            "filter_width": params.filter_width,
+            "error": params.error,
         }
 
     def _draw_sky(self, frame: Frame) -> None:

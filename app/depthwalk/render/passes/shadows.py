@@ -1,5 +1,6 @@
-"""Shadows of the sun: maps of depth seen along its light, and what part of it reaches each pixel."""
+"""Shadows of sun and lamps: maps of depth seen along their light, and what part of the sun's reaches each pixel."""
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import moderngl
@@ -13,7 +14,9 @@ from depthwalk.render.cascades import MOST, Cascade, ShadowParams, light_axes
 from depthwalk.render.casters import ShadowMap
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
+from depthwalk.render.lod import error_at_a_metre
 from depthwalk.render.records import PLACED_RECORD
+from depthwalk.render.shadow_atlas import ShadowAtlas
 from depthwalk.render.sky import direction_to_sun
 from depthwalk.render.view import matrix_bytes
 
@@ -26,7 +29,7 @@ class ShadowsPass(Pass):
     name = "shadows"
     per_sample = True
     reads = ("gbuffer",)
-    writes = ("shadow",)
+    writes = ("shadow", "lamp_maps")
     Params: ClassVar[type[Params]] = ShadowParams
 
     def setup(self) -> None:
@@ -37,48 +40,44 @@ class ShadowsPass(Pass):
         self._instances = InstanceStream(self.gl, PLACED_RECORD)
         self._sun = Program(self.gl, "common/far_plane.vert", "shadows/sun.frag")
         self._sun_array = self.gl.vertex_array(self._sun.gl, [])
-        self._maps: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
-        self._held: list[ShadowMap] = []  # what the maps show
+        self._of_sun = ShadowAtlas(self.gl, columns=2)
+        self._of_lamps = ShadowAtlas(self.gl, columns=4)
 
     def draw(self, frame: Frame) -> None:
-        if frame.shadows is None:
-            self._release_maps()
+        params, shadows = frame.settings.shadows, frame.shadows
+        if shadows.lamps:
+            self._of_lamps.fit(params.lamps, params.lamp_resolution)
+            self._draw_maps(frame, self._of_lamps, shadows.lamps)
+        frame.targets.lamp_maps = self._of_lamps.texture if shadows.lamps else None
+        if shadows.sun is None:
+            self._of_sun.release()
             return
-        if frame.shadows:
-            self._draw_maps(frame, frame.shadows)
-        self._draw_shares(frame, [each.cascade for each in frame.shadows])
+        if shadows.sun:
+            self._of_sun.fit(len(shadows.sun), params.resolution)
+            context = self.gl.device.context
+            context.enable_direct(DEPTH_CLAMP)  # what is nearer to the sun than the map begins casts shadows as well
+            self._draw_maps(frame, self._of_sun, dict(enumerate(shadows.sun)))
+            context.disable_direct(DEPTH_CLAMP)
+        self._draw_shares(frame, [each.view for each in shadows.sun if isinstance(each.view, Cascade)])
 
-    def _draw_maps(self, frame: Frame, wanted: tuple[ShadowMap, ...]) -> None:
+    def _draw_maps(self, frame: Frame, atlas: ShadowAtlas, wanted: Mapping[int, ShadowMap]) -> None:
         """Those of the maps that are not there yet."""
-        resolution = wanted[0].cascade.resolution
-        size = min(len(wanted), 2) * resolution, (len(wanted) + 1) // 2 * resolution
-        framebuffer = self._of_size(size)
-        context = self.gl.device.context
-        context.enable_direct(DEPTH_CLAMP)  # what is nearer to the sun than the map begins casts shadows as well
-        for number, shadow_map in enumerate(wanted):
-            if number < len(self._held) and shadow_map.shows_same(self._held[number]):
-                continue
-            tile = number % 2 * resolution, number // 2 * resolution, resolution, resolution
-            framebuffer.use()
-            framebuffer.viewport = tile
-            framebuffer.clear(depth=1.0, viewport=tile)
+        for tile, shadow_map in atlas.stale(wanted).items():
+            atlas.begin(tile, shadow_map)
             self._draw_grids(frame, shadow_map)
             self._draw_meshes(frame, shadow_map)
             frame.plan.counts["shadow_maps"] += 1
             frame.plan.counts["shadow_triangles"] += shadow_map.triangles
-        context.disable_direct(DEPTH_CLAMP)
-        self._held = list(wanted)
 
     def _draw_grids(self, frame: Frame, shadow_map: ShadowMap) -> None:
-        context, cascade = self.gl.device.context, shadow_map.cascade
+        context, view = self.gl.device.context, shadow_map.view
         self._instances.upload(shadow_map.grids.records)
         for group in shadow_map.grids.groups:
             asset = frame.assets.depth_object(group.asset)
             program = self._grid[asset.defines]
             array = self._grid_arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
-            asset.use_geometry(program, 0, frame.settings.lod, cascade.texel)
-            clip = cascade.clip_from_centre
-            program.set(clip_from_centre=matrix_bytes(clip), from_sun=tuple((clip[:3, :3] @ -cascade.axes[2]).tolist()))
+            asset.use_geometry(program, 0, frame.settings.lod, view.texel)
+            program.set(clip_from_centre=matrix_bytes(view.clip_from_centre), light=view.light)
             context.enable_only(moderngl.DEPTH_TEST | (moderngl.NOTHING if asset.planar else moderngl.CULL_FACE))
             self._instances.bind(array, group.first)
             for first, length in group.indices:
@@ -87,7 +86,7 @@ class ShadowsPass(Pass):
     def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
         context = self.gl.device.context
         self._instances.upload(shadow_map.meshes.records)
-        self._mesh.set(clip_from_centre=matrix_bytes(shadow_map.cascade.clip_from_centre))
+        self._mesh.set(clip_from_centre=matrix_bytes(shadow_map.view.clip_from_centre))
         for group in shadow_map.meshes.groups:
             asset = frame.assets.mesh_object(group.asset, group.level)
             array = self._mesh_arrays.get((group.asset, group.level), asset.vertices, asset.indices)
@@ -101,8 +100,8 @@ class ShadowsPass(Pass):
         self.gl.device.context.enable_only(moderngl.NOTHING)
         targets.depth.use(0)
         targets.surface.use(1)
-        if self._maps is not None:
-            self._maps[0].use(2)
+        if self._of_sun.texture is not None:
+            self._of_sun.texture.use(2)
         axes = light_axes(direction_to_sun(frame.environment)) * np.array([[1], [1], [-1]])
         places = np.zeros((MOST, 4), np.float32)
         for place, cascade in zip(places, cascades, strict=False):
@@ -120,27 +119,14 @@ class ShadowsPass(Pass):
             resolution=params.resolution,
             filter_width=params.filter_width,
             error=params.error,
+            seen_error=error_at_a_metre(frame.view, frame.settings.lod),
             reach=params.distance,
         )
         self._sun_array.render(moderngl.TRIANGLES, vertices=3)
-
-    def _of_size(self, size: tuple[int, int]) -> moderngl.Framebuffer:
-        if self._maps is None or self._maps[0].size != size:
-            self._release_maps()
-            texture = self.gl.depth_texture(size)
-            texture.compare_func = "<="
-            texture.filter = moderngl.LINEAR, moderngl.LINEAR
-            self._maps = texture, self.gl.framebuffer([], texture)
-        return self._maps[1]
-
-    def _release_maps(self) -> None:
-        if self._maps is not None:
-            self.gl.free(*self._maps)
-        self._maps = None
-        self._held = []
 
     def forget_assets(self) -> None:
         for arrays in self._grid_arrays.values():
             arrays.forget()
         self._mesh_arrays.forget()
-        self._held = []
+        self._of_sun.forget()
+        self._of_lamps.forget()

@@ -1,0 +1,86 @@
+"""A renderer that tests ask what it found on its way to a picture."""
+
+import numpy as np
+
+from depthwalk.render.lod import error_at_a_metre
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera
+
+SIZE = (240, 180)
+
+
+def view_of(position=(0.0, 1.6, 5.0), target=(0.0, 1.0, 0.0), far=60.0):
+    return View(Camera(position, target, 0.9), SIZE, near=0.1, far=far)
+
+
+class Stage:
+    """sun: whether it casts shadows."""
+
+    def __init__(self, studio, scene, library, sun=True):
+        self.scope = studio.device.scope("stage")
+        self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
+        self.renderer = Renderer(studio.device, scene, library)
+        scene.render.shadows.enabled = sun
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.renderer.release()
+        self.scope.release()
+
+    def draw(self, view):
+        self.renderer.render(view, self.screen)
+        return self.renderer.plan.counts
+
+    def read(self, name, dtype, components):
+        """A target (H, W, components), row 0 at the bottom."""
+        data = getattr(self.renderer.targets, name).read(alignment=1)
+        return np.frombuffer(data, dtype).reshape(*SIZE[::-1], components)
+
+    def share(self):
+        return self.read("shadow_texture", np.uint8, 1)[..., 0] / 255
+
+    def lit(self):
+        """Linear (H, W, 3)."""
+        return self.read("lit_texture", np.float16, 4)[..., :3].astype(float)
+
+    def points(self):
+        """World (H, W, 3), far below where nothing is."""
+        view = self.renderer.view
+        near, far = view.depth_range
+        depth = self.read("depth", np.float32, 1)[..., 0].astype(float)
+        with np.errstate(divide="ignore"):
+            forward = np.where(depth < 1, near * far / (far - depth * (far - near)), np.inf)
+        x, y = ((np.arange(n) + 0.5) / n * 2 - 1 for n in SIZE)
+        screen = np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1)
+        with np.errstate(invalid="ignore"):
+            point = view.position + forward[..., None] * (screen @ view.ray_from_screen.T)
+        return np.where(forward[..., None] < np.inf, point, -1e6)
+
+    def normals(self):
+        """World (H, W, 3), unit."""
+        p = self.read("surface", np.uint16, 4)[..., :2] / 65535 * 2 - 1
+        n = np.dstack([p, 1 - np.abs(p).sum(-1)])
+        fold = np.maximum(-n[..., 2:], 0)
+        n[..., :2] -= np.where(n[..., :2] < 0, -fold, fold)
+        return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+    def raised(self):
+        """`points` along their normals by as much as what the picture shows may be off."""
+        view, point = self.renderer.view, self.points()
+        forward = (point - view.position) @ view.axes[2]
+        return point + self.normals() * (error_at_a_metre(view, self.renderer.settings.lod) * forward)[..., None]
+
+    def maps(self, lamps=False):
+        """What maps see, by tile, and their depths, from the pass itself."""
+        held = next(each for each in self.renderer.passes if each.name == "shadows")
+        atlas = held._of_lamps if lamps else held._of_sun
+        depth = np.frombuffer(atlas.texture.read(), np.float32).reshape(atlas.texture.size[::-1])
+        found = {}
+        for tile, shown in atlas._held.items():
+            side = shown.view.resolution
+            x, y = tile % atlas._columns * side, tile // atlas._columns * side
+            found[tile] = shown.view, depth[y : y + side, x : x + side]
+        return found
