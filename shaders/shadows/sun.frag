@@ -6,8 +6,9 @@ uniform sampler2D surface_texture;
 uniform sampler2DShadow maps;   // tiles of equal size, two to a row
 uniform int cascades;           // the nearest first
 uniform mat3 light_from_world;  // to the right, up and away from the sun
-uniform vec4 places[4];         // what takes such metres from the viewer to 0 … 1 across a map and in depth: offset, factor
+uniform vec4 places[4];         // what takes such metres from the viewer to 0 … 1 across a map, and so in depth: offset, factor
 uniform int resolution;         // texels along a tile's edge
+const float DEPTH = 1.5;        // of a map, in widths; as in render/cascades.py
 uniform float reach;            // distance along the view axis at which shadows end, metres
 
 in vec3 ray;
@@ -24,6 +25,7 @@ void main() {
     float margin = map_margin(resolution);
     for (int k = 0; k < cascades; ++k) {
         vec3 at = point * places[k].w + places[k].xyz + offset;
+        at.z = 0.5 + (at.z - 0.5) / DEPTH;
         if (any(lessThan(at.xy, vec2(margin))) || any(greaterThan(at.xy, vec2(1.0 - margin)))) continue;
         float fade = clamp(10.0 * distance / reach - 9.0, 0.0, 1.0);
         share = mix(filtered(maps, vec2(k & 1, k >> 1), resolution, at), 1.0, fade);

@@ -14,7 +14,8 @@ Array = NDArray[np.floating]
 
 MOST = 4  # cascades; as in shaders/shadows/sun.frag
 MOST_LAMPS = 16  # with a map at a time
-_STEPS = 8  # a map's centre moves by this part of the radius of its slice
+DEPTH = 1.5  # of a map, in widths: along the light it need not move as often; as in shaders/shadows/sun.frag
+_STEPS = 4  # a map's centre moves by this part of the radius of its slice, sideways
 _FIRST = 1 / 64  # of the distance: what logarithms take for the near plane, which would have slices of centimetres
 
 
@@ -29,10 +30,10 @@ class ShadowParams(Params):
         0.75, "Where cascades end: 0, at even distances; 1, each as many times as far as the one before", ge=0, le=1
     )
     filter_width: int = param(3, "How wide edges of shadows are smoothed", unit="texels", ge=2, le=8)
-    error: float = param(0.5, "How far the geometry that casts them may be off", unit="texels", ge=0, le=100)
+    error: float = param(0.25, "How far the geometry that casts them may be off", unit="texels", ge=0, le=100)
     triangles_per_texel: float = param(
-        1.0,
-        "Grids are coarsened until they have no more triangles than this per texel of their object",
+        3.0,
+        "Grids that need more triangles than this per texel of their object are coarsened to a third of it",
         ge=0.01,
         le=1e6,
     )
@@ -42,8 +43,8 @@ class ShadowParams(Params):
 
 @dataclass(frozen=True)
 class Cascade:
-    """The view of a shadow map, orthographic. centre: world, metres; half: half its width, height and depth, metres;
-    axes: rows right, up and towards the sun (3, 3), world, unit; resolution: texels along an edge."""
+    """The view of a shadow map, orthographic. centre: world, metres; half: half its width and height, metres; axes:
+    rows right, up and towards the sun (3, 3), world, unit; resolution: texels along an edge."""
 
     centre: tuple[float, float, float]
     half: float
@@ -65,15 +66,15 @@ class Cascade:
     def clip_from_centre(self) -> NDArray[np.float64]:
         """(4, 4), of world vectors from the centre."""
         clip = np.eye(4)
-        clip[:3, :3] = self.axes * np.array([[1.0], [1.0], [-1.0]]) / self.half
+        clip[:3, :3] = self.axes * np.array([[1.0], [1.0], [-1 / DEPTH]]) / self.half
         return clip
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
         """Which spheres (n,) may cast a shadow within the map: those that meet the prism from its far side towards the
         sun."""
         right, up, toward = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
-        most = self.half + bounds.reach
-        return np.asarray((np.abs(right) < most) & (np.abs(up) < most) & (toward > -most))
+        across = np.maximum(np.abs(right), np.abs(up)) < self.half + bounds.reach
+        return np.asarray(across & (toward > -(DEPTH * self.half + bounds.reach)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
         """What a texel covers, metres (n,), where spheres come nearest to the light, and about their middle."""
@@ -94,14 +95,16 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
     """The maps, nearest first, for what `view` sees up to `params.distance`. to_sun: (3,), of any length, world.
 
     A map holds the bounding sphere of its slice of the frustum, so that its size does not change as the viewer turns.
-    Its centre moves by whole texels, so that edges of shadows do not swim, and by many, so that it is seldom redrawn.
+    Its centre moves by whole texels, so that edges of shadows do not swim, and by many, so that it is seldom redrawn;
+    along the light by more still, which costs no texels.
     """
     near, far = view.depth_range
-    distance = min(params.distance, _stepped(far, np.ceil))
+    distance = min(params.distance, _stepped(far, np.ceil, 2**0.5))
     if near >= distance:
         return ()
     axes = light_axes(to_sun)
-    ends = split_distances(max(_stepped(near, np.floor), _FIRST * distance), distance, params.cascades, params.split)
+    begin = max(_stepped(near, np.floor, 4.0), _FIRST * distance)
+    ends = split_distances(begin, distance, params.cascades, params.split)
     spread = float(np.square(view.half_extent).sum())
     cascades = []
     for first, last in zip([0.0, *ends[:-1].tolist()], ends.tolist(), strict=True):
@@ -110,9 +113,10 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
         step = radius / _STEPS
         half = radius + step / 2
         texel = 2 * half / params.resolution
-        step = max(np.floor(step / texel), 1.0) * texel
+        sideways = max(np.floor(step / texel), 1.0) * texel
+        steps = np.array([sideways, sideways, 2 * (DEPTH * half - radius)])
         middle = axes @ (view.position + along * view.axes[2])
-        centre = np.round(middle / step) * step @ axes
+        centre = np.round(middle / steps) * steps @ axes
         cascades.append(Cascade((float(centre[0]), float(centre[1]), float(centre[2])), half, axes, params.resolution))
     return tuple(cascades)
 
@@ -124,6 +128,6 @@ def split_distances(near: float, far: float, count: int, share: float) -> NDArra
     return share * near * (far / near) ** part + (1 - share) * (near + (far - near) * part)
 
 
-def _stepped(distance: float, rounding: np.ufunc) -> float:
-    """Rounded to a power of √2, so that maps keep their size while the range of the view changes little."""
-    return float(2 ** (rounding(2 * np.log2(distance)) / 2))
+def _stepped(distance: float, rounding: np.ufunc, base: float) -> float:
+    """Rounded to a power of `base`, so that maps keep their size while the range of the view changes little."""
+    return float(base ** rounding(np.log(distance) / np.log(base)))

@@ -13,6 +13,8 @@ from depthwalk.render.records import placed_records
 from depthwalk.render.spots import Spot
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
+_LEFT = 1 / 3  # of the triangles that may be, to what would be off with all of them: foliage
+
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 MapView = Cascade | Spot
@@ -43,13 +45,24 @@ class ShadowMap:
             )
         )
 
+    def follows(self, before: "ShadowMap") -> bool:
+        """Whether the map before this one may stand for it a few frames more: of the sun where it was, over nearly the
+        same place."""
+        mine, its = self.view, before.view
+        if not (isinstance(mine, Cascade) and isinstance(its, Cascade)):
+            return False
+        moved = np.subtract(mine.centre, its.centre) @ mine.axes.T
+        return mine.half == its.half and np.array_equal(mine.axes, its.axes) and bool((np.abs(moved) < mine.half).all())
+
 
 @dataclass(frozen=True)
 class Shadows:
-    """The shadow maps of a frame. sun: the nearest first, None where it casts no shadows; lamps: by tile; tiles: the
-    tile of each lamp that has one, by its number among the environment's lights."""
+    """The shadow maps of a frame. sun: the nearest first, None where it casts no shadows; may_wait: whether its maps
+    may be redrawn some frames later; lamps: by tile; tiles: the tile of each lamp that has one, by its number among the
+    environment's lights."""
 
     sun: tuple[ShadowMap, ...] | None = None
+    may_wait: bool = False
     lamps: dict[int, ShadowMap] = field(default_factory=dict)
     tiles: dict[int, int] = field(default_factory=dict)
 
@@ -87,10 +100,13 @@ def shadow_map(
 def _grid_level(
     nearest: Array, middle: Array, placed: Objects, table: AssetTable, params: ShadowParams
 ) -> NDArray[np.int64]:
-    """The level (n,) of depth images, as `plan.choose_levels` finds it for a viewer. nearest, middle: what a texel
-    covers (n,), metres in the frames of the objects."""
+    """The level (n,) of depth images: the coarsest whose error is allowed, if its triangles are; else one with far
+    fewer. nearest, middle: what a texel covers (n,), metres in the frames of the objects."""
     volumes = table.volumes.take(placed.asset)
     level = error_level(table.error[placed.asset], params.error * nearest)
     texels = 2 * volumes.radius * (volumes.top - volumes.bottom) / middle**2
-    affordable = affordable_level(table.triangles[placed.asset], texels, params.triangles_per_texel)
-    return np.maximum(level, np.minimum(affordable, table.levels[placed.asset]))
+    triangles, coarsest = table.triangles[placed.asset], table.levels[placed.asset]
+    over = level < affordable_level(triangles, texels, params.triangles_per_texel)
+    over |= table.error[placed.asset, 0] > params.error * nearest
+    affordable = affordable_level(triangles, texels, params.triangles_per_texel * _LEFT)
+    return np.where(over, np.minimum(affordable, coarsest), level)

@@ -160,7 +160,7 @@ class Renderer:
             scene = placed.objects(), placed.bounds(), placed.table()
             maps = [shadow_map(each, rows, *scene, params) for each, rows in zip(views, casters, strict=True)]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
-        return Shadows(tuple(maps[: len(cascades)]) if by_sun else None, of_lamps, tiles)
+        return Shadows(tuple(maps[: len(cascades)]) if by_sun else None, self.remembers, of_lamps, tiles)
 
     def _tell_of_lamps(self, wanted: int, allowed: int) -> None:
         """Warns once that some of the lamps in sight cast no shadows, though they should."""

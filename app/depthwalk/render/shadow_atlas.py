@@ -35,6 +35,17 @@ class ShadowAtlas:
         there = self._held
         return {tile: each for tile, each in wanted.items() if tile not in there or not each.shows_same(there[tile])}
 
+    def shown(self, tile: int) -> ShadowMap:
+        """What a tile shows, which may be what was wanted of it before."""
+        return self._held[tile]
+
+    def due(self, wanted: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
+        """As `stale`, where frames follow one another: the first, those that cannot wait, and one more, drawn longest
+        ago. Those left out show what was, a frame later for each of them."""
+        stale = self.stale(wanted)
+        waits = [tile for tile in self._held if tile > 0 and tile in stale and stale[tile].follows(self._held[tile])]
+        return {tile: each for tile, each in stale.items() if tile not in waits[1:]}
+
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
         """Clears a tile, into which the map is drawn next."""
         if self._framebuffer is None:
@@ -44,7 +55,8 @@ class ShadowAtlas:
         self._framebuffer.use()
         self._framebuffer.viewport = viewport
         self._framebuffer.clear(depth=1.0, viewport=viewport)
-        self._held[tile] = shadow_map
+        self._held.pop(tile, None)
+        self._held[tile] = shadow_map  # the last, in the order of drawing
 
     def forget(self) -> None:
         """All are to be drawn again."""

@@ -47,7 +47,7 @@ class ShadowsPass(Pass):
         params, shadows = frame.settings.shadows, frame.shadows
         if shadows.lamps:
             self._of_lamps.fit(params.lamps, params.lamp_resolution)
-            self._draw_maps(frame, self._of_lamps, shadows.lamps)
+            self._draw_maps(frame, self._of_lamps, self._of_lamps.stale(shadows.lamps))
         frame.targets.lamp_maps = self._of_lamps.texture if shadows.lamps else None
         if shadows.sun is None:
             self._of_sun.release()
@@ -56,13 +56,15 @@ class ShadowsPass(Pass):
             self._of_sun.fit(len(shadows.sun), params.resolution)
             context = self.gl.device.context
             context.enable_direct(DEPTH_CLAMP)  # what is nearer to the sun than the map begins casts shadows as well
-            self._draw_maps(frame, self._of_sun, dict(enumerate(shadows.sun)))
+            wanted = dict(enumerate(shadows.sun))
+            self._draw_maps(frame, self._of_sun, (self._of_sun.due if shadows.may_wait else self._of_sun.stale)(wanted))
             context.disable_direct(DEPTH_CLAMP)
-        self._draw_shares(frame, [each.view for each in shadows.sun if isinstance(each.view, Cascade)])
+        shown = [self._of_sun.shown(tile).view for tile in range(len(shadows.sun))]
+        self._draw_shares(frame, [view for view in shown if isinstance(view, Cascade)])
 
-    def _draw_maps(self, frame: Frame, atlas: ShadowAtlas, wanted: Mapping[int, ShadowMap]) -> None:
-        """Those of the maps that are not there yet."""
-        for tile, shadow_map in atlas.stale(wanted).items():
+    def _draw_maps(self, frame: Frame, atlas: ShadowAtlas, maps: Mapping[int, ShadowMap]) -> None:
+        """By their tiles."""
+        for tile, shadow_map in maps.items():
             atlas.begin(tile, shadow_map)
             self._draw_grids(frame, shadow_map)
             self._draw_meshes(frame, shadow_map)
