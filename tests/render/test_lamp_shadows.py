@@ -62,7 +62,7 @@ def test_shares_match_their_twin(studio, library, filter_width):
     told = np.isfinite(found) & ((normal * to_lamp).sum(-1) > 0.01 * np.linalg.norm(to_lamp, axis=-1))
     point, normal, found = point[told], normal[told], found[told]
     texel = spot.texel * -((point - np.array(spot.centre)) @ spot.axes[2])
-    moved = lifted(point, normal, spot.axes[2], texel, filter_width, scene.render.shadows.error)
+    moved = lifted(point, normal, spot.axes[2], texel, filter_width, scene.render.shadows.worst_error)
     expected = light_share(depth, spot, moved, filter_width)
     inside = np.isfinite(expected)
     assert inside.mean() > 0.95

@@ -13,6 +13,7 @@ from depthwalk.render.view import View
 Array = NDArray[np.floating]
 
 MOST = 4  # cascades; as in shaders/shadows/sun.frag
+WORST = 4.0  # times the error that is asked for: see `casters.shadow_map`
 MOST_LAMPS = 16  # with a map at a time
 DEPTH = 1.5  # of a map, in widths: along the light it need not move as often; as in shaders/shadows/sun.frag
 _STEPS = 4  # a map's centre moves by this part of the radius of its slice, sideways
@@ -30,15 +31,27 @@ class ShadowParams(Params):
         0.75, "Where cascades end: 0, at even distances; 1, each as many times as far as the one before", ge=0, le=1
     )
     filter_width: int = param(3, "How wide edges of shadows are smoothed", unit="texels", ge=2, le=8)
-    error: float = param(0.25, "How far the geometry that casts them may be off", unit="texels", ge=0, le=100)
+    error: float = param(
+        0.125,
+        "How far the geometry that casts them may be off, where that does not take too many triangles",
+        unit="texels",
+        ge=0,
+        le=100,
+    )
     triangles_per_texel: float = param(
-        3.0,
-        "Grids that need more triangles than this per texel of their object are coarsened to a third of it",
+        6.0,
+        "Grids that need more triangles than this per texel of their object, half as many in each map after the first, "
+        "are coarsened to one",
         ge=0.01,
         le=1e6,
     )
     lamps: int = param(8, "Shadow maps of lamps, the brightest in sight first", ge=0, le=MOST_LAMPS)
     lamp_resolution: int = param(512, "Width and height of a lamp's shadow map", unit="texels", ge=64, le=4096)
+
+    @property
+    def worst_error(self) -> float:
+        """Texels by which geometry may be off that would need too many triangles else."""
+        return WORST * self.error
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
-from depthwalk.render.cascades import Cascade, ShadowParams
+from depthwalk.render.cascades import WORST, Cascade
 from depthwalk.render.frame_plan import AssetTable, Drawing, draw_groups
 from depthwalk.render.lod import Case, affordable_level, error_level
 from depthwalk.render.records import placed_records
 from depthwalk.render.spots import Spot
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
-_LEFT = 1 / 3  # of the triangles that may be, to what would be off with all of them: foliage
+_TIMES = 1, 2, WORST  # the error that is asked for: what it may be, where that would take too many triangles
+_FEW = 1.0  # triangles per texel, for what is off by more with all that it may have: foliage
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
@@ -74,15 +75,22 @@ def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
 
 
 def shadow_map(
-    view: MapView, rows: Rows, objects: Objects, bounds: Bounds, table: AssetTable, params: ShadowParams
+    view: MapView,
+    rows: Rows,
+    objects: Objects,
+    bounds: Bounds,
+    table: AssetTable,
+    error: float,
+    triangles_per_texel: float,
 ) -> ShadowMap:
-    """The map with the objects `rows` (m,), each at the coarsest level that `params` allow."""
+    """The map with the objects `rows` (m,), each at the coarsest level that is off by `error` texels at most, or by
+    `WORST` times as much where that has too many triangles."""
     placed = objects.take(rows)
     nearest, middle = (texel / placed.scale for texel in view.texels(bounds.take(rows)))
     imaged = ~np.isin(placed.representation, MESHES)
-    level = np.where(imaged, _grid_level(nearest, middle, placed, table, params), 0)
+    level = np.where(imaged, _grid_level(nearest, middle, placed, table, error, triangles_per_texel), 0)
     thinned = placed.representation == Representation.MESH_LOD
-    level = np.where(thinned, error_level(table.mesh_error[placed.asset], params.error * nearest), level)
+    level = np.where(thinned, error_level(table.mesh_error[placed.asset], error * nearest), level)
     case = np.full(len(rows), int(Case.ALL))
     order = np.lexsort((level, placed.asset))
     grids, meshes = order[imaged[order]], order[~imaged[order]]
@@ -98,15 +106,17 @@ def shadow_map(
 
 
 def _grid_level(
-    nearest: Array, middle: Array, placed: Objects, table: AssetTable, params: ShadowParams
+    nearest: Array, middle: Array, placed: Objects, table: AssetTable, error: float, triangles_per_texel: float
 ) -> NDArray[np.int64]:
-    """The level (n,) of depth images: the coarsest whose error is allowed, if its triangles are; else one with far
-    fewer. nearest, middle: what a texel covers (n,), metres in the frames of the objects."""
-    volumes = table.volumes.take(placed.asset)
-    level = error_level(table.error[placed.asset], params.error * nearest)
+    """The level (n,) of depth images: the coarsest that is off by so many texels at most, or by more of them, if it has
+    no more triangles than it may. nearest, middle: what a texel covers (n,), metres in the frames of the objects."""
+    volumes, rows = table.volumes.take(placed.asset), np.arange(len(placed))
+    errors, triangles = table.error[placed.asset], table.triangles[placed.asset]
     texels = 2 * volumes.radius * (volumes.top - volumes.bottom) / middle**2
-    triangles, coarsest = table.triangles[placed.asset], table.levels[placed.asset]
-    over = level < affordable_level(triangles, texels, params.triangles_per_texel)
-    over |= table.error[placed.asset, 0] > params.error * nearest
-    affordable = affordable_level(triangles, texels, params.triangles_per_texel * _LEFT)
-    return np.where(over, np.minimum(affordable, coarsest), level)
+    affordable = affordable_level(triangles, texels, triangles_per_texel)
+    allowed = [error * times * nearest for times in _TIMES]
+    levels = np.stack([error_level(errors, each) for each in allowed])
+    fits = (levels >= affordable) & (errors[:, 0] <= np.stack(allowed))
+    few = affordable_level(triangles, texels, min(_FEW, triangles_per_texel))
+    coarse = np.maximum(levels[0], np.minimum(few, table.levels[placed.asset]))
+    return np.where(fits.any(0), levels[fits.argmax(0), rows], coarse)

@@ -158,7 +158,11 @@ class Renderer:
             casters = [rows[uploads.there(rows)] for rows in found]
         with self.timers.measure_cpu("plan"):
             scene = placed.objects(), placed.bounds(), placed.table()
-            maps = [shadow_map(each, rows, *scene, params) for each, rows in zip(views, casters, strict=True)]
+            fewer = [2.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
+            maps = [
+                shadow_map(each, rows, *scene, params.error, params.triangles_per_texel * part)
+                for each, rows, part in zip(views, casters, fewer, strict=True)
+            ]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
         return Shadows(tuple(maps[: len(cascades)]) if by_sun else None, self.remembers, of_lamps, tiles)
 

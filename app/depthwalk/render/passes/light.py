@@ -112,7 +112,7 @@ class LightPass(Pass):
             "map_columns": maps.width // params.lamp_resolution,
             "map_resolution": params.lamp_resolution,
             "filter_width": params.filter_width,
-            "error": params.error,
+            "error": params.worst_error,
         }
 
     def _draw_sky(self, frame: Frame) -> None:

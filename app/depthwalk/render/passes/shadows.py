@@ -120,7 +120,7 @@ class ShadowsPass(Pass):
             places=places.tobytes(),
             resolution=params.resolution,
             filter_width=params.filter_width,
-            error=params.error,
+            error=params.worst_error,
             seen_error=error_at_a_metre(frame.view, frame.settings.lod),
             reach=params.distance,
         )
