@@ -197,7 +197,7 @@ def test_maps_are_redrawn_only_when_they_change(studio, library):
 def test_far_maps_take_turns_where_frames_follow_one_another(studio, library):
     """All of four change: the nearest is redrawn at once, of the others one a frame, until the picture is what one
     without memory is; what cannot wait does not."""
-    scene = scene_of(*BALL_AND_BOX, representation=Representation.DPCI, **GROUND)
+    scene = scene_of(*BALL_AND_BOX, representation=Representation.DMESH, **GROUND)
     scene.render.shadows.cascades = 4
     view = view_of((0.13, 1.6, 5.07))
     with Stage(studio, scene, library) as stage:

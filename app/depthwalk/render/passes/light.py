@@ -23,7 +23,7 @@ class LightParams(Params):
     mode: Literal["deferred", "forward"] = param(
         "deferred",
         "Where depth images are lit: with everything else, or as in the paper where they are shaded, in their own "
-        "space and by sun and ambient light alone",
+        "space, by sun and ambient light alone and without shadows on them",
     )
 
 
