@@ -9,10 +9,14 @@ from PIL import Image
 FOLDER = Path(__file__).parent / "images"
 SHEETS = Path(__file__).parent.parent / "out" / "goldens"
 MEAN, MOST = 0.004, 0.02  # of full scale: mean difference, and the part of pixels that differ by more than 0.1
+PART = 0.25  # mean difference, of that which a pass makes
 
 
-def compare(name: str, pixels: np.ndarray, update: bool, software: bool) -> None:
-    """Compares `pixels` (H, W, 4) in [0, 1] with the golden picture `name`."""
+def compare(name: str, pixels: np.ndarray, update: bool, software: bool, without: np.ndarray | None = None) -> None:
+    """Compares `pixels` (H, W, 4) in [0, 1] with the golden picture `name`.
+
+    without: the same picture without the pass that it is about, which must differ from it by four times as much.
+    """
     if not software:
         pytest.skip("goldens are made by a software rasteriser")
     path = FOLDER / f"{name}.png"
@@ -28,6 +32,7 @@ def compare(name: str, pixels: np.ndarray, update: bool, software: bool) -> None
         return
     assert path.exists(), f"no golden picture {name}: run pytest --update-goldens"
     wrong = (difference.max(-1) > 0.1).mean()
-    assert difference.mean() < MEAN and wrong < MOST, (
+    mean = MEAN if without is None else min(MEAN, PART * np.abs(golden / 255 - without[..., :3]).mean())
+    assert difference.mean() < mean and wrong < MOST, (
         f"{name} differs: see {SHEETS / name}.png (golden, found, 4 × both)"
     )

@@ -6,6 +6,7 @@ import pytest
 import goldens
 from depthwalk.bake.planar import bake_planar
 from depthwalk.ingest.image import PlanarImage
+from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 
@@ -71,3 +72,55 @@ def test_golden_of_lamps(studio, library, request):
     scene = scene_of(*PLACES, **SKY | night)
     pixels = studio.picture(scene, library, Camera((0.3, 2.2, 4.6), (0.1, 0.4, 0), 0.8), size=(192, 128))
     goldens.compare("lamp-shadows", pixels, request.config.getoption("--update-goldens"), studio.device.software)
+
+
+LAMPS = [
+    {"position": (-0.6, 1.2, 1.2), "colour": "#ffb060", "intensity": 1.5, "range": 5},
+    {"position": (1.4, 2.2, 1.6), "direction": (-0.4, -1, -0.8), "colour": "#80b0ff", "intensity": 9, "angle": 50},
+]
+DARK = {"sun": {"intensity": 0.1}, "ambient": {"intensity": 0.1}}
+LENS = {"focal_length": 400, "f_number": 1.4, "focus_distance": 4.4, "largest": 20}
+CLEAR = {"model": "preetham", "turbidity": 4, "sun_size": 6, "light": True}
+LOW_SUN = {"direction": (0.2, -0.25, 1), "colour": (1, 1, 1)}
+
+
+@pytest.fixture(scope="module")
+def picture(studio, library):
+    """Draws depth images and a mesh, every pass off that a picture can do without, but for what is asked for."""
+
+    def draw(settings, environment):
+        scene = scene_of(*PLACES, representation=Representation.DPCI, **(SKY | environment))
+        scene.objects.representation[0] = Representation.MESH
+        scene.render = RenderSettings.model_validate(settings)
+        return studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(160, 120))
+
+    return draw
+
+
+@pytest.fixture(scope="module")
+def plain(studio, picture):
+    with studio.device.context:
+        return picture({}, {})
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "environment"),
+    [
+        ("gpaa", {"aa": "gpaa", "gpaa": {"samples": 1}}, {}),
+        ("gpaa-edge", {"aa": "gpaa-edge"}, {}),
+        ("fxaa", {"aa": "fxaa"}, {}),
+        ("smaa", {"aa": "smaa"}, {}),
+        ("ssaa", {"aa": "ssaa"}, {}),
+        ("shadows", {"shadows": {"enabled": True, "distance": 12}}, {}),
+        ("dof-paper", {"dof": {"mode": "paper", **LENS}}, {}),
+        ("dof-gather", {"dof": {"mode": "gather", **LENS}}, {}),
+        ("fog", {}, {"fog": {"density": 0.2, "height": 0.3, "falloff": 0.6}}),
+        ("sky", {}, {"sky": CLEAR, "sun": LOW_SUN}),
+        ("tone", {"output": {"tone": "agx", "exposure": 1.5}}, {}),
+        ("lamps", {}, DARK | {"lights": LAMPS}),
+        ("forward", {"light": {"mode": "forward"}}, DARK | {"lights": LAMPS}),
+    ],
+)
+def test_golden_of_a_pass(studio, picture, plain, request, name, settings, environment):
+    pixels = picture(settings, environment)
+    goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software, plain)
