@@ -296,6 +296,35 @@ def compare(
 
 @app.command()
 @guarded
+def quality(
+    scenes: Annotated[
+        list[Path] | None, typer.Argument(metavar="SCENE...", help="Scene files; room and garden, if absent.")
+    ] = None,
+    only: Annotated[
+        str | None, typer.Option(metavar="PART,...", help="Of antialiasing, dof, shadows, edges.", show_default="all")
+    ] = None,
+    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as JSON.")] = None,
+    html: Annotated[Path | None, typer.Option(metavar="F", help="Write it as a page with pictures.")] = None,
+    resolution: Resolution = "512,384",
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure what smooths edges, blurs and casts shadows against pictures that took far longer; some minutes."""
+    refuse_reuse(settings)
+    size = parse_resolution(resolution)
+    from depthwalk.commands import quality as work
+
+    parts = work.parse_parts(only)
+    files = scenes or work.shipped_scenes()
+    plan = work.Plan([open_scene(file, asset_root, settings) for file in files], parts, size)
+    work.check_plan(plan, [json, html])
+    work.run_quality(plan, json, html)
+
+
+@app.command()
+@guarded
 def bench(
     scene: SceneArgument,
     path: PathOption = None,

@@ -1,23 +1,10 @@
-"""What anti-aliasing brings: the pixels that count, and the table."""
-
-import json
+"""What anti-aliasing brings: the pixels that count, and the rows."""
 
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
 from depthwalk.headless import LinearImage
-from depthwalk.quality.antialiasing import (
-    KINDS,
-    REFERENCE_SAMPLES,
-    Row,
-    main,
-    measure_scene,
-    to_json,
-    to_markdown,
-    truth,
-)
+from depthwalk.quality.antialiasing import GAINS, KINDS, REFERENCE_SAMPLES, examine, truth
 from depthwalk.scene.loader import load_scene
 from files import write_ply
 from shapes import box
@@ -50,37 +37,22 @@ def scene_file(tmp_path):
 
 def test_the_rows_of_a_box(gl_device, scene_file, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    rows = {(row.representation, row.aa): row for row in measure_scene(load_scene(scene_file), (96, 72), 1)}
-    assert len(rows) == 2 * len(KINDS)
+    said = []
+    rows = list(examine([load_scene(scene_file)], (96, 72), lambda name, stage: said.append((name, stage))))
+    found = {(row.subject, row.name): row for row in rows}
+    gains = [peer for peer in GAINS if peer in [kind.title for kind in KINDS]]
+    assert len(found) == len(rows) == 2 * len(KINDS) + 2 * len(gains) + 1
     for representation in ("depth images", "mesh"):
-        none, fxaa, ours = (rows[representation, kind] for kind in ("none", "fxaa", "gpaa-edge"))
-        assert none.ratio == 1 and min(none.ms, ours.ms) > 0
-        assert none.psnr + 1 < fxaa.psnr < ours.psnr - 3
-        assert ours.flip < none.flip
-        assert none.psnr + 1 < rows[representation, "gpaa-edge, one sample"].psnr < ours.psnr
-    assert rows["mesh", "ssaa"].psnr == rows["mesh", "ssaa"].own_psnr
-
-
-def test_the_rows_as_markdown_and_json():
-    row = Row("scenes/box.yaml", "mesh", "none", 21.26, 22.31, 0.1234, 40.4, 1.0)
-    assert to_markdown([row, row]) == (
-        "box, mesh:\n\n"
-        "| `render.aa` | PSNR, dB | against its own, dB | FLIP | ms | × `none` |\n"
-        "|---|---|---|---|---|---|\n" + 2 * "| none | 21.3 | 22.3 | 0.123 | 40 | 1.00 |\n"
-    )
-    document = json.loads(to_json([row], (512, 384)))
-    assert document["resolution"] == [512, 384] and document["rows"][0]["flip"] == 0.1234
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["none.yaml"], "none.yaml: No such file or directory"),
-        (["none.yaml", "--json", "nowhere/a.json"], "nowhere/a.json: the folder 'nowhere' does not exist"),
-    ],
-)
-def test_bad_input_is_refused_in_one_line(options, message):
-    app = typer.Typer()
-    app.command()(main)
-    result = CliRunner().invoke(app, options)
-    assert (result.exit_code, result.stderr, result.stdout) == (2, message + "\n", "")
+        subject = f"box, {representation}"
+        none, fxaa, ours = (found[subject, f"{kind}, dB"] for kind in ("none", "fxaa", "gpaa-edge"))
+        assert none.details["× none"] == 1 and min(none.details["ms"], ours.details["ms"]) > 0
+        assert none.measured + 1 < fxaa.measured < ours.measured - 3
+        assert ours.details["FLIP"] < none.details["FLIP"]
+        gain = found[subject, "gpaa-edge over fxaa, dB"]
+        assert gain.measured == ours.measured - fxaa.measured and gain.goal == 3 and gain.reached
+        assert none.measured + 1 < found[subject, "gpaa-edge, one sample, dB"].measured < ours.measured
+    assert found["box, depth images", "silhouettes: gpaa-edge over none, against the mesh, dB"].reached
+    ssaa = found["box, mesh", "ssaa, dB"]
+    assert ssaa.measured == ssaa.details["against the mesh, dB"] and ssaa.goal is None
+    assert [len(row.pictures) for row in rows].count(2) == 2 * len(KINDS)
+    assert ("box", "anti-aliasing: gpaa-edge, one sample") in said

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull
 
+from depthwalk.quality.edges import SHAPES
 from depthwalk.render.edges import build_edges
 from depthwalk.render.outlines import DENSEST, outlines
 from depthwalk.render.records import PLACED_RECORD
@@ -36,32 +36,11 @@ def test_a_box_has_twelve_edges_and_six_diagonals():
         assert np.einsum("ei,ei->e", edges.planes[face, :3], middle) == pytest.approx(edges.planes[face, 3], abs=1e-6)
 
 
-def turned(radii, heights, sides):
-    """A convex solid of revolution as positions and triangles: rings of `sides` points, and poles, of radius 0."""
-    angle = 2 * np.pi * np.arange(sides) / sides
-    ring = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], -1)
-    positions = np.concatenate(
-        [radius * ring + [0, y, 0] if radius else [[0, y, 0]] for radius, y in zip(radii, heights, strict=True)]
-    )
-    hull = ConvexHull(positions)
-    flip = np.linalg.det(positions[hull.simplices]) < 0
-    return positions, np.where(flip[:, None], hull.simplices[:, ::-1], hull.simplices)
-
-
-# The paper's cube, wheel cover, wing and canopy: shapes of as many vertices.
-SHAPES = {
-    8: turned([1, 1], [-1, 1], 4),
-    10: turned([1, 0.7], [-0.4, 0.4], 5),
-    44: turned([1, 0.6], [-4, 4], 22),
-    102: turned([0, *np.sin(np.pi * np.arange(1, 11) / 11), 0], -np.cos(np.pi * np.arange(12) / 11), 10),
-}
-
-
-@pytest.mark.parametrize("count", SHAPES)
-def test_optimised_edges_are_a_part_that_closes_the_outline(count):
-    positions, triangles = SHAPES[count]
+@pytest.mark.parametrize(("count", "shape"), [*zip((8, 10, 44, 102), SHAPES.values(), strict=True)])
+def test_optimised_edges_are_a_part_that_closes_the_outline(count, shape):
+    positions, triangles = shape()
     edges = build_edges(positions, triangles)
-    assert len(edges.points) == count
+    assert len(edges.points) == count and not edges.open.any()
     assert len(edges.points) - len(edges.ends) + len(triangles) == 2  # Euler
     view, place = view_along((0.2, -0.3, -1), size=(4000, 3000)), placed((1.6, -2.4, -8))
     every, some = (outlines(edges, view, place, fold, solid=True) for fold in (None, np.pi))

@@ -1,41 +1,33 @@
-"""What anti-aliasing brings and costs: `python -m depthwalk.quality.antialiasing SCENE...`, for docs/anti-aliasing.md.
+"""What anti-aliasing brings: every kind of `render.aa` against pictures with many samples per pixel, in the pixels that
+edges run through. For `depthwalk quality` and docs/anti-aliasing.md."""
 
-Every kind of `render.aa` against pictures with many samples per pixel, in the pixels that edges run through.
-"""
-
-import json as json_format
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Annotated, Any, get_args
+from dataclasses import dataclass
+from typing import Any, get_args
 
 import numpy as np
-import typer
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.progress import track
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, uniform_filter
 
-import depthwalk
-from depthwalk.bench.measure import commit
 from depthwalk.colour import srgb8_from_linear
-from depthwalk.commands.console import guarded
-from depthwalk.commands.options import Quiet, Resolution, Verbose, open_scene, parse_resolution
-from depthwalk.commands.render import open_headless
 from depthwalk.headless import HeadlessRenderer, LinearImage
-from depthwalk.limits import MAX_FRAMES
-from depthwalk.output import check_folder, write_bytes
-from depthwalk.quality.metrics import mean_flip, psnr
+from depthwalk.library import Report, SceneLibrary
+from depthwalk.quality.metrics import Picture, mean_flip, psnr
+from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.render.antialiasing import PictureParams
 from depthwalk.render.passes.gpaa import GpaaParams
 from depthwalk.render.view import View
-from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
 
 REFERENCE_SAMPLES = 8  # per pixel, along either axis
 JUMP = 0.02  # part of the distance by which the next sample is farther where an edge runs
 REPRESENTATIONS = {"depth images": Representation.DPCI, "mesh": Representation.MESH}
+OURS = "gpaa-edge"
+GAINS = {"fxaa": 3.0, "smaa": 1.5, "msaa": 0.0}  # dB that it must have over others, against the same geometry
+SILHOUETTE_GAIN = 2.0  # dB that depth images must gain by it, against their mesh
+SHOWN = 4  # part of the picture's width and height that the page shows
 
 
 @dataclass(frozen=True)
@@ -53,7 +45,7 @@ class Kind:
 
 KINDS = (
     *(Kind(aa, aa) for aa in get_args(PictureParams.model_fields["aa"].annotation)),
-    Kind("gpaa-edge, one sample", "gpaa-edge", samples=1),
+    Kind(f"{OURS}, one sample", OURS, samples=1),
 )
 
 
@@ -66,22 +58,21 @@ class Truth:
     edge: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class Row:
-    """One kind of anti-aliasing in one scene, drawn by one representation.
+def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
+    """Each kind in each scene, seen by its camera, and what `OURS` gains over others. size: (width, height), pixels.
 
-    psnr, dB, and flip, mean: of the edge pixels against the mesh; own_psnr: against the same representation; ms: median
-    time of a frame; ratio: of that to the frame of the first of `KINDS`, median.
+    Changes the scenes' settings. Raises InputError, and GpuError without OpenGL.
     """
-
-    scene: str
-    representation: str
-    aa: str
-    psnr: float
-    own_psnr: float
-    flip: float
-    ms: float
-    ratio: float
+    for scene in scenes:
+        truths = {name: _truth(scene, size, each, report) for name, each in REPRESENTATIONS.items()}
+        for name, representation in REPRESENTATIONS.items():
+            with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation) as headless:
+                pictures, milliseconds = _draw_all(headless, scene, report)
+            subject = f"{scene.path.stem}, {name}"
+            yield from _kinds(subject, pictures, milliseconds, truths[name], truths["mesh"])
+            yield from _gains(subject, pictures, truths[name])
+            if representation is Representation.DPCI:
+                yield _silhouettes(subject, pictures, truths["mesh"])
 
 
 def truth(image: LinearImage) -> Truth:
@@ -99,94 +90,71 @@ def truth(image: LinearImage) -> Truth:
     return Truth(srgb8_from_linear(colour.reshape(height, samples, width, samples, 3).mean((1, 3))), edge)
 
 
-def measure_scene(scene: Scene, size: tuple[int, int], frames: int) -> Iterator[Row]:
-    """The rows of a scene, from its camera. size: (width, height), pixels; frames: timed for each kind, by turns.
-
-    Raises InputError, and GpuError without OpenGL.
-    """
-    truths = {name: _truth(scene, size, representation) for name, representation in REPRESENTATIONS.items()}
-    for name, representation in REPRESENTATIONS.items():
-        with open_headless(scene, size, representation) as headless:
-            view = View(scene.camera or headless.frame_all(), size)
-            milliseconds = np.array([[_frame_ms(headless, view, kind) for kind in KINDS] for _ in range(frames)])
-            for number, kind in enumerate(KINDS):
-                kind.apply(scene.render)
-                headless.draw(view)
-                picture = headless.pixels()[..., :3]
-                mesh, own = truths["mesh"], truths[name]
-                yield Row(
-                    str(scene.path),
-                    name,
-                    kind.title,
-                    psnr(mesh.pixels, picture, mesh.edge),
-                    psnr(own.pixels, picture, own.edge),
-                    mean_flip(mesh.pixels, picture, mesh.edge),
-                    float(np.median(milliseconds[:, number])),
-                    float(np.median(milliseconds[:, number] / milliseconds[:, 0])),
-                )
-
-
-def _truth(scene: Scene, size: tuple[int, int], representation: Representation) -> Truth:
+def _truth(scene: Scene, size: tuple[int, int], representation: Representation, report: Report) -> Truth:
     scene.render.aa = "none"
     fine = size[0] * REFERENCE_SAMPLES, size[1] * REFERENCE_SAMPLES
-    with open_headless(scene, fine, representation) as headless:
-        camera: Camera = scene.camera or headless.frame_all()
-        headless.draw(View(camera, fine))
+    with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), fine, representation) as headless:
+        report(scene.path.stem, f"{REFERENCE_SAMPLES**2} samples per pixel")
+        headless.draw(View(scene.camera or headless.frame_all(), fine))
         return truth(headless.linear_image())
 
 
-def _frame_ms(headless: HeadlessRenderer, view: View, kind: Kind) -> float:
-    """Of a frame after one that makes what the kind needs: of all cores where they draw, else by the clock."""
+def _draw_all(headless: HeadlessRenderer, scene: Scene, report: Report) -> tuple[list[Picture], list[float]]:
+    """Of each of `KINDS` the picture (H, W, 3) and the milliseconds of the second frame of it: of all cores where they
+    draw, else by the clock."""
+    view = View(scene.camera or headless.frame_all(), headless.size)
     clock = time.process_time if headless.device.software else time.perf_counter
-    kind.apply(headless.renderer.settings)
-    headless.draw(view)
-    headless.device.context.finish()
-    start = clock()
-    headless.draw(view)
-    headless.device.context.finish()
-    return (clock() - start) * 1e3
+    pictures, milliseconds = [], []
+    for kind in KINDS:
+        report(scene.path.stem, f"anti-aliasing: {kind.title}")
+        kind.apply(scene.render)
+        headless.draw(view)  # makes what the kind needs
+        headless.device.context.finish()
+        start = clock()
+        headless.draw(view)
+        headless.device.context.finish()
+        milliseconds.append((clock() - start) * 1e3)
+        pictures.append(np.ascontiguousarray(headless.pixels()[..., :3]))
+    return pictures, milliseconds
 
 
-def to_markdown(rows: Sequence[Row]) -> str:
-    """A table per scene and representation."""
-    titles = "`render.aa`", "PSNR, dB", "against its own, dB", "FLIP", "ms", "× `none`"
-    head = f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|\n"
-    tables: dict[str, str] = {}
-    for row in rows:
-        values = f"{row.psnr:.1f}", f"{row.own_psnr:.1f}", f"{row.flip:.3f}", f"{row.ms:.0f}", f"{row.ratio:.2f}"
-        title = f"{Path(row.scene).stem}, {row.representation}:\n\n{head}"
-        tables[title] = tables.get(title, "") + f"| {row.aa} | {' | '.join(values)} |\n"
-    return "\n".join(title + lines for title, lines in tables.items())
+def _kinds(
+    subject: str, pictures: Sequence[Picture], milliseconds: Sequence[float], own: Truth, mesh: Truth
+) -> Iterator[Row]:
+    window = _busiest(own.edge)
+    for kind, picture, spent in zip(KINDS, pictures, milliseconds, strict=True):
+        details = {
+            "against the mesh, dB": psnr(mesh.pixels, picture, mesh.edge),
+            "FLIP": mean_flip(mesh.pixels, picture, mesh.edge),
+            "ms": spent,
+            "× none": spent / milliseconds[0],
+        }
+        panels = side_by_side(kind.title, picture[window], own.pixels[window])
+        yield Row(subject, f"{kind.title}, dB", psnr(own.pixels, picture, own.edge), details=details, pictures=panels)
 
 
-def to_json(rows: Sequence[Row], size: tuple[int, int]) -> str:
-    """The rows for programs."""
-    head = {"version": depthwalk.__version__, "commit": commit(), "resolution": size}
-    return json_format.dumps({**head, "rows": [asdict(row) for row in rows]}, indent=2) + "\n"
+def _gains(subject: str, pictures: Sequence[Picture], own: Truth) -> Iterator[Row]:
+    """What `OURS` gains over each of `GAINS` that there is."""
+    reached = {kind.title: psnr(own.pixels, shown, own.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
+    for peer, goal in GAINS.items():
+        if peer in reached:
+            yield Row(subject, f"{OURS} over {peer}, dB", reached[OURS] - reached[peer], goal)
 
 
-@guarded
-def main(
-    scenes: Annotated[list[Path], typer.Argument(metavar="SCENE", help="Scene files.")],
-    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the rows as JSON.")] = None,
-    resolution: Resolution = "512,384",
-    frames: Annotated[int, typer.Option(metavar="N", min=1, max=MAX_FRAMES, help="Frames to time of each kind.")] = 5,
-    verbose: Verbose = False,
-    quiet: Quiet = False,
-) -> None:
-    """Measure what each kind of anti-aliasing brings and costs, seen from each scene's camera."""
-    size = parse_resolution(resolution)
-    if json is not None:
-        check_folder(json)
-    loaded = [open_scene(path, None, None) for path in scenes]  # complain about the last one before minutes pass
-    rows: list[Row] = []
-    for scene in loaded:
-        total = len(REPRESENTATIONS) * len(KINDS)
-        rows += track(measure_scene(scene, size, frames), str(scene.path), total, console=Console(stderr=True))
-    if json is not None:
-        write_bytes(json, to_json(rows, size).encode())
-    print(to_markdown(rows), end="")
+def _silhouettes(subject: str, pictures: Sequence[Picture], mesh: Truth) -> Row:
+    """What it brings to depth images, compared with what they stand for."""
+    reached = {kind.title: psnr(mesh.pixels, shown, mesh.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
+    gain = reached[OURS] - reached["none"]
+    return Row(subject, f"silhouettes: {OURS} over none, against the mesh, dB", gain, SILHOUETTE_GAIN)
 
 
-if __name__ == "__main__":
-    typer.run(main)
+def _busiest(edge: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Rows and columns of the part of the picture, `SHOWN` times as low and as narrow, with most edges."""
+    height, width = (max(1, side // SHOWN) for side in edge.shape)
+    count = uniform_filter(edge.astype(np.float64), (height, width), mode="constant")
+    row, column = np.unravel_index(count.argmax(), count.shape)
+    top, left = (
+        int(np.clip(middle - part // 2, 0, side - part))
+        for middle, part, side in zip((row, column), (height, width), edge.shape, strict=True)
+    )
+    return slice(top, top + height), slice(left, left + width)

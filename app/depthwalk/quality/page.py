@@ -1,7 +1,7 @@
-"""A comparison as one HTML page with pictures of the worst views, which needs nothing else."""
+"""A comparison as one HTML page with pictures of the worst views, which needs nothing else; what a page consists of."""
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -67,16 +67,40 @@ def panels(pair: Pair) -> dict[str, bytes]:
 
 def to_html(report: CompareReport, worst: Sequence[Sequence[WorstView]]) -> str:
     """The page; worst: the views to show, for each model of the report."""
-    body = [f"<h1>depthwalk compare</h1><p>{escape(headline(report))}</p>"]
+    body = []
     if len(report.models) > 1:
         rows = [(measure, *overall(measure, report.models)) for measure in MEASURES]
         body.append(
             f"<h2>Overall</h2>{_table([(m, summary, (escape(name),)) for m, summary, name in rows], ('model',))}"
         )
-        body.append(_plain_table(overview(report.models)))
+        body.append(plain_table(overview(report.models)))
     for model, views in zip(report.models, worst, strict=True):
         body += [_section(model), *(_figure(view) for view in views)]
-    return f"{_HEAD}{''.join(body)}</body></html>\n"
+    return page("depthwalk compare", headline(report), "".join(body))
+
+
+def page(title: str, line: str, body: str) -> str:
+    """A whole page: title and a line below it, then `body`, HTML."""
+    head = f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+    top = f"<style>{_STYLE}</style></head><body>\n<h1>{escape(title)}</h1><p>{escape(line)}</p>"
+    return f"{head}{top}{body}</body></html>\n"
+
+
+def plain_table(rows: Sequence[tuple[str, ...]]) -> str:
+    """Rows of text, the first of them titles; what misses its goal stands out."""
+    titles, *others = rows
+    head = "".join(f"<th>{escape(title)}</th>" for title in titles)
+    body = "".join(f"<tr>{''.join(_plain_cell(text) for text in row)}</tr>" for row in others)
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def figure(caption: str, panels: Mapping[str, bytes]) -> str:
+    """Pictures side by side, PNG files by their captions."""
+    pictures = "".join(
+        f'<div><img src="data:image/png;base64,{b64encode(png).decode()}" alt="{escape(name)}"><br>{escape(name)}</div>'
+        for name, png in panels.items()
+    )
+    return f'<figure><figcaption>{escape(caption)}</figcaption><div class="row">{pictures}</div></figure>'
 
 
 def _section(model: ModelReport) -> str:
@@ -105,14 +129,6 @@ def _table(rows: Sequence[tuple[Measure, Summary, tuple[str, ...]]], more: tuple
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def _plain_table(rows: Sequence[tuple[str, ...]]) -> str:
-    """Rows of text, the first of them titles; what misses its goal stands out."""
-    titles, *others = rows
-    head = "".join(f"<th>{escape(title)}</th>" for title in titles)
-    body = "".join(f"<tr>{''.join(_plain_cell(text) for text in row)}</tr>" for row in others)
-    return f"<table><tr>{head}</tr>{body}</table>"
-
-
 def _plain_cell(text: str) -> str:
     return f"<td{_MISSED if text.endswith(mark(False)) else ''}>{escape(text)}</td>"
 
@@ -124,11 +140,7 @@ def _goal_cell(measure: Measure, value: float, goal: float | None) -> str:
 def _figure(worst: WorstView) -> str:
     values = "; ".join(f"{m.title}: {cell(m, getattr(worst.view, m.key))}" for m in MEASURES)
     caption = f"{direction(worst.view.viewpoint)}: worst in {'; '.join(worst.titles)}. {values}."
-    pictures = "".join(
-        f'<div><img src="data:image/png;base64,{b64encode(png).decode()}" alt="{escape(name)}"><br>{escape(name)}</div>'
-        for name, png in worst.panels.items()
-    )
-    return f'<figure><figcaption>{escape(caption)}</figcaption><div class="row">{pictures}</div></figure>'
+    return figure(caption, worst.panels)
 
 
 def _coverage(reference: NDArray[np.bool_], test: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -142,8 +154,7 @@ def _coverage(reference: NDArray[np.bool_], test: NDArray[np.bool_]) -> NDArray[
     return picture
 
 
-_HEAD = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>depthwalk compare</title><style>
+_STYLE = """
 body { font: 15px system-ui, sans-serif; max-width: 1400px; margin: 2em auto; padding: 0 1em; color: #222; }
 table { border-collapse: collapse; }
 th, td { padding: .2em .9em; text-align: right; border-bottom: 1px solid #ddd; }
@@ -151,5 +162,4 @@ td:first-child { text-align: left; }
 .missed { color: #b00020; font-weight: 600; }
 figure { margin: 1.5em 0; } .row { display: flex; gap: 8px; } .row div { flex: 1; font-size: 12px; color: #555; }
 img { width: 100%; }
-</style></head><body>
 """

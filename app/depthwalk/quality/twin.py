@@ -54,7 +54,8 @@ class TwinRenderer:
         self.size = size
         self._sphere = bounding_sphere(mesh)
         library = _OneObject(mesh, baked)
-        self._headless = HeadlessRenderer(_one_object_scene(settings), library, size, Representation.DPCI)
+        scene = one_object_scene(settings, Environment(background=BACKGROUND))  # and the light that is always there
+        self._headless = HeadlessRenderer(scene, library, size, Representation.DPCI)
 
     def __enter__(self) -> "TwinRenderer":
         return self
@@ -120,8 +121,8 @@ class _OneObject:
         raise LookupError(f"the scene of one object names no textures: {path}")
 
 
-def _one_object_scene(settings: RenderSettings) -> Scene:
-    """Asset 0 at the origin, as its file has it, in the light that a scene without `environment` has."""
+def one_object_scene(settings: RenderSettings, environment: Environment) -> Scene:
+    """Asset 0 of a library at the origin, as its file has it."""
     none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)
     upright = np.array([[0, 0, 0, 1]], np.float32)
     place = np.zeros((1, 3), np.float32)
@@ -133,7 +134,7 @@ def _one_object_scene(settings: RenderSettings) -> Scene:
         nodes=Nodes((), none, none, none, none, none, identities(0), identities(0)),  # nothing moves
         instances=identities(1, np.float32),
         owner=one,
-        environment=Environment(background=BACKGROUND),
+        environment=environment,
         camera=None,
         render=settings,
     )

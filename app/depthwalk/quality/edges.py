@@ -1,0 +1,112 @@
+"""What it saves to draw those edges only that may be outlines, for `depthwalk quality` and docs/anti-aliasing.md."""
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from depthwalk.library import Report, read_mesh
+from depthwalk.quality.rows import Row
+from depthwalk.quality.views import FEW, Sphere, bounding_sphere, view_of
+from depthwalk.render.edges import Edges, build_edges
+from depthwalk.render.outlines import outlines
+from depthwalk.render.passes.gpaa import GpaaParams
+from depthwalk.render.records import PLACED_RECORD
+from depthwalk.scene.scene import MeshAsset, Scene
+
+MOST_OF_CLOSED, MOST_OF_SHAPES = 0.5, 0.7  # lines drawn, of all edges drawn
+MANY = 64  # objects of one mesh that are timed at once
+REPEATS = 5  # of what is timed, by turns; the median counts
+
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of finding lines, first all and then the chosen ones, over several views. lines: (2,), how many per view and
+    object; milliseconds: (2,), of one core, per view, the median of `REPEATS` by turns."""
+
+    lines: NDArray[np.float64]
+    milliseconds: NDArray[np.float64]
+
+
+def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tuple[Points, NDArray[np.intp]]:
+    """A convex solid of revolution as positions (v, 3) and triangles (f, 3): rings of `sides` points, one where the
+    radius is 0."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ring = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], -1)
+    positions = np.concatenate(
+        [radius * ring + [0, y, 0] if radius else [[0, y, 0]] for radius, y in zip(radii, heights, strict=True)]
+    )
+    hull = ConvexHull(positions)
+    flip = np.linalg.det(positions[hull.simplices]) < 0
+    return positions, np.where(flip[:, None], hull.simplices[:, ::-1], hull.simplices)
+
+
+# With as many vertices as the models of the paper's table 1.
+SHAPES: dict[str, Callable[[], tuple[Points, NDArray[np.intp]]]] = {
+    "cube, 8 vertices": lambda: turned([1, 1], [-1, 1], 4),
+    "wheel cover, 10": lambda: turned([1, 0.7], [-0.4, 0.4], 5),
+    "wing, 44": lambda: turned([1, 0.6], [-4, 4], 22),
+    "canopy, 102": lambda: turned(
+        [0, *np.sin(np.pi * np.arange(1, 11) / 11), 0], -np.cos(np.pi * np.arange(12) / 11), 10
+    ),
+}
+
+
+def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
+    """The paper's shapes, `MANY` of each, and the closed meshes of the scenes that have lines, over the views `FEW`.
+
+    size: (width, height) of the picture that lines are drawn into, pixels.
+    Raises InputError.
+    """
+    for name, shape in SHAPES.items():
+        report(name, "edges")
+        positions, triangles = shape()
+        sphere = Sphere((0.0, 0.0, 0.0), float(np.linalg.norm(positions, axis=1).max()))
+        cost = _cost(build_edges(positions, triangles), sphere, MANY, size)
+        yield _drawn(name, cost, MOST_OF_SHAPES)
+        _, share = _shares(cost)
+        yield Row(name, f"time, × all edges, of {MANY} objects", share, MOST_OF_SHAPES, more_is_better=False, digits=2)
+    meshes = {each.mesh: each for scene in scenes for each in scene.assets if isinstance(each, MeshAsset)}
+    for asset in meshes.values():
+        report(asset.name, "edges")
+        mesh = read_mesh(asset)
+        edges = build_edges(mesh.positions, mesh.faces)
+        if edges.open.any():
+            continue
+        cost = _cost(edges, bounding_sphere(mesh), 1, size)
+        if cost.lines[0]:  # else it is all outlines, and none are drawn
+            yield _drawn(asset.name, cost, MOST_OF_CLOSED)
+
+
+def _cost(edges: Edges, sphere: Sphere, count: int, size: tuple[int, int]) -> Cost:
+    """Of `count` objects at one place."""
+    choices = None, float(np.radians(GpaaParams().crease))
+    lines, seconds = np.zeros(2), np.zeros((REPEATS, 2))
+    for viewpoint in FEW:
+        view = view_of(sphere, viewpoint, size)
+        placed = np.zeros(count, PLACED_RECORD)
+        placed["origin"], placed["rotation"], placed["scale"] = -view.position, (0, 0, 0, 1), 1
+        lines += [len(outlines(edges, view, placed, each, solid=True)) for each in choices]
+        for spent in seconds:
+            for column, each in enumerate(choices):
+                start = time.process_time()
+                outlines(edges, view, placed, each, solid=True)
+                spent[column] += time.process_time() - start
+    return Cost(lines / (len(FEW) * count), np.median(seconds, axis=0) * 1e3 / len(FEW))
+
+
+def _shares(cost: Cost) -> tuple[float, float]:
+    """The chosen ones' part of the lines and of the time."""
+    return float(cost.lines[1] / cost.lines[0]), float(cost.milliseconds[1] / cost.milliseconds[0])
+
+
+def _drawn(name: str, cost: Cost, goal: float) -> Row:
+    share, spent = _shares(cost)
+    (every, chosen), (every_ms, chosen_ms) = cost.lines.tolist(), cost.milliseconds.tolist()
+    details = {"all": every, "chosen": chosen, "all, ms": every_ms, "chosen, ms": chosen_ms, "time, ×": spent}
+    return Row(name, "lines drawn, × all edges", share, goal, more_is_better=False, digits=2, details=details)

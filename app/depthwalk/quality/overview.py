@@ -1,0 +1,108 @@
+"""What `depthwalk quality` found, as text, as JSON and as a page. The JSON is described in docs/quality-method.md."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from itertools import groupby
+from operator import attrgetter
+from typing import Any
+
+from depthwalk.quality.page import figure, page, plain_table
+from depthwalk.quality.report import mark
+from depthwalk.quality.rows import Row
+
+
+@dataclass(frozen=True)
+class Overview:
+    """The rows by parts. commit: of the checkout that ran, else None; renderer: the GL driver's name; image_size: of
+    the pictures, (width, height)."""
+
+    version: str
+    commit: str | None
+    renderer: str
+    image_size: tuple[int, int]
+    parts: Mapping[str, Sequence[Row]]
+
+
+def to_text(overview: Overview) -> str:
+    """A table for reading."""
+    lines = [_headline(overview)]
+    for part, rows in overview.parts.items():
+        lines += ["", part]
+        wide = max((len(row.name) for row in rows), default=0)
+        for subject, group in groupby(rows, attrgetter("subject")):
+            lines.append(f"  {subject}")
+            for row in group:
+                value, goal, details = _cells(row)
+                lines.append(f"    {row.name.ljust(wide)}{value.rjust(14)}{goal.rjust(10)}  {details}".rstrip())
+    return "\n".join([*lines, "", _verdict(overview)])
+
+
+def to_json(overview: Overview) -> str:
+    """The rows for programs. A value that is not a number, or is infinite, becomes null."""
+    document = {
+        "version": overview.version,
+        "commit": overview.commit,
+        "renderer": overview.renderer,
+        "image_size": overview.image_size,
+        "rows": [_row(part, row) for part, rows in overview.parts.items() for row in rows],
+    }
+    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def to_html(overview: Overview) -> str:
+    """One page with the tables and all pictures, which needs nothing else."""
+    body = [f"<p>{escape(_verdict(overview))}</p>"]
+    for part, rows in overview.parts.items():
+        table = [("", "", "measured", "goal", ""), *_table(rows)]
+        body.append(f"<h2>{escape(part)}</h2>{plain_table(table)}")
+        body += [figure(f"{row.subject}: {_line(row)}", row.pictures) for row in rows if row.pictures]
+    return page("depthwalk quality", _headline(overview), "".join(body))
+
+
+def _headline(overview: Overview) -> str:
+    width, height = overview.image_size
+    version = f"depthwalk {overview.version} ({overview.commit or 'installed'})"
+    return f"pictures against the truth; {width} × {height} pixels; {version}, {overview.renderer}"
+
+
+def _verdict(overview: Overview) -> str:
+    reached = [row.reached for rows in overview.parts.values() for row in rows if row.goal is not None]
+    return f"{sum(map(bool, reached))} of {len(reached)} goals reached"
+
+
+def _table(rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
+    for row in rows:
+        value, goal, details = _cells(row)
+        yield row.subject, row.name, value, goal, details
+
+
+def _cells(row: Row) -> tuple[str, str, str]:
+    """The value and how it stands to its goal, the goal, the details."""
+    goal = "" if row.goal is None else f"{'≥' if row.more_is_better else '≤'} {row.goal:.{row.digits}f}"
+    details = "; ".join(f"{name} {value:.4g}" for name, value in row.details.items())
+    return f"{row.measured:.{row.digits}f}{mark(row.reached)}", goal, details
+
+
+def _line(row: Row) -> str:
+    value, goal, details = _cells(row)
+    return "; ".join(filter(None, (f"{row.name}: {value}", goal and f"goal {goal}", details)))
+
+
+def _row(part: str, row: Row) -> dict[str, Any]:
+    return {
+        "part": part,
+        "subject": row.subject,
+        "name": row.name,
+        "measured": _finite(row.measured),
+        "goal": row.goal,
+        "more_is_better": row.more_is_better,
+        "reached": row.reached,
+        "details": {name: _finite(value) for name, value in row.details.items()},
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

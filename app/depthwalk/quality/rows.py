@@ -1,0 +1,34 @@
+"""What `depthwalk quality` finds: values, what is asked of them, and pictures."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from operator import ge, le
+
+from depthwalk.output import png_bytes
+from depthwalk.quality.metrics import Picture, flip_colours
+
+
+@dataclass(frozen=True)
+class Row:
+    """A value. subject: what was looked at; name: what was measured of it; digits: shown behind the point; goal: what
+    it must reach, None where nothing is asked; details: other values of the same pictures, by name; pictures: PNG
+    files, by caption."""
+
+    subject: str
+    name: str
+    measured: float
+    goal: float | None = None
+    more_is_better: bool = True
+    digits: int = 1
+    details: Mapping[str, float] = field(default_factory=dict)
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def reached(self) -> bool | None:
+        """None where there is no goal. What is not a number reaches none."""
+        return None if self.goal is None else bool((ge if self.more_is_better else le)(self.measured, self.goal))
+
+
+def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
+    """Panels of a picture (H, W, 3) and of its difference from the truth."""
+    return {name: png_bytes(shown), f"{name}: difference (FLIP, dark is equal)": png_bytes(flip_colours(truth, shown))}

@@ -1,0 +1,125 @@
+"""How like the shadows of depth images are to those of their meshes, for `depthwalk quality` and docs/shadows.md.
+
+Each object hangs alone over level ground, so high that all of its shadow is seen from straight above that; all light is
+the sun's, so ground is dark exactly where the sun does not reach it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.headless import HeadlessRenderer
+from depthwalk.library import Report, SceneLibrary
+from depthwalk.output import png_bytes
+from depthwalk.quality.metrics import Picture, silhouette_iou
+from depthwalk.quality.rows import Row
+from depthwalk.quality.twin import one_object_scene
+from depthwalk.quality.views import FOV, Sphere, bounding_sphere
+from depthwalk.render.settings import RenderSettings
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.environment import Environment
+from depthwalk.scene.scene import MeshAsset, Scene
+
+Direction = tuple[float, float, float]
+
+SUNS: dict[str, Direction] = {  # by how high they stand: where their light goes
+    "20°": (-0.92, -0.34, 0.20),
+    "35°": (0.80, -0.57, 0.19),
+    "50°": (0.1, -0.77, -0.63),
+}
+LEAST_IOU = 0.99
+HEIGHT, RISE = 8.0, 2.0  # of the viewer and of what hangs, over the ground, radii of the object
+LEVEL = 0.01  # part of the viewer's height by which ground may seem to be off
+_BOTH, _MISSING, _EXTRA, _LIT, _OBJECT = (70, 70, 70), (214, 20, 20), (40, 90, 220), (225, 225, 225), (160, 190, 150)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a picture shows of the ground. shown: (H, W), where nothing stands before it; shadow: (H, W)."""
+
+    shown: NDArray[np.bool_]
+    shadow: NDArray[np.bool_]
+
+
+def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
+    """A row for every asset that has depth images: the least intersection over union of the shadows of these and of the
+    mesh, over `SUNS`. size: (width, height), pixels. Raises InputError, and GpuError without OpenGL."""
+    meshes = [each for scene in scenes for each in scene.assets if isinstance(each, MeshAsset)]
+    assets = {(each.mesh, str(each.dpci)): each for each in meshes if each.dpci is not None}
+    for asset in assets.values():
+        report(asset.name, "shadows")
+        library = SceneLibrary((asset,), report)
+        mesh = library.mesh(0)
+        assert mesh is not None  # it is a mesh asset
+        sphere = bounding_sphere(mesh)
+        with HeadlessRenderer(_stage(sphere), library, size, Representation.DPCI) as headless:
+            pairs = {name: _pair(headless, sphere, sun) for name, sun in SUNS.items()}
+        ious = {name: _iou(*pair) for name, pair in pairs.items()}
+        worst = min(ious, key=ious.__getitem__)
+        caption = f"sun {worst} high; only the mesh's red, only the depth images' blue"
+        panels = {caption: png_bytes(_panel(*pairs[worst]))}
+        details = {f"sun {name}": iou for name, iou in ious.items()}
+        yield Row(asset.name, "IoU with the mesh's", ious[worst], LEAST_IOU, digits=4, details=details, pictures=panels)
+
+
+def _stage(sphere: Sphere) -> Scene:
+    """The object at the origin over white ground."""
+    settings = RenderSettings.model_validate({"shadows": {"enabled": True, "cascades": 1}})
+    below = sphere.centre[1] - (1 + RISE) * sphere.radius
+    ground = {"colour": (1.0, 1.0, 1.0), "height": below, "size": 100 * sphere.radius}
+    sun = {"colour": (1.0, 1.0, 1.0)}
+    return one_object_scene(
+        settings, Environment.model_validate({"ground": ground, "sun": sun, "ambient": {"intensity": 0.0}})
+    )
+
+
+def _pair(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tuple[Ground, Ground]:
+    """The ground below the mesh and below its depth images."""
+    environment = headless.renderer.scene.environment
+    environment.sun.direction = sun
+    assert environment.ground is not None  # the stage has one
+    centre, radius, ground = np.asarray(sphere.centre), sphere.radius, environment.ground.height
+    below = centre + np.asarray(sun) * (ground - centre[1]) / sun[1]
+    above = below + np.array([0, HEIGHT, 0.01]) * radius  # a little aside, or nothing would tell what is up
+    camera = Camera(tuple(above.tolist()), tuple(below.tolist()), float(np.radians(FOV)))
+    view = View(camera, headless.size, (HEIGHT - RISE - 2) * radius, (HEIGHT + 1) * radius)
+    mesh, images = (_ground(headless, view, ground, each) for each in (Representation.MESH, Representation.DPCI))
+    return mesh, images
+
+
+def _ground(headless: HeadlessRenderer, view: View, ground: float, representation: Representation) -> Ground:
+    headless.renderer.representation = representation
+    headless.draw(view)
+    image = headless.linear_image()
+    height, width = image.distance.shape
+    x, y = (np.arange(width) + 0.5) / width * 2 - 1, 1 - (np.arange(height) + 0.5) / height * 2
+    up = (np.stack(np.broadcast_arrays(x[None], y[:, None], 1.0), -1) @ view.ray_from_screen.T)[..., 1]
+    above = view.position[1] - ground
+    with np.errstate(invalid="ignore"):  # the sky is nowhere
+        shown = np.abs(above + image.distance * up) < LEVEL * above
+    light = image.colour[..., :3].max(-1)
+    return Ground(shown, shown & (light < np.median(light[shown]) / 2))
+
+
+def _iou(mesh: Ground, images: Ground) -> float:
+    """Where both show the ground."""
+    both = mesh.shown & images.shown
+    return silhouette_iou(mesh.shadow & both, images.shadow & both)
+
+
+def _panel(mesh: Ground, images: Ground) -> Picture:
+    """Both shadows in one picture (H, W, 3)."""
+    picture = np.empty((*mesh.shown.shape, 3), np.uint8)
+    picture[...] = _OBJECT
+    both = mesh.shown & images.shown
+    for mask, colour in (
+        (~mesh.shadow & ~images.shadow, _LIT),
+        (mesh.shadow & images.shadow, _BOTH),
+        (mesh.shadow & ~images.shadow, _MISSING),
+        (~mesh.shadow & images.shadow, _EXTRA),
+    ):
+        picture[both & mask] = colour
+    return picture
