@@ -1,7 +1,7 @@
 // One direction of the separable Gaussian (Huang et al. 2008, formula 5).
 uniform sampler2D picture;
-uniform ivec2 along;
-uniform float weights[7];       // by the distance in pixels; the whole has a sum of 1
+uniform ivec2 along;            // from one tap to the next
+uniform float weights[7];       // by the number of taps from the middle; the whole has a sum of 1
 layout(location = 0) out vec4 blurred;
 
 void main() {

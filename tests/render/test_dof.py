@@ -152,6 +152,42 @@ def test_what_is_before_the_focus_spreads_over_what_is_sharp(sharp, truth, gathe
     assert gathered.linear[beside].mean(0) == pytest.approx(truth.linear[beside].mean(0), abs=0.02)
 
 
+def horizon_blur(drawn):
+    """How far the colours of ground and sky run into each other, pixels: the deviation of where they change, at the
+    picture's left edge, where nothing stands."""
+    change = np.abs(np.diff(drawn.linear[:, :20, :3].mean((1, 2))))
+    change[change < 0.1 * change.max()] = 0  # the sky's own fading
+    rows = np.arange(len(change))
+    middle = np.average(rows, weights=change)
+    return np.sqrt(np.average((rows - middle) ** 2, weights=change))
+
+
+@pytest.mark.parametrize("mode", ["paper", "gather", "accumulate"])
+def test_blur_is_as_wide_whatever_the_samples_of_a_pixel(library, gl_device, mode):
+    blur = {}
+    for aa in ("none", "ssaa"):
+        scene = picket(mode=mode)
+        scene.render.aa = aa
+        blur[aa] = horizon_blur(Drawn(library, scene))
+    assert blur["none"] > 1.5
+    assert blur["ssaa"] == pytest.approx(blur["none"], rel=0.1)
+
+
+def test_accumulated_pictures_do_not_depend_on_tiles_that_are_kept(gl_device):
+    """The window keeps intermediate images from frame to frame; not from one point of the lens to the next."""
+    scene = picket(mode="accumulate", samples=6)
+    scene.objects.representation[:] = Representation.DPCI
+    shapes = ShapeLibrary([sphere(0.5, 64, 32), box(0.4, 2, 0.4, (0, 1, 0))], resolution=64)
+    drawn = []
+    for remembers in (False, True):
+        with HeadlessRenderer(scene, shapes, SIZE, Representation.DPCI) as headless:
+            headless.renderer.remembers = remembers
+            for aside in (0.0, 0.01):
+                headless.draw(View(Camera((aside, 1, 4), (aside, 0.9, 0), 0.8), SIZE))
+            drawn.append(headless.pixels().astype(int))
+    assert np.abs(drawn[1] - drawn[0]).max() <= 1
+
+
 def test_accumulated_pictures_keep_the_middles_distances(library, sharp, truth):
     assert np.array_equal(truth.distance, sharp.distance)
 

@@ -158,6 +158,21 @@ def test_dense_fog_is_all_there_is_and_shows_the_horizon(sky):
     assert nothing.any() and not nothing.all() and (alpha[nothing] == 0).all()
 
 
+def test_fog_is_as_dense_whatever_the_samples_of_a_pixel():
+    """On the ground, whose fog thickens with the distance, and before the sky."""
+    scene = scene_of((0, (0, -5, 0), 0.0, 1.0), sky={}, ground={}, fog={"density": 0.1, "height": 0.5, "falloff": 2})
+    view, drawn = View(Camera((0, 2, 8), (0, 1, 0), 0.8), SIZE), []
+    with HeadlessRenderer(scene, ShapeLibrary([box(1, 1, 1)], resolution=32), SIZE) as headless:
+        for aa in ("none", "ssaa"):
+            scene.render.aa = aa
+            headless.draw(view)
+            drawn.append(headless.linear_image())
+    apart = np.abs(drawn[0].colour - drawn[1].colour).max(-1)
+    changes = np.abs(np.diff(np.isfinite(drawn[0].distance), axis=0)).any(1)  # rows above the horizon
+    assert changes.sum() == 1 and np.ptp(drawn[0].colour[..., 0]) > 0.1
+    assert np.delete(apart, np.flatnonzero(changes)[0] + np.arange(-1, 3), 0).max() < 4e-3
+
+
 @pytest.mark.parametrize("tone", TONES)
 @pytest.mark.parametrize("exposure", [0.0, -1.5])
 def test_tones_are_their_twins(gl_device, tone, exposure):

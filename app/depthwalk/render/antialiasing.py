@@ -58,10 +58,13 @@ def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
     return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]
 
 
-def tile_layout(settings: PictureParams, layout: TileParams, remembers: bool) -> TileParams:
+def tile_layout(settings: Any, layout: TileParams, remembers: bool) -> TileParams:
     """`layout`, with texels that tell what part of a pixel is covered where the anti-aliasing wants to know, and with
-    nothing kept unless the renderer `remembers`."""
+    nothing kept unless the renderer `remembers`, nor for another point of the lens: blur is made of those differences.
+
+    settings: a RenderSettings.
+    """
     changes = {"tile_scale": COVERAGE_TEXELS} if geometric(settings) or settings.aa == "msaa" else {}
-    if not remembers:
+    if not remembers or settings.dof.mode == "accumulate":
         changes["reuse_error"] = 0.0
     return layout.model_copy(update=changes)

@@ -12,6 +12,7 @@ import numpy as np
 
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params
+from depthwalk.render.antialiasing import samples
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.lens import DISC, DofParams, circle_radius, gaussian, largest_radius
 
@@ -65,10 +66,10 @@ class DofPass(Pass):
         near, far = circle_radius(frame.settings.dof, frame.view, np.array(frame.view.depth_range))
         most = max(min(max(abs(near), abs(far)), circles["largest"]), 1e-6)  # formula (3)
         before = targets.lit_before()
-        weights = gaussian().tolist()
+        weights, apart = gaussian().tolist(), samples(frame.settings)  # pixels of the finished picture
         before.use(1)
-        self._run("blur", "across", targets.size, 4, picture=1, along=(1, 0), weights=weights).use(1)
-        self._run("blur", "blurred", targets.size, 4, picture=1, along=(0, 1), weights=weights).use(1)
+        self._run("blur", "across", targets.size, 4, picture=1, along=(apart, 0), weights=weights).use(1)
+        self._run("blur", "blurred", targets.size, 4, picture=1, along=(0, apart), weights=weights).use(1)
         targets.depth.use(0)
         before.use(2)
         targets.lit.use()
