@@ -2,7 +2,7 @@
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from imgui_bundle import imgui
 
@@ -12,6 +12,7 @@ _MARGIN = 10.0
 _WIDTH = 255.0
 _LABELS = 84.0  # width of the column of names
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
+_LEAST_PART = 0.005  # of a frame's time, that a pass must take to have a row
 _OVERLAY = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.no_inputs
@@ -54,6 +55,15 @@ def draw_hud(state: State) -> float:
     right = imgui.get_window_pos().x + imgui.get_window_size().x
     imgui.end()
     return right
+
+
+def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
+    """Names and times of the passes; those that do next to nothing are summed up, so that low windows hold the rest."""
+    least = _LEAST_PART * sum(milliseconds.values())
+    rows = {name: spent for name, spent in milliseconds.items() if spent > least}
+    if len(rows) < len(milliseconds):
+        rows["others"] = sum(milliseconds.values()) - sum(rows.values())
+    return [(name, f"{spent:.2f}") for name, spent in rows.items()]
 
 
 def draw_crosshair() -> None:
@@ -114,7 +124,7 @@ def _draw_rate(state: State) -> None:
 def _draw_passes(state: State) -> None:
     timers = state.renderer.timers
     imgui.text_colored(_DIM, f"passes, ms (timer: {timers.kind})")
-    _table("passes", [(name, f"{value:.2f}") for name, value in timers.milliseconds.items()], right=True)
+    _table("passes", pass_rows(timers.milliseconds), right=True)
 
 
 def _draw_counts(state: State) -> None:
