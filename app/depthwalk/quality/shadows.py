@@ -91,7 +91,7 @@ def _pair(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tuple[G
 
 
 def _ground(headless: HeadlessRenderer, view: View, ground: float, representation: Representation) -> Ground:
-    headless.renderer.representation = representation
+    headless.renderer.placed.representation = representation
     headless.draw(view)
     image = headless.linear_image()
     height, width = image.distance.shape
