@@ -83,7 +83,7 @@ def test_a_scene_with_bytes_changed(tmp_path: Path, edits: list[tuple[int, bytes
     load_all(tmp_path, data)
 
 
-@SETTINGS
+@settings(SETTINGS, max_examples=75)  # each is written as YAML first
 @given(values=st.dictionaries(st.sampled_from([*sorted(SceneFile.model_fields), "keyframes", "fps"]), VALUES))
 def test_random_values_under_known_keys(tmp_path: Path, values: dict[str, Any]) -> None:
     path = tmp_path / "dump.yaml"
