@@ -54,5 +54,5 @@ def test_the_rows_of_a_box(gl_device, scene_file, tmp_path, monkeypatch):
     assert found["box, depth images", "silhouettes: gpaa-edge over none, against the mesh, dB"].reached
     ssaa = found["box, mesh", "ssaa, dB"]
     assert ssaa.measured == ssaa.details["against the mesh, dB"] and ssaa.goal is None
-    assert [len(row.pictures) for row in rows].count(2) == 2 * len(KINDS)
+    assert [len(row.pictures) for row in rows].count(3) == 2 * len(KINDS)
     assert ("box", "anti-aliasing: gpaa-edge, one sample") in said

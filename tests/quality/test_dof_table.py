@@ -30,7 +30,7 @@ def test_modes_are_measured_against_many_frames(rows, monkeypatch):
     assert none.measured + 3 < gather.measured < 60 and gather.reached and none.goal is None
     assert gather.details["FLIP"] < none.details["FLIP"]
     assert 0 < found["gather: time, × 24 frames"].measured < 1
-    assert len(gather.pictures) == 2 and len(found) == 7
+    assert len(gather.pictures) == 3 and len(found) == 7
 
 
 def test_what_is_in_the_middle_is_in_focus(rows):

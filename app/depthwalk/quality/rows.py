@@ -30,5 +30,6 @@ class Row:
 
 
 def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
-    """Panels of a picture (H, W, 3) and of its difference from the truth."""
-    return {name: png_bytes(shown), f"{name}: difference (FLIP, dark is equal)": png_bytes(flip_colours(truth, shown))}
+    """Panels of a picture (H, W, 3), of the truth and of their difference."""
+    pictures = {name: shown, "truth": truth, "difference (FLIP, dark is equal)": flip_colours(truth, shown)}
+    return {caption: png_bytes(picture) for caption, picture in pictures.items()}
