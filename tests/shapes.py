@@ -1,5 +1,8 @@
 """Meshes of known shape and a library of them, for tests that need no files."""
 
+import hashlib
+import pickle
+from functools import lru_cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -79,7 +82,13 @@ def of_model(model):
 
 
 def bake(mesh, resolution=128, layers=2):
-    return bake_object(mesh, BakeParams(resolution, layers), "test")
+    """The depth images of a mesh; of an equal one as before, those."""
+    return _baked(pickle.dumps((mesh, BakeParams(resolution, layers), "test")))
+
+
+@lru_cache(maxsize=24)
+def _baked(call):
+    return bake_object(*pickle.loads(call))
 
 
 def model_of(baked):
@@ -88,11 +97,15 @@ def model_of(baked):
 
 
 class ShapeLibrary:
-    """Meshes and their depth images by number; either may be None."""
+    """Meshes and their depth images by number; either may be None.
 
-    def __init__(self, meshes, baked=None, **params):
+    kept: what renderers prepare of these is kept in the cache, which spares the second and later ones seconds.
+    """
+
+    def __init__(self, meshes, baked=None, kept=False, **params):
         self._meshes = meshes
         self._baked = [model_of(each) for each in baked or (bake(mesh, **params) for mesh in meshes)]
+        self._keys = [hashlib.sha256(pickle.dumps(each)).hexdigest() if kept else "" for each in self._baked]
 
     def __len__(self):
         return len(self._baked)
@@ -107,7 +120,7 @@ class ShapeLibrary:
         """All is there."""
 
     def key(self, asset):
-        return ""  # nothing is kept
+        return self._keys[asset]
 
     def baked(self, asset):
         return self._baked[asset]

@@ -86,7 +86,7 @@ def test_cells_that_a_ray_meets_come_far_to_near(library, asset):
     rng = np.random.default_rng(3)
     side = any(image.face is Face.SIDE for image in baked.images)
     middle = np.array([0, (baked.cylinder.bottom + baked.cylinder.top) / 2, 0])
-    for _ in range(20):
+    for _ in range(7):
         viewer = middle + 3 * unit(rng.normal(size=3)) if side else viewer_above(rng, baked)
         rank = np.empty(len(cells.ordered), int)
         rank[draw_order(cells, epipole(baked, viewer, cells))] = np.arange(len(rank))

@@ -9,17 +9,19 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 
+SIZE = (640, 480)
+
 
 def test_the_bust_agrees_with_its_mesh_at_every_pose(real_scenes):
     scene = load_scene(real_scenes / "bust.yaml")
     path = load_path(real_scenes / "poses.yaml")
     overlap, quality = [], []
-    with HeadlessRenderer(scene, SceneLibrary(scene.assets), (1024, 768)) as headless:
+    with HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE) as headless:
         for time in path.frames():
             pictures = []
             for representation in (Representation.DPCI, Representation.MESH):
                 headless.renderer.placed.representation = representation
-                headless.draw(View(path.sample(time), (1024, 768)), transparent=True)
+                headless.draw(View(path.sample(time), SIZE), transparent=True)
                 pictures.append(headless.pixels().astype(float) / 255)
             masks = [picture[..., 3] > 0 for picture in pictures]
             union = masks[0] | masks[1]
