@@ -35,15 +35,13 @@ def _current_context(request) -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="session")
-def cache_home(tmp_path_factory) -> Path:
-    """Where baked objects are kept during the tests."""
-    return tmp_path_factory.mktemp("cache")
-
-
-@pytest.fixture(autouse=True)
-def _own_cache(cache_home, monkeypatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(cache_home))
+@pytest.fixture(scope="session", autouse=True)
+def cache_home(tmp_path_factory) -> Iterator[Path]:
+    """Where baked objects are kept during the tests, from before the first fixture that bakes one."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(folder))
+        yield folder
 
 
 @pytest.fixture(scope="session")
