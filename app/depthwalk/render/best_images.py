@@ -20,6 +20,7 @@ from depthwalk.render.grids import EDGE, FACE_SHIFT, PAST_AXIS
 
 _ELSEWHERE, _ASKEW = 0.1, 0.3  # what it costs a triangle to look where another face owns the surface, or aslant
 _TURNED = 0.5  # or where the surface faces elsewhere
+_EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals point; where rays are steeper, these tell
 _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
 
 Array = NDArray[np.floating]
@@ -39,7 +40,7 @@ class _View(NamedTuple):
 
 def best_images(baked: BakedObject, corners: Array) -> Ints:
     """The image (t,), with PAST_AXIS and EDGE, that best holds each triangle (t, 3, 3): where the samples at its middle
-    and near its corners lie on its plane, are that face's own and are seen squarely."""
+    and near its corners lie on its plane, are on its side of it, are that face's own and are seen squarely."""
     middle = corners.mean(1, keepdims=True)
     probes = np.concatenate([middle, (middle + corners) / 2], 1)
     normal = face_normals(corners)[0]
@@ -52,8 +53,9 @@ def best_images(baked: BakedObject, corners: Array) -> Ints:
         away = view.origin + np.where(solid, depth, 0)[..., None] * view.inward - probes
         off = np.abs(np.einsum("tpi,ti->tp", away, normal)) / np.maximum(size, texel)
         cosine = np.einsum("tpi,ti->tp", image.normal[view.row, view.column], normal)
-        there = solid & (cosine > 0) & (np.linalg.norm(away, axis=-1) < _NEAR * (size + texel))
-        cost = np.where(there, np.minimum(off, 1) + _TURNED * (1 - np.clip(cosine, 0, 1)), 1)
+        same_side = np.where(np.abs(view.facing) > _EDGE_ON, view.facing, cosine) > 0
+        there = solid & same_side & (np.linalg.norm(away, axis=-1) < _NEAR * (size + texel))
+        cost = np.where(there, np.minimum(off, 1) + _TURNED * (1 - np.minimum(np.abs(cosine), 1)), 1)
         cost += _ELSEWHERE * (image.owner[view.row, view.column] != image.face) + _ASKEW * (1 - np.abs(view.facing))
         total = cost.sum(1)
         better = np.flatnonzero(total < best)
