@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.normals import doubled_areas
+from depthwalk.scene.arrays import Takes
 
 Array = NDArray[np.floating]
 Ints = NDArray[np.int64]
@@ -38,6 +40,27 @@ class WeldedSurface:
     weight: Array
 
 
+@dataclass(frozen=True)
+class _Live:
+    """Where edges may have become cheap since all were looked at: vertices (n,) that are `new`, and vertices (n,) that
+    are `ends` of what was cheap."""
+
+    new: NDArray[np.bool_]
+    ends: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class _Edges(Takes):
+    """m edges. start, end: (m,); target: (m, 3) where these would come to lie; quadric: (m, 10); weight, cost: (m,)."""
+
+    start: Ints
+    end: Ints
+    target: Array
+    quadric: Array
+    weight: Array
+    cost: Array
+
+
 def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> WeldedSurface:
     """Triangles (t, 3) of points (n, 3), of which those within a cube of side `cell`, metres, become one: the first
     that does not yield (n,); but for those that face the other way, as the two sides of a leaf."""
@@ -46,9 +69,8 @@ def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) 
     first, number = _groups(key, yields)
     facing = _facing(point, triangles)
     first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), yields)
-    triangles = _distinct(number[triangles])
-    used, corners = np.unique(triangles, return_inverse=True)
-    point, triangles = point[first][used].astype(np.float64), corners.reshape(-1, 3)
+    used, triangles = _renumbered(_distinct(number[triangles]), len(first))
+    point = point[first[used]].astype(np.float64)
     return WeldedSurface(point, triangles, *_quadrics(point, triangles))
 
 
@@ -56,10 +78,10 @@ def _groups(key: Ints, yields: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     """Points of one `key` (n,) are a group: the first (g,) of each that does not yield (n,), if any, and the group (n,)
     of each point."""
     order = np.lexsort((yields, key))
-    _, first, place = np.unique(key[order], return_index=True, return_inverse=True)
+    begins = np.diff(key[order], prepend=-1) > 0
     number = np.empty(len(key), np.int64)
-    number[order] = place
-    return order[first], number
+    number[order] = np.cumsum(begins) - 1
+    return order[begins], number
 
 
 def _facing(point: Array, triangles: Ints) -> Array:
@@ -73,60 +95,91 @@ def contract(surface: WeldedSurface, tolerance: float) -> WeldedSurface:
     """Contracts all edges by which the squared distance to what their vertex stands for, integrated over that, grows to
     no more than `tolerance`⁴, metres: so far may an area of tolerance² come off, a smaller one farther."""
     random = np.random.default_rng(0)
+    live = _Live(*np.ones((2, len(surface.point)), bool))
     for _ in range(_MOST_ROUNDS):
         before = len(surface.point)
-        surface = _contract_once(surface, tolerance, random)
+        surface, live = _contract_once(surface, live, tolerance, random)
         if before - len(surface.point) <= _WORTH * before:
             break
     return surface
 
 
-def _contract_once(surface: WeldedSurface, tolerance: float, random: np.random.Generator) -> WeldedSurface:
-    start, end, target, quadric, weight = _cheapest(surface, tolerance, random)
+def _contract_once(
+    surface: WeldedSurface, live: _Live, tolerance: float, random: np.random.Generator
+) -> tuple[WeldedSurface, _Live]:
+    """One round: what is left, and what of it the next round is to look at."""
+    cheap, chosen = _cheapest(surface, live, tolerance, random)
+    start, end = chosen.start, chosen.end
     moved, number = surface.point.copy(), np.arange(len(surface.point))
-    moved[start], moved[end], number[end] = target, target, start
+    moved[start], moved[end], number[end] = chosen.target, chosen.target, start
+    spoilt = _spoilt(surface, moved, tolerance)
+    undone = spoilt[start] | spoilt[end]
+    number[end[undone]] = end[undone]
+    for side in start, end:
+        moved[side[undone]] = surface.point[side[undone]]
+    kept = ~undone
+    quadric, weight = surface.quadric.copy(), surface.weight.copy()
+    quadric[start[kept]], weight[start[kept]] = chosen.quadric[kept], chosen.weight[kept]
+    new, ends = np.zeros((2, len(moved)), bool)
+    new[start[kept]] = True
+    ends[number[np.concatenate([cheap.start, cheap.end])]] = True
+    # Only where a vertex is new can a triangle have become another's copy.
     triangles = number[surface.triangles]
+    touched = new[triangles].any(1)
+    triangles = np.concatenate([triangles[~touched], _distinct(triangles[touched])])
+    left, triangles = _renumbered(triangles, len(moved))
+    return WeldedSurface(moved[left], triangles, quadric[left], weight[left]), _Live(new[left], ends[left])
+
+
+def _spoilt(surface: WeldedSurface, moved: Array, tolerance: float) -> NDArray[np.bool_]:
+    """Vertices (n,) of triangles that have flipped where these are `moved` (n, 3)."""
+    triangles = surface.triangles[(moved != surface.point).any(1)[surface.triangles].any(1)]
     # What is smaller than the tolerance may turn as it likes: folds are full of that.
     normal, area = _normals(moved, triangles)
-    turned = np.einsum("ij,ij->i", normal, _normals(surface.point, surface.triangles)[0]) < _TURN
+    turned = np.einsum("ij,ij->i", normal, _normals(surface.point, triangles)[0]) < _TURN
     spoilt = np.zeros(len(moved), bool)
     spoilt[triangles[turned & (area > tolerance**2)]] = True
-    kept, undone = ~spoilt[start], spoilt[start]
-    number[end[undone]] = end[undone]
-    for ends in start, end:
-        moved[ends[undone]] = surface.point[ends[undone]]
-    all_quadrics, all_weights = surface.quadric.copy(), surface.weight.copy()
-    all_quadrics[start[kept]], all_weights[start[kept]] = quadric[kept], weight[kept]
-    triangles = _distinct(number[surface.triangles])
-    used, corners = np.unique(triangles, return_inverse=True)
-    return WeldedSurface(moved[used], corners.reshape(-1, 3), all_quadrics[used], all_weights[used])
+    return spoilt
 
 
 def _cheapest(
-    surface: WeldedSurface, tolerance: float, random: np.random.Generator
-) -> tuple[Ints, Ints, Array, Array, Array]:
-    """Edges that share no end: both ends (m,), where these come to lie (m, 3), quadric (m, 10) and weight (m,)."""
-    ends = np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    key = np.sort(ends[:, 0] << _BITS | ends[:, 1])
+    surface: WeldedSurface, live: _Live, tolerance: float, random: np.random.Generator
+) -> tuple[_Edges, _Edges]:
+    """All edges that may be contracted, and those of them that are the cheapest at both of their ends."""
+    edges = _edges(surface, *_live_ends(surface.triangles, live))
+    edges = edges.take(np.flatnonzero(edges.cost <= tolerance**4))
+    length = lengths(surface.point[edges.start] - surface.point[edges.end])
+    # A little by chance, lest those that are undone come first in every round.
+    cost = (edges.cost + _SHORT * edges.weight * length**2) * random.uniform(1, 1.3, len(length))
+    dearest_first = np.argsort(cost)[::-1]
+    best = np.empty(len(surface.point), np.int64)
+    ends = np.stack([edges.start, edges.end], -1)
+    best[ends[dearest_first]] = dearest_first[:, None]  # the last written stays
+    return edges, edges.take(np.flatnonzero((best[ends] == np.arange(len(ends))[:, None]).all(1)))
+
+
+def _live_ends(triangles: Ints, live: _Live) -> tuple[Ints, Ints]:
+    """Both ends (m,) of all edges of `triangles` that may have become cheap, or have been, each once."""
+    new, ends = live.new[triangles], live.ends[triangles]
+    keys = []
+    for one, other in (0, 1), (1, 2), (2, 0):
+        here = new[:, one] | new[:, other] | ends[:, one] & ends[:, other]
+        start, end = triangles[here, one], triangles[here, other]
+        keys.append(np.minimum(start, end) << _BITS | np.maximum(start, end))
+    key = np.sort(np.concatenate(keys))
     key = key[np.diff(key, prepend=-1) > 0]  # np.unique hashes, at ten times the cost
-    start, end = key >> _BITS, key & (1 << _BITS) - 1
+    return key >> _BITS, key & (1 << _BITS) - 1
+
+
+def _edges(surface: WeldedSurface, start: Ints, end: Ints) -> _Edges:
     quadric = surface.quadric[start] + surface.quadric[end]
     weight = surface.weight[start] + surface.weight[end]
     middle = (surface.point[start] + surface.point[end]) / 2
-    length = np.linalg.norm(surface.point[start] - surface.point[end], axis=1)
-    target = _optimum(quadric, _STIFFNESS * weight + 1e-30, middle)
-    astray = np.linalg.norm(target - middle, axis=1) > length
+    columns = np.ascontiguousarray(quadric.T)
+    target = _optimum(columns, _STIFFNESS * weight + 1e-30, middle)
+    astray = lengths(target - middle) > lengths(surface.point[start] - surface.point[end])
     target[astray] = middle[astray]
-    cost = np.maximum(_squared_distance(quadric, target), 0)
-    cheap = np.flatnonzero(cost <= tolerance**4)
-    # A little by chance, lest those that are undone come first in every round.
-    order = np.argsort((cost[cheap] + _SHORT * weight[cheap] * length[cheap] ** 2) * random.uniform(1, 1.3, len(cheap)))
-    cheap = cheap[order]
-    rank, best = np.arange(len(cheap)), np.full(len(surface.point), len(cheap))
-    for each in start[cheap], end[cheap]:
-        np.minimum.at(best, each, rank)
-    chosen = cheap[(best[start[cheap]] == rank) & (best[end[cheap]] == rank)]
-    return start[chosen], end[chosen], target[chosen], quadric[chosen], weight[chosen]
+    return _Edges(start, end, target, quadric, weight, np.maximum(_squared_distance(columns, target), 0))
 
 
 def _quadrics(point: Array, triangles: Ints) -> tuple[Array, Array]:
@@ -139,11 +192,12 @@ def _quadrics(point: Array, triangles: Ints) -> tuple[Array, Array]:
         _gather(quadric, corner, planes)
         weight += np.bincount(corner, area, count)
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    open_ = np.flatnonzero(~np.isin(start << _BITS | end, end << _BITS | start))
+    key, back = start << _BITS | end, np.sort(end << _BITS | start)
+    open_ = np.flatnonzero(back[np.searchsorted(back, key).clip(max=len(back) - 1)] != key)
     start, end = start[open_], end[open_]
     along = point[end] - point[start]
     outward = np.cross(along, normal[open_ // 3])
-    length = np.linalg.norm(outward, axis=1)
+    length = lengths(outward)
     planes = _plane_quadrics(outward / np.maximum(length, 1e-30)[:, None], point[start], length**2)
     for corner in start, end:
         _gather(quadric, corner, planes)
@@ -162,27 +216,29 @@ def _gather(quadric: Array, vertex: Ints, added: Array) -> None:
 
 
 def _squared_distance(quadric: Array, point: Array) -> Array:
-    at = np.column_stack([point, np.ones(len(point))])
-    twice = np.where(_PAIRS[0] == _PAIRS[1], 1.0, 2.0)
-    return np.einsum("ij,ij,j->i", quadric, at[:, _PAIRS[0]] * at[:, _PAIRS[1]], twice)
+    """(n,) of points (n, 3) to what `quadric` (10, n) stands for, weighted."""
+    xx, xy, xz, xw, yy, yz, yw, zz, zw, ww = quadric
+    x, y, z = point.T
+    mixed = x * (xy * y + xz * z + xw) + y * (yz * z + yw) + z * zw
+    return np.asarray(xx * x * x + yy * y * y + zz * z * z + 2 * mixed + ww)
 
 
 def _optimum(quadric: Array, stiffness: Array, middle: Array) -> Array:
-    """The points (n, 3) of the least error, springs to `middle` included: Cramer's rule, 3 × 3."""
-    xx, xy, xz, yy, yz, zz = quadric[:, [0, 1, 2, 4, 5, 7]].T
+    """The points (n, 3) of the least error of `quadric` (10, n), springs to `middle` included: Cramer's rule, 3 × 3."""
+    xx, xy, xz, xw, yy, yz, yw, zz, zw, _ = quadric
     xx, yy, zz = xx + stiffness, yy + stiffness, zz + stiffness
-    right = stiffness[:, None] * middle - quadric[:, [3, 6, 8]]
+    x, y, z = stiffness * middle.T - (xw, yw, zw)
     first = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     second = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
-    adjugate = np.stack([*first, first[1], second[0], second[1], first[2], second[1], second[2]], -1)
     determinant = xx * first[0] + xy * first[1] + xz * first[2]
-    return np.asarray(np.einsum("nij,nj->ni", adjugate.reshape(-1, 3, 3), right) / determinant[:, None])
+    rows = first, (first[1], second[0], second[1]), (first[2], second[1], second[2])  # of the adjugate
+    return np.stack([(a * x + b * y + c * z) / determinant for a, b, c in rows], -1)
 
 
 def _normals(point: Array, triangles: Ints) -> tuple[Array, Array]:
     """Unit normals (t, 3) and areas (t,)."""
     across = doubled_areas(point, triangles)
-    length = np.linalg.norm(across, axis=1)
+    length = lengths(across)
     return across / np.maximum(length, 1e-30)[:, None], length / 2
 
 
@@ -194,3 +250,10 @@ def _distinct(triangles: Ints) -> Ints:
     triangles = np.take_along_axis(triangles, (np.arange(3) + first) % 3, axis=1)
     _, once = np.unique(triangles @ (1 << 2 * _BITS, 1 << _BITS, 1), return_index=True)
     return np.asarray(triangles[once])
+
+
+def _renumbered(triangles: Ints, count: int) -> tuple[Ints, Ints]:
+    """Those of `count` vertices that triangles (t, 3) have, rising, and these with the vertices' places among them."""
+    used = np.zeros(count, bool)
+    used[triangles] = True
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[triangles]

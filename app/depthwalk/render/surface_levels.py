@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.bake.parallel import thread_map
 from depthwalk.bake.sampling import face_normals, sample_triangles
+from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.contract import contract, weld
@@ -29,6 +31,7 @@ _COARSE = 13  # of them at most
 _FEWEST = 24  # triangles that are worth a level
 _WORTH = 0.65  # of the finer level's triangles: with more than that it is no level of its own
 _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
+_IMAGES = 1 << 16  # more than the numbers of images with their flags, which fit into 16 bits
 _SHARE = 0.98  # of the samples, which are no farther off than a level's error
 
 Array = NDArray[np.floating]
@@ -80,7 +83,7 @@ def _deviation(probes: Array, corners: Array) -> float:
     stand for these, which is right within a disc's radius beside the nearest one, and exact above it."""
     count = max(_DISCS, 2 * len(corners))
     middle, normal = sample_triangles(corners, count)
-    away, nearest = cKDTree(middle).query(probes)
+    away, nearest = cKDTree(middle, compact_nodes=False, balanced_tree=False).query(probes)
     above = np.einsum("ij,ij->i", probes - middle[nearest], normal[nearest])
     beside = np.sqrt(np.maximum(away**2 - above**2, 0))
     radius = 2 * np.sqrt(face_normals(corners)[1].sum() / count)
@@ -91,11 +94,14 @@ def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array
     """Levels of triangles (t, 3, 3) over the box of `grid`."""
     vertices: list[NDArray[np.uint16]] = []
     indices: list[NDArray[np.uint32]] = []
-    for corners in levels:
+    with thread_map() as each:
+        images = best_images(baked, np.concatenate(levels), each)
+    ends = np.cumsum([len(corners) for corners in levels])
+    for corners, image in zip(levels, np.split(images, ends[:-1]), strict=True):
         position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * 65535).astype(np.uint16)
         # Neighbours together: a vertex is shaded once for all its triangles.
         order = np.argsort(morton(corners.mean(1)), kind="stable")
-        shared, number = _share_vertices(position[order], best_images(baked, corners[order]))
+        shared, number = _share_vertices(position[order], image[order])
         indices.append((number + sum(map(len, vertices))).ravel().astype(np.uint32))
         vertices.append(shared)
     first, count = np.zeros((2, len(levels), len(Case), RUNS_PER_CASE), np.int64)
@@ -119,17 +125,17 @@ def _share_vertices(position: NDArray[np.uint16], image: Ints) -> tuple[NDArray[
 
     A point has the image of most of its triangles; those that find none of theirs there get a vertex of their own.
     """
-    points, corner = np.unique(position.reshape(-1, 3), axis=0, return_inverse=True)
-    corner = corner.reshape(-1, 3)
-    pairs, uses = np.unique(np.stack([corner.ravel(), np.repeat(image, 3)], -1), axis=0, return_counts=True)
+    corner, first = row_ids((position.reshape(-1, 3) @ (1 << 32, 1 << 16, 1))[:, None])
+    corner, points = corner.reshape(-1, 3), position.reshape(-1, 3)[first]
+    pairs, uses = np.unique(corner * _IMAGES + image[:, None], return_counts=True)
     own = np.zeros(len(points), np.int64)
     rising = np.argsort(uses, kind="stable")
-    own[pairs[rising, 0]] = pairs[rising, 1]  # the last written stays
+    own[pairs[rising] // _IMAGES] = pairs[rising] % _IMAGES  # the last written stays
     last = (own[corner] == image[:, None]).argmax(1)  # 0 where none is
     corner = np.take_along_axis(corner, (np.arange(3) + last[:, None] + 1) % 3, axis=1)
-    key = np.stack([corner, own[corner]], -1)
-    key[:, 2, 1] = image
-    key, first, number = np.unique(key.reshape(-1, 2), axis=0, return_index=True, return_inverse=True)
+    looks = own[corner]
+    looks[:, 2] = image
+    number, first = row_ids((corner * _IMAGES + looks).reshape(-1, 1))
     by_use = np.argsort(first)
-    vertices = np.column_stack([points[key[by_use, 0]], key[by_use, 1]]).astype(np.uint16)
+    vertices = np.column_stack([points[corner.ravel()[first]], looks.ravel()[first]])[by_use].astype(np.uint16)
     return vertices, np.argsort(by_use)[number.reshape(-1, 3)]
