@@ -25,9 +25,7 @@ def untrimmed(monkeypatch):
 def triangles(baked, level, case=Case.ALL):
     """The triangles drawn, in an order of their own: positions (n, 3) packed into numbers, smallest first in each."""
     grids = build_grids(baked, paper_cases=True, tolerance=-np.inf)  # larger ones depend on what is around
-    runs = zip(grids.first[level, case].tolist(), grids.count[level, case].tolist(), strict=True)
-    corners = np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
-    positions = grids.vertices[corners, :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
+    positions = grids.vertices[grids.drawn(level, case), :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
     rows = np.sort(positions, axis=1)
     return rows[np.lexsort(rows.T)]
 

@@ -11,7 +11,6 @@ from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.assets import AssetStore
 from depthwalk.render.coverage import BLOCK
 from depthwalk.render.grids import FACE_SHIFT, build_grids
-from depthwalk.render.lod import Case
 from depthwalk.render.pages import LEVELS, build_pages, image_texels
 from depthwalk.render.prepared import Form
 from shapes import ShapeLibrary, bake, box, joined, sphere
@@ -139,9 +138,7 @@ def test_pages_hold_what_the_images_hold(baked, pages, lod):
 @pytest.mark.parametrize(("lod", "level"), [(0, 0), (1.5, 1), (4, 2)])
 def test_what_is_drawn_is_found_in_its_own_segment(baked, grids, pages, lod, level):
     """Points anywhere within the triangles of a grid, but for borders."""
-    runs = grids.first[level, Case.ALL], grids.count[level, Case.ALL]
-    triangles = np.concatenate([grids.indices[first : first + count] for first, count in zip(*runs, strict=True)])
-    triangles = triangles.reshape(-1, 3)
+    triangles = grids.drawn(level)
     triangles = triangles[(grids.texels[triangles] >= 0).all((1, 2))]
     height, width = baked.images[0].depth.shape
     corners = grids.texels[triangles].astype(float)

@@ -6,7 +6,7 @@ import pytest
 from depthwalk.bake.images import Face, image_points, square_texel
 from depthwalk.bake.sampling import face_normals
 from depthwalk.render.grids import EDGE, FACE_SHIFT, build_grids
-from depthwalk.render.lod import Case, error_level
+from depthwalk.render.lod import error_level
 from depthwalk.render.surface_levels import build_levels
 from shapes import bake, box, joined, sphere
 
@@ -22,17 +22,12 @@ def levels(baked):
     return build_levels(baked)
 
 
-def triangles(grids, level):
-    runs = zip(grids.first[level, Case.ALL], grids.count[level, Case.ALL], strict=True)
-    return np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
-
-
 def points(grids):
     return grids.box_low + grids.vertices[:, :3] * (grids.box_size / 65535)
 
 
 def test_triangles_fall_and_errors_rise(baked, levels):
-    counts = [len(triangles(levels, level)) for level in range(len(levels.error))]
+    counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
     assert len(counts) > 6 and counts[-1] < 100
     assert (np.diff(counts) < 0).all()
     assert levels.error[0] < 0.3 * square_texel(baked) and (np.diff(levels.error) >= 0).all()
@@ -40,20 +35,20 @@ def test_triangles_fall_and_errors_rise(baked, levels):
 
 def test_the_finest_has_the_area_of_the_grids_in_far_fewer_triangles(baked, levels):
     grids = build_grids(baked)
-    fine, full = (points(each)[triangles(each, 0)].astype(np.float64) for each in (levels, grids))
+    fine, full = (points(each)[each.drawn(0)].astype(np.float64) for each in (levels, grids))
     assert len(fine) < 0.3 * len(full)
     assert face_normals(fine)[1].sum() == pytest.approx(face_normals(full)[1].sum(), rel=0.02)
 
 
 def test_triangles_share_vertices(levels):
-    corners = triangles(levels, 0)
+    corners = levels.drawn(0)
     assert len(np.unique(corners)) < 0.9 * len(corners)
 
 
 def test_a_ball_is_as_far_off_as_said(baked, levels):
     """Middles of triangles on the upper half of the ball are within the error, but for the share that it leaves out."""
     for level in range(len(levels.error)):
-        corners = points(levels)[triangles(levels, level)]
+        corners = points(levels)[levels.drawn(level)]
         above = corners[corners[..., 1].min(1) > corners[..., 1].max() - 0.5]
         centre = np.array([0, 0.5, 0]) - np.asarray(baked.position)
         off = np.abs(np.linalg.norm(above.mean(1) - centre, axis=1) - 0.5)
@@ -62,7 +57,7 @@ def test_a_ball_is_as_far_off_as_said(baked, levels):
 
 def test_triangles_look_into_images_that_hold_them(baked, levels):
     point = points(levels)
-    last = triangles(levels, 3)
+    last = levels.drawn(3)
     flags = levels.vertices[last[:, 2], 3]
     sampled = {
         (image.face << FACE_SHIFT) + image.layer: image_points(baked.cylinder, image)[np.isfinite(image.depth)]

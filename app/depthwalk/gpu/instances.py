@@ -80,10 +80,13 @@ class AssetArrays:
         self._format = (layout, *attributes)
         self._arrays: dict[Hashable, moderngl.VertexArray] = {}
 
-    def get(self, key: Hashable, vertices: moderngl.Buffer, indices: moderngl.Buffer) -> moderngl.VertexArray:
+    def get(
+        self, key: Hashable, vertices: moderngl.Buffer, indices: moderngl.Buffer, index_bytes: int = 4
+    ) -> moderngl.VertexArray:
         if key not in self._arrays:
             content = [(vertices, *self._format)]
-            self._arrays[key] = self._scope.vertex_array(self._program, content, index_buffer=indices)
+            options = {"index_buffer": indices, "index_element_size": index_bytes}
+            self._arrays[key] = self._scope.vertex_array(self._program, content, **options)
         return self._arrays[key]
 
     def forget(self) -> None:

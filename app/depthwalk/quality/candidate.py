@@ -18,7 +18,6 @@ from depthwalk.bake.sampling import face_normals, sample_surface
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
 from depthwalk.render.grids import build_grids
-from depthwalk.render.lod import Case
 from depthwalk.render.rotation import rotate
 
 SAMPLES = 4000
@@ -141,8 +140,6 @@ def _grid_mesh(model: BakedModel) -> Mesh:
 def _grid_triangles(baked: BakedObject) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """Positions (v, 3), asset's frame, and triangles (t, 3) of one object."""
     grids = build_grids(baked)
-    runs = zip(grids.first[0, Case.ALL].tolist(), grids.count[0, Case.ALL].tolist(), strict=True)
-    faces = np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
     inside = grids.box_low + grids.vertices[:, :3] / np.float32(65535) * grids.box_size
     turned = rotate(np.asarray(baked.rotation), inside) + np.asarray(baked.position)
-    return turned.astype(np.float32), faces.astype(np.int64)
+    return turned.astype(np.float32), grids.drawn(level=0)

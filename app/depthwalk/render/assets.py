@@ -16,10 +16,12 @@ from depthwalk.bake.images import BakedObject, Cylinder, Face, square_texel, tex
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device, Scope
+from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Program
 from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.render.chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.render.edges import Shape
-from depthwalk.render.grids import Grids
+from depthwalk.render.grids import GRID_LAYOUT, VERTEX_BYTES, Grids
 from depthwalk.render.lod import LodParams
 from depthwalk.render.pages import Pages
 from depthwalk.render.polygons import WHITE, MeshLook, MeshObject, upload_look, upload_mesh
@@ -48,6 +50,8 @@ class DepthObject:
 
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
+    index_type: np.dtype[np.unsignedinteger]
+    chunks: Chunks
     pages: moderngl.TextureArray
     page_table: moderngl.TextureArray
     meso: moderngl.Texture
@@ -65,12 +69,25 @@ class DepthObject:
         """Positions (v, 3), metres, and triangles (t, 3) of runs of indices, first and count each, read back."""
         low, size = (np.array(self.geometry[name], np.float32) for name in ("box_low", "box_size"))
         samples = np.frombuffer(self.vertices.read(), np.uint16).reshape(-1, 4)
-        indices = np.frombuffer(self.indices.read(), np.uint32)
-        corners, triangles = np.unique(
-            np.concatenate([indices[first : first + count] for first, count in runs]), return_inverse=True
-        )
+        indices = np.frombuffer(self.indices.read(), self.index_type)
+        numbers = [vertex_numbers(indices, self.chunks, first, count) for first, count in runs]
+        corners, triangles = np.unique(np.concatenate(numbers), return_inverse=True)
         positions = low + samples[corners, :3] * (size / np.float32(65535))
         return positions, triangles.reshape(-1, 3).astype(np.uint32)
+
+    def array(self, arrays: AssetArrays, number: int) -> moderngl.VertexArray:
+        """The one of `arrays` that draws it; number: of this depth object."""
+        return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
+
+    def draw(self, array: moderngl.VertexArray, runs: Sequence[tuple[int, int]], instances: int) -> None:
+        """Draws runs of indices, first and count each, so many times."""
+        layout, name = GRID_LAYOUT
+        attribute: Any = array.program[name]
+        for run in runs:
+            for first, count, base in chunk_runs(self.chunks, *run):
+                # In place of a base vertex, which moderngl cannot give.
+                array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
+                array.render(vertices=count, first=first, instances=instances)
 
     def use_geometry(self, program: Program, unit: int, lod: LodParams, pixel_angle: float) -> None:
         """Binds relief and uniforms that the vertex stage reads, to a texture unit. pixel_angle: metres that a pixel
@@ -263,6 +280,8 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
     return DepthObject(
         gl.buffer(grids.vertices),
         gl.buffer(grids.indices),
+        grids.indices.dtype,
+        grids.chunks,
         gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes()),
         gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
         _upload_meso(gl, baked.meso),

@@ -16,8 +16,8 @@ def covered_blocks(baked: BakedObject, grids: Grids, levels: list[int]) -> list[
     rows, columns = (-(-size // BLOCK) for size in baked.images[0].depth.shape)
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)
     covered, done = [], 0
-    for ends in [(grids.first + grids.count)[:count].max() for count in levels]:
-        image, texel, wraps = _looked_up(baked, grids, grids.indices[done:ends].reshape(-1, 3))
+    for ends in [int((grids.first + grids.count)[:count].max()) for count in levels]:
+        image, texel, wraps = _looked_up(baked, grids, grids.triangles(done, ends - done))
         low, high = (np.floor((texel + reach) / BLOCK).astype(np.int16) for reach in (-_SLACK, _SLACK))
         _count(counts, image, low, high, wraps)
         sums = counts.cumsum(1).cumsum(2)[:, :-1, :-1] > 0
@@ -48,7 +48,7 @@ def _count(
 
 
 def _looked_up(
-    baked: BakedObject, grids: Grids, corners: NDArray[np.uint32]
+    baked: BakedObject, grids: Grids, corners: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.floating], NDArray[np.bool_]]:
     """Where triangles (t, 3) find their colours: number of the image (t,), texel at each corner (t, 3, 2), and whether
     the image wraps (t,)."""

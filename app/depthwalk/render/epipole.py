@@ -45,8 +45,7 @@ def ordered_image(baked: BakedObject) -> DepthImage:
 
 def image_cells(grids: Grids, baked: BakedObject, level: int, case: int) -> Cells:
     """The triangles of whole `grids` at a level in a case, with the cells of those that can be ordered."""
-    runs = zip(grids.first[level, case].tolist(), grids.count[level, case].tolist(), strict=True)
-    triangles = np.concatenate([grids.indices[first : first + count] for first, count in runs]).reshape(-1, 3)
+    triangles = grids.drawn(level, case).astype(np.uint32)
     image = ordered_image(baked)
     # Samples past the axis differ in their flag.
     number = grids.vertices[triangles, 3] & (1 << EASE_SHIFT) - 1 - EDGE - BORDER

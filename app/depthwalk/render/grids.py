@@ -25,6 +25,7 @@ from depthwalk.bake.images import (
     triangle_places,
     whole_cells,
 )
+from depthwalk.render.chunks import WHOLE, Chunks, vertex_numbers
 from depthwalk.render.coarsen import Surface, coarse_triangles
 from depthwalk.render.lod import Case
 
@@ -35,6 +36,7 @@ _STEP_ERROR = (
 )
 _BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
 GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
+VERTEX_BYTES = 8
 # A vertex's image: face · 8 + layer, with flags.
 FACE_SHIFT = 3
 EDGE = 128  # of the last, provoking vertex of a triangle beside which texels show another surface
@@ -76,19 +78,29 @@ class Grids:
     """vertices: (V, 4) uint16: x, y, z over the box of `box_low` + [0, 1] · `box_size` (metres), and image number.
 
     texels: (V, 2) int16, column and row of the sample that each vertex is, −1 for border vertices.
-    indices: (I,) uint32, triangles. first, count: (levels, cases, RUNS_PER_CASE) runs of `indices`; a run that adjoins
-    the one before it is merged into that, and has count 0 itself. error: (levels,) metres, rising: how far samples are
-    off a level's triangles.
+    indices: (I,) uint16 or uint32, triangles; they count from a vertex of the chunk that they are in, see `Chunks`.
+    first, count: (levels, cases, RUNS_PER_CASE) runs of `indices`; a run that adjoins the one before it is merged into
+    that, and has count 0 itself. error: (levels,) metres, rising: how far samples are off a level's triangles.
     """
 
     vertices: NDArray[np.uint16]
     texels: NDArray[np.int16]
-    indices: NDArray[np.uint32]
+    indices: NDArray[np.unsignedinteger]
+    chunks: Chunks
     first: NDArray[np.int64]
     count: NDArray[np.int64]
     box_low: NDArray[np.float32]
     box_size: NDArray[np.float32]
     error: NDArray[np.floating]
+
+    def triangles(self, first: int, count: int) -> NDArray[np.int64]:
+        """Vertices (count / 3, 3) of the triangles of a run of indices."""
+        return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)
+
+    def drawn(self, level: int, case: int = Case.ALL) -> NDArray[np.int64]:
+        """Vertices (t, 3) of the triangles of a level for a case."""
+        runs = zip(self.first[level, case].tolist(), self.count[level, case].tolist(), strict=True)
+        return np.concatenate([self.triangles(first, count) for first, count in runs])
 
 
 def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float = _TOLERANCE) -> Grids:
@@ -139,7 +151,7 @@ def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float 
     first, count = _ranges(lists, baked.steps)
     indices = np.concatenate(list(lists.values()))
     error = _STEP_ERROR * square_texel(baked) * (2.0 ** np.arange(baked.steps) - 1)
-    return Grids(np.concatenate(vertices), np.concatenate(texels), indices, first, count, low, size, error)
+    return Grids(np.concatenate(vertices), np.concatenate(texels), indices, WHOLE, first, count, low, size, error)
 
 
 def _ranges(

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from depthwalk.bake.images import BakedObject, square_texel
-from depthwalk.bake.parallel import thread_map
+from depthwalk.bake.parallel import batches, thread_map
 from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import best_images
 from depthwalk.render.cells import morton
+from depthwalk.render.chunks import MOST_VERTICES
 from depthwalk.render.contract import contract, weld
 from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids, build_grids
 from depthwalk.render.lod import Case
@@ -92,20 +93,21 @@ def _deviation(probes: Array, corners: Array) -> float:
 
 def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array) -> Grids:
     """Levels of triangles (t, 3, 3) over the box of `grid`."""
-    vertices: list[NDArray[np.uint16]] = []
-    indices: list[NDArray[np.uint32]] = []
     with thread_map() as each:
         images = best_images(baked, np.concatenate(levels), each)
     ends = np.cumsum([len(corners) for corners in levels])
+    vertices: list[NDArray[np.uint16]] = []
+    indices: list[NDArray[np.uint16]] = []
     for corners, image in zip(levels, np.split(images, ends[:-1]), strict=True):
         position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * 65535).astype(np.uint16)
         # Neighbours together: a vertex is shaded once for all its triangles.
         order = np.argsort(morton(corners.mean(1)), kind="stable")
-        shared, number = _share_vertices(position[order], image[order])
-        indices.append((number + sum(map(len, vertices))).ravel().astype(np.uint32))
-        vertices.append(shared)
+        for shared, numbers in _chunks(position[order], image[order]):
+            vertices.append(shared)
+            indices.append(numbers)
+    chunks = np.array([[0, 0], *([part.size, len(shared)] for part, shared in zip(indices, vertices, strict=True))])
     first, count = np.zeros((2, len(levels), len(Case), RUNS_PER_CASE), np.int64)
-    count[:, :, 0] = np.array([part.size for part in indices])[:, None]
+    count[:, :, 0] = np.array([3 * len(corners) for corners in levels])[:, None]
     first[:, :, 0] = np.cumsum(count[:, :, 0], 0) - count[:, :, 0]
     texels = np.full((sum(map(len, vertices)), 2), -1, np.int16)
     return replace(
@@ -113,10 +115,23 @@ def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array
         vertices=np.concatenate(vertices),
         texels=texels,
         indices=np.concatenate(indices),
+        chunks=chunks[:-1].cumsum(0),
         first=first,
         count=count,
         error=error,
     )
+
+
+def _chunks(position: NDArray[np.uint16], image: Ints) -> Iterator[tuple[NDArray[np.uint16], NDArray[np.uint16]]]:
+    """Vertices and indices of each chunk of triangles at `position` (t, 3, 3) that look into `image` (t,)."""
+    for some in batches(len(position), MOST_VERTICES):
+        vertices, numbers = _share_vertices(position[some], image[some])
+        if len(vertices) <= MOST_VERTICES:
+            yield vertices, numbers.ravel().astype(np.uint16)
+        else:
+            half = some.start + (some.stop - some.start) // 2
+            for part in slice(some.start, half), slice(half, some.stop):
+                yield from _chunks(position[part], image[part])
 
 
 def _share_vertices(position: NDArray[np.uint16], image: Ints) -> tuple[NDArray[np.uint16], Ints]:

@@ -32,12 +32,11 @@ class DmeshPass(Pass):
             asset = frame.assets.depth_object(group.asset)
             defines = (*asset.defines, *frame.targets.defines)
             program = self._programs[defines]
-            array = self._arrays[defines].get(group.asset, asset.vertices, asset.indices)
+            array = asset.array(self._arrays[defines], group.asset)
             asset.use_geometry(program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
             program.set(clip_from_eye=clip_from_eye, first=number + group.first)
             self._instances.bind(array, group.first)
-            for first, length in group.indices:
-                array.render(vertices=length, first=first, instances=group.count)
+            asset.draw(array, group.indices, group.count)
         context.wireframe = False
 
     def forget_assets(self) -> None:

@@ -77,13 +77,12 @@ class ShadowsPass(Pass):
         for group in shadow_map.grids.groups:
             asset = frame.assets.depth_object(group.asset)
             program = self._grid[asset.defines]
-            array = self._grid_arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
+            array = asset.array(self._grid_arrays[asset.defines], group.asset)
             asset.use_geometry(program, 0, frame.settings.lod, view.texel)
             program.set(clip_from_centre=matrix_bytes(view.clip_from_centre), light=view.light)
             context.enable_only(moderngl.DEPTH_TEST | (moderngl.NOTHING if asset.planar else moderngl.CULL_FACE))
             self._instances.bind(array, group.first)
-            for first, length in group.indices:
-                array.render(vertices=length, first=first, instances=group.count)
+            asset.draw(array, group.indices, group.count)
 
     def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
         context = self.gl.device.context

@@ -59,10 +59,9 @@ class WarpPass(Pass):
             if in_order:
                 self._draw_in_order(frame, group, self._ordered[asset.defines])
             else:
-                array = self._arrays[asset.defines].get(group.asset, asset.vertices, asset.indices)
+                array = asset.array(self._arrays[asset.defines], group.asset)
                 self._instances.bind(array, group.first)
-                for first, length in group.indices:
-                    array.render(vertices=length, first=first, instances=group.count)
+                asset.draw(array, group.indices, group.count)
             for plane in CLIP_DISTANCES if group.clipped else ():
                 context.disable_direct(plane)
         context.wireframe = False
