@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, distance_transform_edt, find_objects, label
 
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, face_reach
+from depthwalk.bake.parallel import thread_map
 from depthwalk.render.coverage import BLOCK, covered_blocks
+from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.grids import Grids
 
 MAX_SEGMENTS = 5  # of an image 8⁵ texels wide
@@ -140,7 +142,11 @@ def _charts(baked: BakedObject, grids: Grids, shapes: list[tuple[int, int]]) -> 
     charts: list[_Chart] = []
     # The last grid before the next segment's is drawn where this one has all but given way to that.
     levels = [(segment + 1) * LEVELS - 1 for segment in range(len(shapes))]
+    with thread_map() as each:
+        hidden = hardly_seen(baked, grids, each)
     for segment, blocks in enumerate(covered_blocks(baked, grids, levels)):
+        if segment == 0 and len(shapes) > 1:
+            blocks &= ~hidden
         for eighth in shapes[1 : segment + 1]:
             blocks = _covered_eighth(blocks, eighth)
         blocks |= segment == len(shapes) - 1
