@@ -12,42 +12,58 @@ struct Surface {
     vec3 normal;
 };
 
+// How far `depth` is from the one stored, texels, of which the latter has the remainder (render/pages.py: depth_code).
+float depth_off(float stored, float depth) {
+    const float PERIOD = 128.0;
+    return abs(fract(stored * (255.0 / 256.0) - depth / PERIOD + 0.5) - 0.5) * PERIOD;
+}
+
 // Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface,
 // and this one goes on in the layer before or behind. There it is looked for where texels of its own are off.
-// uv: within the image; depth and texel: over the face's reach.
-void sample_border(int image, vec2 uv, float depth, float texel, out vec4 albedo, out vec3 normal) {
+// uv: within the image; place: there, of the pages; depth: in texels.
+void sample_border(int image, vec2 uv, vec2 place, float depth, out vec4 albedo, out vec3 normal) {
     const float LIKE = 1.5;     // texels
-    int first = first_images[face_of(image)], own = number_of(image);
-    int last = (face_of(image) < LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
-    ivec2 low = ivec2(floor(page_at(own, uv, 0.0).xy - 0.5));
-    vec2 f = page_at(own, uv, 0.0).xy - 0.5 - vec2(low);
+    ivec2 low = ivec2(floor(place - 0.5));
+    vec2 f = place - 0.5 - vec2(low);
     ivec2 places[4] = ivec2[4](low, low + ivec2(1, 0), low + ivec2(0, 1), low + ivec2(1, 1));
-    float scale = 1.0 / max(texel, 1.0 / 255.0);    // depths are stored in 8 bits
+    vec4 texel[4];
     vec4 off;
-    for (int k = 0; k < 4; ++k) off[k] = abs(page_fetch(places[k], NORMALS).a - depth) * scale;
-    for (int other = max(own - 1, first); other <= min(own + 1, last) && any(greaterThan(off, vec4(LIKE))); ++other) {
-        if (other == own || !page_stored(other, uv)) continue;
-        ivec2 there = ivec2(floor(page_at(other, uv, 0.0).xy - 0.5));
-        for (int k = 0; k < 4; ++k) {
-            ivec2 place = there + ivec2(k & 1, k >> 1);
-            float off_there = abs(page_fetch(place, NORMALS).a - depth) * scale;
-            if (off_there < off[k]) {
-                off[k] = off_there;
-                places[k] = place;
+    for (int k = 0; k < 4; ++k) {
+        texel[k] = page_fetch(places[k], NORMALS);
+        off[k] = depth_off(texel[k].a, depth);
+    }
+    if (any(greaterThan(off, vec4(LIKE)))) {
+        int first = first_images[face_of(image)], own = number_of(image);
+        int last = (face_of(image) < LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
+        for (int other = max(own - 1, first); other <= min(own + 1, last); ++other) {
+            vec2 there;
+            if (other == own || !page_stored(other, uv, there)) continue;
+            low = ivec2(floor(there - 0.5));
+            for (int k = 0; k < 4; ++k) {
+                ivec2 place = low + ivec2(k & 1, k >> 1);
+                vec4 found = page_fetch(place, NORMALS);
+                float off_there = depth_off(found.a, depth);
+                if (off_there < off[k]) {
+                    off[k] = off_there;
+                    places[k] = place;
+                    texel[k] = found;
+                }
             }
         }
     }
+    // As good as bilinear up to LIKE, the depth's slope being unknown.
+    vec4 far = off / LIKE;
+    far *= far;
+    far *= far;
+    vec4 near = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    vec4 weight = (near + 1e-3) / (1.0 + far * far);
+    weight /= dot(weight, vec4(1.0));
+    normal = vec3(-1.0);
+    for (int k = 0; k < 4; ++k) normal += weight[k] * 2.0 * texel[k].xyz;
+    albedo = plain_colour;
+    if (!coloured) return;
     albedo = vec4(0.0);
-    normal = vec3(0.0);
-    float total = 0.0;
-    for (int k = 0; k < 4; ++k) {
-        vec2 near = 1.0 - abs(f - vec2(k & 1, k >> 1));
-        float weight = (near.x * near.y + 1e-3) / (1e-3 + off[k] * off[k]);
-        albedo += weight * page_fetch(places[k], COLOURS);
-        normal += weight * (page_fetch(places[k], NORMALS).xyz * 2.0 - 1.0);
-        total += weight;
-    }
-    albedo /= total;
+    for (int k = 0; k < 4; ++k) albedo += weight[k] * page_fetch(places[k], COLOURS);
 }
 
 // p: object frame, metres; image: number of the image that p was warped from; footprint: metres that a pixel covers.
@@ -58,21 +74,21 @@ Surface surface_at(vec3 p, int image, float footprint) {
     Meso meso = meso_at(p, image, footprint);
 #endif
     vec3 position = image_position(p, image);
-    float lod = max(log2(footprint * texels[face]), 0.0);
+    float covered = footprint * texels[face];
+    float lod = max(log2(covered) - 1.0, 0.0);      // what blends two texels averages over as many
     if (face == SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
     vec4 albedo;
     vec3 normal;
-    if (border && lod < 1.0) {
+    if (border && lod == 0.0) {
         float depth = position.z;
 #ifdef MESO
         depth -= meso.depth;
 #endif
-        float reach = face_reach(face);
-        sample_border(image, position.xy, depth / reach, 1.0 / (reach * texels[face]), albedo, normal);
+        sample_border(image, position.xy, place.xy, depth * texels[face], albedo, normal);
     } else {
         albedo = page_texel(place, COLOURS);
-        normal = page_texel(place, NORMALS).xyz * 2.0 - 1.0;
+        normal = covered < 1.0 ? page_normal(place.xy) : page_texel(place, NORMALS).xyz * 2.0 - 1.0;
     }
     normal /= max(length(normal), 1e-6);
 #ifdef MESO

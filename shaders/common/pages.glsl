@@ -1,5 +1,5 @@
 // Where the texels of depth images lie that are stored, see render/pages.py.
-uniform sampler2DArray pages;           // (object normal + 1) / 2, depth over reach; √linear colour, specular strength
+uniform sampler2DArray pages;           // (object normal + 1) / 2, remainder of the depth; √linear colour, specular strength
 uniform bool coloured;                  // whether there is the latter; else all is of the
 uniform vec4 plain_colour;
 uniform isampler2DArray page_table;     // per block: what takes a texel to its place + segment to look in
@@ -29,10 +29,12 @@ vec3 page_at(int image, vec2 uv, float lod) {
     return vec3(in_segment(texel, segment) + vec2(entry & ivec2(~7)), level);
 }
 
-// Whether an image is stored around uv, itself and not its eighth.
-bool page_stored(int image, vec2 uv) {
-    ivec2 block = ivec2(clamp(uv * image_size, vec2(0.0), image_size - 0.01) / BLOCK);
-    return (texelFetch(page_table, ivec3(block, image), 0).x & 7) == 0;
+// Whether an image is stored around uv, itself and not its eighth; if so, its place there.
+bool page_stored(int image, vec2 uv, out vec2 place) {
+    vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
+    ivec2 entry = texelFetch(page_table, ivec3(texel / BLOCK, image), 0).xy;
+    place = in_segment(texel, 0) + vec2(entry);
+    return (entry.x & 7) == 0;
 }
 
 // One texel of a picture, and what `page_at` found there, trilinear.
@@ -44,4 +46,20 @@ vec4 page_texel(vec3 place, int picture) {
     if (picture == COLOURS && !coloured) return plain_colour;
     vec2 size = vec2(textureSize(pages, 0).xy);
     return textureLod(pages, vec3(place.xy / size, float(picture)), place.z);
+}
+
+// The normal, not of length 1, at a place of level 0, by the cubics of Catmull and Rom 1974 through the texels: magnified, it
+// keeps ridges that a blend of two texels blurs.
+vec3 page_normal(vec2 place) {
+    vec2 low = floor(place - 0.5), f = place - 0.5 - low, g = 1.0 - f;
+    vec4 across = 0.5 * vec4(-f.x * g.x * g.x, g.x * (2.0 + 2.0 * f.x - 3.0 * f.x * f.x),
+                             f.x * (2.0 + 2.0 * g.x - 3.0 * g.x * g.x), -g.x * f.x * f.x);
+    vec4 up = 0.5 * vec4(-f.y * g.y * g.y, g.y * (2.0 + 2.0 * f.y - 3.0 * f.y * f.y),
+                         f.y * (2.0 + 2.0 * g.y - 3.0 * g.y * g.y), -g.y * f.y * f.y);
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < 16; ++k) {
+        ivec2 at = ivec2(k & 3, k >> 2);
+        sum += across[at.x] * up[at.y] * texelFetch(pages, ivec3(ivec2(low) + at - 1, NORMALS), 0).xyz;
+    }
+    return sum * 2.0 - 1.0;
 }

@@ -11,7 +11,7 @@ from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.assets import AssetStore
 from depthwalk.render.coverage import BLOCK
 from depthwalk.render.grids import FACE_SHIFT, build_grids
-from depthwalk.render.pages import LEVELS, build_pages, image_texels
+from depthwalk.render.pages import DEPTH_PERIOD, LEVELS, build_pages, depth_code, encode_normals, image_texels
 from depthwalk.render.prepared import Form
 from shapes import ShapeLibrary, bake, box, joined, sphere
 
@@ -84,15 +84,20 @@ def in_image(texels, at, segment, lod, period):
     return lower + (level - int(level)) * (upper - lower)
 
 
-def in_pages(pages, image, at, lod, size):
-    """The twin of common/pages.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
+def places(pages, image, at, lod, size):
+    """The twin of `page_at`: places (n, 2) in the pages of points (n, 2), and the segment in which each was found."""
     segment = min(int(lod / LEVELS), pages.last_segment)
     fixed = 32 / 7
     at = np.clip(at, 0, np.asarray(size) - 0.01)
     block = (((at + 4 - fixed) / 8.0**segment + fixed - 4) / BLOCK).astype(int)
     entry = pages.table[image, block[:, 1] + pages.first_rows[segment], block[:, 0]].astype(int)
     found = entry[:, 0] & 7
-    place = (at + 4 - fixed) / 8.0 ** found[:, None] + fixed + (entry & ~7)
+    return (at + 4 - fixed) / 8.0 ** found[:, None] + fixed + (entry & ~7), found
+
+
+def in_pages(pages, image, at, lod, size):
+    """The twin of common/pages.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
+    place, found = places(pages, image, at, lod, size)
     level = np.clip(lod - LEVELS * found, 0, LEVELS)
     pictures = [
         pages.texels[0],
@@ -109,6 +114,18 @@ def in_pages(pages, image, at, lod, size):
     part = (level - below)[:, None]
     every = np.arange(len(at))
     return (1 - part) * values[below, every] + part * values[below + 1, every], found
+
+
+def cubic_normals(pages, image, at, size):
+    """The twin of `page_normal`: (n, 3), between the sixteen texels around points (n, 2)."""
+    place, _ = places(pages, image, at, 0, size)
+    low = np.floor(place - 0.5).astype(int)
+    x = (place - 0.5 - low)[..., None] - np.arange(-1, 3)
+    near, far = 1.5 * np.abs(x) ** 3 - 2.5 * x**2 + 1, -0.5 * np.abs(x) ** 3 + 2.5 * x**2 - 4 * np.abs(x) + 2
+    weight = np.where(np.abs(x) < 1, near, far)
+    rows, columns = (low[:, axis, None] + np.arange(-1, 3) for axis in (1, 0))
+    around = pages.texels[0][rows[:, :, None], columns[:, None], :3] / 127.5 - 1
+    return np.einsum("nr,nc,nrci->ni", weight[:, 1], weight[:, 0], around)
 
 
 def points(image):
@@ -135,7 +152,7 @@ def test_pages_hold_what_the_images_hold(baked, pages, lod):
             assert np.abs(found[here] - expected).max() <= ROUNDING, (image.name, coarsest)
 
 
-@pytest.mark.parametrize(("lod", "level"), [(0, 0), (1.5, 1), (4, 2)])
+@pytest.mark.parametrize(("lod", "level"), [(0, 0), (1.5, 1), (2.5, 2), (4, 2)])
 def test_what_is_drawn_is_found_in_its_own_segment(baked, grids, pages, lod, level):
     """Points anywhere within the triangles of a grid, but for borders."""
     triangles = grids.drawn(level)
@@ -168,10 +185,16 @@ in vec2 uv;
 in float lod;
 uniform int image;
 out vec4 normal, colour;
+out vec3 magnified;
+out float misplaced;    // texels
 void main() {
     vec3 place = page_at(image, uv, lod);
     normal = page_texel(place, NORMALS);
     colour = page_texel(place, COLOURS);
+    vec2 stored;
+    place = page_at(image, uv, 0.0);
+    magnified = page_normal(place.xy);
+    misplaced = page_stored(image, uv, stored) ? distance(stored, place.xy) : 0.0;
 }
 """
 
@@ -182,7 +205,7 @@ def test_the_shader_matches_its_twin(gl_device, baked, pages):
     store.form = Form(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.depth_numbers(0)[0])
     text = Source("common/pages.glsl", "").text + LOOK_UP
-    program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour"])
+    program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour", "magnified", "misplaced"])
     drawn.pages.use(0)
     drawn.page_table.use(1)
     program["pages"], program["page_table"] = 0, 1
@@ -195,14 +218,62 @@ def test_the_shader_matches_its_twin(gl_device, baked, pages):
         for lod in (0, 0.7, 2, 3.4, 7):
             asked = np.column_stack([at / size, np.full(len(at), lod)]).astype(np.float32)
             array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f 1f", "uv", "lod")])
-            out = scope.buffer(reserve=32 * len(at))
+            out = scope.buffer(reserve=48 * len(at))
             program["image"] = number
             array.transform(out, moderngl.POINTS)
-            found = np.frombuffer(out.read(), np.float32).reshape(-1, 8) * 255
+            returned = np.frombuffer(out.read(), np.float32).reshape(-1, 12)
+            found, magnified, misplaced = np.split(returned, (8, 11), axis=1)
             array.release()
             expected, _ = in_pages(pages, number, asked[:, :2].astype(float) * size, lod, size)
-            off = np.abs(found - expected).max(1)
+            off = np.abs(found * 255 - expected).max(1)
             assert np.quantile(off, 0.99) < ROUNDING, (image.name, lod)  # rounding may choose another block at an edge
+            assert misplaced.max() < 1e-3
+            off = np.abs(magnified - cubic_normals(pages, number, asked[:, :2].astype(float) * size, size)).max(1)
+            assert np.quantile(off, 0.99) < 1e-3, image.name
     program.release()
     scope.release()
     store.release()
+
+
+def test_normals_keep_their_direction_in_eight_bits():
+    """Twice as well as rounded as they are, and as long as each other within what blending forgives."""
+    normal = np.random.default_rng(5).normal(size=(20_000, 3))
+    normal[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    decoded, rounded = encode_normals(normal) / 127.5 - 1, np.round((normal + 1) * 127.5) / 127.5 - 1
+    length = np.linalg.norm(decoded, axis=1)
+    assert length.min() > 0.85 and length.max() < 1.005
+    angle, plain = (
+        np.linalg.norm(np.cross(vector, normal), axis=1) / np.linalg.norm(vector, axis=1)
+        for vector in (decoded, rounded)
+    )
+    assert np.sqrt((angle**2).mean()) < 0.55 * np.sqrt((plain**2).mean())
+    assert angle.max() < 0.007
+
+
+OFF = """
+in vec2 both;
+out float off;
+void main() { off = depth_off(both.x, both.y); }
+"""
+
+
+def test_depths_are_told_apart_by_their_remainders(gl_device):
+    rng = np.random.default_rng(6)
+    stored, depth = rng.uniform(0, 900, 2000), rng.uniform(0, 900, 2000)
+    depth[:1000] = stored[:1000] + rng.uniform(-3, 3, 1000)
+    asked = np.column_stack([depth_code(stored) / 255, depth]).astype(np.float32)
+    scope = gl_device.scope("test")
+    text = Source("common/depth_images.glsl", "").text + OFF
+    program = gl_device.context.program(vertex_shader=text, varyings=["off"])
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f", "both")])
+    out = scope.buffer(reserve=4 * len(asked))
+    array.transform(out, moderngl.POINTS)
+    found = np.frombuffer(out.read(), np.float32)
+    array.release()
+    program.release()
+    scope.release()
+    half = DEPTH_PERIOD / 2
+    expected = np.abs((stored - depth + half) % DEPTH_PERIOD - half)
+    assert np.abs(found - expected).max() < 0.26

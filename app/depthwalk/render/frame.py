@@ -25,8 +25,8 @@ class Frame:
 
     settings: a RenderSettings, with a group of parameters per pass; transparent: alpha 0 where nothing is, instead of
     sky or background; shading: of the depth-image objects of all rounds, for passes that do not draw objects, as
-    `shadows`: the maps of sun and lamps; lens_point: which of the frames this is that make up the picture; sample: which
-    of a pixel's samples the G-buffer has, where the targets have several, seen through `view`.
+    `shadows`: the maps of sun and lamps; lens_point: which of the frames this is that make up the picture; sample:
+    which of a pixel's samples the G-buffer has, where the targets have several, seen through `view`.
     """
 
     view: View

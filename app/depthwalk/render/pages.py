@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, distance_transform_edt, find_objects, label
 
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, face_reach
+from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, texel_size
 from depthwalk.bake.parallel import thread_map
 from depthwalk.render.coverage import BLOCK, covered_blocks
 from depthwalk.render.exposure import hardly_seen
@@ -21,14 +21,16 @@ from depthwalk.render.grids import Grids
 
 MAX_SEGMENTS = 5  # of an image 8⁵ texels wide
 LEVELS = 3  # of detail that a segment serves; a texel of the last is a block
+DEPTH_PERIOD = 128.0  # texels, after which depths repeat
+_LENGTHS = 8  # of normals that are tried
 _WIDEST = 24  # blocks: wider pieces are cut into charts, which fit together better
 
 
 @dataclass(frozen=True)
 class Pages:
-    """texels: (1 or 2, H, W, 4) uint8, level 0 of pictures. The first: (object normal + 1) / 2, depth over the face's
-    reach. The second, unless all of it is `plain_colour`: √linear colour, specular strength. H and W are multiples of
-    `BLOCK`.
+    """texels: (1 or 2, H, W, 4) uint8, level 0 of pictures. The first: (object normal + 1) / 2, see `encode_normals`,
+    and the remainder of the depth, see `depth_code`. The second, unless all of it is `plain_colour`: √linear colour,
+    specular strength. H and W are multiples of `BLOCK`.
 
     table: (images, rows, columns, 2) int16, for each block of each segment, right and up, what takes a texel to its
     place: a multiple of `BLOCK`, plus, to the right, the segment to look in: a coarser one where a block is not stored.
@@ -89,18 +91,43 @@ def build_pages(baked: BakedObject, grids: Grids) -> Pages:
 
 def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint8]:
     """Normals and colours (H, W, 8) of an image, as `Pages.texels` has them. An empty texel has those of the nearest
-    used one, so that filtering meets no black, and the greatest depth."""
+    used one, so that filtering meets no black, and the depth that is farthest off."""
     # Colours as square roots: 8 bits suffice, and moderngl offers no sRGB texture arrays.
     colour = np.sqrt(np.maximum(image.albedo[..., :3], 0))
-    depth = np.minimum(image.depth / face_reach(cylinder, image.face), 1)
-    values = np.concatenate([image.normal / 2 + 0.5, depth[..., None], colour, image.albedo[..., 3:]], -1)
-    texels = np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
-    empty = ~np.isfinite(image.depth)
-    if empty.any():
-        rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
-        shown = [0, 1, 2, 4, 5, 6, 7]  # all but the depth
-        texels[..., shown] = texels[rows, columns][..., shown]
+    shown = np.round(np.clip(np.concatenate([colour, image.albedo[..., 3:]], -1), 0, 1) * 255).astype(np.uint8)
+    solid = np.isfinite(image.depth)
+    depth = np.where(solid, image.depth, 0) / max(texel_size(cylinder, image.face, image.depth.shape))
+    normal = np.zeros_like(image.normal, np.uint8)
+    normal[solid] = encode_normals(image.normal[solid])
+    texels = np.concatenate([normal, depth_code(depth)[..., None], shown], -1)
+    if not solid.all() and solid.any():
+        rows, columns = distance_transform_edt(~solid, return_distances=False, return_indices=True)
+        texels = texels[rows, columns]
+        texels[~solid, 3] += 128  # half the period
     return texels
+
+
+def depth_code(depth: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """The remainders of depths, in texels, by `DEPTH_PERIOD`: in 8 bits whole depths would not tell surfaces a texel
+    apart."""
+    return np.round(depth * (256 / DEPTH_PERIOD)).astype(np.int64).astype(np.uint8)
+
+
+def encode_normals(normal: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """Unit vectors (n, 3) in 8 bits each, (normal + 1) / 2 but for their length: of those up to 11 % shorter, the one
+    whose direction rounding changes least. That halves the error (Kaplanyan 2010, "CryENGINE 3: Reaching the Speed of
+    Light")."""
+    largest = np.abs(normal).max(1, keepdims=True).clip(1e-6)
+    best, least = np.zeros(normal.shape, np.uint8), np.full(len(normal), np.inf)
+    for shorter in range(_LENGTHS):
+        # The largest component is exact.
+        scale = (np.floor(127.5 * largest - 0.5) + 0.5 - shorter).clip(0.5) / largest
+        code = np.floor(normal * scale + 128).clip(0, 255)
+        decoded = code - 127.5
+        off = np.square(decoded / np.linalg.norm(decoded, axis=1, keepdims=True) - normal).sum(1)
+        better = off < least
+        best[better], least[better] = code[better], off[better]
+    return best
 
 
 def _segments(texels: NDArray[np.uint8], face: Face) -> list[_Segment]:
@@ -140,8 +167,9 @@ def _block_shape(texels: NDArray[np.uint8]) -> tuple[int, int]:
 def _charts(baked: BakedObject, grids: Grids, shapes: list[tuple[int, int]]) -> list[_Chart]:
     """All that is stored; shapes: of each segment, in blocks. The last is whole, so that nothing is ever missing."""
     charts: list[_Chart] = []
-    # The last grid before the next segment's is drawn where this one has all but given way to that.
-    levels = [(segment + 1) * LEVELS - 1 for segment in range(len(shapes))]
+    # A pixel that covers 2^k texels is drawn by grids up to the k-th after the first, and looks up level k − 1. The
+    # last before the next segment is drawn where this one has all but given way to that.
+    levels = [(segment + 1) * LEVELS for segment in range(len(shapes))]
     with thread_map() as each:
         hidden = hardly_seen(baked, grids, each)
     for segment, blocks in enumerate(covered_blocks(baked, grids, levels)):
