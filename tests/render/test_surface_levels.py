@@ -5,6 +5,7 @@ import pytest
 
 from depthwalk.bake.images import Face, image_points, square_texel
 from depthwalk.bake.sampling import face_normals
+from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.grids import EDGE, FACE_SHIFT, build_grids
 from depthwalk.render.lod import error_level
 from depthwalk.render.surface_levels import build_levels
@@ -69,6 +70,15 @@ def test_triangles_look_into_images_that_hold_them(baked, levels):
     assert near > 0.95 * len(last)
     assert len({number >> FACE_SHIFT for number in sampled} & set((flags & EDGE - 1) >> FACE_SHIFT)) >= 3
     assert Face.SIDE in set((flags & EDGE - 1) >> FACE_SHIFT)
+
+
+def test_folds_are_found_nowhere(baked, levels):
+    """Triangles of the upper half of the ball, and the same turned over."""
+    corners = points(levels)[triangles(levels, 1)]
+    above = corners[(corners[..., 1].min(1) > corners[..., 1].max() - 0.5) & (corners[..., 0].max(1) < 0.6)]
+    assert len(above) > 100
+    assert (best_images(baked, above) != NOWHERE).all()
+    assert (best_images(baked, above[:, ::-1]) == NOWHERE).all()
 
 
 @pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.09, 0), (0.1, 1), (0.5, 2), (100.0, 2)])

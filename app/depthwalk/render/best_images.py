@@ -20,6 +20,7 @@ from depthwalk.bake.sampling import face_normals
 from depthwalk.bake.vectors import lengths
 from depthwalk.render.grids import EDGE, FACE_SHIFT, PAST_AXIS
 
+NOWHERE = -1
 _ELSEWHERE, _ASKEW = 0.1, 0.3  # what it costs a triangle to look where another face owns the surface, or aslant
 _TURNED = 0.5  # or where the surface faces elsewhere
 _EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals point; where rays are steeper, these tell
@@ -64,7 +65,9 @@ class _Pieces(NamedTuple):
 
 def best_images(baked: BakedObject, corners: Array, each: Map = map) -> Ints:
     """The image (t,), with PAST_AXIS and EDGE, that best holds each triangle (t, 3, 3): where the samples at its middle
-    and near its corners lie on its plane, are on its side of it, are that face's own and are seen squarely."""
+    and near its corners lie on its plane, are on its side of it, are that face's own and are seen squarely.
+    `NOWHERE` for one that is turned away from all samples near it: a fold, which shows where the surface is seen from
+    behind."""
     beside_edges = [_beside_edges(image) for image in baked.images]
 
     def best(some: slice) -> Ints:
@@ -78,18 +81,18 @@ def _best_images(baked: BakedObject, beside_edges: list[NDArray[np.bool_]], corn
     probes = np.concatenate([middle, (middle + corners) / 2], 1)
     size = lengths(corners - np.roll(corners, 1, axis=1)).max(1)[:, None]
     pieces, texel = _Pieces(probes, face_normals(corners)[0], size), square_texel(baked)
-    best, code = np.full(len(corners), np.inf), np.zeros(len(corners), np.int64)
+    best, code = np.full(len(corners), np.inf), np.full(len(corners), NOWHERE)
     for image, beside, past, view in _views(baked, beside_edges, pieces):
         # Most images are out of the question at once, most of the others after a look at the middle.
         nothing = np.isinf(image.depth[view.row[:, 0], view.column[:, 0]])
         hopeful = np.flatnonzero(nothing + view.askew.sum(1) < best)
-        cost = _cost(image, texel, pieces.at(hopeful, _MIDDLE), view.at(hopeful, _MIDDLE))
+        cost, there = _cost(image, texel, pieces.at(hopeful, _MIDDLE), view.at(hopeful, _MIDDLE))
         total = cost[:, 0] + view.askew[hopeful, _OTHERS].sum(1)
         better = total < best[hopeful]
-        hopeful, cost = hopeful[better], cost[better]
-        others = _cost(image, texel, pieces.at(hopeful, _OTHERS), view.at(hopeful, _OTHERS))
-        total = cost[:, 0] + others.sum(1)
-        better = total < best[hopeful]
+        hopeful, cost, there = hopeful[better], cost[better], there[better]
+        cost_of_others, others_there = _cost(image, texel, pieces.at(hopeful, _OTHERS), view.at(hopeful, _OTHERS))
+        total = cost[:, 0] + cost_of_others.sum(1)
+        better = (total < best[hopeful]) & (there[:, 0] | others_there.any(1))
         hopeful = hopeful[better]
         edge = beside[view.row[hopeful], view.column[hopeful]].any(1)
         number = (image.face << FACE_SHIFT) + image.layer + PAST_AXIS * past
@@ -97,8 +100,8 @@ def _best_images(baked: BakedObject, beside_edges: list[NDArray[np.bool_]], corn
     return code
 
 
-def _cost(image: DepthImage, texel: float, pieces: _Pieces, view: _View) -> Array:
-    """What speaks (t, p) against an image at points of triangles."""
+def _cost(image: DepthImage, texel: float, pieces: _Pieces, view: _View) -> tuple[Array, NDArray[np.bool_]]:
+    """What speaks (t, p) against an image at points of triangles, and whether (t, p) it has a sample of theirs there."""
     depth = image.depth[view.row, view.column]
     solid = np.isfinite(depth)
     away = view.origin + np.where(solid, depth, 0)[..., None] * view.inward - pieces.probes
@@ -107,7 +110,7 @@ def _cost(image: DepthImage, texel: float, pieces: _Pieces, view: _View) -> Arra
     same_side = np.where(np.abs(view.facing) > _EDGE_ON, view.facing, cosine) > 0
     there = solid & same_side & (lengths(away) < _NEAR * (pieces.size + texel))
     cost = np.where(there, np.minimum(off, 1) + _TURNED * (1 - np.minimum(np.abs(cosine), 1)), 1)
-    return np.asarray(cost + _ELSEWHERE * (image.owner[view.row, view.column] != image.face) + view.askew)
+    return cost + _ELSEWHERE * (image.owner[view.row, view.column] != image.face) + view.askew, there
 
 
 def _views(

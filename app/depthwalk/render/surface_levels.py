@@ -16,7 +16,7 @@ from depthwalk.bake.images import BakedObject, square_texel
 from depthwalk.bake.parallel import batches, thread_map
 from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.ingest.normals import row_ids
-from depthwalk.render.best_images import best_images
+from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
 from depthwalk.render.contract import contract, weld
@@ -98,16 +98,19 @@ def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array
     ends = np.cumsum([len(corners) for corners in levels])
     vertices: list[NDArray[np.uint16]] = []
     indices: list[NDArray[np.uint16]] = []
+    sizes: list[int] = []  # of levels, indices
     for corners, image in zip(levels, np.split(images, ends[:-1]), strict=True):
         position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * 65535).astype(np.uint16)
         # Neighbours together: a vertex is shaded once for all its triangles.
         order = np.argsort(morton(corners.mean(1)), kind="stable")
+        order = order[image[order] != NOWHERE]
+        sizes.append(3 * len(order))
         for shared, numbers in _chunks(position[order], image[order]):
             vertices.append(shared)
             indices.append(numbers)
     chunks = np.array([[0, 0], *([part.size, len(shared)] for part, shared in zip(indices, vertices, strict=True))])
     first, count = np.zeros((2, len(levels), len(Case), RUNS_PER_CASE), np.int64)
-    count[:, :, 0] = np.array([3 * len(corners) for corners in levels])[:, None]
+    count[:, :, 0] = np.array(sizes)[:, None]
     first[:, :, 0] = np.cumsum(count[:, :, 0], 0) - count[:, :, 0]
     texels = np.full((sum(map(len, vertices)), 2), -1, np.int16)
     return replace(
