@@ -101,7 +101,7 @@ def _best_images(baked: BakedObject, beside_edges: list[NDArray[np.bool_]], corn
 
 
 def _cost(image: DepthImage, texel: float, pieces: _Pieces, view: _View) -> tuple[Array, NDArray[np.bool_]]:
-    """What speaks (t, p) against an image at points of triangles, and whether (t, p) it has a sample of theirs there."""
+    """What speaks (t, p) against an image at points of triangles, and whether (t, p) it has a sample there."""
     depth = image.depth[view.row, view.column]
     solid = np.isfinite(depth)
     away = view.origin + np.where(solid, depth, 0)[..., None] * view.inward - pieces.probes
