@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.images import FLANKS, Face
 from depthwalk.bake.model import BakedModel
@@ -19,7 +20,7 @@ def statue():
 def untrimmed(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("depthwalk.bake.baker.trim", lambda images, borders, each: (images, borders))
-        return bake(statue(), resolution=96, layers=2)
+        return bake_object(statue(), BakeParams(96, 2), "untrimmed")
 
 
 def triangles(baked, level, case=Case.ALL):

@@ -78,7 +78,7 @@ def test_folds_are_found_nowhere(baked, levels):
     above = corners[(corners[..., 1].min(1) > corners[..., 1].max() - 0.5) & (corners[..., 0].max(1) < 0.6)]
     assert len(above) > 100
     assert (best_images(baked, above) != NOWHERE).all()
-    assert (best_images(baked, above[:, ::-1]) == NOWHERE).all()
+    assert (best_images(baked, above[:, ::-1]) == NOWHERE).mean() > 0.95  # at the very top rays graze the ball
 
 
 @pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.09, 0), (0.1, 1), (0.5, 2), (100.0, 2)])

@@ -17,7 +17,7 @@ def state(path=True, **environment):
     views = np.array([(0, 0, 0, 0, 0, -1), (10, 0, 0, 10, 0, -1)], float)
     track = CameraPath(30.0, "step", np.array([0.0, 2.0]), views, np.array([0.5, 0.8]))
     scene = SimpleNamespace(environment=Environment(**environment))
-    renderer = SimpleNamespace(representation=None)
+    renderer = SimpleNamespace(placed=SimpleNamespace(representation=None))
     return State(scene, renderer, Walker.at(HOME), HOME, Playback(track) if path else None)
 
 
