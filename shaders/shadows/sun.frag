@@ -26,7 +26,8 @@ void main() {
     for (int k = 0; k < cascades; ++k) {
         vec3 at = point * places[k].w + places[k].xyz + offset;
         at.z = 0.5 + (at.z - 0.5) / DEPTH;
-        if (any(lessThan(at.xy, vec2(margin))) || any(greaterThan(at.xy, vec2(1.0 - margin)))) continue;
+        // Before or behind what the map holds are others' casters: from high above, ground in line with a near slice.
+        if (any(lessThan(at, vec3(vec2(margin), 0.0))) || any(greaterThan(at, vec3(vec2(1.0 - margin), 1.0)))) continue;
         float fade = clamp(10.0 * distance / reach - 9.0, 0.0, 1.0);
         share = mix(filtered(maps, vec2(k & 1, k >> 1), resolution, at), 1.0, fade);
         return;

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.shapes import ShapeLibrary, box, scene_of, sphere
 
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.cells import neighbours, sort_into_cells
@@ -10,6 +9,7 @@ from depthwalk.render.clusters import MEMBERS, make_clusters
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
+from shapes import ShapeLibrary, box, scene_of, sphere
 
 SIZE = 320, 240
 CAMERA = Camera((4.0, 45.0, 95.0), (0.0, 0.0, 10.0), 0.7)

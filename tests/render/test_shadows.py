@@ -234,3 +234,17 @@ def test_what_is_behind_the_viewer_casts_shadows_before_him(studio, library):
     shadowed = (np.abs(point[..., 0]) < 1.5) & (point[..., 2] > -4) & (np.abs(point[..., 1]) < 1e-3)
     assert shadowed.sum() > 1000 and (share[shadowed] == 0).all()
     assert (share[(np.abs(point[..., 0]) > 2.5) & (np.abs(point[..., 1]) < 1e-3)] == 1).all()
+
+
+def test_ground_far_below_a_near_slice_has_its_shadows(studio, library):
+    """From high above, with the sun at his back, near slices lie in line with ground that only far maps reach."""
+    places = [(0, (x, 0, z), 0.0, 1.0) for x in range(-12, 12, 4) for z in range(-12, 12, 4)]
+    scene = scene_of(*places, ground={"height": 0.0}, sun={"direction": (-0.62, -0.72, -0.4)})
+    scene.render.shadows.resolution = 2048
+    dark = []
+    with Stage(studio, scene, library) as stage:
+        for scene.render.shadows.cascades in (1, 3):
+            stage.draw(view_of((12, 14.0, 18.0), (0, 0, 0)))
+            dark.append((np.abs(stage.points()[..., 1]) < 1e-2) & (stage.share() < 0.5))
+    assert dark[0].sum() > 300
+    assert (dark[0] & dark[1]).sum() > 0.8 * dark[0].sum()

@@ -23,7 +23,7 @@ def light_share(depth: Array, view: MapView, point: Array, filter_width: int) ->
     taps = np.arange(filter_width - 1) - 0.5 * filter_width + 1
     x, y = np.meshgrid(taps, taps)
     margin = 0.5 * filter_width / view.resolution
-    inside = (clip[:, 3] > 0) & (np.abs(at[:, :2] - 0.5) <= 0.5 - margin).all(1)
+    inside = (clip[:, 3] > 0) & (np.abs(at - 0.5) <= 0.5 - margin * np.array([1, 1, 0])).all(1)
     texels = at[:, None, :2] * view.resolution + np.stack([x.ravel(), y.ravel()], -1) - 0.5
     low = np.floor(np.where(inside[:, None, None], texels, 0)).astype(int)
     part = texels - low
