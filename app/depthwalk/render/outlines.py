@@ -29,24 +29,31 @@ def outlines(
     """
     creased = None if least_fold is None else edges.folds < np.cos(least_fold)
     density = edges.density * np.linalg.norm(placed["origin"], axis=1) / (view.focal_pixels * placed["scale"])
-    placed = placed[density <= DENSEST]
+    placed = placed.take(np.flatnonzero(density <= DENSEST))  # of records, far quicker than an index
     lines = [
-        _lines(edges, view, some, *_taken(edges, some, creased, solid))
-        for some in _chunks(placed, _AT_ONCE // len(edges.planes) + 1)
+        _lines(edges, view, some, turns, *_taken(edges, some, turns, creased, solid))
+        for some, turns in _chunks(placed, _AT_ONCE // len(edges.planes) + 1)
     ]
     return np.concatenate(lines) if lines else np.zeros(0, LINE_RECORD)
 
 
-def _chunks(placed: NDArray[np.void], count: int) -> Iterator[NDArray[np.void]]:
-    return (placed[first : first + count] for first in range(0, len(placed), count))
+def _chunks(placed: NDArray[np.void], count: int) -> Iterator[tuple[NDArray[np.void], NDArray[np.floating]]]:
+    """`count` objects at a time, and their rotations."""
+    for first in range(0, len(placed), count):
+        some = placed[first : first + count]
+        yield some, matrices(some["rotation"])
 
 
 def _taken(
-    edges: Edges, placed: NDArray[np.void], creased: NDArray[np.bool_] | None, solid: bool
+    edges: Edges,
+    placed: NDArray[np.void],
+    turns: NDArray[np.floating],
+    creased: NDArray[np.bool_] | None,
+    solid: bool,
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
     """Numbers of edge and object (k,) of each line, whether the first face (k,) is seen from its front, and whether it
     is an outline (k,)."""
-    viewer = -(placed["origin"][:, None] @ matrices(placed["rotation"]))[:, 0] / placed["scale"][:, None]
+    viewer = -(placed["origin"][:, None] @ turns)[:, 0] / placed["scale"][:, None]
     front = edges.planes[:, :3] @ viewer.T > edges.planes[:, 3:]
     first = front[edges.faces[:, 0]]
     outline = first != front[edges.faces[:, 1]]
@@ -66,15 +73,17 @@ def _lines(
     edges: Edges,
     view: View,
     placed: NDArray[np.void],
+    turns: NDArray[np.floating],
     edge: NDArray[np.intp],
     number: NDArray[np.intp],
     forward: NDArray[np.bool_],
     outline: NDArray[np.bool_],
 ) -> NDArray[np.void]:
-    """LINE_RECORDs of `edge` (k,) of the objects `number` (k,), turned round where not `forward` (k,)."""
+    """LINE_RECORDs of `edge` (k,) of the objects `number` (k,), turned round where not `forward` (k,). turns:
+    (n, 3, 3), rotations of all objects."""
     ends = edges.ends[edge]
     ends = np.where(forward[:, None], ends, ends[:, ::-1])
-    clip, kept = _before_viewer(_clip_points(edges, view, placed)[number[:, None], ends])
+    clip, kept = _before_viewer(_clip_points(edges, view, placed, turns)[number[:, None], ends])
     size = np.array(view.size, np.float32)
     at = (clip[..., :2] / clip[..., 3:] + 1) * (size / 2)
     start, stop = at[:, 0], at[:, 1]
@@ -90,14 +99,14 @@ def _lines(
     return lines
 
 
-def _clip_points(edges: Edges, view: View, placed: NDArray[np.void]) -> NDArray[np.float32]:
-    """Clip coordinates (n, v, 4) of all points of n objects."""
-    axes = placed["scale"][:, None, None] * matrices(placed["rotation"]).transpose(0, 2, 1)
-    eye_from_object = np.concatenate([axes, placed["origin"][:, None]], 1)  # for rows (x, y, z, 1) from the left
-    clip_from_object = np.pad(eye_from_object, ((0, 0), (0, 0), (0, 1))) @ view.clip_from_eye.T
-    clip_from_object[:, 3] += view.clip_from_eye[:, 3]
-    clip: NDArray[np.float32] = edges.points @ clip_from_object[:, :3].astype(np.float32)
-    clip += clip_from_object[:, 3:].astype(np.float32)
+def _clip_points(
+    edges: Edges, view: View, placed: NDArray[np.void], turns: NDArray[np.floating]
+) -> NDArray[np.float32]:
+    """Clip coordinates (n, v, 4) of all points of n objects, whose rotations are `turns` (n, 3, 3)."""
+    clip_from_eye = view.clip_from_eye.T  # for rows (x, y, z, 1) from the left
+    clip_from_object = turns.transpose(0, 2, 1) @ clip_from_eye[:3] * placed["scale"][:, None, None]
+    clip: NDArray[np.float32] = edges.points @ clip_from_object.astype(np.float32)
+    clip += (placed["origin"] @ clip_from_eye[:3] + clip_from_eye[3]).astype(np.float32)[:, None]
     return clip
 
 

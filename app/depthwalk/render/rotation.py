@@ -13,10 +13,14 @@ def rotate(quaternion: NDArray[np.floating], vector: NDArray[np.floating]) -> ND
 def matrices(quaternion: NDArray[np.floating]) -> NDArray[np.float64]:
     """The rotations (n, 3, 3) of `quaternion` (n, 4). Where several vectors are turned by each, `rows @ matrices` is
     twice as quick as `rotate` by the inverse."""
-    doubled = np.einsum("ni,nj->ijn", quaternion, 2.0 * quaternion)
-    (xx, xy, xz, wx), (_, yy, yz, wy), (_, _, zz, wz) = doubled[:3]
-    rows = [[1 - yy - zz, xy - wz, xz + wy], [xy + wz, 1 - xx - zz, yz - wx], [xz - wy, yz + wx, 1 - xx - yy]]
-    return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))
+    vector, scalar = quaternion.T[:3], quaternion.T[3]
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = 2.0 * vector[:, None] * vector
+    wx, wy, wz = 2.0 * scalar * vector
+    found = np.empty((len(quaternion), 3, 3), xx.dtype)
+    found[:, 0, 0], found[:, 0, 1], found[:, 0, 2] = 1 - yy - zz, xy - wz, xz + wy
+    found[:, 1, 0], found[:, 1, 1], found[:, 1, 2] = xy + wz, 1 - xx - zz, yz - wx
+    found[:, 2, 0], found[:, 2, 1], found[:, 2, 2] = xz - wy, yz + wx, 1 - xx - yy
+    return found
 
 
 def conjugate(quaternion: NDArray[np.floating]) -> NDArray[np.floating]:
