@@ -29,7 +29,7 @@ def test_modes_are_measured_against_many_frames(rows, monkeypatch):
     none, gather = found["none, dB"], found["gather, dB"]
     assert none.measured + 3 < gather.measured < 60 and gather.reached and none.goal is None
     assert gather.details["FLIP"] < none.details["FLIP"]
-    assert 0 < found["gather: time, × 24 frames"].measured < 1
+    assert found["gather: time, × 24 frames"].measured > 0  # what it is depends on what else the machine does
     assert len(gather.pictures) == 3 and len(found) == 7
 
 
