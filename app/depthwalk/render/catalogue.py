@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject, Face, square_texel
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.cells import within_runs
 from depthwalk.render.frame_plan import AssetTable
 from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
@@ -27,8 +28,7 @@ def place_objects(
     objects = scene.objects.take(which)
     representation, first, count = _rows(objects, library, store, wanted)
     row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
-    part = np.arange(len(row), dtype=np.int32) - np.repeat(np.cumsum(count, dtype=np.int32) - count, count)
-    number = first[row] + part
+    number = first[row] + within_runs(count)
     position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
     offset, turn = _placements(library, store)
     moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from depthwalk.params import Params, param
 from depthwalk.render.bounds import Bounds
-from depthwalk.render.occlusion import Cylinders
+from depthwalk.render.occlusion import Cylinders, box_cylinders
 from depthwalk.render.view import View
 
 Array = NDArray[np.floating]
@@ -74,9 +74,7 @@ class Cells:
 
     def cylinders(self, cells: Rows) -> Cylinders:
         """About the boxes of `cells` (k,)."""
-        half = (self.high[cells] - self.low[cells]) / 2
-        upright = np.broadcast_to(np.array([0, 1, 0], np.float32), half.shape)
-        return Cylinders(self.low[cells] + half, upright, half[:, 1], np.hypot(half[:, 0], half[:, 2]))
+        return box_cylinders(self.low[cells], self.high[cells])
 
     def visible(self, view: View, bounds: Bounds, min_pixels: float, cells: Rows) -> tuple[Rows, Array]:
         """Rows (m,) of the objects of `cells` (k,) that `Bounds.visible` finds and that are not smaller than
@@ -173,3 +171,9 @@ def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)
     return np.arange(int(counts.sum())) + np.repeat(first[cells] - ends + counts, counts)
+
+
+def within_runs(counts: Rows) -> Rows:
+    """0, 1, 2 … of each of k runs that have `counts` (k,) members, one run after the other; of the same type."""
+    dtype = counts.dtype
+    return np.arange(int(counts.sum()), dtype=dtype) - np.repeat(np.cumsum(counts, dtype=dtype) - counts, counts)

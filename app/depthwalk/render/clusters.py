@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
-from depthwalk.render.cells import Cells, boxes, runs
+from depthwalk.render.cells import Cells, boxes, runs, within_runs
 from depthwalk.render.lod import Case
-from depthwalk.render.occlusion import Cylinders
+from depthwalk.render.occlusion import Cylinders, box_cylinders
 from depthwalk.render.planes import Planes, Volumes
 from depthwalk.render.records import warp_records
 from depthwalk.render.reuse import Shown
@@ -27,6 +27,7 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 
 MEMBERS = 64  # at most: a texel of the atlas holds 6 bits for the member beside 10 for its image
+_IMAGE_BITS = 10  # as in shaders/common/visible.glsl
 _STEEP = 0.1  # height above or below a cell by distance; from among them, one by one most are found to be hidden
 _AWAY = 4.0  # half diagonals of a cell, from which on it is far off: parallax within a cluster is an eighth of its own
 
@@ -71,9 +72,7 @@ class Clusters:
 
     def cylinders(self, numbers: Rows) -> Cylinders:
         """About the boxes of the clusters `numbers` (m,)."""
-        half = (self.high[numbers] - self.low[numbers]) / 2
-        upright = np.broadcast_to(np.array([0, 1, 0], np.float32), half.shape)
-        return Cylinders(self.low[numbers] + half, upright, half[:, 1], np.hypot(half[:, 0], half[:, 2]))
+        return box_cylinders(self.low[numbers], self.high[numbers])
 
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
         """The objects (n,) of the clusters `numbers` (m,), one cluster after the other, and how many each has (m,)."""
@@ -116,8 +115,7 @@ def make_clusters(cells: Cells, bounds: Bounds, shareable: NDArray[np.bool_]) ->
     """Of all objects. shareable: (n,), those drawn by depth images that are seen from all around."""
     count = -(-np.diff(cells.first) // MEMBERS)  # of clusters per cell
     of_cell = np.concatenate([[0], np.cumsum(count)])
-    within = np.arange(of_cell[-1]) - np.repeat(of_cell[:-1], count)
-    first = np.append(np.repeat(cells.first[:-1], count) + MEMBERS * within, len(cells.order))
+    first = np.append(np.repeat(cells.first[:-1], count) + MEMBERS * within_runs(count), len(cells.order))
     low, high, _ = boxes(bounds.take(cells.order), first[:-1])
     able = np.logical_and.reduceat(shareable[cells.order], cells.first[:-1]) if len(count) else np.zeros(0, bool)
     return Clusters(cells.order, first, of_cell, able, low, high, np.zeros(len(low), np.int64))
@@ -145,5 +143,5 @@ def member_records(
     own = Planes(planes.face, right, up, normal, distance, epipole, offset, planes.low / scale, planes.high / scale)
     texel = tiles.texel * np.concatenate([scale, scale, np.ones_like(scale)], 1)[:, None]
     records = warp_records(own, Tiles(texel, tiles.nearest, tiles.size, tiles.pixel), corners, atlas_size)
-    records["depths"][:, 2] = number << 10
+    records["depths"][:, 2] = number << _IMAGE_BITS
     return records

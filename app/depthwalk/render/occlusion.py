@@ -64,6 +64,13 @@ def cylinders(objects: Objects, centre: Array, half_height: Array, radius: Array
     return Cylinders(centre, axis, half_height[asset] * scale, radius[asset] * scale)
 
 
+def box_cylinders(low: Array, high: Array) -> Cylinders:
+    """Upright, about n boxes from `low` to `high` (n, 3), world."""
+    half = (high - low) / 2
+    upright = np.broadcast_to(np.array([0, 1, 0], np.float32), half.shape)
+    return Cylinders(low + half, upright, half[:, 1], np.hypot(half[:, 0], half[:, 2]))
+
+
 def outlines(view: View, cylinders: Cylinders, margin: float) -> Outlines:
     """Bounds of n cylinders on the screen, wider by `margin` pixels.
 

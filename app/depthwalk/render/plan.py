@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
+from depthwalk.render.cells import within_runs
 from depthwalk.render.clusters import Clusters, member_records
 from depthwalk.render.frame_plan import AssetTable, Drawing, FramePlan, Rectangles, draw_groups
 from depthwalk.render.lod import (
@@ -134,7 +135,6 @@ class Planner:
 
         rows, count = clusters.members(numbers[work.anew])
         tile = np.repeat(np.arange(len(count)), count)
-        within = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
         members = objects.take(rows)
         viewer = viewer_in_object(view, members.position, members.rotation, members.scale)
         level, case = choose_levels(view, members, bounds.take(rows), viewer, table, lod)
@@ -142,7 +142,7 @@ class Planner:
         order = np.lexsort((~whole, case, level, members.asset))
         tile, members = tile[order], members.take(order)
         planes, tiles, corners = work.planes.take(tile), work.tiles.take(tile), work.slots[tile, :2]
-        records = member_records(planes, tiles, corners, atlas_size, members, viewer[order], within[order])
+        records = member_records(planes, tiles, corners, atlas_size, members, viewer[order], within_runs(count)[order])
         warp = Drawing(records, draw_groups(table, members.asset, level[order], case[order], ~whole[order]))
 
         numbered, count = clusters.members(numbers[work.drawn])
