@@ -131,12 +131,15 @@ class ShapeLibrary:
     def mesh_levels(self, asset):
         return mesh_levels(self._meshes[asset])
 
+    def forget_mesh(self, asset):
+        """It stays."""
+
     def texture(self, path):
         raise AssertionError(f"no texture in this test: {path}")
 
 
 def scene_of(*placed, representation=Representation.DPCI, **environment):
-    """A scene of (asset, position, yaw, scale) with default lights."""
+    """A scene of (asset, position, yaw, scale) with default lights. Meshes stand in for no depth images."""
     asset, position, yaw, scale = zip(*placed, strict=True)
     yaw = np.asarray(yaw, np.float32)
     rotation = np.stack([0 * yaw, np.sin(yaw / 2), 0 * yaw, np.cos(yaw / 2)], -1)
@@ -147,4 +150,5 @@ def scene_of(*placed, representation=Representation.DPCI, **environment):
         np.asarray(scale, np.float32),
         np.full(len(asset), representation, np.uint8),
     )
-    return SimpleNamespace(objects=objects, environment=Environment(**environment), render=RenderSettings())
+    render = RenderSettings.model_validate({"lod": {"magnification": 0}})
+    return SimpleNamespace(objects=objects, environment=Environment(**environment), render=render)

@@ -123,6 +123,11 @@ class SceneLibrary:
             self._levels[asset] = self._make_levels(spec, mesh) if isinstance(spec, MeshAsset) and mesh else ()
         return self._levels[asset]
 
+    def forget_mesh(self, asset: int) -> None:
+        """Frees the memory of the asset's mesh and its levels, until they are asked for again."""
+        self._meshes.pop(asset, None)
+        self._levels.pop(asset, None)
+
     def texture(self, path: Path) -> NDArray[np.uint8]:
         return load_texture(path)
 

@@ -10,7 +10,6 @@ from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
 from depthwalk.bake.sampling import face_normals
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.library import SceneLibrary
-from depthwalk.render.bounds import Bounds
 from depthwalk.render.mesh_lod import mesh_level
 from depthwalk.render.polygons import is_solid
 from depthwalk.render.view import View
@@ -95,10 +94,9 @@ def test_the_level_is_the_coarsest_within_the_error():
     errors = np.array([[0, 0.001, 0.004, 0.02, 0.1, np.inf]])
     view = View(Camera((0, 0, 0), (0, 0, -1), 1.0), (640, 480))
     objects = objects_at(np.geomspace(0.2, 3000, 200))
-    bounds = Bounds(objects.position.astype(float), 0.8 * objects.scale)
-    level = mesh_level(view, objects, bounds, errors, 1.5)
-    nearest = -objects.position[:, 2] - bounds.reach
-    pixels = errors[0] * objects.scale[:, None] * view.focal_pixels / np.maximum(nearest, 1e-9)[:, None]
+    nearest = np.maximum(-objects.position[:, 2] / objects.scale - 0.8, 0)
+    level = mesh_level(view, objects, nearest, errors, 1.5)
+    pixels = errors[0] * view.focal_pixels / np.maximum(nearest, 1e-9)[:, None]
     drawn = np.take_along_axis(pixels, level[:, None], 1)[:, 0]
     coarser = np.take_along_axis(pixels, level[:, None] + 1, 1)[:, 0]
     outside = nearest > 0
@@ -106,7 +104,7 @@ def test_the_level_is_the_coarsest_within_the_error():
     assert (level[~outside] == 0).all() and (~outside).any()  # the viewer may be at the surface
     assert set(level) == {0, 1, 2, 3, 4}
     plain = objects_at([3000.0], Representation.MESH)
-    assert mesh_level(view, plain, Bounds(plain.position, np.ones(1)), errors, 1.5) == [0]
+    assert mesh_level(view, plain, np.array([3000.0]), errors, 1.5) == [0]
 
 
 def test_without_error_the_picture_is_that_of_the_mesh(studio, ball):

@@ -45,7 +45,7 @@ def test_what_was_used_last_stays(store):
     assert there(store, [4]) == [0, 1, 2]  # nothing has to go
     before = store.gl.device.live["texture_array"]
     assert there(store, [7]) == [0, 2, 3]
-    assert store.depth_bytes <= store.budget and store.gl.device.live["texture_array"] == before
+    assert store.gpu_bytes <= store.budget and store.gl.device.live["texture_array"] == before
 
 
 def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(store, caplog):

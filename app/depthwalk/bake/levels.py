@@ -12,10 +12,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from depthwalk.bake.sampling import face_normals, sample_surface, sample_triangles
-from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
+from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 from depthwalk.ingest.normals import row_ids
 
-RATIOS = (4, 16, 64, 256, 1024)  # the mesh's triangles over a level's
+RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over a level's
 FEWEST = 50  # triangles of a level, about
 
 # A patient pass keeps the shape twice as well as a hasty one, but stops above what was asked for: the next one goes on.

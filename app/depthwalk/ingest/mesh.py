@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+MOST_LEVELS = 6  # of detail of a mesh, itself included
+
 
 @dataclass(frozen=True)
 class Material:

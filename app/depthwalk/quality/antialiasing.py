@@ -64,6 +64,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     Changes the scenes' settings. Raises InputError, and GpuError without OpenGL.
     """
     for scene in scenes:
+        scene.render.lod.magnification = 0.0  # of depth images nothing is to be drawn as a mesh
         truths = {name: _truth(scene, size, each, report) for name, each in REPRESENTATIONS.items()}
         for name, representation in REPRESENTATIONS.items():
             with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation) as headless:

@@ -117,12 +117,17 @@ class _OneObject:
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         return (MeshLevel(self._mesh, 0.0),)
 
+    def forget_mesh(self, asset: int) -> None:
+        """It stays."""
+
     def texture(self, path: Path) -> NDArray[np.uint8]:
         raise LookupError(f"the scene of one object names no textures: {path}")
 
 
 def one_object_scene(settings: RenderSettings, environment: Environment) -> Scene:
-    """Asset 0 of a library at the origin, as its file has it."""
+    """Asset 0 of a library at the origin, as its file has it. Its mesh stands in nowhere for what is to be measured."""
+    settings = settings.model_copy(deep=True)
+    settings.lod.magnification = 0.0
     none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)
     upright = np.array([[0, 0, 0, 1]], np.float32)
     place = np.zeros((1, 3), np.float32)

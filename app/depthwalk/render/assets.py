@@ -18,19 +18,19 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Program
-from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.render.edges import Shape
 from depthwalk.render.grids import GRID_LAYOUT, VERTEX_BYTES, Grids
 from depthwalk.render.lod import LodParams
+from depthwalk.render.mesh_store import MeshLibrary, MeshStore
 from depthwalk.render.pages import Pages
-from depthwalk.render.polygons import WHITE, MeshLook, MeshObject, upload_look, upload_mesh
+from depthwalk.render.polygons import WHITE
 from depthwalk.render.prepared import Form, Prepared, as_drawn, find_prepared, keep_prepared, prepare
 
 log = logging.getLogger(__name__)
 
 
-class Library(Protocol):
+class Library(MeshLibrary, Protocol):
     """Where the renderer gets assets from, by number; it never reads files itself."""
 
     def __len__(self) -> int: ...
@@ -39,8 +39,6 @@ class Library(Protocol):
     def prepare(self, assets: Sequence[int]) -> None: ...
     def key(self, asset: int) -> str: ...  # of its depth images, by which what is made of them is kept; "": nowhere
     def baked(self, asset: int) -> BakedModel | None: ...
-    def mesh(self, asset: int) -> Mesh | None: ...
-    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]: ...
     def texture(self, path: Path) -> NDArray[np.uint8]: ...
 
 
@@ -110,8 +108,8 @@ class AssetStore:
     Meshes go by the number of their asset. Depth objects, of which an asset may have several, are numbered from there
     on, in the order in which they are asked for, and keep their numbers when all is released.
 
-    budget: bytes of GPU memory for depth objects, which `stream` keeps to; before_release: called before GL objects of
-    some of them go; form: of what is uploaded; to be set while it is empty.
+    budget: bytes of GPU memory for depth objects and the meshes that stand in for them, which `stream` keeps to;
+    before_release: called before GL objects of some go; form: of what is uploaded; to be set while it is empty.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
@@ -125,8 +123,7 @@ class AssetStore:
         self._prepared: dict[int, Prepared] = {}
         self._depth: dict[int, DepthObject] = {}  # the last used last
         self._warned = False
-        self._mesh: dict[tuple[int, int], MeshObject] = {}
-        self._looks: dict[int, MeshLook] = {}
+        self.meshes = MeshStore(self.gl, library)
 
     def __len__(self) -> int:
         """One more than the largest number given."""
@@ -153,13 +150,13 @@ class AssetStore:
     def prepared(self, number: int) -> Prepared:
         """What depth object `number` is, without its pixels."""
         if number not in self._prepared:
-            asset = self._asset_of(number)
+            asset = self.asset_of(number)
             self._prepared.update(zip(self._numbers[asset], self._prepare(asset), strict=True))
         return self._prepared[number]
 
     def baked(self, number: int) -> BakedObject:
         """What depth object `number` is made of; read for it."""
-        asset = self._asset_of(number)
+        asset = self.asset_of(number)
         return as_drawn(self._model(asset).parts[number - self._numbers[asset].start])
 
     def depth_object(self, number: int) -> DepthObject:
@@ -198,9 +195,9 @@ class AssetStore:
         return there
 
     @property
-    def depth_bytes(self) -> int:
-        """What the depth objects take on the GPU."""
-        return sum(self._prepared[number].bytes for number in self._depth)
+    def gpu_bytes(self) -> int:
+        """What depth objects, and meshes that stand in for them, take on the GPU."""
+        return sum(self._prepared[number].bytes for number in self._depth) + self.meshes.stand_in_bytes
 
     @property
     def depth_count(self) -> int:
@@ -208,12 +205,13 @@ class AssetStore:
         return len(self._depth)
 
     def _make_room(self, size: int, needed: set[int]) -> None:
-        excess = self.depth_bytes + size - self.budget
-        if excess <= 0:
+        if self.gpu_bytes + size <= self.budget:
             return
-        unused = [number for number in self._depth if number not in needed]
-        if unused:
+        unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted
+        if unused or unwanted:
             self.before_release()
+        self.meshes.let_go(unwanted)
+        excess = self.gpu_bytes + size - self.budget
         for number in unused:
             if excess <= 0:
                 return
@@ -224,7 +222,8 @@ class AssetStore:
             self._warned = True
             log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
 
-    def _asset_of(self, number: int) -> int:
+    def asset_of(self, number: int) -> int:
+        """The asset that depth object `number` shows, or a part of which."""
         return self._assets[number - len(self._library)]
 
     def _model(self, asset: int) -> BakedModel:
@@ -246,18 +245,6 @@ class AssetStore:
                     log.warning("cannot keep what was prepared of depth images: %s", error)
         return objects
 
-    def mesh_object(self, asset: int, level: int = 0) -> MeshObject:
-        """Level 0 is the mesh itself, others are those of `Library.mesh_levels`."""
-        if (asset, level) not in self._mesh:
-            mesh = self._library.mesh(asset)
-            if mesh is None:
-                raise LookupError(f"asset {asset} has no mesh")
-            if asset not in self._looks:
-                self._looks[asset] = upload_look(self.gl, mesh)
-            drawn = self._library.mesh_levels(asset)[level].mesh if level else mesh
-            self._mesh[asset, level] = upload_mesh(self.gl, drawn, self._looks[asset])
-        return self._mesh[asset, level]
-
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
         """Texels (H, W, 4) of an image file, sRGB; one white texel for None."""
         return WHITE if path is None else self._library.texture(path)
@@ -267,8 +254,7 @@ class AssetStore:
         self.gl.release()
         self._depth.clear()
         self._prepared.clear()
-        self._mesh.clear()
-        self._looks.clear()
+        self.meshes.forget()
 
 
 def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> DepthObject:

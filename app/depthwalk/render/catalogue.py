@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, Face, square_texel
-from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.cells import within_runs
 from depthwalk.render.frame_plan import AssetTable
@@ -14,6 +14,7 @@ from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
 from depthwalk.render.planes import Volumes
 from depthwalk.render.rotation import multiply, rotate
+from depthwalk.render.stand_ins import StandIns
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 if TYPE_CHECKING:
@@ -120,22 +121,31 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         error[number, : len(first)] = errors[number]
     triangles = index_count[:, :, Case.ALL].sum(-1) // 3
     volumes = Volumes(**numbers, has_side=has_side)
+    levels_of_meshes = np.full((count, MOST_LEVELS), np.inf), np.zeros((count, MOST_LEVELS), np.int64)
+    stand_ins = _stand_ins(objects, library, store)
+    standing = np.flatnonzero((stand_ins.mesh >= 0) & ~np.isin(stand_ins.mesh, list(details)))
+    for column, of_asset in zip(
+        (centre, half_height, girth), (stand_ins.centre, stand_ins.half_height, stand_ins.girth), strict=True
+    ):
+        column[stand_ins.mesh[standing]] = of_asset[standing]
     bounds = centre, reach, half_height, girth
-    return AssetTable(
-        volumes, texel, levels, *bounds, index_first, index_count, triangles, error, *_mesh_details(count, details)
-    )
+    drawn = index_first, index_count, triangles, error
+    table = AssetTable(volumes, texel, levels, *bounds, *drawn, *levels_of_meshes, stand_ins)
+    for number, some in details.items():
+        table.add_mesh(number, some)
+    return table
 
 
-def _mesh_details(
-    count: int, details: dict[int, tuple[MeshLevel, ...]]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """AssetTable.mesh_error and AssetTable.mesh_triangles of `count` assets, those in `details` being meshes."""
-    error = np.full((count, max(map(len, details.values()), default=1)), np.inf)
-    triangles = np.zeros(error.shape, np.int64)
-    for number, levels in details.items():
-        error[number, : len(levels)] = [level.error for level in levels]
-        triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
-    return error, triangles
+def _stand_ins(objects: Objects, library: Library, store: AssetStore) -> StandIns:
+    """For those of `objects` that are depth images of a mesh, and of nothing else that is laid over it."""
+    found = StandIns.empty(len(store))
+    imaged = np.unique(objects.asset[objects.asset >= store.first_depth])
+    for asset in np.unique([store.asset_of(number) for number in imaged.tolist()]).astype(int).tolist():
+        numbers = store.depth_numbers(asset)
+        outlines = [store.prepared(number).outline for number in numbers]
+        if library.has_mesh(asset) and all(outline.meso is None for outline in outlines):
+            found.add(asset, numbers, outlines)
+    return found
 
 
 def _bounding_cylinder(baked: BakedObject) -> tuple[NDArray[np.float64], float, float]:

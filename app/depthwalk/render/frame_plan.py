@@ -1,5 +1,6 @@
 """What the plan of a frame is made of, and made from: data between NumPy and the passes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from operator import add
 from typing import Any
@@ -7,8 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.lod import Case
 from depthwalk.render.planes import Volumes
+from depthwalk.render.stand_ins import StandIns
 
 Array = NDArray[np.floating]
 
@@ -28,7 +31,8 @@ class AssetTable:
     sphere about the asset's own centre, object frame; half_height, girth: half the height and the radius of an upright
     cylinder about it that holds all; index_first, index_count: (a, levels, cases, runs), see Grids; triangles:
     (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; mesh_error,
-    mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0 where a mesh has no such level.
+    mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0 where a mesh has no such level; those of meshes that
+    stand in for depth objects come with them.
     """
 
     volumes: Volumes
@@ -44,6 +48,12 @@ class AssetTable:
     error: Array
     mesh_error: Array
     mesh_triangles: NDArray[np.int64]
+    stand_ins: StandIns
+
+    def add_mesh(self, number: int, levels: Sequence[MeshLevel]) -> None:
+        """Mesh `number` has come."""
+        self.mesh_error[number, : len(levels)] = [level.error for level in levels]
+        self.mesh_triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,13 @@ class LodParams(Params):
     triangles_per_pixel: float = param(
         8.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
     )
+    magnification: float = param(
+        2.0,
+        "Objects that are so near that a texel may cover more than this are drawn as their meshes; 0: never",
+        unit="pixels",
+        ge=0,
+        le=1e6,
+    )
     freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
     meso_fade: float = param(
         1.0, "Meso-structure whose height covers fewer pixels is shading only", unit="pixels", ge=0, le=1000

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.params import Params, param
-from depthwalk.render.bounds import Bounds
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
 
@@ -23,12 +22,12 @@ class MeshLodParams(Params):
     )
 
 
-def mesh_level(view: View, objects: Objects, bounds: Bounds, errors: Array, allowed: float) -> NDArray[np.int64]:
+def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float) -> NDArray[np.int64]:
     """The level (n,) at which each of n objects is drawn if it is a mesh; 0, the mesh itself, but for mesh-lod.
 
-    errors: (a, levels) metres by asset and level, rising, +inf where there is no such level; allowed: pixels.
+    nearest: (n,) metres, objects' frames, from the viewer to the cylinders that hold them; errors: (a, levels) metres
+    by asset and level, rising, +inf where there is no such level; allowed: pixels.
     """
-    nearest = np.linalg.norm(bounds.centre - view.position, axis=1) - bounds.reach
-    metres = allowed * nearest / (view.focal_pixels * objects.scale)
+    metres = allowed * nearest / view.focal_pixels
     level = (errors[objects.asset, 1:] <= metres[:, None]).sum(1)
     return np.where(objects.representation == Representation.MESH_LOD, level, 0)

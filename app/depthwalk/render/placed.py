@@ -98,12 +98,14 @@ class Placed:
 class Uploads:
     """What the objects of one frame need on the GPU, in the order in which they are asked for.
 
-    seconds: after which no further upload begins, see `AssetStore.stream`.
+    seconds: after which no further upload begins, see `AssetStore.stream`; None: a frame waits for all.
     """
 
     def __init__(self, placed: Placed, assets: AssetStore, seconds: float | None) -> None:
-        self._asset, self._assets, self._seconds = placed.objects().asset, assets, seconds
+        self._asset, self._table = placed.objects().asset, placed.table()
+        self._assets, self._seconds = assets, seconds
         self._needed: list[int] = []
+        assets.meshes.begin_frame()
 
     def there(self, rows: Rows) -> NDArray[np.bool_]:
         """Whether (m,) the assets of the objects `rows` (m,), nearest first, are on the GPU, once what fits the time
@@ -116,3 +118,11 @@ class Uploads:
             nearest = numbers[np.argsort(first)]
             self._needed += nearest[new[nearest]].tolist()
         return self._assets.stream(self._needed, self._seconds)[asset]
+
+    def stand_in(self, meshes: Rows) -> NDArray[np.bool_]:
+        """Whether (n,) the `meshes` (n,), nearest first, may stand in for depth images: the others are being read."""
+        numbers, first = np.unique(meshes, return_index=True)
+        there = self._assets.meshes.stand_ins(numbers[np.argsort(first)].tolist(), wait=self._seconds is None)
+        for number, levels in there.items():
+            self._table.add_mesh(number, levels)
+        return np.isin(meshes, list(there))

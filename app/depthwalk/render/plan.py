@@ -4,6 +4,7 @@
 that the shaders read. No GL here.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -27,11 +28,14 @@ from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
 from depthwalk.render.planes import MIN_PLANE_DISTANCE, nearest_faces, viewer_in_object
 from depthwalk.render.records import placed_records, warp_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
+from depthwalk.render.stand_ins import outside
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 Array = NDArray[np.floating]
+Rows = NDArray[np.integer]
+HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), nearest first, to which of them (n,) may be drawn
 
 
 class Planner:
@@ -39,6 +43,7 @@ class Planner:
 
     def __init__(self) -> None:
         self._frozen: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None  # level and case of every object
+        self._frozen_near_by: NDArray[np.bool_] | None = None  # which of them meshes stand in for
         self._tiles = TilePlanner()
         self._objects: Objects | None = None  # of the frame before, and what else its tiles were made for
         self._made_for: tuple[Any, ...] = ()
@@ -58,11 +63,14 @@ class Planner:
         goes_on: bool = False,
         first_number: int = 1,
         clusters: Clusters | None = None,
+        has_come: HasCome = lambda meshes: np.zeros(len(meshes), bool),
     ) -> FramePlan:
         """The frame that shows the objects `visible` (m,), nearest first, of all `objects`; or where it `goes_on`, its
         next round, when the one before is drawn. first_number: see `FramePlan`; clusters: those that `plan_clusters`
-        may be asked for."""
+        may be asked for; has_come: which meshes may stand in for depth images."""
         self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
+        near_by = self._near_by(view, objects, visible, table, lod, has_come)
+        stand_ins, visible = table.stand_ins.meshes(objects, visible[near_by]), visible[~near_by]
         placed, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
         if lod.freeze:
@@ -96,15 +104,12 @@ class Planner:
         direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
         runs = draw_groups(table, placed.asset[direct], level[direct], case[direct])
         dmesh = Drawing(placed_records(view.position, placed.take(direct)), runs)
-        meshes = np.flatnonzero(np.isin(placed.representation, MESHES))
-        fine = mesh_level(view, placed.take(meshes), spheres.take(meshes), table.mesh_error, polygons.error)
-        order = np.lexsort((fine, placed.asset[meshes]))  # of equals, the nearest stays first
-        meshes, fine = meshes[order], fine[order]
-        mesh = Drawing(
-            placed_records(view.position, placed.take(meshes)), draw_groups(table, placed.asset[meshes], fine)
+        meshes = placed.take(np.isin(placed.representation, MESHES)).joined(stand_ins)
+        mesh = draw_meshes(view, meshes, table, polygons)
+        counts = _counts(len(objects), warp, composite, dmesh, mesh, work) | {"stand_ins": len(stand_ins)}
+        counts["mesh_triangles"] = sum(
+            group.count * int(table.mesh_triangles[group.asset, group.level]) for group in mesh.groups
         )
-        counts = _counts(len(objects), warp, composite, dmesh, mesh, work)
-        counts["mesh_triangles"] = int(table.mesh_triangles[placed.asset[meshes], fine].sum())
         numbered = visible[np.concatenate([imaged[work.drawn], direct])]
         tiled = np.arange(len(numbered)) < len(composite.records)
         return FramePlan(warp, composite, dmesh, mesh, work.slots, counts, numbered, tiled, first_number)
@@ -179,6 +184,22 @@ class Planner:
         self._tiles.forget(len(objects) + count, atlas_size)
         self._versions = np.zeros(count, np.int64)
 
+    def _near_by(
+        self, view: View, objects: Objects, rows: Rows, table: AssetTable, lod: LodParams, has_come: HasCome
+    ) -> NDArray[np.bool_]:
+        """Whether (m,) meshes stand in for the objects `rows` (m,), nearest first; while `lod.freeze` is on, those did
+        that it found."""
+        if not lod.freeze:
+            self._frozen_near_by = None
+        elif self._frozen_near_by is None or len(self._frozen_near_by) != len(objects):
+            self._frozen_near_by = table.stand_ins.wanted(view, objects, np.arange(len(objects)), lod.magnification)
+        if self._frozen_near_by is None:
+            near_by = table.stand_ins.wanted(view, objects, rows, lod.magnification)
+        else:
+            near_by = self._frozen_near_by[rows]
+        near_by[near_by] = has_come(table.stand_ins.mesh[objects.asset[rows[near_by]]])
+        return near_by
+
     def _frozen_levels(
         self, view: View, objects: Objects, bounds: Bounds, table: AssetTable, lod: LodParams
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -192,6 +213,16 @@ class Planner:
 def _of_one_kind(objects: Objects, before: Objects | None) -> bool:
     columns = ("asset", "representation")
     return all(np.array_equal(getattr(objects, name), getattr(before, name)) for name in columns)
+
+
+def draw_meshes(view: View, meshes: Objects, table: AssetTable, polygons: MeshLodParams) -> Drawing:
+    """Draws the objects `meshes` (n,), of an asset and a level in their order, as coarsely as nobody sees."""
+    asset = meshes.asset
+    viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
+    nearest = outside(viewer, table.centre[asset], table.half_height[asset], table.girth[asset])
+    level = mesh_level(view, meshes, nearest, table.mesh_error, polygons.error)
+    order = np.lexsort((level, asset))  # of equals, the nearest stays first
+    return Drawing(placed_records(view.position, meshes.take(order)), draw_groups(table, asset[order], level[order]))
 
 
 def choose_levels(
@@ -228,6 +259,7 @@ def _counts(
         "clusters": 0,
         "dmesh": len(dmesh.records),
         "mesh": len(mesh.records),
+        "stand_ins": 0,
         "shadow_maps": 0,
         "shadow_triangles": 0,
         "warped": len(warp.records),

@@ -39,8 +39,8 @@ class MeshObject:
         return vertices["position"], np.frombuffer(self.indices.read(), np.uint32).reshape(-1, 3)
 
 
-def upload_look(gl: Scope, mesh: Mesh) -> MeshLook:
-    return MeshLook([_upload_material(gl, material) for material in mesh.materials], is_solid(mesh))
+def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
+    return MeshLook([_upload_material(gl, material) for material in mesh.materials], solid)
 
 
 def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook) -> MeshObject:

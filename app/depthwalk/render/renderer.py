@@ -99,7 +99,7 @@ class Renderer:
             for number, seen in enumerate(views):
                 self._draw(together, replace(frame, view=seen, sample=number))
         self.plan.counts["assets"] = self.assets.depth_count
-        self.plan.counts["gpu_mb"] = self.assets.depth_bytes / 1e6
+        self.plan.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
 
     def _draw(self, passes: Sequence[Pass], frame: Frame) -> None:
         for each in passes:

@@ -86,7 +86,7 @@ class Rounds:
         size, number = max(len(now), FIRST_ROUND), 1
         goes_on = False
         while not goes_on or len(now):
-            plan = self._plan(view, now, targets, goes_on, number, remembers)
+            plan = self._plan(view, now, targets, uploads, goes_on, number, remembers)
             goes_on, number = True, number + len(plan.numbered)
             yield plan
             self._shown[now] = True
@@ -167,13 +167,23 @@ class Rounds:
             there = uploads.there(rows)
             return rows if there.all() else rows[there]
 
-    def _plan(self, view: View, rows: Rows, targets: Targets, goes_on: bool, number: int, remembers: bool) -> FramePlan:
+    def _plan(
+        self,
+        view: View,
+        rows: Rows,
+        targets: Targets,
+        uploads: Uploads,
+        goes_on: bool,
+        number: int,
+        remembers: bool,
+    ) -> FramePlan:
         """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
         placed, settings = self._placed, self._settings
         arrays = placed.objects(), placed.bounds(), rows, placed.table()
         groups = settings.lod, tile_layout(settings, settings.warp, remembers), settings.mesh
         with self._timers.measure_cpu("plan"):
-            return self._planner.plan(view, *arrays, *groups, targets.atlas_size, goes_on, number, placed.clusters())
+            clusters, has_come = placed.clusters(), uploads.stand_in
+            return self._planner.plan(view, *arrays, *groups, targets.atlas_size, goes_on, number, clusters, has_come)
 
     def _held(self, rows: Rows) -> Cylinders:
         """What holds the objects `rows` (n,)."""

@@ -26,10 +26,16 @@ MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as poly
 
 
 class Takes:
-    """Structures of arrays with one row per thing: `take` selects rows of all of them, `put` overwrites them."""
+    """Structures of arrays with one row per thing: `take` selects rows of all of them, `put` overwrites
+    them, `joined` appends others."""
 
     def take(self, rows: NDArray[np.integer] | NDArray[np.bool_] | slice) -> Self:
         return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))  # type: ignore[arg-type]
+
+    def joined(self, other: Self) -> Self:
+        """The rows of this, then those of `other`."""
+        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))  # type: ignore[arg-type]
+        return type(self)(*map(np.concatenate, pairs))
 
     def put(self, rows: slice, other: Self) -> None:
         for field in fields(self):  # type: ignore[arg-type]

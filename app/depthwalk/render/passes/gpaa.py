@@ -75,7 +75,7 @@ class GpaaPass(Pass):
         least_fold = np.radians(frame.settings.gpaa.crease) if frame.settings.aa == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
         for group in frame.plan.mesh.groups:
-            mesh = frame.assets.mesh_object(group.asset, group.level)
+            mesh = frame.assets.meshes.object(group.asset, group.level)
             edges = self._edges_of(group, mesh.shape)
             placed = frame.plan.mesh.records[group.first : group.first + group.count]
             lines.append(outlines(edges, frame.view, placed, least_fold, mesh.look.solid))

@@ -36,7 +36,7 @@ class MeshPass(Pass):
         self._program.set(clip_from_eye=matrix_bytes(frame.view.clip_from_eye), base_texture=0)
         self._instances.upload(frame.plan.mesh.records)
         for group in frame.plan.mesh.groups:
-            asset = frame.assets.mesh_object(group.asset, group.level)
+            asset = frame.assets.meshes.object(group.asset, group.level)
             array = self._arrays.get((group.asset, group.level), asset.vertices, asset.indices)
             self._instances.bind(array, group.first)
             context.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if asset.look.solid else moderngl.NOTHING))

@@ -89,7 +89,7 @@ class ShadowsPass(Pass):
         self._instances.upload(shadow_map.meshes.records)
         self._mesh.set(clip_from_centre=matrix_bytes(shadow_map.view.clip_from_centre))
         for group in shadow_map.meshes.groups:
-            asset = frame.assets.mesh_object(group.asset, group.level)
+            asset = frame.assets.meshes.object(group.asset, group.level)
             array = self._mesh_arrays.get((group.asset, group.level), asset.vertices, asset.indices)
             context.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if asset.look.solid else moderngl.NOTHING))
             self._instances.bind(array, group.first)

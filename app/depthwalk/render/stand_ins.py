@@ -1,0 +1,104 @@
+"""Meshes in the stead of depth images: near by, polygons have detail that images would only magnify."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.render.planes import viewer_in_object
+from depthwalk.render.rotation import conjugate, multiply, rotate
+from depthwalk.render.view import View
+from depthwalk.scene.arrays import Objects, Representation
+
+Array = NDArray[np.floating]
+Rows = NDArray[np.integer]
+
+
+@dataclass(frozen=True)
+class StandIns:
+    """Which mesh may stand in for each depth object; arrays (a,) over the numbers of `AssetStore`.
+
+    mesh: number of the mesh that shows the same asset, -1 where none may; part: which of the asset's depth objects it
+    is; offset (a, 3), turn (a, 4): where it is placed in the asset's frame; texel: metres, the coarsest of them; centre
+    (a, 3), half_height, girth: upright cylinder that holds the asset, asset frame; span: metres from the depth object's
+    own origin to what of that is farthest.
+    """
+
+    mesh: NDArray[np.int64]
+    part: NDArray[np.int64]
+    offset: Array
+    turn: Array
+    texel: Array
+    centre: Array
+    half_height: Array
+    girth: Array
+    span: Array
+
+    @classmethod
+    def empty(cls, count: int) -> "StandIns":
+        """For `count` numbers, none of which has one."""
+        none, zero = np.full(count, -1), np.zeros(count)
+        turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+        return cls(none, none.copy(), np.zeros((count, 3)), turn, zero, np.zeros((count, 3)), *np.zeros((3, count)))
+
+    def add(self, mesh: int, numbers: range, objects: list[BakedObject]) -> None:
+        """Mesh `mesh` may stand in for all the depth objects `objects`, which have these `numbers`."""
+        corners = np.concatenate([_corners(each) for each in objects])
+        low, high = corners.min(0), corners.max(0)
+        centre = (low + high) / 2
+        among = slice(numbers.start, numbers.stop)
+        self.mesh[among], self.part[among] = mesh, np.arange(len(objects))
+        self.texel[among] = max(map(square_texel, objects))
+        self.centre[among], self.half_height[among] = centre, (high - low)[1] / 2
+        self.girth[among] = np.hypot(*(corners - centre).T[[0, 2]]).max()
+        for number, each in zip(numbers, objects, strict=True):
+            self.offset[number], self.turn[number] = each.position, each.rotation
+            self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
+
+    def wanted(self, view: View, objects: Objects, rows: Rows, limit: float) -> NDArray[np.bool_]:
+        """Whether (m,) a texel of the objects `rows` (m,) of all `objects` may cover more than `limit` pixels, and a
+        mesh may stand in for it. Never, where `limit` is 0. All that show one asset in one place agree."""
+        asset = objects.asset[rows]
+        magnified = self.mesh[asset] >= 0 if limit else np.zeros(len(rows), bool)
+        some = np.flatnonzero(magnified)  # of few it is asked in earnest
+        reach = view.focal_pixels / max(limit, 1e-9) * self.texel[asset[some]] + self.span[asset[some]]
+        away = np.linalg.norm(objects.position[rows[some]] - view.position, axis=1)
+        close = away < reach * objects.scale[rows[some]]
+        magnified[some[~close]] = False
+        some = some[close]
+        meshes = self.placed(objects, rows[some] - self.part[asset[some]])
+        number = asset[some]
+        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
+        nearest = outside(viewer, self.centre[number], self.half_height[number], self.girth[number])
+        magnified[some] = nearest * limit < view.focal_pixels * self.texel[number]
+        return magnified
+
+    def meshes(self, objects: Objects, rows: Rows) -> Objects:
+        """The meshes (k,) that stand in for the objects `rows` (m,): each once, nearest first where those are."""
+        first, order = np.unique(rows - self.part[objects.asset[rows]], return_index=True)
+        return self.placed(objects, first[np.argsort(order)])
+
+    def placed(self, objects: Objects, rows: Rows) -> Objects:
+        """The meshes (k,) of the objects `rows` (k,), in the frames of their assets."""
+        some = objects.take(rows)
+        rotation = multiply(some.rotation, conjugate(self.turn[some.asset]).astype(np.float32))
+        position = some.position - some.scale[:, None] * rotate(rotation, self.offset[some.asset])
+        kind = np.full(len(rows), Representation.MESH_LOD, np.uint8)
+        return Objects(self.mesh[some.asset].astype(np.int32), position.astype(np.float32), rotation, some.scale, kind)
+
+
+def outside(viewer: Array, centre: Array, half_height: Array, girth: Array) -> Array:
+    """How far (n,) viewers (n, 3) are from upright cylinders about `centre` (n, 3) of `half_height` and radius `girth`
+    (n,); 0 inside."""
+    x, y, z = (viewer - centre).T
+    return np.hypot(np.maximum(np.hypot(x, z) - girth, 0), np.maximum(np.abs(y) - half_height, 0))
+
+
+def _corners(baked: BakedObject) -> NDArray[np.float64]:
+    """Those (8, 3) of the box about a depth object, asset frame."""
+    c = baked.cylinder
+    signs = np.stack(np.meshgrid([-1, 1], [0, 1], [-1, 1], indexing="ij"), -1).reshape(8, 3)
+    size = [min(c.half_width, c.radius), c.height, min(c.half_depth, c.radius)]
+    box = signs * size + [0, c.bottom, 0]
+    return np.asarray(baked.position, np.float64) + rotate(np.asarray(baked.rotation, np.float64), box)
