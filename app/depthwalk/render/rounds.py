@@ -41,6 +41,16 @@ class InSight:
     reach: Array
 
 
+@dataclass(frozen=True)
+class _Given:
+    """What a frame is drawn with. remembers: what the frames before found may be used."""
+
+    view: View
+    targets: Targets
+    uploads: Uploads
+    remembers: bool
+
+
 class Rounds:
     """Decides what each round draws. Between frames it keeps intermediate images, and what was seen last."""
 
@@ -81,12 +91,13 @@ class Rounds:
     ) -> Iterator[FramePlan]:
         """The plans of the rounds, each to be drawn into `targets` before the next is asked for: of objects, then of
         clusters, which are farther. remembers: what the frames before found may be used."""
+        given = _Given(view, targets, uploads, remembers)
         portions, far, occlusion = list(in_sight.portions), in_sight.far, self._settings.culling.occlusion
         now, left = self._first_round(self._there(in_sight.rows, uploads), remembers)
         size, number = max(len(now), FIRST_ROUND), 1
         goes_on = False
         while not goes_on or len(now):
-            plan = self._plan(view, now, targets, uploads, goes_on, number, remembers)
+            plan = self._plan(given, now, goes_on, number)
             goes_on, number = True, number + len(plan.numbered)
             yield plan
             self._shown[now] = True
@@ -94,7 +105,7 @@ class Rounds:
             if not occlusion or not (len(left) or portions or len(tested_again) or len(far)):
                 break
             with self._timers.measure_cpu("occlusion"):
-                behind = self._hider(view, targets)
+                behind = self._hider(given)
                 unseen, forgotten = np.split(behind(self._held(np.append(left, tested_again))), [len(left)])
                 if len(far) and behind(self._held(self._placed.cells().some_objects(far, _ASKED))).mean() > _CROWDED:
                     portions, far = [*portions, far], far[:0]
@@ -108,34 +119,25 @@ class Rounds:
                 plan.counts["occluded"] += occluded
             now, left = left[:size], left[size:]
         if len(far):
-            yield self._plan_of_clusters(view, far, plan, targets, uploads, number, remembers)
+            yield self._plan_of_clusters(given, far, plan, number)
 
-    def _plan_of_clusters(
-        self,
-        view: View,
-        cells: Rows,
-        before: FramePlan,
-        targets: Targets,
-        uploads: Uploads,
-        number: int,
-        remembers: bool,
-    ) -> FramePlan:
+    def _plan_of_clusters(self, given: _Given, cells: Rows, before: FramePlan, number: int) -> FramePlan:
         """Of the round that draws the clusters of `cells` (m,) that are in sight. before: the plan of the round
         before."""
         placed, settings, clusters = self._placed, self._settings, self._placed.clusters()
         with self._timers.measure_cpu("cull"):
-            numbers = clusters.visible(view, cells)
+            numbers = clusters.visible(given.view, cells)
         if settings.culling.occlusion:
             with self._timers.measure_cpu("occlusion"):
-                unseen = self._hider(view, targets)(clusters.cylinders(numbers))
+                unseen = self._hider(given)(clusters.cylinders(numbers))
             before.counts["occluded"] += int(clusters.members(numbers[unseen])[1].sum())
             numbers = numbers[~unseen]
         with self._timers.measure_cpu("upload"):
-            numbers = numbers[clusters.whole(numbers, uploads.there)]
+            numbers = numbers[clusters.whole(numbers, given.uploads.there)]
         arrays = placed.objects(), placed.bounds(), numbers, placed.table()
-        groups = settings.lod, tile_layout(settings, settings.warp, remembers)
+        groups = settings.lod, tile_layout(settings, settings.warp, given.remembers)
         with self._timers.measure_cpu("plan"):
-            return self._planner.plan_clusters(view, *arrays, *groups, targets.atlas_size, number, clusters)
+            return self._planner.plan_clusters(given.view, *arrays, *groups, given.targets.atlas_size, number, clusters)
 
     def _first_round(self, visible: Rows, remembers: bool) -> tuple[Rows, Rows]:
         """Which of the objects `visible` (m,), nearest first, are drawn before any is tested, and the others. With
@@ -167,39 +169,30 @@ class Rounds:
             there = uploads.there(rows)
             return rows if there.all() else rows[there]
 
-    def _plan(
-        self,
-        view: View,
-        rows: Rows,
-        targets: Targets,
-        uploads: Uploads,
-        goes_on: bool,
-        number: int,
-        remembers: bool,
-    ) -> FramePlan:
+    def _plan(self, given: _Given, rows: Rows, goes_on: bool, number: int) -> FramePlan:
         """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
         placed, settings = self._placed, self._settings
         arrays = placed.objects(), placed.bounds(), rows, placed.table()
-        groups = settings.lod, tile_layout(settings, settings.warp, remembers), settings.mesh
+        groups = settings.lod, tile_layout(settings, settings.warp, given.remembers), settings.mesh
+        atlas_size, clusters, has_come = given.targets.atlas_size, placed.clusters(), given.uploads.stand_in
         with self._timers.measure_cpu("plan"):
-            clusters, has_come = placed.clusters(), uploads.stand_in
-            return self._planner.plan(view, *arrays, *groups, targets.atlas_size, goes_on, number, clusters, has_come)
+            return self._planner.plan(given.view, *arrays, *groups, atlas_size, goes_on, number, clusters, has_come)
 
     def _held(self, rows: Rows) -> Cylinders:
         """What holds the objects `rows` (n,)."""
         table, centre = self._placed.table(), self._placed.bounds().centre
         return cylinders(self._placed.objects().take(rows), centre[rows], table.half_height, table.girth)
 
-    def _hider(self, view: View, targets: Targets) -> Hider:
+    def _hider(self, given: _Given) -> Hider:
         """Tells which cylinders are hidden behind what is drawn so far."""
         lod, warp = self._settings.lod, self._settings.warp
         if self._depth_cells is None:
-            self._depth_cells = DepthCells(self._device, view.size)
-        farthest, side = self._depth_cells.read(targets), self._depth_cells.side
+            self._depth_cells = DepthCells(self._device, given.view.size)
+        farthest, side = self._depth_cells.read(given.targets), self._depth_cells.side
         # Tiles, and geometry, may be coarser than pixels. That a kept tile would show its object elsewhere, beside what
         # hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
         margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
-        return lambda held: hidden(outlines(view, held, margin), farthest, side)
+        return lambda held: hidden(outlines(given.view, held, margin), farthest, side)
 
     def resized(self) -> None:
         """To be called when the targets have another size."""
