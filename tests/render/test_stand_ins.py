@@ -24,6 +24,12 @@ SIZE = 160, 120
 
 @pytest.fixture(scope="module")
 def ball():
+    return sphere(0.5, columns=16, rows=8)
+
+
+@pytest.fixture(scope="module")
+def dense():
+    """More than 9,000 triangles."""
     return sphere(0.5, columns=96, rows=48)
 
 
@@ -180,14 +186,29 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(gl_device, ball, caplog):
         assert (walk.counts["dpci"], walk.counts["stand_ins"], library.read) == (1, 0, [0])
 
 
-def test_large_meshes_stand_in_simplified(gl_device, ball, monkeypatch):
+def test_large_meshes_stand_in_simplified(gl_device, dense, monkeypatch):
     monkeypatch.setattr(depthwalk.render.mesh_store, "_FEW", 1000)
-    library = ShapeLibrary([ball], [bake(ball, resolution=16, layers=1)])
+    library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
-        walk.renderer.settings.lod.magnification = 0.1
-        walk.renderer.settings.mesh.error = 2.0
-        walk.draw(Camera((0, 0.5, 9), (0, 0.5, 0), 0.9))
-        assert walk.counts["stand_ins"] == 1 and 0 < walk.counts["mesh_triangles"] < len(ball.faces) / 2
+        walk.renderer.settings.lod.magnification = 1.0
+        walk.renderer.settings.mesh.error = 8.0
+        walk.draw(NEAR)
+        assert walk.counts["stand_ins"] == 1 and 0 < walk.counts["mesh_triangles"] < len(dense.faces) / 2
+
+
+def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device, dense):
+    """Neither in the first frame, which knows of them only when they have come, nor later."""
+    library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
+    with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), library, seconds=None) as walk:
+        walk.renderer.settings.lod.magnification = 1.0
+        for _ in range(2):
+            walk.draw(Camera((0, 2, 6), (0, 2, 0), 0.9))
+            assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (1, 0)
+    few = ShapeLibrary([sphere(0.5, columns=16, rows=8)], [bake(dense, resolution=16, layers=1)])
+    with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), few, seconds=None) as walk:
+        walk.renderer.settings.lod.magnification = 1.0
+        walk.draw(Camera((0, 2, 6), (0, 2, 0), 0.9))
+        assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (0, 1)
 
 
 def test_frozen_levels_freeze_what_stands_in(gl_device, ball):

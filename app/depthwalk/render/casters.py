@@ -90,7 +90,7 @@ def shadow_map(
     imaged = ~np.isin(placed.representation, MESHES)
     level = np.where(imaged, _grid_level(nearest, middle, placed, table, error, triangles_per_texel), 0)
     thinned = placed.representation == Representation.MESH_LOD
-    level = np.where(thinned, error_level(table.mesh_error[placed.asset], error * nearest), level)
+    level = np.where(thinned, error_level(table.meshes.error[placed.asset], error * nearest), level)
     case = np.full(len(rows), int(Case.ALL))
     order = np.lexsort((level, placed.asset))
     grids, meshes = order[imaged[order]], order[~imaged[order]]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, Face, square_texel
-from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.cells import within_runs
 from depthwalk.render.frame_plan import AssetTable
@@ -14,7 +14,7 @@ from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
 from depthwalk.render.planes import Volumes
 from depthwalk.render.rotation import multiply, rotate
-from depthwalk.render.stand_ins import StandIns
+from depthwalk.render.stand_ins import MeshLevels, StandIns
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 if TYPE_CHECKING:
@@ -121,7 +121,9 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         error[number, : len(first)] = errors[number]
     triangles = index_count[:, :, Case.ALL].sum(-1) // 3
     volumes = Volumes(**numbers, has_side=has_side)
-    levels_of_meshes = np.full((count, MOST_LEVELS), np.inf), np.zeros((count, MOST_LEVELS), np.int64)
+    meshes = MeshLevels.empty(count)
+    for number, some in details.items():
+        meshes.add(number, some)
     stand_ins = _stand_ins(objects, library, store)
     standing = np.flatnonzero((stand_ins.mesh >= 0) & ~np.isin(stand_ins.mesh, list(details)))
     for column, of_asset in zip(
@@ -130,10 +132,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         column[stand_ins.mesh[standing]] = of_asset[standing]
     bounds = centre, reach, half_height, girth
     drawn = index_first, index_count, triangles, error
-    table = AssetTable(volumes, texel, levels, *bounds, *drawn, *levels_of_meshes, stand_ins)
-    for number, some in details.items():
-        table.add_mesh(number, some)
-    return table
+    return AssetTable(volumes, texel, levels, *bounds, *drawn, meshes, stand_ins)
 
 
 def _stand_ins(objects: Objects, library: Library, store: AssetStore) -> StandIns:

@@ -1,6 +1,5 @@
 """What the plan of a frame is made of, and made from: data between NumPy and the passes."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from operator import add
 from typing import Any
@@ -8,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.lod import Case
 from depthwalk.render.planes import Volumes
-from depthwalk.render.stand_ins import StandIns
+from depthwalk.render.stand_ins import MeshLevels, StandIns
 
 Array = NDArray[np.floating]
 
@@ -30,9 +28,8 @@ class AssetTable:
     volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
     sphere about the asset's own centre, object frame; half_height, girth: half the height and the radius of an upright
     cylinder about it that holds all; index_first, index_count: (a, levels, cases, runs), see Grids; triangles:
-    (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; mesh_error,
-    mesh_triangles: (a, mesh levels), see `MeshLevel`, +inf and 0 where a mesh has no such level; those of meshes that
-    stand in for depth objects come with them.
+    (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; meshes: levels of
+    detail; stand_ins: which of the meshes may stand in for which depth objects.
     """
 
     volumes: Volumes
@@ -46,14 +43,8 @@ class AssetTable:
     index_count: NDArray[np.int64]
     triangles: NDArray[np.int64]
     error: Array
-    mesh_error: Array
-    mesh_triangles: NDArray[np.int64]
+    meshes: MeshLevels
     stand_ins: StandIns
-
-    def add_mesh(self, number: int, levels: Sequence[MeshLevel]) -> None:
-        """Mesh `number` has come."""
-        self.mesh_error[number, : len(levels)] = [level.error for level in levels]
-        self.mesh_triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
 @dataclass(frozen=True)

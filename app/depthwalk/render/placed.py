@@ -102,7 +102,7 @@ class Uploads:
     """
 
     def __init__(self, placed: Placed, assets: AssetStore, seconds: float | None) -> None:
-        self._asset, self._table = placed.objects().asset, placed.table()
+        self._asset, self._meshes = placed.objects().asset, placed.table().meshes
         self._assets, self._seconds = assets, seconds
         self._needed: list[int] = []
         assets.meshes.begin_frame()
@@ -124,5 +124,5 @@ class Uploads:
         numbers, first = np.unique(meshes, return_index=True)
         there = self._assets.meshes.stand_ins(numbers[np.argsort(first)].tolist(), wait=self._seconds is None)
         for number, levels in there.items():
-            self._table.add_mesh(number, levels)
+            self._meshes.add(number, levels)
         return np.isin(meshes, list(there))

@@ -69,7 +69,7 @@ class Planner:
         next round, when the one before is drawn. first_number: see `FramePlan`; clusters: those that `plan_clusters`
         may be asked for; has_come: which meshes may stand in for depth images."""
         self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
-        near_by = self._near_by(view, objects, visible, table, lod, has_come)
+        near_by = self._near_by(view, objects, visible, table, lod, polygons, has_come)
         stand_ins, visible = table.stand_ins.meshes(objects, visible[near_by]), visible[~near_by]
         placed, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
@@ -108,7 +108,7 @@ class Planner:
         mesh = draw_meshes(view, meshes, table, polygons)
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work) | {"stand_ins": len(stand_ins)}
         counts["mesh_triangles"] = sum(
-            group.count * int(table.mesh_triangles[group.asset, group.level]) for group in mesh.groups
+            group.count * int(table.meshes.triangles[group.asset, group.level]) for group in mesh.groups
         )
         numbered = visible[np.concatenate([imaged[work.drawn], direct])]
         tiled = np.arange(len(numbered)) < len(composite.records)
@@ -185,19 +185,29 @@ class Planner:
         self._versions = np.zeros(count, np.int64)
 
     def _near_by(
-        self, view: View, objects: Objects, rows: Rows, table: AssetTable, lod: LodParams, has_come: HasCome
+        self,
+        view: View,
+        objects: Objects,
+        rows: Rows,
+        table: AssetTable,
+        lod: LodParams,
+        polygons: MeshLodParams,
+        has_come: HasCome,
     ) -> NDArray[np.bool_]:
         """Whether (m,) meshes stand in for the objects `rows` (m,), nearest first; while `lod.freeze` is on, those did
         that it found."""
+        stand_ins, levels = table.stand_ins, (table.meshes, polygons.error)
         if not lod.freeze:
             self._frozen_near_by = None
         elif self._frozen_near_by is None or len(self._frozen_near_by) != len(objects):
-            self._frozen_near_by = table.stand_ins.wanted(view, objects, np.arange(len(objects)), lod.magnification)
-        if self._frozen_near_by is None:
-            near_by = table.stand_ins.wanted(view, objects, rows, lod.magnification)
-        else:
-            near_by = self._frozen_near_by[rows]
-        near_by[near_by] = has_come(table.stand_ins.mesh[objects.asset[rows[near_by]]])
+            everything = np.arange(len(objects))
+            near_by = stand_ins.wanted(view, objects, everything, lod.magnification)
+            self._frozen_near_by = near_by & stand_ins.affordable(view, objects, everything, *levels)
+        frozen = self._frozen_near_by
+        near_by = stand_ins.wanted(view, objects, rows, lod.magnification) if frozen is None else frozen[rows]
+        near_by[near_by] = has_come(stand_ins.mesh[objects.asset[rows[near_by]]])
+        if frozen is None:
+            near_by[near_by] = stand_ins.affordable(view, objects, rows[near_by], *levels)
         return near_by
 
     def _frozen_levels(
@@ -220,7 +230,7 @@ def draw_meshes(view: View, meshes: Objects, table: AssetTable, polygons: MeshLo
     asset = meshes.asset
     viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
     nearest = outside(viewer, table.centre[asset], table.half_height[asset], table.girth[asset])
-    level = mesh_level(view, meshes, nearest, table.mesh_error, polygons.error)
+    level = mesh_level(view, meshes, nearest, table.meshes.error, polygons.error)
     order = np.lexsort((level, asset))  # of equals, the nearest stays first
     return Drawing(placed_records(view.position, meshes.take(order)), draw_groups(table, asset[order], level[order]))
 

@@ -1,11 +1,14 @@
 """Meshes in the stead of depth images: near by, polygons have detail that images would only magnify."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
+from depthwalk.render.mesh_lod import mesh_level
 from depthwalk.render.planes import viewer_in_object
 from depthwalk.render.rotation import conjugate, multiply, rotate
 from depthwalk.render.view import View
@@ -13,6 +16,28 @@ from depthwalk.scene.arrays import Objects, Representation
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
+
+# With as many, two cores draw a mesh in the time that the same pixels take from images warped anew (0.1 µs each).
+_TRIANGLES_PER_PIXEL = 0.5
+
+
+@dataclass(frozen=True)
+class MeshLevels:
+    """Of each of a meshes the levels of detail: error (a, levels), metres, and triangles (a, levels), see `MeshLevel`;
+    +inf and 0 where a mesh has no such level, or has not come yet."""
+
+    error: Array
+    triangles: NDArray[np.int64]
+
+    @classmethod
+    def empty(cls, count: int) -> "MeshLevels":
+        """For `count` numbers."""
+        return cls(np.full((count, MOST_LEVELS), np.inf), np.zeros((count, MOST_LEVELS), np.int64))
+
+    def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
+        """Mesh `number` has come."""
+        self.error[number, : len(levels)] = [level.error for level in levels]
+        self.triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
 @dataclass(frozen=True)
@@ -67,17 +92,33 @@ class StandIns:
         close = away < reach * objects.scale[rows[some]]
         magnified[some[~close]] = False
         some = some[close]
-        meshes = self.placed(objects, rows[some] - self.part[asset[some]])
-        number = asset[some]
-        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
-        nearest = outside(viewer, self.centre[number], self.half_height[number], self.girth[number])
-        magnified[some] = nearest * limit < view.focal_pixels * self.texel[number]
+        _, nearest = self._nearest(view, objects, rows[some])
+        magnified[some] = nearest * limit < view.focal_pixels * self.texel[asset[some]]
         return magnified
+
+    def affordable(
+        self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, error: float
+    ) -> NDArray[np.bool_]:
+        """Whether (m,) the meshes of the objects `rows` (m,) have few triangles for their pixels. error: in pixels, see
+        `mesh_level`. All that show one asset in one place agree."""
+        meshes, nearest = self._nearest(view, objects, rows)
+        level, number = mesh_level(view, meshes, nearest, levels.error, error), objects.asset[rows]
+        area, middle = 4 * self.girth[number] * self.half_height[number], nearest + self.girth[number]
+        pixels = np.minimum(area * (view.focal_pixels / middle) ** 2, view.size[0] * view.size[1])
+        return np.asarray(levels.triangles[meshes.asset, level] <= _TRIANGLES_PER_PIXEL * pixels)
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
         """The meshes (k,) that stand in for the objects `rows` (m,): each once, nearest first where those are."""
         first, order = np.unique(rows - self.part[objects.asset[rows]], return_index=True)
         return self.placed(objects, first[np.argsort(order)])
+
+    def _nearest(self, view: View, objects: Objects, rows: Rows) -> tuple[Objects, Array]:
+        """The meshes (m,) of the objects `rows` (m,), and how far (m,) they are from the viewer, metres in their
+        frames."""
+        number = objects.asset[rows]
+        meshes = self.placed(objects, rows - self.part[number])
+        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
+        return meshes, outside(viewer, self.centre[number], self.half_height[number], self.girth[number])
 
     def placed(self, objects: Objects, rows: Rows) -> Objects:
         """The meshes (k,) of the objects `rows` (k,), in the frames of their assets."""
