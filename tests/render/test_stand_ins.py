@@ -202,12 +202,12 @@ def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device, dense):
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
         for _ in range(2):
-            walk.draw(Camera((0, 2, 6), (0, 2, 0), 0.9))
+            walk.draw(Camera((0, 2, 9), (0, 2, 0), 0.9))
             assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (1, 0)
     few = ShapeLibrary([sphere(0.5, columns=16, rows=8)], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), few, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
-        walk.draw(Camera((0, 2, 6), (0, 2, 0), 0.9))
+        walk.draw(Camera((0, 2, 9), (0, 2, 0), 0.9))
         assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (0, 1)
 
 
