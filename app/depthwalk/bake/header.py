@@ -13,7 +13,7 @@ from depthwalk import limits
 from depthwalk.bake.images import MAX_STEPS, Cylinder, Face
 from depthwalk.errors import InputError
 
-FORMAT_VERSION = 8
+FORMAT_VERSION = 9
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")

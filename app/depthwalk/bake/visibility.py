@@ -1,17 +1,41 @@
 """Which samples can be seen at all: what lies in a closed cavity, or on the inside of a closed shell, never is."""
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
+from scipy.ndimage import maximum_filter, uniform_filter
 
 from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits, RayCaster, no_hits
 from depthwalk.bake.vectors import lengths
 
-_ROUNDS = 8  # each casts rays from a quarter of the samples still in doubt; with the neighbours' about 160 decide
-_NEIGHBOURHOOD = 9  # texels
+_QUARTERS = 4  # of the samples: those still in doubt in each cast their first ray together
+_NEAR = 9  # texels, square, for which a ray that escapes speaks
+_AROUND = 65  # texels, square, over which the second rays are counted
+_LEAST_SHARE = 1e-3  # of these that must escape
+
+Images = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class _Behind:
+    """Samples behind the first ones of their rays. layer, less one, and texel: (n,); start: (n, 3) metres, above the
+    surface; normal: (n, 3), unit, into its open side; shape: (L − 1, H, W), of the images that they are in."""
+
+    layer: NDArray[np.intp]
+    texel: NDArray[np.intp]
+    start: NDArray[np.floating]
+    normal: NDArray[np.floating]
+    shape: tuple[int, int, int]
+
+    def marked(self, some: NDArray[np.intp]) -> Images:
+        images = np.zeros(self.shape, bool)
+        images.reshape(len(images), -1)[self.layer[some], self.texel[some]] = True
+        return images
+
+    def without(self, some: NDArray[np.intp], images: Images) -> NDArray[np.intp]:
+        return some[~images.reshape(len(images), -1)[self.layer[some], self.texel[some]]]
 
 
 def prune_hidden(
@@ -23,32 +47,47 @@ def prune_hidden(
     each: Map = map,
 ) -> Hits:
     """Of `hits` (L, n) along `rays` (n, 3), (n, 3) of an image of `shape`, those `found` (L, n), without what nobody
-    outside can see; the rest move up a layer.
-
-    Samples behind the first are tested with rays in random directions into the open side of their surface: where any
-    ray of a neighbourhood escapes, the sample stays.
-    """
+    outside can see; the rest move up a layer."""
     origin, inward = rays
-    layer, sample = found[1:].nonzero()
-    layer += 1
-    normal = hits.normal[layer, sample]
-    start = origin.take(sample, 0) + hits.distance[layer, sample, None] * inward.take(sample, 0)
-    start += caster.epsilon * normal
+    layer, texel = found[1:].nonzero()
+    if not len(layer):
+        return _compacted(hits, found)
+    normal = hits.normal[1 + layer, texel]
+    start = origin.take(texel, 0) + hits.distance[1 + layer, texel, None] * inward.take(texel, 0)
+    behind = _Behind(layer, texel, start + caster.epsilon * normal, normal, (len(found) - 1, *shape))
+    seen = _seen(caster, behind, each).reshape(len(found) - 1, -1)
+    return _compacted(hits, found & np.concatenate([np.ones_like(seen[:1]), seen]))
+
+
+def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
+    """Where samples are that rays in random directions tell to be seen from outside.
+
+    A first ray that escapes speaks for what is near. What is still in doubt casts a second one. Through a narrow
+    opening one in hundreds escapes, so they are counted over a wide neighbourhood: if each spoke but for what is near,
+    what is seen would be as frayed as chance has it. A share is asked for, as a stray ray slips out of any scan.
+    """
     random = np.random.default_rng(0)
-    near = np.zeros(found.shape, bool)
-    near[0] = True
-    undecided = np.arange(len(layer))
-    quarter = (sample % shape[1] + 2 * (sample // shape[1])) % 4
-    for number in range(_ROUNDS if len(layer) else 0):
-        doubtful = undecided[quarter[undecided] == number % 4]
-        direction = normal.take(doubtful, 0) + 0.98 * _unit(random.normal(size=(len(doubtful), 3)))  # cosine-weighted
-        escaped = doubtful[caster.escapes(start.take(doubtful, 0), _unit(direction), each)]
-        seen = np.zeros((len(found) - 1, *shape), bool)
-        seen.reshape(len(seen), -1)[layer[escaped] - 1, sample[escaped]] = True
-        around = each(lambda image: maximum_filter(image, _NEIGHBOURHOOD), seen)
-        near[1:] |= np.stack(list(around)).reshape(len(seen), -1)
-        undecided = undecided[~near[layer[undecided], sample[undecided]]]
-    return _compacted(hits, found & near)
+
+    def escaping(some: NDArray[np.intp]) -> Images:
+        direction = behind.normal.take(some, 0) + 0.98 * _unit(random.normal(size=(len(some), 3)))  # cosine-weighted
+        return behind.marked(some[caster.escapes(behind.start.take(some, 0), _unit(direction), each)])
+
+    def spread(escaped: Images) -> Images:
+        return np.stack(list(each(lambda image: maximum_filter(image, _NEAR), escaped)))
+
+    seen = np.zeros(behind.shape, bool)
+    doubtful = np.arange(len(behind.layer))
+    quarter = (behind.texel % seen.shape[2] + 2 * (behind.texel // seen.shape[2])) % _QUARTERS
+    for number in range(_QUARTERS):
+        seen |= spread(escaping(doubtful[quarter[doubtful] == number]))
+        doubtful = behind.without(doubtful, seen)
+    escaped = escaping(doubtful)
+    free, cast = (np.stack(list(each(_density, images))) for images in (escaped, behind.marked(doubtful)))
+    return seen | spread(escaped) | (free >= _LEAST_SHARE * cast)
+
+
+def _density(image: Images) -> NDArray[np.float32]:
+    return np.asarray(uniform_filter(image.astype(np.float32), _AROUND))
 
 
 def _compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
