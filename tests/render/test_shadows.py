@@ -154,10 +154,17 @@ def test_a_ball_shadows_the_ground_where_it_must_and_never_itself(studio, librar
     assert lit.sum() > 1500 and (share[lit] > 0.98).mean() > 0.999
 
 
-def test_shadows_of_depth_images_are_those_of_the_mesh(studio):
+STEPS = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
+BELOW_A_LID = joined(box(1, 0.8, 1, (0, 0.4, 0)), box(1.2, 0.1, 1.2, (0, 1.4, 0)))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "layers"),
+    [pytest.param(STEPS, 2, id="steps"), pytest.param(BELOW_A_LID, 1, id="a box whose top no image holds")],
+)
+def test_shadows_of_depth_images_are_those_of_the_mesh(studio, mesh, layers):
     """On the ground, several suns: intersection over union."""
-    steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
-    library = ShapeLibrary([steps], resolution=256)
+    library = ShapeLibrary([mesh], resolution=256, layers=layers)
     for sun in ((-0.5, -0.8, -0.3), (0.8, -0.5, 0.1), (0.1, -0.4, -0.9)):
         shadows, (x, z) = [], np.array(sun)[[0, 2]] / -sun[1] * 1.4
         for representation in (Representation.DPCI, Representation.MESH):

@@ -74,13 +74,13 @@ class ShadowsPass(Pass):
     def _draw_grids(self, frame: Frame, shadow_map: ShadowMap) -> None:
         context, view = self.gl.device.context, shadow_map.view
         self._instances.upload(shadow_map.grids.records)
+        context.enable_only(moderngl.DEPTH_TEST)  # backs, too: they close what images miss of the fronts
         for group in shadow_map.grids.groups:
             asset = frame.assets.depth_object(group.asset)
             program = self._grid[asset.defines]
             array = asset.array(self._grid_arrays[asset.defines], group.asset)
             asset.use_geometry(program, 0, frame.settings.lod, view.texel)
             program.set(clip_from_centre=matrix_bytes(view.clip_from_centre), light=view.light)
-            context.enable_only(moderngl.DEPTH_TEST | (moderngl.NOTHING if asset.planar else moderngl.CULL_FACE))
             self._instances.bind(array, group.first)
             asset.draw(array, group.indices, group.count)
 
