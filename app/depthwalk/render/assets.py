@@ -44,7 +44,7 @@ class Library(MeshLibrary, Protocol):
 
 @dataclass
 class DepthObject:
-    """A baked object on the GPU. planar: it is one planar image, whose back may be turned to a light."""
+    """A baked object on the GPU."""
 
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
@@ -53,7 +53,6 @@ class DepthObject:
     pages: moderngl.TextureArray
     page_table: moderngl.TextureArray
     meso: moderngl.Texture
-    planar: bool
     geometry: dict[str, Any]  # uniforms of the vertex stage
     surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
     relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
@@ -271,7 +270,6 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
         gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes()),
         gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
         _upload_meso(gl, baked.meso),
-        Face.SIDE not in faces,
         geometry={
             "box_low": tuple(grids.box_low.tolist()),
             "box_size": tuple(grids.box_size.tolist()),
