@@ -38,3 +38,15 @@ def test_what_is_in_the_middle_is_in_focus(rows):
     assert scene.render.dof.focus_distance == pytest.approx(3, abs=0.02)  # the ball's near side
     assert found["gather: changed in focus, of 255"].measured <= 1
     assert found["gather: changed in focus, of 255"].reached
+
+
+def test_all_is_compared_with_one_anti_aliasing_but_pixels_in_focus_without(rows, monkeypatch):
+    drawn, draw = [], dof._draw
+
+    def noted(headless, view, lens, mode, *rest):
+        drawn.append((mode, headless.renderer.settings.aa))
+        return draw(headless, view, lens, mode, *rest)
+
+    monkeypatch.setattr(dof, "_draw", noted)
+    rows()
+    assert drawn == [(mode, "none") for mode in dof.MODES[:-1]] + [(mode, "ssaa") for mode in dof.MODES]

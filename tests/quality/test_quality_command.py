@@ -119,3 +119,4 @@ def test_few_edges_of_closed_meshes_are_drawn(tiny_scene, monkeypatch):
     assert all(row.reached for row in drawn)
     for row in drawn:
         assert 0 < row.details["chosen"] / row.details["all"] == pytest.approx(row.measured)
+        assert 0 < row.details["outlines"] <= row.details["chosen"]
