@@ -100,6 +100,14 @@ def test_shadows_of_a_ball_are_those_of_its_mesh(gl_device, tiny_scene):
     assert len(row.details) == len(shadows.SUNS) and len(row.pictures) == 1
 
 
+def test_shadows_of_what_is_large_are_measured_as_well(gl_device, tiny_scene):
+    """Many times as large as shadows reach by default."""
+    scene = load_scene(tiny_scene)
+    large = replace(scene, assets=tuple(replace(each, height=200.0) for each in scene.assets))
+    (row,) = shadows.examine([large], (80, 60), quietly)
+    assert 0.9 < row.measured < 1
+
+
 def test_a_ground_without_the_objects_shadow_is_noticed(gl_device, tiny_scene, monkeypatch):
     """The measure itself: of a mesh and of nothing."""
     pair = shadows._pair

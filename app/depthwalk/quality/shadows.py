@@ -67,7 +67,8 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 def _stage(sphere: Sphere) -> Scene:
     """The object at the origin over white ground."""
-    settings = RenderSettings.model_validate({"shadows": {"enabled": True, "cascades": 1}})
+    shadows = {"enabled": True, "cascades": 1, "distance": 100 * sphere.radius}  # beyond all that is seen
+    settings = RenderSettings.model_validate({"shadows": shadows})
     below = sphere.centre[1] - (1 + RISE) * sphere.radius
     ground = {"colour": (1.0, 1.0, 1.0), "height": below, "size": 100 * sphere.radius}
     sun = {"colour": (1.0, 1.0, 1.0)}
