@@ -1,7 +1,7 @@
 // Lamps, from a list for each cell of the view (render/lamps.py). Twin: reference/light.py.
 uniform sampler2D lamps;        // LAMP_RECORDs
 uniform sampler2D lamp_lists;   // their numbers, four to a texel, cell by cell
-uniform sampler2D lamp_cells;   // of each cell, the first in the list and how many
+uniform sampler2D lamp_cells;   // of each cell, the first in the list, how many, and how many of these, first, have maps
 uniform ivec2 squares;          // columns and rows of the picture
 #ifdef LAMP_SHADOWS
 #include "common/shadow_map.glsl"
@@ -16,6 +16,8 @@ const int PER_ROW = 1024, SQUARE = 32, SLICES = 16, PARTS = 4;
 vec4 lamp_part(int number, int part) {
     return texelFetch(lamps, ivec2(number % PER_ROW * PARTS + part, number / PER_ROW), 0);
 }
+
+int lamp_number(int k) { return int(texelFetch(lamp_lists, ivec2(k / 4 % PER_ROW, k / 4 / PER_ROW), 0)[k % 4]); }
 
 #ifdef LAMP_SHADOWS
 // What part of a spot light's light reaches a point, from the lamp, that is in its cone. axis: of the cone; shadow: as in
@@ -32,29 +34,43 @@ float lamp_share(vec3 point, float range, vec3 axis, vec4 shadow, vec3 normal) {
 }
 #endif
 
-// Point or spot lights at `point`, from the viewer, `away` along the view axis: inverse squares with a window that ends
+// A point or spot light at `point`, from the viewer, `away` along the view axis: inverse squares with a window that ends
 // them at their range (Karis 2013, "Real Shading in Unreal Engine 4"), cones that fade towards their edge.
+// shadowed: it has a map.
+vec3 of_lamp(
+    int number, bool shadowed, vec3 point, float away,
+    vec3 albedo, float specular, float shininess, vec3 normal, vec3 view
+) {
+    vec4 place = lamp_part(number, 0), light = lamp_part(number, 1), cone = lamp_part(number, 2);
+    vec3 to_lamp = place.xyz - point;
+    float square_distance = max(dot(to_lamp, to_lamp), 1e-4);
+    float part = square_distance / (place.w * place.w);
+    float window = max(1.0 - part * part, 0.0);
+    to_lamp *= inversesqrt(square_distance);
+    float inside = clamp((-dot(to_lamp, cone.xyz) - light.w) * cone.w, 0.0, 1.0);
+    float strength = window * window * inside * inside / square_distance;
+#ifdef LAMP_SHADOWS
+    if (shadowed && strength > 0.0 && dot(normal, to_lamp) > 0.0) {
+        vec3 from_lamp = point + normal * seen_error * away - place.xyz;
+        strength *= lamp_share(from_lamp, place.w, cone.xyz, lamp_part(number, 3), normal);
+    }
+#endif
+    return strength * light.rgb * phong(albedo, specular, shininess, normal, view, to_lamp);
+}
+
+// All lamps at `point`. Those with maps have a loop of their own: rasterisers without branches run through it all the
+// same, but only as often as there is a map.
 vec3 of_lamps(vec3 point, float away, vec3 albedo, float specular, float shininess, vec3 normal, vec3 view) {
     ivec2 at = ivec2(gl_FragCoord.xy) / SQUARE;
     int cell = (min(int(2.0 * log2(max(away, 1.0))), SLICES - 1) * squares.y + at.y) * squares.x + at.x;
-    vec2 run = texelFetch(lamp_cells, ivec2(cell % PER_ROW, cell / PER_ROW), 0).xy;
+    ivec3 run = ivec3(texelFetch(lamp_cells, ivec2(cell % PER_ROW, cell / PER_ROW), 0).xyz);
+    int k = run.x, end = run.x + run.y;
     vec3 colour = vec3(0.0);
-    for (int k = int(run.x), end = int(run.x + run.y); k < end; ++k) {
-        int number = int(texelFetch(lamp_lists, ivec2(k / 4 % PER_ROW, k / 4 / PER_ROW), 0)[k % 4]);
-        vec4 place = lamp_part(number, 0), light = lamp_part(number, 1), cone = lamp_part(number, 2);
-        vec3 to_lamp = place.xyz - point;
-        float square_distance = max(dot(to_lamp, to_lamp), 1e-4);
-        float part = square_distance / (place.w * place.w);
-        float window = max(1.0 - part * part, 0.0);
-        to_lamp *= inversesqrt(square_distance);
-        float inside = clamp((-dot(to_lamp, cone.xyz) - light.w) * cone.w, 0.0, 1.0);
-        float strength = window * window * inside * inside / square_distance;
 #ifdef LAMP_SHADOWS
-        vec4 shadow = lamp_part(number, 3);
-        if (shadow.w >= 0.0 && strength > 0.0 && dot(normal, to_lamp) > 0.0)
-            strength *= lamp_share(point + normal * seen_error * away - place.xyz, place.w, cone.xyz, shadow, normal);
+    for (int mapped = run.x + run.z; k < mapped; ++k)
+        colour += of_lamp(lamp_number(k), true, point, away, albedo, specular, shininess, normal, view);
 #endif
-        colour += strength * light.rgb * phong(albedo, specular, shininess, normal, view, to_lamp);
-    }
+    for (; k < end; ++k)
+        colour += of_lamp(lamp_number(k), false, point, away, albedo, specular, shininess, normal, view);
     return colour;
 }

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from depthwalk.reference.shadows import lifted, light_share
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.casters import find_casters
+from depthwalk.render.lamps import lamps_in_sight
 from depthwalk.render.spots import NEAR, assign_tiles, shadowing, spot_of
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.environment import LampParams
@@ -165,6 +166,18 @@ def test_casters_are_all_that_reach_into_the_pyramid():
 
 def lamps_at(*places):
     return [LampParams(**LAMP | {"position": place, "intensity": 1.0}, shadow=True) for place in places]
+
+
+def test_those_with_maps_come_first_in_every_cell():
+    lights = [each.model_copy(update={"range": 2.0}) for each in lamps_at(*[(x, 1, -4 - x) for x in range(6)])]
+    found = lamps_in_sight(view_of(), lights, {4: 1, 1: 0})
+    tile = found.records["shadow"][:, 3]
+    assert tile[tile >= 0].tolist() == [0, 1]  # of lights 1 and 4
+    lists = found.lists["numbers"].ravel().astype(int)
+    begin, count, mapped = found.cells["numbers"][:, :3].astype(int).T
+    assert {0, 1, 2} <= set(mapped.tolist()) and (count > mapped).any()
+    for first, all_of_them, some in zip(begin, count, mapped, strict=True):
+        assert ((tile[lists[first : first + all_of_them]] >= 0) == (np.arange(all_of_them) < some)).all()
 
 
 def test_the_brightest_in_sight_come_first_and_keep_their_tiles():

@@ -38,8 +38,8 @@ _NONE: Mapping[int, int] = MappingProxyType({})
 @dataclass(frozen=True)
 class Lamps:
     """records: (n,) LAMP_RECORD of those in sight; cells: (k,) NUMBERS_RECORD, slice by slice, row by row from the
-    lower left: the first in the list, and how many; lists: their numbers, four to a NUMBERS_RECORD; across: columns and
-    rows of squares."""
+    lower left: the first in the list, how many, and how many of these have shadow maps, which come first; lists: their
+    numbers, four to a NUMBERS_RECORD; across: columns and rows of squares."""
 
     records: NDArray[np.void]
     cells: NDArray[np.void]
@@ -54,23 +54,26 @@ def lamps_in_sight(view: View, lights: Sequence["LampParams"], tiles: Mapping[in
     low, high = extents(view, bounds)
     forward = (position - view.position) @ view.axes[2]
     seen = np.flatnonzero((forward + bounds.reach > 0) & (low < high).all(1))
+    mapped = np.isin(seen, list(tiles))
+    seen = np.concatenate([seen[mapped], seen[~mapped]])
     forward, reach = forward[seen, None], bounds.reach[seen, None]
     across = -(-view.size[0] // SQUARE), -(-view.size[1] // SQUARE)
+    shape = *across, SLICES
     first, last = (
         np.column_stack([(corner[seen] + 1) / 2 * view.size / SQUARE, 2 * np.log2(np.maximum(distance, 1))])
         for corner, distance in ((low, forward - reach), (high, forward + reach))
     )
-    numbers, counts = lamps_by_cell(first, last, (*across, SLICES))
+    numbers, counts = lamps_by_cell(first, last, shape)
     cells = np.zeros(len(counts), NUMBERS_RECORD)
     cells["numbers"][:, 0] = np.cumsum(counts) - counts
     cells["numbers"][:, 1] = counts
+    cells["numbers"][:, 2] = lamps_by_cell(first[: mapped.sum()], last[: mapped.sum()], shape)[1]
     lists = np.zeros(-(-len(numbers) // 4), NUMBERS_RECORD)
     lists["numbers"].reshape(-1)[: len(numbers)] = numbers
     records = lamp_records(view, [lights[k] for k in seen.tolist()])
-    shadowing = [(row, lights[k], tiles[k]) for row, k in enumerate(seen.tolist()) if k in tiles]
-    for row, light, tile in shadowing:
-        spot = spot_of(light, 1)
-        records["shadow"][row] = *(spot.axes[0] / spot.tangent), tile
+    for record, number in zip(records, seen[: mapped.sum()].tolist(), strict=False):
+        spot = spot_of(lights[number], 1)
+        record["shadow"] = *(spot.axes[0] / spot.tangent), tiles[number]
     return Lamps(records, cells, lists, across)
 
 
