@@ -20,18 +20,14 @@ float depth_off(float stored, float depth) {
 
 // Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface,
 // and this one goes on in the layer before or behind. There it is looked for where texels of its own are off.
-// uv: within the image; place: there, of the pages; depth: in texels.
-void sample_border(int image, vec2 uv, vec2 place, float depth, out vec4 albedo, out vec3 normal) {
+// uv: within the image; place: there, of the pages; texel: around that, see `page_normal`; depth: in texels.
+void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, out vec4 albedo, out vec3 normal) {
     const float LIKE = 1.5;     // texels
     ivec2 low = ivec2(floor(place - 0.5));
     vec2 f = place - 0.5 - vec2(low);
     ivec2 places[4] = ivec2[4](low, low + ivec2(1, 0), low + ivec2(0, 1), low + ivec2(1, 1));
-    vec4 texel[4];
     vec4 off;
-    for (int k = 0; k < 4; ++k) {
-        texel[k] = page_fetch(places[k], NORMALS);
-        off[k] = depth_off(texel[k].a, depth);
-    }
+    for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
     if (any(greaterThan(off, vec4(LIKE)))) {
         int first = first_images[face_of(image)], own = number_of(image);
         int last = (face_of(image) < LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
@@ -60,8 +56,6 @@ void sample_border(int image, vec2 uv, vec2 place, float depth, out vec4 albedo,
     weight /= dot(weight, vec4(1.0));
     normal = vec3(-1.0);
     for (int k = 0; k < 4; ++k) normal += weight[k] * 2.0 * texel[k].xyz;
-    albedo = plain_colour;
-    if (!coloured) return;
     albedo = vec4(0.0);
     for (int k = 0; k < 4; ++k) albedo += weight[k] * page_fetch(places[k], COLOURS);
 }
@@ -78,17 +72,18 @@ Surface surface_at(vec3 p, int image, float footprint) {
     float lod = max(log2(covered) - 1.0, 0.0);      // what blends two texels averages over as many
     if (face == SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
-    vec4 albedo;
+    vec4 albedo = page_texel(place, COLOURS);
     vec3 normal;
-    if (border && lod == 0.0) {
+    if (covered < 1.0 || border && lod == 0.0) {
+        vec4 around[4];
+        normal = page_normal(place.xy, around);
         float depth = position.z;
 #ifdef MESO
         depth -= meso.depth;
 #endif
-        sample_border(image, position.xy, place.xy, depth * texels[face], albedo, normal);
+        if (border) sample_border(image, position.xy, place.xy, around, depth * texels[face], albedo, normal);
     } else {
-        albedo = page_texel(place, COLOURS);
-        normal = covered < 1.0 ? page_normal(place.xy) : page_texel(place, NORMALS).xyz * 2.0 - 1.0;
+        normal = page_texel(place, NORMALS).xyz * 2.0 - 1.0;
     }
     normal /= max(length(normal), 1e-6);
 #ifdef MESO

@@ -1,7 +1,7 @@
 // Where the texels of depth images lie that are stored, see render/pages.py.
+// COLOURED: their colours differ.
 uniform sampler2DArray pages;           // (object normal + 1) / 2, remainder of the depth; √linear colour, specular strength
-uniform bool coloured;                  // whether there is the latter; else all is of the
-uniform vec4 plain_colour;
+uniform vec4 plain_colour;              // in place of the latter, where all are alike
 uniform isampler2DArray page_table;     // per block: what takes a texel to its place + segment to look in
 uniform vec2 image_size;                // texels
 uniform int first_rows[5];              // of each segment's blocks in the table
@@ -39,18 +39,22 @@ bool page_stored(int image, vec2 uv, out vec2 place) {
 
 // One texel of a picture, and what `page_at` found there, trilinear.
 vec4 page_fetch(ivec2 at, int picture) {
-    if (picture == COLOURS && !coloured) return plain_colour;
+#ifndef COLOURED
+    if (picture == COLOURS) return plain_colour;
+#endif
     return texelFetch(pages, ivec3(at, picture), 0);
 }
 vec4 page_texel(vec3 place, int picture) {
-    if (picture == COLOURS && !coloured) return plain_colour;
+#ifndef COLOURED
+    if (picture == COLOURS) return plain_colour;
+#endif
     vec2 size = vec2(textureSize(pages, 0).xy);
     return textureLod(pages, vec3(place.xy / size, float(picture)), place.z);
 }
 
 // The normal, not of length 1, at a place of level 0, by the cubics of Catmull and Rom 1974 through the texels: magnified, it
-// keeps ridges that a blend of two texels blurs.
-vec3 page_normal(vec2 place) {
+// keeps ridges that a blend of two texels blurs. around: the texels that a blend would take, at (0,0) (1,0) (0,1) (1,1).
+vec3 page_normal(vec2 place, out vec4 around[4]) {
     vec2 low = floor(place - 0.5), f = place - 0.5 - low, g = 1.0 - f;
     vec4 across = 0.5 * vec4(-f.x * g.x * g.x, g.x * (2.0 + 2.0 * f.x - 3.0 * f.x * f.x),
                              f.x * (2.0 + 2.0 * g.x - 3.0 * g.x * g.x), -g.x * f.x * f.x);
@@ -59,7 +63,10 @@ vec3 page_normal(vec2 place) {
     vec3 sum = vec3(0.0);
     for (int k = 0; k < 16; ++k) {
         ivec2 at = ivec2(k & 3, k >> 2);
-        sum += across[at.x] * up[at.y] * texelFetch(pages, ivec3(ivec2(low) + at - 1, NORMALS), 0).xyz;
+        vec4 texel = page_fetch(ivec2(low) + at - 1, NORMALS);
+        sum += across[at.x] * up[at.y] * texel.xyz;
+        ivec2 near = at - 1;
+        if (near == (near & 1)) around[near.x + 2 * near.y] = texel;
     }
     return sum * 2.0 - 1.0;
 }

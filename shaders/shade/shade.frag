@@ -1,6 +1,7 @@
 // Each pixel that shows a depth-image object is shaded once, whatever was drawn there before: deferred texturing, sorted by
 // asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
-// FORWARD: and lit here, in the frame of its object.
+// FORWARD: and lit here, in the frame of its object; SHOW_TILES: objects with intermediate images are painted, each in a
+// colour of its own.
 #include "common/rotation.glsl"
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
@@ -11,7 +12,6 @@ layout(location = 2) out vec4 lit;
 #endif
 
 uniform float pixel_angle;      // metres a pixel covers at one metre
-uniform int show_tiles;         // objects with intermediate images are painted, each in a colour of its own
 
 in vec3 ray;
 
@@ -26,10 +26,12 @@ void main() {
     vec3 from_viewer = ray * distance_of(visible);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
     Surface surface = surface_at(point, image_of(visible), length(from_viewer) * pixel_angle / viewer.w);
-    if (show_tiles != 0 && object_texel(object_of(visible), LEVEL).y > 0.0) {
+#ifdef SHOW_TILES
+    if (object_texel(object_of(visible), LEVEL).y > 0.0) {
         surface.albedo = fract(float(object_of(visible)) * vec3(0.618, 0.414, 0.732));
         surface.specular = 0.0;
     }
+#endif
     out_albedo = encode_albedo(surface.albedo, surface.specular);
     vec3 normal = rotate(rotation, surface.normal);
     out_surface = encode_surface(normal, shininess);

@@ -1,4 +1,4 @@
-// The part of the picture in which an asset is, at the depth that stands for it.
+// The part of the picture in which an asset is, at the depth that tells its pixels.
 uniform float level;
 uniform vec2 low;           // corners, −1 to 1
 uniform vec2 high;

@@ -193,7 +193,8 @@ void main() {
     colour = page_texel(place, COLOURS);
     vec2 stored;
     place = page_at(image, uv, 0.0);
-    magnified = page_normal(place.xy);
+    vec4 around[4];
+    magnified = page_normal(place.xy, around);
     misplaced = page_stored(image, uv, stored) ? distance(stored, place.xy) : 0.0;
 }
 """
@@ -204,13 +205,15 @@ def test_the_shader_matches_its_twin(gl_device, baked, pages):
     store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked])), gl_device.scope("test")
     store.form = Form(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.depth_numbers(0)[0])
-    text = Source("common/pages.glsl", "").text + LOOK_UP
+    preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
+    text = Source("common/pages.glsl", preamble).text + LOOK_UP
     program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour", "magnified", "misplaced"])
     drawn.pages.use(0)
     drawn.page_table.use(1)
     program["pages"], program["page_table"] = 0, 1
-    for name in ("coloured", "plain_colour", "image_size", "first_rows", "last_segment"):
-        program[name] = drawn.surface[name]
+    for name in ("plain_colour", "image_size", "first_rows", "last_segment"):
+        if name in program:
+            program[name] = drawn.surface[name]
     scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own
     for number, image in enumerate(baked.images):
         size = image.depth.shape[::-1]

@@ -40,22 +40,21 @@ def test_records_are_fetched_by_number(gl_device):
     """More than a row of them, and more than there was room for at first; number 0 is no object."""
     records = np.zeros(2500, SURFACE_RECORD)
     records["level"][:, 0] = np.arange(2500) / 65536
+    records["level"][0, 0] = 1
     scope = gl_device.scope("test")
     texture = RecordTexture(scope, SURFACE_RECORD)
     texture.upload(records[:10])
     texture.upload(records)
     numbers = np.array([[0, 7, 1023, 1024], [2047, 2048, 2400, 2499]])
     visible = scope.texture((4, 2), 2, "u4", np.stack([numbers << 10, 0 * numbers], -1).astype(np.uint32).tobytes())
-    depth = scope.texture((4, 2), 1, "f4", np.zeros((2, 4), np.float32).tobytes())
     out = scope.depth_texture((4, 2))
     framebuffer = scope.framebuffer([], out)
     framebuffer.use()
     framebuffer.clear(depth=1.0)
     program = Program(scope, "shade/shade.vert", "shade/levels.frag")
-    program.set(low=(-1.0, -1.0), high=(1.0, 1.0), objects=0, visible_texture=1, depth_texture=2)
+    program.set(low=(-1.0, -1.0), high=(1.0, 1.0), objects=0, visible_texture=1)
     texture.use(0)
     visible.use(1)
-    depth.use(2)
     gl_device.context.enable_only(moderngl.DEPTH_TEST)
     scope.vertex_array(program.gl, []).render(moderngl.TRIANGLE_STRIP, vertices=4)
     found = np.frombuffer(out.read(), np.float32).reshape(2, 4)
@@ -98,4 +97,24 @@ def test_a_variant_is_made_when_asked_for(gl_device, tmp_path, monkeypatch):
     assert not programs
     assert "special" not in programs[()].gl and "special" in programs["SPECIAL",].gl
     assert programs[()] is programs[()] and len(programs) == 2
+    scope.release()
+
+
+@pytest.mark.parametrize("show_tiles", [False, True])
+def test_an_asset_alone_looks_as_it_does_among_others(gl_device, monkeypatch, show_tiles):
+    """Its pixels told by the depth buffer, and by depths that stand for assets."""
+    scene = scene_of((0, (-0.6, 0, 0), 0.3, 1.0), (0, (0.6, 0, -0.5), 0.5, 1.0), sky={})
+    scene.render.composite.show_tiles = show_tiles
+    scope = gl_device.scope("test")
+    screen = scope.framebuffer([scope.texture(SIZE, 4)])
+    renderer = Renderer(gl_device, scene, ShapeLibrary([box(0.8, 0.8, 0.8)], resolution=128))
+    pictures, levels = [], []
+    for _ in range(2):
+        renderer.render(View(Camera((0.3, 1.2, 4.2), (0, 0.4, 0), 0.9), SIZE), screen)
+        pictures.append(read_pixels(screen))
+        levels.append(np.frombuffer(renderer.targets.levels.depth_attachment.read(), np.float32))
+        monkeypatch.setattr("depthwalk.render.passes.shade._alone", lambda frame, shading: False)
+    assert not (levels[0] == levels[1]).all()
+    np.testing.assert_array_equal(*pictures)
+    renderer.release()
     scope.release()

@@ -54,6 +54,7 @@ class DepthObject:
     page_table: moderngl.TextureArray
     meso: moderngl.Texture
     geometry: dict[str, Any]  # uniforms of the vertex stage
+    coloured: bool  # not all of it is of one colour
     surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
     relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
 
@@ -61,6 +62,11 @@ class DepthObject:
     def defines(self) -> tuple[str, ...]:
         """What the shaders that draw it are told."""
         return ("MESO",) if self.relief["meso_height"] > 0 else ()
+
+    @property
+    def surface_defines(self) -> tuple[str, ...]:
+        """What the shader that looks its surface up is told."""
+        return (*self.defines, "COLOURED") if self.coloured else self.defines
 
     def shape(self, runs: Sequence[tuple[int, int]]) -> Shape:
         """Positions (v, 3), metres, and triangles (t, 3) of runs of indices, first and count each, read back."""
@@ -276,10 +282,10 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
             "setback": _SETBACK * square_texel(baked),
             "meso_spacing": max(max(texel_size(cylinder, image.face, shape)) for image in images),
         },
+        coloured=plain is None,
         surface={
             "texels": [1 / max(texel_size(cylinder, face, shape)) for face in Face],
             "shininess": baked.shininess,
-            "coloured": plain is None,
             "plain_colour": (0.0,) * 4 if plain is None else tuple((plain / 255).tolist()),
             "image_size": (width, height),
             "first_rows": pages.first_rows,

@@ -19,9 +19,9 @@ LEVELS = 1 << 16  # assets are told apart by depths k / LEVELS, which float32 an
 
 @dataclass(frozen=True)
 class Shading:
-    """records: (1 + n,) SURFACE_RECORD by number, 0 is none; assets: (a,) those that may be visible; level: (a,) the
-    depth that stands for each; low, high: (a, 2), corners of the part of the picture in which it may be, −1 to 1, y
-    upward."""
+    """records: (1 + n,) SURFACE_RECORD by number, 0 is none, at the far plane; assets: (a,) those that may be visible;
+    level: (a,) the depth that stands for each; low, high: (a, 2), corners of the part of the picture in which it may
+    be, −1 to 1, y upward."""
 
     records: NDArray[np.void]
     assets: NDArray[np.integer]
@@ -38,6 +38,7 @@ def shading(view: View, objects: Objects, bounds: Bounds, tiled: NDArray[np.bool
     records = np.zeros(1 + len(objects), SURFACE_RECORD)
     records["viewer"][1:] = np.column_stack([viewer, objects.scale])
     records["rotation"][1:] = objects.rotation
+    records["level"][0, 0] = 1
     records["level"][1:, :2] = np.column_stack([level[group], tiled])
     low, high = np.ones((len(assets), 2)), -np.ones((len(assets), 2))
     crowd = np.bincount(group, minlength=len(assets)) > _CROWD

@@ -1,6 +1,8 @@
 """Colour and normal of the depth-image objects that are visible, once per pixel, into the G-buffer."""
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
@@ -31,40 +33,53 @@ class ShadePass(Pass):
         self._objects.upload(shading.records)
         self._objects.use(0)
         frame.targets.visible_texture.use(1)
-        frame.targets.depth.use(2)
+        if _alone(frame, shading):
+            self._shade(frame, shading, frame.targets.gbuffer, ">", np.ones(1))
+            return
         self._draw_levels(frame, shading)
-        self._shade(frame, shading)
+        lit = frame.settings.light.mode == "forward"
+        self._shade(frame, shading, frame.targets.shaded_lit if lit else frame.targets.shaded, "==", shading.level)
 
     def _draw_levels(self, frame: Frame, shading: Shading) -> None:
         context = self.gl.device.context
         frame.targets.levels.use()
-        frame.targets.levels.clear(depth=1.0)
         context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = "1"  # always
         low, high = shading.low.min(0), shading.high.max(0)
-        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1, depth_texture=2)
+        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1)
         self._levels_array.render(moderngl.TRIANGLE_STRIP, vertices=4)
 
-    def _shade(self, frame: Frame, shading: Shading) -> None:
+    def _shade(
+        self, frame: Frame, shading: Shading, target: moderngl.Framebuffer, test: str, level: NDArray[np.floating]
+    ) -> None:
+        """Draws each asset's rectangle into `target` at its `level` (a,), where that passes the depth `test`."""
         context, view = self.gl.device.context, frame.view
-        forward = frame.settings.light.mode == "forward"
-        target = frame.targets.shaded_lit if forward else frame.targets.shaded
+        forward, show_tiles = frame.settings.light.mode == "forward", frame.settings.composite.show_tiles
+        defines = (*(("FORWARD",) if forward else ()), *(("SHOW_TILES",) if show_tiles else ()))
         target.use()
         target.depth_mask = False
-        context.depth_func = "=="
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = test
         common = {
             "objects": 0,
             "visible_texture": 1,
             "pixel_angle": 1 / view.focal_pixels,
-            "show_tiles": int(frame.settings.composite.show_tiles),
             "ray_from_screen": matrix_bytes(view.ray_from_screen),
             **(lighting(frame.environment).uniforms() if forward else {}),
         }
-        columns = (each.tolist() for each in (shading.assets, shading.level, shading.low, shading.high))
-        for number, level, low, high in zip(*columns, strict=True):
+        columns = (each.tolist() for each in (shading.assets, level, shading.low, shading.high))
+        for number, depth, low, high in zip(*columns, strict=True):
             asset = frame.assets.depth_object(number)
-            defines = (*asset.defines, "FORWARD") if forward else asset.defines
-            program = self._programs[defines]
+            variant = *asset.surface_defines, *defines
+            program = self._programs[variant]
             asset.use_surface(program, (2, 3, 4))
-            program.set(**common, level=level, low=tuple(low), high=tuple(high))
-            self._arrays[defines].render(moderngl.TRIANGLE_STRIP, vertices=4)
+            program.set(**common, level=depth, low=tuple(low), high=tuple(high))
+            self._arrays[variant].render(moderngl.TRIANGLE_STRIP, vertices=4)
         context.depth_func = "<"
+
+
+def _alone(frame: Frame, shading: Shading) -> bool:
+    """Whether all that is drawn is of one asset's depth images: then the depth buffer tells its pixels, in front of the
+    far plane."""
+    polygons = len(frame.plan.mesh.records) > 0 or frame.environment.ground is not None
+    return len(shading.assets) == 1 and not polygons and frame.settings.light.mode == "deferred"
