@@ -246,8 +246,8 @@ def choose_levels(
         max_level = np.minimum(max_level, int(np.log2(lod.max_step)))
         level = grid_level(step, lod.bias, max_level)
     else:
-        nearest = np.maximum(distance - bounds.reach, 0)
-        level = error_level(table.error[asset], error_at_a_metre(view, lod) * nearest / objects.scale)
+        nearest = outside(viewer, table.centre[asset], table.half_height[asset], table.girth[asset])
+        level = error_level(table.error[asset], error_at_a_metre(view, lod) * nearest)
     volumes = table.volumes.take(asset)
     area = 2 * volumes.radius * (volumes.top - volumes.bottom) * objects.scale**2
     pixels = area * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2
