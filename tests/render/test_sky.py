@@ -195,6 +195,23 @@ def test_tones_are_their_twins(gl_device, tone, exposure):
     assert found[:, 3] == pytest.approx(light[..., 3].ravel(), abs=1 / 255)
 
 
+def test_light_is_encoded_as_for_any_screen(gl_device):
+    """Its fitted curve is off by a hundredth of what 8 bits tell apart."""
+    light = np.linspace(0, 1, SIZE[0] * SIZE[1], dtype=np.float32)
+    scope = gl_device.scope("test")
+    program = Program(scope, "common/fullscreen.vert", "output/output.frag")
+    out = scope.texture(SIZE, 4, "f4")
+    scope.framebuffer([out]).use()
+    gl_device.context.enable_only(moderngl.NOTHING)
+    scope.texture(SIZE, 4, "f4", np.column_stack([light, light, light, 0 * light + 1]).tobytes()).use(0)
+    program.set(lit_texture=0, exposure=1.0)
+    scope.vertex_array(program.gl, []).render(moderngl.TRIANGLES, vertices=3)
+    found = np.frombuffer(out.read(), np.float32).reshape(-1, 4)
+    scope.release()
+    np.testing.assert_allclose(found[:, 1], srgb_from_linear(light), atol=5e-5)
+    assert (found[:, 3] == 1).all()
+
+
 @pytest.mark.parametrize("tone", TONES)
 def test_tones_keep_black_order_and_grey(tone):
     grey = np.repeat(np.concatenate([[0], np.geomspace(1e-3, 40, 400)])[:, None], 3, 1)
