@@ -5,6 +5,7 @@
 //
 // ALIGNED: the tile's texels are the picture's pixels. Then w is the plane's distance along the view axis, so λ/w is 1 over
 // the surface's: its depth is affine in what the tile stores, and there is nothing to resample.
+// PARTIAL: texels are half a pixel wide and tell what part of it is covered.
 #include "common/per_sample.glsl"
 #include "common/visible.glsl"
 
@@ -65,7 +66,6 @@ float inverse_distance(out ivec2 nearest, out float open) {
 #else
 uniform float pixel_angle;          // metres a pixel covers at one metre
 uniform int steps;                  // of the search for λ, where the viewer has moved
-uniform bool partial;               // texels are half a pixel wide and tell what part of it is covered
 
 PER_SAMPLE in vec3 texel_near;
 PER_SAMPLE in vec3 texel_far;
@@ -82,6 +82,7 @@ float depth_within(ivec2 texel) {
     return inside ? texelFetch(atlas_depth, texel, 0).r : 1.0;
 }
 
+#ifdef PARTIAL
 // As `across_crack`, where all four texels from `low` on are empty, `nearest` among them: of texels half a pixel wide a
 // crack takes two.
 float across_wide_crack(ivec2 low, inout ivec2 nearest) {
@@ -93,9 +94,10 @@ float across_wide_crack(ivec2 low, inout ivec2 nearest) {
     else nearest.y = below > above ? before.y : after.y;
     return min(across, along);
 }
+#endif
 
 // Stored depth at `texel`, between the four texels around it, 1 outside the silhouette, which runs where half of the
-// weight is on empty texels; `nearest` is the texel that owns the result. Where `partial`, that of the front surface, and
+// weight is on empty texels; `nearest` is the texel that owns the result. Where PARTIAL, that of the front surface, and
 // `open` is the weight on others.
 float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
@@ -106,13 +108,19 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     weight *= vec4(lessThan(depth, vec4(1.0)));
     nearest = low;
     open = 0.0;
+#ifdef PARTIAL
     float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
-    if (partial && front < 1.0) weight *= step(depth - front, vec4(STEEPEST * pixel_angle * (1.0 - front)));
-    else if (dot(weight, vec4(1.0)) < 0.5) {
+    if (front == 1.0) {
         nearest = ivec2(floor(position + 0.5));
-        if (partial) return across_wide_crack(low, nearest);
+        return across_wide_crack(low, nearest);
+    }
+    weight *= step(depth - front, vec4(STEEPEST * pixel_angle * (1.0 - front)));
+#else
+    if (dot(weight, vec4(1.0)) < 0.5) {
+        nearest = ivec2(floor(position + 0.5));
         return across_crack(nearest, four_depths(nearest - 1), four_depths(nearest));
     }
+#endif
     // The heaviest that is not empty; of equals exactly one.
     vec2 left_right = vec2(max(weight.x, weight.w), max(weight.y, weight.z));
     bool right = left_right.y > left_right.x;
@@ -120,7 +128,9 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     nearest += ivec2(right, upper);
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
     weight *= step(abs(depth - own), vec4(STEEPEST * pixel_angle * (1.0 - own)));
-    if (partial) open = 1.0 - dot(weight, vec4(1.0));
+#ifdef PARTIAL
+    open = 1.0 - dot(weight, vec4(1.0));
+#endif
     return dot(weight, depth) / dot(weight, vec4(1.0));
 }
 

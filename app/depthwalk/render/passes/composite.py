@@ -50,9 +50,9 @@ class CompositePass(Pass):
         resampled = {
             "pixel_angle": 1 / frame.view.focal_pixels,
             "steps": frame.settings.composite.parallax,
-            "partial": geometric(frame.settings),
         }
-        self._draw(frame, frame.targets.defines, aligned, len(records) - aligned, **resampled)
+        defines = (*frame.targets.defines, *(("PARTIAL",) if geometric(frame.settings) else ()))
+        self._draw(frame, defines, aligned, len(records) - aligned, **resampled)
         context.disable_direct(DEPTH_CLAMP)
 
     def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int, **uniforms: object) -> None:
