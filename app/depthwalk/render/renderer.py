@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing import hardware_samples, sample_views, samples
+from depthwalk.render.antialiasing import geometric, hardware_samples, sample_views, samples
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import depth_range
 from depthwalk.render.cascades import fit_cascades
@@ -77,8 +77,10 @@ class Renderer:
         self.placed.table()  # loads what is not loaded yet
         in_sight = self._rounds.in_sight(view)
         view = self._fitted(view, in_sight)
-        targets.polygons.use()
-        targets.polygons.clear(depth=1.0)
+        # Only GPAA reads albedo and normals where nothing is.
+        cleared = targets.polygons if geometric(settings) else targets.visible
+        cleared.use()
+        cleared.clear(depth=1.0)
         surroundings = self.scene.environment, self.assets, targets, screen
         self.assets.budget = settings.gpu_memory
         uploads = Uploads(self.placed, self.assets, self.upload_seconds)
