@@ -81,3 +81,17 @@ def test_it_may_change_from_frame_to_frame(studio, library):
             shown.append(headless.pixels().copy())
     assert np.array_equal(shown[0], shown[-1])
     assert all(not np.array_equal(shown[0], each) for each in shown[1:-1])
+
+
+@pytest.mark.parametrize("aa", ["none", *KINDS])
+def test_nothing_of_an_earlier_picture_shows(aa):
+    """Where nothing is, targets that nobody reads there are not cleared."""
+    aside = Camera((2.02, 2.3, 3.5), (0.02, 0.7, 0), 0.7)  # by a pixel
+    library = ShapeLibrary([box(1.4, 1.4, 1.4, (0, 0.7, 0))], resolution=64)
+    pictures = []
+    for camera in (CAMERA, aside):
+        with HeadlessRenderer(crate(aa, Representation.DPCI, sky={}), library, SIZE) as headless:
+            for seen in (camera, aside):
+                headless.draw(View(seen, SIZE))
+            pictures.append(headless.pixels())
+    np.testing.assert_array_equal(*pictures)
