@@ -2,39 +2,44 @@
 // COLOURED: their colours differ.
 uniform sampler2DArray pages;           // (object normal + 1) / 2, remainder of the depth; √linear colour, specular strength
 uniform vec4 plain_colour;              // in place of the latter, where all are alike
-uniform isampler2DArray page_table;     // per block: what takes a texel to its place + segment to look in
+uniform isampler2DArray page_table;     // per block: what takes a texel to its place + which of its grains are stored
 uniform vec2 image_size;                // texels
-uniform int first_rows[5];              // of each segment's blocks in the table
+uniform int first_rows[7];              // of each segment's blocks in the table
 uniform int last_segment;
 
 const int NORMALS = 0, COLOURS = 1;     // pictures
-const float BLOCK = 8.0;                // texels
-const float LEVELS = 3.0;               // that a segment serves: each is an eighth of the one before
+const float GRAIN = 4.0;                // texels; a block is 2 × 2 grains
+const float LEVELS = 2.0;               // that a segment serves: each is a quarter of the one before
 
-// Texels of an image as those of its segment `segment`, from half a block before it on: each eighth begins so in the one
-// before, t' = t / 8 + 4.
+// Texels of an image as those of its segment `segment`, from half a grain before it on: each quarter begins so in the one
+// before, t' = t / 4 + 2.
 vec2 in_segment(vec2 texel, int segment) {
-    const float FIXED = 32.0 / 7.0;
-    return (texel + BLOCK / 2.0 - FIXED) * exp2(-LEVELS * float(segment)) + FIXED;
+    const float FIXED = 8.0 / 3.0;
+    return (texel + GRAIN / 2.0 - FIXED) * exp2(-LEVELS * float(segment)) + FIXED;
+}
+
+// Whether a segment of an image is stored around a texel of the image; if so, its place there, texels of the pages.
+bool in_pages(int image, vec2 texel, int segment, out vec2 place) {
+    place = in_segment(texel, segment);
+    ivec2 grain = ivec2((place - GRAIN / 2.0) / GRAIN);
+    ivec2 entry = texelFetch(page_table, ivec3(grain / 2 + ivec2(0, first_rows[segment]), image), 0).xy;
+    place += vec2(entry & ivec2(~3));
+    int row = (grain.y & 1) == 0 ? entry.x : entry.y;
+    return (row >> (grain.x & 1) & 1) != 0;
 }
 
 // The place of a point of an image: xy, texels of the pages; z, the level of detail there. uv: within the image.
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
     int segment = min(int(lod / LEVELS), last_segment);
-    ivec2 block = ivec2((in_segment(texel, segment) - BLOCK / 2.0) / BLOCK);
-    ivec2 entry = texelFetch(page_table, ivec3(block + ivec2(0, first_rows[segment]), image), 0).xy;
-    segment = entry.x & 7;
-    float level = clamp(lod - LEVELS * float(segment), 0.0, LEVELS);
-    return vec3(in_segment(texel, segment) + vec2(entry & ivec2(~7)), level);
+    vec2 place;
+    while (!in_pages(image, texel, segment, place) && segment < last_segment) ++segment;
+    return vec3(place, clamp(lod - LEVELS * float(segment), 0.0, LEVELS));
 }
 
-// Whether an image is stored around uv, itself and not its eighth; if so, its place there.
+// Whether an image is stored around uv, itself and not its quarter; if so, its place there.
 bool page_stored(int image, vec2 uv, out vec2 place) {
-    vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
-    ivec2 entry = texelFetch(page_table, ivec3(texel / BLOCK, image), 0).xy;
-    place = in_segment(texel, 0) + vec2(entry);
-    return (entry.x & 7) == 0;
+    return in_pages(image, clamp(uv * image_size, vec2(0.0), image_size - 0.01), 0, place);
 }
 
 // One texel of a picture, and what `page_at` found there, trilinear.

@@ -9,7 +9,7 @@ from depthwalk.bake.planar import bake_planar
 from depthwalk.gpu.program import Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.assets import AssetStore
-from depthwalk.render.coverage import BLOCK
+from depthwalk.render.coverage import GRAIN
 from depthwalk.render.grids import FACE_SHIFT, build_grids
 from depthwalk.render.pages import DEPTH_PERIOD, LEVELS, build_pages, depth_code, encode_normals, image_texels
 from depthwalk.render.prepared import Form
@@ -50,9 +50,9 @@ def pages(baked, grids):
 
 
 def boxed(texels, size, period):
-    """Averages (H, W, 8) over boxes of `size` texels, the first of which begins BLOCK texels and half a block before
+    """Averages (H, W, 8) over boxes of `size` texels, the first of which begins GRAIN texels and half a grain before
     the image, and the number of boxes before its own."""
-    start = BLOCK + BLOCK // 2
+    start = GRAIN + GRAIN // 2
     count = [(extent + 2 * start) // size + 1 for extent in texels.shape[:2]]
     rows, columns = (np.arange(size * n) - start for n in count)
     columns = columns % period if period else columns.clip(0, texels.shape[1] - 1)
@@ -73,11 +73,11 @@ def bilinear(texels, at):
 
 
 def in_image(texels, at, segment, lod, period):
-    """Texels (n, 8) of a whole image at points (n, 2), in texels, from its eighths if `segment` says so."""
+    """Texels (n, 8) of a whole image at points (n, 2), in texels, from its quarters if `segment` says so."""
     for _ in range(segment):
-        rows, columns = ((extent + BLOCK // 2 - 1) // BLOCK + 1 for extent in texels.shape[:2])
-        texels = np.round(boxed(texels, BLOCK, period)[0][1 : rows + 1, 1 : columns + 1])
-        at, period = (at + BLOCK / 2) / BLOCK, period // BLOCK
+        rows, columns = ((extent + GRAIN // 2 - 1) // GRAIN + 1 for extent in texels.shape[:2])
+        texels = np.round(boxed(texels, GRAIN, period)[0][1 : rows + 1, 1 : columns + 1])
+        at, period = (at + GRAIN / 2) / GRAIN, period // GRAIN
     level = min(max(lod - LEVELS * segment, 0), LEVELS)
     pair = [boxed(texels, 1 << whole, period) for whole in (int(level), int(level) + 1)]
     lower, upper = (bilinear(box, at / (1 << (int(level) + k)) + before) for k, (box, before) in enumerate(pair))
@@ -86,13 +86,16 @@ def in_image(texels, at, segment, lod, period):
 
 def places(pages, image, at, lod, size):
     """The twin of `page_at`: places (n, 2) in the pages of points (n, 2), and the segment in which each was found."""
-    segment = min(int(lod / LEVELS), pages.last_segment)
-    fixed = 32 / 7
     at = np.clip(at, 0, np.asarray(size) - 0.01)
-    block = (((at + 4 - fixed) / 8.0**segment + fixed - 4) / BLOCK).astype(int)
-    entry = pages.table[image, block[:, 1] + pages.first_rows[segment], block[:, 0]].astype(int)
-    found = entry[:, 0] & 7
-    return (at + 4 - fixed) / 8.0 ** found[:, None] + fixed + (entry & ~7), found
+    found = np.full(len(at), min(int(lod / LEVELS), pages.last_segment))
+    while True:
+        place = (at - 2 / 3) / 4.0 ** found[:, None] + 8 / 3
+        column, row = ((place - GRAIN / 2) / GRAIN).astype(int).T
+        entry = pages.table[image, row // 2 + np.array(pages.first_rows)[found], column // 2].astype(int)
+        missing = np.where(row % 2, entry[:, 1], entry[:, 0]) >> column % 2 & 1 == 0
+        if not missing.any():
+            return place + (entry & ~3), found
+        found = found + missing
 
 
 def in_pages(pages, image, at, lod, size):
@@ -129,11 +132,11 @@ def cubic_normals(pages, image, at, size):
 
 
 def points(image):
-    """Points (n, 2), in texels, all over an image, at the edges of its blocks and at its own."""
+    """Points (n, 2), in texels, all over an image, at the edges of its grains and at its own."""
     height, width = image.depth.shape
     rng = np.random.default_rng(7)
     anywhere = rng.uniform(0, (width, height), (400, 2))
-    on_edges = np.round(anywhere / BLOCK) * BLOCK + rng.choice([-0.01, 0, 0.01], anywhere.shape)
+    on_edges = np.round(anywhere / GRAIN) * GRAIN + rng.choice([-0.01, 0, 0.01], anywhere.shape)
     at_ends = np.where(rng.random(anywhere.shape) < 0.5, rng.choice([0, 0.3, 0.9], anywhere.shape), anywhere)
     at_ends = np.where(rng.random(anywhere.shape) < 0.5, (width, height) - at_ends, at_ends)
     return np.concatenate([anywhere, on_edges, at_ends]).clip(0, np.array([width, height]) - 0.01)
@@ -152,7 +155,7 @@ def test_pages_hold_what_the_images_hold(baked, pages, lod):
             assert np.abs(found[here] - expected).max() <= ROUNDING, (image.name, coarsest)
 
 
-@pytest.mark.parametrize(("lod", "level"), [(0, 0), (1.5, 1), (2.5, 2), (4, 2)])
+@pytest.mark.parametrize(("lod", "level"), [(0, 0), (0, 2), (1.5, 2), (2.5, 2), (4, 2)])
 def test_what_is_drawn_is_found_in_its_own_segment(baked, grids, pages, lod, level):
     """Points anywhere within the triangles of a grid, but for borders."""
     triangles = grids.drawn(level)
@@ -229,7 +232,7 @@ def test_the_shader_matches_its_twin(gl_device, baked, pages):
             array.release()
             expected, _ = in_pages(pages, number, asked[:, :2].astype(float) * size, lod, size)
             off = np.abs(found * 255 - expected).max(1)
-            assert np.quantile(off, 0.99) < ROUNDING, (image.name, lod)  # rounding may choose another block at an edge
+            assert np.quantile(off, 0.99) < ROUNDING, (image.name, lod)  # rounding may choose another grain at an edge
             assert misplaced.max() < 1e-3
             off = np.abs(magnified - cubic_normals(pages, number, asked[:, :2].astype(float) * size, size)).max(1)
             assert np.quantile(off, 0.99) < 1e-3, image.name

@@ -1,9 +1,9 @@
 """The texels of an object's depth images that drawing looks up, packed: a virtual texture.
 
-An image is stored as *segments*, itself and its eighths: segment s serves levels of detail 3s to 3s + 3. Of a segment
-only those blocks of 8 × 8 texels are stored that may be looked up. They keep together in charts, each with half a block
-of its true surroundings, which is as far as filtering reaches up to level 3; charts interlock in one picture. All box
-filters begin half a block before the image: texel i of an eighth covers texels 8i − 4 to 8i + 3.
+An image is stored as *segments*, itself and its quarters: segment s serves levels of detail 2s to 2s + 2. Of a segment
+only those grains of 4 × 4 texels are stored that may be looked up. They keep together in charts, each with half a grain
+of its true surroundings, which is as far as filtering reaches up to level 2; charts interlock in one picture. All box
+filters begin half a grain before the image: texel i of a quarter covers texels 4i − 2 to 4i + 1.
 """
 
 from dataclasses import dataclass
@@ -11,29 +11,32 @@ from itertools import accumulate, product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_erosion, distance_transform_edt, find_objects, label
+from scipy.ndimage import distance_transform_edt, find_objects, label
+from scipy.signal import fftconvolve
 
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, texel_size
 from depthwalk.bake.parallel import thread_map
-from depthwalk.render.coverage import BLOCK, covered_blocks
+from depthwalk.render.coverage import GRAIN, block_shape, covered_grains
 from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.grids import Grids
 
-MAX_SEGMENTS = 5  # of an image 8⁵ texels wide
-LEVELS = 3  # of detail that a segment serves; a texel of the last is a block
+MAX_SEGMENTS = 7  # of an image 4⁷ texels wide
+LEVELS = 2  # of detail that a segment serves; a texel of the last is a grain
 DEPTH_PERIOD = 128.0  # texels, after which depths repeat
 _LENGTHS = 8  # of normals that are tried
-_WIDEST = 24  # blocks: wider pieces are cut into charts, which fit together better
+_WIDEST = 16  # grains: wider pieces are cut into charts, which fit together better
+_NOWHERE = np.iinfo(np.int16).min  # shift of a grain that is not stored
 
 
 @dataclass(frozen=True)
 class Pages:
     """texels: (1 or 2, H, W, 4) uint8, level 0 of pictures. The first: (object normal + 1) / 2, see `encode_normals`,
     and the remainder of the depth, see `depth_code`. The second, unless all of it is `plain_colour`: √linear colour,
-    specular strength. H and W are multiples of `BLOCK`.
+    specular strength. H and W are multiples of `GRAIN`.
 
-    table: (images, rows, columns, 2) int16, for each block of each segment, right and up, what takes a texel to its
-    place: a multiple of `BLOCK`, plus, to the right, the segment to look in: a coarser one where a block is not stored.
+    table: (images, rows, columns, 2) int16, for each block of 2 × 2 grains of each segment, right and up, what takes a
+    texel to its place: a multiple of `GRAIN`, plus which grains are stored, 1 for the left and 2 for the right one: of
+    the lower row in the first number, of the upper in the second. Others are looked up in the next segment that does.
     first_rows: where each segment's blocks begin in it, `MAX_SEGMENTS` numbers; last_segment: the coarsest there is.
     """
 
@@ -54,33 +57,33 @@ class _Segment:
 
 @dataclass(frozen=True)
 class _Chart:
-    """Blocks of one segment that move together. corner: row and column of the first; blocks: (h, w) bool."""
+    """Grains of one segment that move together. corner: row and column of the first; grains: (h, w) bool."""
 
     image: int
     segment: int
     corner: tuple[int, int]
-    blocks: NDArray[np.bool_]
+    grains: NDArray[np.bool_]
 
     @property
     def cells(self) -> NDArray[np.bool_]:
-        """What is stored for it, (h + 1, w + 1) blocks that begin half a block before it."""
-        padded = np.pad(self.blocks, 1)
+        """What is stored for it, (h + 1, w + 1) cells of a grain's size that begin half a grain before it."""
+        padded = np.pad(self.grains, 1)
         return padded[1:, 1:] | padded[:-1, 1:] | padded[1:, :-1] | padded[:-1, :-1]
 
 
 def build_pages(baked: BakedObject, grids: Grids) -> Pages:
     """The pages of all images of `baked`, with what the triangles of `grids` look up."""
     images = [_segments(image_texels(baked.cylinder, image), image.face) for image in baked.images]
-    shapes = [_block_shape(segment.texels) for segment in images[0]]
+    shapes = [block_shape(segment.texels.shape) for segment in images[0]]
     charts = _charts(baked, grids, shapes)
     places, (height, width) = _pack([chart.cells for chart in charts])
-    cells = np.zeros((height, width, BLOCK, BLOCK, 8), np.uint8)
+    cells = np.zeros((height, width, GRAIN, GRAIN, 8), np.uint8)
     for chart, (row, column) in zip(charts, places, strict=True):
         stored = chart.cells
         there = cells[row : row + stored.shape[0], column : column + stored.shape[1]]
         there[stored] = _cells(images[chart.image][chart.segment], chart.corner, stored.shape)[stored]
-    pictures = cells.reshape(height, width, BLOCK, BLOCK, 2, 4).transpose(4, 0, 2, 1, 3, 5)
-    texels = pictures.reshape(2, height * BLOCK, width * BLOCK, 4)
+    pictures = cells.reshape(height, width, GRAIN, GRAIN, 2, 4).transpose(4, 0, 2, 1, 3, 5)
+    texels = pictures.reshape(2, height * GRAIN, width * GRAIN, 4)
     colour = images[0][0].texels[0, 0, 4:]
     plain = all((segments[0].texels[..., 4:] == colour).all() for segments in images)
     table = _table(charts, places, shapes, len(images))
@@ -131,37 +134,31 @@ def encode_normals(normal: NDArray[np.floating]) -> NDArray[np.uint8]:
 
 
 def _segments(texels: NDArray[np.uint8], face: Face) -> list[_Segment]:
-    """The image and its eighths, down to one of at most a block and what is beside it."""
+    """The image and its quarters, down to one of at most a grain and what is beside it."""
     height, width = texels.shape[:2]
     segments = [_Segment(texels, width if face is Face.SIDE else 0)]
     levels = (max(height, width) - 1).bit_length()
     while len(segments) * LEVELS < levels:
-        segments.append(_eighth(segments[-1]))
+        segments.append(_quarter(segments[-1]))
     return segments
 
 
-def _eighth(segment: _Segment) -> _Segment:
-    height, width = ((size + BLOCK // 2 - 1) // BLOCK + 1 for size in segment.texels.shape[:2])
+def _quarter(segment: _Segment) -> _Segment:
+    height, width = ((size + GRAIN // 2 - 1) // GRAIN + 1 for size in segment.texels.shape[:2])
     texels = _cells(segment, (0, 0), (height, width)).mean((2, 3), dtype=np.float32)
-    return _Segment(np.round(texels).astype(np.uint8), segment.period // BLOCK)
+    return _Segment(np.round(texels).astype(np.uint8), segment.period // GRAIN)
 
 
 def _cells(segment: _Segment, corner: tuple[int, int], shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """(h, w) = `shape` blocks (h, w, 8, 8, 8) of texels, from half a block before block `corner` on. Beyond its edges a
+    """(h, w) = `shape` cells (h, w, 4, 4, 8) of texels, from half a grain before grain `corner` on. Beyond its edges a
     segment repeats or, where it has no period, its outermost texels do."""
     height, width = segment.texels.shape[:2]
     rows, columns = (
-        BLOCK * first - BLOCK // 2 + np.arange(BLOCK * count) for first, count in zip(corner, shape, strict=True)
+        GRAIN * first - GRAIN // 2 + np.arange(GRAIN * count) for first, count in zip(corner, shape, strict=True)
     )
     columns = columns % segment.period if segment.period else columns.clip(0, width - 1)
     found = segment.texels[rows.clip(0, height - 1)[:, None], columns]
-    return found.reshape(shape[0], BLOCK, shape[1], BLOCK, -1).swapaxes(1, 2)
-
-
-def _block_shape(texels: NDArray[np.uint8]) -> tuple[int, int]:
-    """Rows and columns of blocks of a segment."""
-    height, width = texels.shape[:2]
-    return -(-height // BLOCK), -(-width // BLOCK)
+    return found.reshape(shape[0], GRAIN, shape[1], GRAIN, -1).swapaxes(1, 2)
 
 
 def _charts(baked: BakedObject, grids: Grids, shapes: list[tuple[int, int]]) -> list[_Chart]:
@@ -169,41 +166,36 @@ def _charts(baked: BakedObject, grids: Grids, shapes: list[tuple[int, int]]) -> 
     charts: list[_Chart] = []
     # A pixel that covers 2^k texels is drawn by grids up to the k-th after the first, and looks up level k − 1. The
     # last before the next segment is drawn where this one has all but given way to that.
-    levels = [(segment + 1) * LEVELS for segment in range(len(shapes))]
+    levels = [(segment + 1) * LEVELS + 1 for segment in range(len(shapes))]
     with thread_map() as each:
-        hidden = hardly_seen(baked, grids, each)
-    for segment, blocks in enumerate(covered_blocks(baked, grids, levels)):
+        hidden = hardly_seen(baked, grids, each).repeat(2, 1).repeat(2, 2)
+    for segment, grains in enumerate(covered_grains(baked, grids, levels)):
         if segment == 0 and len(shapes) > 1:
-            blocks &= ~hidden
-        for eighth in shapes[1 : segment + 1]:
-            blocks = _covered_eighth(blocks, eighth)
-        blocks |= segment == len(shapes) - 1
-        widest = _WIDEST if segment == 0 else max(shapes[segment])
-        for row, column in product(*(range(0, size, widest) for size in shapes[segment])):
-            for image, part in enumerate(blocks[:, row : row + widest, column : column + widest]):
-                # Eighths stay in one piece: a block that they stand in for may lie across two of theirs.
-                pieces = label(part)[0] if segment == 0 else part.astype(np.int32)
-                charts += _cut_out(image, segment, (row, column), pieces)
+            grains &= ~hidden
+        for rows, columns in shapes[1 : segment + 1]:
+            grains = _covered_quarter(grains, (2 * rows, 2 * columns))
+        grains |= segment == len(shapes) - 1
+        for row, column in product(*(range(0, 2 * size, _WIDEST) for size in shapes[segment])):
+            for image, part in enumerate(grains[:, row : row + _WIDEST, column : column + _WIDEST]):
+                charts += _cut_out(image, segment, (row, column), part)
     return charts
 
 
-def _covered_eighth(blocks: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Those blocks (images, *shape) of the eighth that `blocks` (images, rows, columns) lie on."""
-    covered = np.zeros((len(blocks), *shape), bool)
-    image, row, column = blocks.nonzero()
-    for rows, columns in product(_ends_in_eighth(row, shape[0]), _ends_in_eighth(column, shape[1])):
-        covered[image, rows, columns] = True
+def _covered_quarter(grains: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Those grains (images, *shape) of the quarter that `grains` (images, rows, columns) lie on: each is as wide as a
+    texel there but begins in the middle of one."""
+    covered = np.zeros((len(grains), *shape), bool)
+    image, row, column = grains.nonzero()
+    for above, beside in product((0, 1), repeat=2):
+        rows, columns = (row + above) // GRAIN, (column + beside) // GRAIN
+        covered[image, rows.clip(max=shape[0] - 1), columns.clip(max=shape[1] - 1)] = True
     return covered
 
 
-def _ends_in_eighth(block: NDArray[np.integer], count: int) -> NDArray[np.integer]:
-    """The first and the last (2, n) of the eighth's `count` blocks on which each `block` (n,) lies: it is as wide as a
-    texel there but begins in the middle of one."""
-    return np.minimum((block + np.array([[0], [1]])) // BLOCK, count - 1)
-
-
-def _cut_out(image: int, segment: int, corner: tuple[int, int], pieces: NDArray[np.int32]) -> list[_Chart]:
-    """A chart for each piece (1, 2, …) of some blocks (h, w) from block `corner` on."""
+def _cut_out(image: int, segment: int, corner: tuple[int, int], grains: NDArray[np.bool_]) -> list[_Chart]:
+    """A chart for each connected piece of some grains (h, w) from grain `corner` on. One holds all of a block."""
+    blocks = grains[::2, ::2] | grains[1::2, ::2] | grains[::2, 1::2] | grains[1::2, 1::2]
+    pieces = label(blocks)[0].repeat(2, 0).repeat(2, 1) * grains
     charts = []
     for number, (rows, columns) in enumerate(find_objects(pieces), start=1):
         first = corner[0] + rows.start, corner[1] + columns.start
@@ -214,18 +206,17 @@ def _cut_out(image: int, segment: int, corner: tuple[int, int], pieces: NDArray[
 def _pack(masks: list[NDArray[np.bool_]]) -> tuple[list[tuple[int, int]], tuple[int, int]]:
     """Row and column for each mask in one picture in which they do not overlap, and its height and width.
 
-    High ones first, each goes to the lowest place where it fits: masks of any shape fill each other's bays.
+    Large ones first, each goes to the lowest place where it fits: masks of any shape fill each other's bays.
     """
     width = max(int(np.sqrt(sum(mask.sum() for mask in masks))), *(mask.shape[1] for mask in masks))
-    free = np.ones((sum(mask.shape[0] for mask in masks), width), bool)
+    taken = np.zeros((sum(mask.shape[0] for mask in masks), width), np.float32)
     places = [(0, 0)] * len(masks)
     height = 0
-    for number in sorted(range(len(masks)), key=lambda number: masks[number].shape, reverse=True):
+    for number in sorted(range(len(masks)), key=lambda number: int(masks[number].sum()), reverse=True):
         rows, columns = masks[number].shape
-        fits = binary_erosion(free[: height + rows], masks[number])
-        row, column = divmod(int(fits.argmax()), width)
-        row, column = row - rows // 2, column - columns // 2  # from the mask's centre
-        free[row : row + rows, column : column + columns] &= ~masks[number]
+        overlap = fftconvolve(taken[: height + rows], masks[number][::-1, ::-1].astype(np.float32), "valid")
+        row, column = divmod(int((overlap < 0.5).argmax()), overlap.shape[1])
+        taken[row : row + rows, column : column + columns] += masks[number]
         places[number] = row, column
         height = max(height, row + rows)
     return places, (height, width)
@@ -235,20 +226,19 @@ def _table(
     charts: list[_Chart], places: list[tuple[int, int]], shapes: list[tuple[int, int]], images: int
 ) -> NDArray[np.int16]:
     """`Pages.table`; shapes: rows and columns of blocks in each segment."""
-    grids = [np.zeros((images, *shape, 2), np.int16) for shape in shapes]
-    stored = [np.zeros((images, *shape), bool) for shape in shapes]
+    shifts = [np.full((images, 2 * rows, 2 * columns, 2), _NOWHERE, np.int16) for rows, columns in shapes]
     for chart, (row, column) in zip(charts, places, strict=True):
-        (first, left), (rows, columns) = chart.corner, chart.blocks.shape
-        at = chart.image, slice(first, first + rows), slice(left, left + columns)
-        stored[chart.segment][at] |= chart.blocks
-        grids[chart.segment][at][chart.blocks] = BLOCK * (column - left) + chart.segment, BLOCK * (row - first)
-    for finer in range(len(shapes) - 2, -1, -1):
-        ends = [
-            _ends_in_eighth(np.arange(size), end) for size, end in zip(shapes[finer], shapes[finer + 1], strict=True)
-        ]
-        choices = [grids[finer + 1][:, rows[:, None], columns] for rows, columns in product(*ends)]
-        alike = np.all([choice == choices[0] for choice in choices], axis=(0, -1))[..., None]
-        fallback = np.where(alike, choices[0], grids[-1][:, :1, :1])
-        grids[finer] = np.where(stored[finer][..., None], grids[finer], fallback)
+        (first, left), (rows, columns) = chart.corner, chart.grains.shape
+        there = shifts[chart.segment][chart.image, first : first + rows, left : left + columns]
+        there[chart.grains] = GRAIN * (column - left), GRAIN * (row - first)
     widest = shapes[0][1]
-    return np.concatenate([np.pad(grid, ((0, 0), (0, 0), (0, widest - grid.shape[2]), (0, 0))) for grid in grids], 1)
+    entries = [_entries(shift) for shift in shifts]
+    return np.concatenate([np.pad(each, ((0, 0), (0, 0), (0, widest - each.shape[2]), (0, 0))) for each in entries], 1)
+
+
+def _entries(shifts: NDArray[np.int16]) -> NDArray[np.int16]:
+    """Of each block, one entry for the shifts (images, rows, columns, 2) of its grains: those that are stored agree."""
+    images, rows, columns, _ = shifts.shape
+    grains = shifts.reshape(images, rows // 2, 2, columns // 2, 2, 2).swapaxes(2, 3)  # ending in row, column, axis
+    stored = grains[..., 0] > _NOWHERE
+    return (grains.max((3, 4)) + stored @ np.array([1, 2])).astype(np.int16)
