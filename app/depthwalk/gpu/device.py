@@ -88,10 +88,12 @@ class Scope:
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture
 
-    def texture_array(self, size: tuple[int, int, int], components: int, data: bytes) -> moderngl.TextureArray:
-        """Layers (width, height, count) of 8-bit texels with mip-maps, trilinear."""
+    def texture_array(
+        self, size: tuple[int, int, int], components: int, data: bytes, levels: int
+    ) -> moderngl.TextureArray:
+        """Layers (width, height, count) of 8-bit texels with so many `levels` of mip-maps, trilinear."""
         array = self._array(size, components, data, "f1")
-        array.build_mipmaps()
+        array.build_mipmaps(max_level=levels)
         array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return array
 

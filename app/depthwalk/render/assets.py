@@ -23,7 +23,7 @@ from depthwalk.render.edges import Shape
 from depthwalk.render.grids import GRID_LAYOUT, VERTEX_BYTES, Grids
 from depthwalk.render.lod import LodParams
 from depthwalk.render.mesh_store import MeshLibrary, MeshStore
-from depthwalk.render.pages import Pages
+from depthwalk.render.pages import LEVELS, Pages
 from depthwalk.render.polygons import WHITE
 from depthwalk.render.prepared import Form, Prepared, as_drawn, find_prepared, keep_prepared, prepare
 
@@ -273,7 +273,7 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
         gl.buffer(grids.indices),
         grids.indices.dtype,
         grids.chunks,
-        gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes()),
+        gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes(), LEVELS),
         gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
         _upload_meso(gl, baked.meso),
         geometry={

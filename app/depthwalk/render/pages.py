@@ -24,7 +24,7 @@ MAX_SEGMENTS = 7  # of an image 4⁷ texels wide
 LEVELS = 2  # of detail that a segment serves; a texel of the last is a grain
 DEPTH_PERIOD = 128.0  # texels, after which depths repeat
 _LENGTHS = 8  # of normals that are tried
-_WIDEST = 16  # grains: wider pieces are cut into charts, which fit together better
+_WIDEST = 24  # grains: wider pieces are cut into charts, which fit together better
 _NOWHERE = np.iinfo(np.int16).min  # shift of a grain that is not stored
 
 
@@ -45,6 +45,11 @@ class Pages:
     table: NDArray[np.int16]
     first_rows: list[int]
     last_segment: int
+
+    @property
+    def bytes_with_mip_maps(self) -> int:
+        """What the pictures take on the GPU."""
+        return sum(self.texels.nbytes >> 2 * level for level in range(LEVELS + 1))
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from depthwalk.render.surface_levels import build_levels
 # Texels of images for whose grids surfaces by error take longer to build than a visitor of the garden should wait (20 s
 # for its twelve assets instead of 2), and spare few triangles.
 _SMALL = 128
-_MIP_MAPS = 4 / 3  # of a texture, with its mip-maps
 
 
 class Form(NamedTuple):
@@ -60,7 +59,7 @@ def prepare(baked: BakedObject, form: Form) -> Prepared:
     small = max(baked.images[0].depth.shape) <= _SMALL
     grids = build_grids(baked, form.paper_cases) if form.stepped or small else build_levels(baked)
     pages = build_pages(baked, grids)
-    size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + int(_MIP_MAPS * pages.texels.nbytes)
+    size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + pages.bytes_with_mip_maps
     return Prepared(_outline(baked), grids.first, grids.count, grids.error, size, lambda: (grids, pages))
 
 
