@@ -15,7 +15,7 @@ from depthwalk.render.grids import Grids
 _PROBES = 2, 6  # rows and columns of a block whose texels cast rays
 _RAYS = 16  # of each of these four texels: with those of its neighbours, up to 576 tell about a block
 _FEWEST = 128  # that can tell
-_LEVEL = 2  # whose triangles they may meet
+_LEVEL = 1  # whose triangles they may meet
 _LEAST = 0.02  # part of the directions above a surface, by the cosine, in which it can be seen
 
 

@@ -24,7 +24,7 @@ from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids, build_grids
 from depthwalk.render.lod import Case
 
 _SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
-_FINE_TOLERANCES = 0.25, 0.5, 1.0  # texels, of these, see `contract`
+_FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
 _WELD = 2.0  # texels, within which points become one in all others
 _FIRST_TOLERANCE = 1.0  # texels, of the first of them
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
