@@ -5,11 +5,13 @@ asks nothing of a surface. It is done in rounds over arrays: in each, all edges 
 both of their ends.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.normals import doubled_areas
 from depthwalk.scene.arrays import Takes
@@ -23,6 +25,7 @@ _WORTH = 0.01  # of the vertices: a round that contracts fewer is the last
 _STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
 _SHORT = 1e-4  # part of an edge's length that counts as an error: where all is flat, short ones go first
 _TURN = 0.2  # cosine: triangles that turn further than that have flipped
+_BATCH = 1 << 14  # edges or triangles at a time: what is known of them stays in the cache
 _PAIRS = np.triu_indices(4)  # a quadric is the upper half of a symmetric matrix, 4 × 4
 
 
@@ -87,32 +90,34 @@ def _groups(key: Ints, yields: NDArray[np.bool_]) -> tuple[Ints, Ints]:
 def _facing(point: Array, triangles: Ints) -> Array:
     """Normals (n, 3) of points (n, 3), not unit: the sums of their triangles' (t, 3)."""
     facing = np.zeros(point.shape)
-    _gather(facing, triangles.ravel(), np.repeat(doubled_areas(point, triangles), 3, axis=0))
+    for column, values in zip(facing.T, doubled_areas(point, triangles).T, strict=True):
+        for corner in triangles.T:
+            column += np.bincount(corner, values, len(point))
     return facing
 
 
-def contract(surface: WeldedSurface, tolerance: float) -> WeldedSurface:
+def contract(surface: WeldedSurface, tolerance: float, each: Map = map) -> WeldedSurface:
     """Contracts all edges by which the squared distance to what their vertex stands for, integrated over that, grows to
     no more than `tolerance`⁴, metres: so far may an area of tolerance² come off, a smaller one farther."""
     random = np.random.default_rng(0)
     live = _Live(*np.ones((2, len(surface.point)), bool))
     for _ in range(_MOST_ROUNDS):
         before = len(surface.point)
-        surface, live = _contract_once(surface, live, tolerance, random)
+        surface, live = _contract_once(surface, live, tolerance, random, each)
         if before - len(surface.point) <= _WORTH * before:
             break
     return surface
 
 
 def _contract_once(
-    surface: WeldedSurface, live: _Live, tolerance: float, random: np.random.Generator
+    surface: WeldedSurface, live: _Live, tolerance: float, random: np.random.Generator, each: Map
 ) -> tuple[WeldedSurface, _Live]:
     """One round: what is left, and what of it the next round is to look at."""
-    cheap, chosen = _cheapest(surface, live, tolerance, random)
+    cheap, chosen = _cheapest(surface, live, tolerance, random, each)
     start, end = chosen.start, chosen.end
     moved, number = surface.point.copy(), np.arange(len(surface.point))
     moved[start], moved[end], number[end] = chosen.target, chosen.target, start
-    spoilt = _spoilt(surface, moved, tolerance)
+    spoilt = _spoilt(surface, moved, tolerance, each)
     undone = spoilt[start] | spoilt[end]
     number[end[undone]] = end[undone]
     for side in start, end:
@@ -131,23 +136,27 @@ def _contract_once(
     return WeldedSurface(moved[left], triangles, quadric[left], weight[left]), _Live(new[left], ends[left])
 
 
-def _spoilt(surface: WeldedSurface, moved: Array, tolerance: float) -> NDArray[np.bool_]:
+def _spoilt(surface: WeldedSurface, moved: Array, tolerance: float, each: Map) -> NDArray[np.bool_]:
     """Vertices (n,) of triangles that have flipped where these are `moved` (n, 3)."""
     triangles = surface.triangles[(moved != surface.point).any(1)[surface.triangles].any(1)]
-    # What is smaller than the tolerance may turn as it likes: folds are full of that.
-    normal, area = _normals(moved, triangles)
-    turned = np.einsum("ij,ij->i", normal, _normals(surface.point, triangles)[0]) < _TURN
+
+    def flipped(some: slice) -> Ints:
+        normal, area = _normals(moved, triangles[some])
+        turned = np.einsum("ij,ij->i", normal, _normals(surface.point, triangles[some])[0]) < _TURN
+        # What is smaller than the tolerance may turn as it likes: folds are full of that.
+        return triangles[some][turned & (area > tolerance**2)]
+
     spoilt = np.zeros(len(moved), bool)
-    spoilt[triangles[turned & (area > tolerance**2)]] = True
+    for some in each(flipped, batches(len(triangles), _BATCH)):
+        spoilt[some] = True
     return spoilt
 
 
 def _cheapest(
-    surface: WeldedSurface, live: _Live, tolerance: float, random: np.random.Generator
+    surface: WeldedSurface, live: _Live, tolerance: float, random: np.random.Generator, each: Map
 ) -> tuple[_Edges, _Edges]:
     """All edges that may be contracted, and those of them that are the cheapest at both of their ends."""
-    edges = _edges(surface, *_live_ends(surface.triangles, live))
-    edges = edges.take(np.flatnonzero(edges.cost <= tolerance**4))
+    edges = _cheap_edges(surface, *_live_ends(surface.triangles, live), tolerance, each)
     length = lengths(surface.point[edges.start] - surface.point[edges.end])
     # A little by chance, lest those that are undone come first in every round.
     cost = (edges.cost + _SHORT * edges.weight * length**2) * random.uniform(1, 1.3, len(length))
@@ -171,6 +180,17 @@ def _live_ends(triangles: Ints, live: _Live) -> tuple[Ints, Ints]:
     return key >> _BITS, key & (1 << _BITS) - 1
 
 
+def _cheap_edges(surface: WeldedSurface, start: Ints, end: Ints, tolerance: float, each: Map) -> _Edges:
+    """Those of edges with ends (m,) that may be contracted."""
+
+    def cheap(some: slice) -> _Edges:
+        edges = _edges(surface, start[some], end[some])
+        return edges.take(np.flatnonzero(edges.cost <= tolerance**4))
+
+    parts = list(each(cheap, batches(len(start), _BATCH)))
+    return _Edges(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(_Edges)))
+
+
 def _edges(surface: WeldedSurface, start: Ints, end: Ints) -> _Edges:
     quadric = surface.quadric[start] + surface.quadric[end]
     weight = surface.weight[start] + surface.weight[end]
@@ -187,9 +207,8 @@ def _quadrics(point: Array, triangles: Ints) -> tuple[Array, Array]:
     normal, area = _normals(point, triangles)
     count = len(point)
     quadric, weight = np.zeros((count, len(_PAIRS[0]))), np.zeros(count)
-    planes = _plane_quadrics(normal, point[triangles[:, 0]], area)
+    _add_planes(quadric, triangles.T, normal, point[triangles[:, 0]], area)
     for corner in triangles.T:
-        _gather(quadric, corner, planes)
         weight += np.bincount(corner, area, count)
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     key, back = start << _BITS | end, np.sort(end << _BITS | start)
@@ -198,21 +217,18 @@ def _quadrics(point: Array, triangles: Ints) -> tuple[Array, Array]:
     along = point[end] - point[start]
     outward = np.cross(along, normal[open_ // 3])
     length = lengths(outward)
-    planes = _plane_quadrics(outward / np.maximum(length, 1e-30)[:, None], point[start], length**2)
-    for corner in start, end:
-        _gather(quadric, corner, planes)
+    upright = outward / np.maximum(length, 1e-30)[:, None]
+    _add_planes(quadric, (start, end), upright, point[start], length**2)
     return quadric, weight
 
 
-def _plane_quadrics(normal: Array, point: Array, weight: Array) -> Array:
-    """(n, 10) of planes through points (n, 3)."""
-    plane = np.column_stack([normal, -np.einsum("ij,ij->i", normal, point)])
-    return np.asarray(plane[:, _PAIRS[0]] * plane[:, _PAIRS[1]] * weight[:, None])
-
-
-def _gather(quadric: Array, vertex: Ints, added: Array) -> None:
-    for column, values in zip(quadric.T, added.T, strict=True):
-        column += np.bincount(vertex, values, len(quadric))
+def _add_planes(quadric: Array, vertices: Iterable[Ints], normal: Array, point: Array, weight: Array) -> None:
+    """Adds planes through points (m, 3) to `quadric` (n, 10) of each of `vertices`, (m,) each."""
+    plane = *normal.T, -np.einsum("ij,ij->i", normal, point)
+    for column, one, other in zip(quadric.T, *_PAIRS, strict=True):
+        values = plane[one] * plane[other] * weight
+        for vertex in vertices:
+            column += np.bincount(vertex, values, len(quadric))
 
 
 def _squared_distance(quadric: Array, point: Array) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from depthwalk.bake.images import BakedObject, square_texel
-from depthwalk.bake.parallel import batches, thread_map
+from depthwalk.bake.parallel import Map, batches, thread_map
 from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import NOWHERE, best_images
@@ -47,7 +47,8 @@ def build_levels(baked: BakedObject) -> Grids:
     grid = build_grids(replace(baked, steps=1))
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
     point, yields = _points(grid), grid.vertices[:, 3] & BORDER > 0
-    levels = list(_surfaces(point, triangles, yields, square_texel(baked)))
+    with thread_map() as each:
+        levels = list(_surfaces(point, triangles, yields, square_texel(baked), each))
     samples = np.unique(triangles)
     samples = samples[~yields[samples]]
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
@@ -59,19 +60,19 @@ def _points(grids: Grids) -> Array:
     return grids.box_low.astype(np.float64) + grids.vertices[:, :3] * (grids.box_size / 65535.0)
 
 
-def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float) -> Iterator[Array]:
+def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float, each: Map) -> Iterator[Array]:
     """Corners (t, 3, 3) of the triangles of one level after the other.
 
     point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface.
     """
     surface = weld(point, triangles, yields, _SAME * texel)
     for tolerance in _FINE_TOLERANCES:
-        surface = contract(surface, tolerance * texel)
+        surface = contract(surface, tolerance * texel, each)
         before = len(surface.triangles)
         yield surface.point[surface.triangles]
     surface = weld(point, triangles, yields, _WELD * texel)
     for level in range(_COARSE):
-        surface = contract(surface, _FIRST_TOLERANCE * _GROWTH**level * texel)
+        surface = contract(surface, _FIRST_TOLERANCE * _GROWTH**level * texel, each)
         if len(surface.triangles) < _FEWEST:
             return
         if len(surface.triangles) <= _WORTH * before:
