@@ -12,6 +12,7 @@
 uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
 uniform usampler2D atlas_owner;
 uniform vec2 depth_from_inverse;    // depth buffer = x − y / distance along the view axis
+uniform float pixel_angle;          // metres a pixel covers at one metre
 
 flat in uint object;                // the first that the tile shows
 flat in uint objects;
@@ -36,15 +37,30 @@ vec4 four_depths(ivec2 low) {
 #endif
 }
 
-// An empty texel between two that are not is a crack, where one image's samples end and another's begin: what goes on
-// behind it is the farther of the two. Gives its depth and moves `nearest` there, or 1 where there is no crack.
+// Texels continue one surface where their λ differs by less than this many pixels' worth: from one to the next, it is less
+// than 8 times as deep as wide.
+const float STEEPEST = 8.0;
+
+// How far the stored depths of texels that continue the one of depth `stored` may be from it.
+float reach(float stored) {
+    return STEEPEST * pixel_angle * (1.0 - stored);
+}
+
+// The depth that goes on between texels of two stored depths: the farther, or 1 where they do not continue one surface.
+float between(float one, float other) {
+    float farther = max(one, other);
+    return abs(one - other) <= reach(farther) ? farther : 1.0;
+}
+
+// An empty texel between two of one surface is a crack, where one image's samples end and another's begin; between two
+// surfaces it is a gap. Gives the farther depth and moves `nearest` there, or 1 where there is no crack.
 // before, after: the four depths from `nearest` − 1 and from `nearest` on.
 float across_crack(inout ivec2 nearest, vec4 before, vec4 after) {
     if (objects > 1u) return 1.0;       // between two of them is no crack
     vec2 corner = vec2(nearest) - tile.xy;
     bvec2 inside = bvec2(corner.x >= 1.0 && corner.x + 2.0 <= tile.z, corner.y >= 1.0 && corner.y + 2.0 <= tile.w);
-    float across = inside.x ? max(before.x, after.z) : 1.0;
-    float along = inside.y ? max(before.z, after.x) : 1.0;
+    float across = inside.x ? between(before.x, after.z) : 1.0;
+    float along = inside.y ? between(before.z, after.x) : 1.0;
     if (across <= along) nearest.x += before.x > after.z ? -1 : 1;
     else nearest.y += before.z > after.x ? -1 : 1;
     return min(across, along);
@@ -64,17 +80,12 @@ float inverse_distance(out ivec2 nearest, out float open) {
     return (1.0 - stored) / nearest_distance;
 }
 #else
-uniform float pixel_angle;          // metres a pixel covers at one metre
 uniform int steps;                  // of the search for λ, where the viewer has moved
 
 PER_SAMPLE in vec3 texel_near;
 PER_SAMPLE in vec3 texel_far;
 flat in float least;
 flat in vec3 parallax;
-
-// Texels are blended where they continue one surface: their λ differs by less than this many pixels' worth, i.e. the
-// surface is less than 8 times as deep as wide.
-const float STEEPEST = 8.0;
 
 float depth_within(ivec2 texel) {
     vec2 corner = vec2(texel) - tile.xy;
@@ -89,7 +100,7 @@ float across_wide_crack(ivec2 low, inout ivec2 nearest) {
     ivec2 before = low - 1, after = low + 2;
     float left = depth_within(ivec2(before.x, nearest.y)), right = depth_within(ivec2(after.x, nearest.y));
     float below = depth_within(ivec2(nearest.x, before.y)), above = depth_within(ivec2(nearest.x, after.y));
-    float across = max(left, right), along = max(below, above);
+    float across = between(left, right), along = between(below, above);
     if (across <= along) nearest.x = left > right ? before.x : after.x;
     else nearest.y = below > above ? before.y : after.y;
     return min(across, along);
@@ -114,7 +125,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
         nearest = ivec2(floor(position + 0.5));
         return across_wide_crack(low, nearest);
     }
-    weight *= step(depth - front, vec4(STEEPEST * pixel_angle * (1.0 - front)));
+    weight *= step(depth - front, vec4(reach(front)));
 #else
     if (dot(weight, vec4(1.0)) < 0.5) {
         nearest = ivec2(floor(position + 0.5));
@@ -127,7 +138,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     bool upper = right ? weight.y > weight.z : weight.x > weight.w;
     nearest += ivec2(right, upper);
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
-    weight *= step(abs(depth - own), vec4(STEEPEST * pixel_angle * (1.0 - own)));
+    weight *= step(abs(depth - own), vec4(reach(own)));
 #ifdef PARTIAL
     open = 1.0 - dot(weight, vec4(1.0));
 #endif

@@ -1,4 +1,4 @@
-"""Pass 2 goes on behind cracks of intermediate images, and shows what is behind wider gaps."""
+"""Pass 2 goes on behind cracks of intermediate images, and shows what is behind wider gaps and between surfaces."""
 
 from types import SimpleNamespace
 
@@ -29,7 +29,8 @@ def wall(gl_device):
 @pytest.mark.parametrize(("aa", "widest"), [("none", 1), ("gpaa-edge", 2), ("msaa", 1)])
 @pytest.mark.parametrize("along", [0, 1])
 def test_cracks_are_bridged_and_gaps_are_not(wall, aa, widest, along):
-    """Texels of the atlas along a line through the tile are emptied, and pass 2 draws it again."""
+    """Texels of the atlas along a line through the tile are emptied, what is beyond them may be moved away,
+    and pass 2 draws it again."""
     renderer, scope, screen = wall
     renderer.settings.aa = aa
     renderer.render(View(CAMERA, SIZE), screen)
@@ -40,9 +41,11 @@ def test_cracks_are_bridged_and_gaps_are_not(wall, aa, widest, along):
     cells = DepthCells(renderer.device, targets.size)
     rows, columns = (slice(pixels // cells.side // 3, pixels // cells.side * 2 // 3) for pixels in targets.size[::-1])
     composite = next(each for each in renderer.passes if isinstance(each, CompositePass))
-    for count, holes in ((widest, False), (2 * widest, True)):
+    for count, farther, holes in ((widest, 1.0, False), (2 * widest, 1.0, True), (widest, 1.1, True)):
         cut = stored.copy()
-        np.moveaxis(cut, along, 0)[middle : middle + count] = 1.0
+        lines = np.moveaxis(cut, along, 0)
+        lines[middle : middle + count] = 1.0
+        lines[middle + count :] = 1 - (1 - lines[middle + count :]) / farther
         targets.atlas_depth = scope.texture(targets.atlas_size, 1, "f4", cut.tobytes())
         targets.polygons.clear(depth=1.0)
         composite.draw(SimpleNamespace(view=renderer.view, plan=plan, settings=renderer.settings, targets=targets))

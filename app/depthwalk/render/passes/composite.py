@@ -47,12 +47,9 @@ class CompositePass(Pass):
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
         self._draw(frame, ("ALIGNED",), 0, aligned)
-        resampled = {
-            "pixel_angle": 1 / frame.view.focal_pixels,
-            "steps": frame.settings.composite.parallax,
-        }
         defines = (*frame.targets.defines, *(("PARTIAL",) if geometric(frame.settings) else ()))
-        self._draw(frame, defines, aligned, len(records) - aligned, **resampled)
+        steps = frame.settings.composite.parallax
+        self._draw(frame, defines, aligned, len(records) - aligned, steps=steps)
         context.disable_direct(DEPTH_CLAMP)
 
     def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int, **uniforms: object) -> None:
@@ -62,6 +59,7 @@ class CompositePass(Pass):
             clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
             depth_from_inverse = far / (far - near), near * far / (far - near)
             program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_number)
+            program.set(pixel_angle=1 / frame.view.focal_pixels)
             program.set(clip_from_eye=clip_from_eye, depth_from_inverse=depth_from_inverse, **uniforms)
             self._instances.bind(array, first)
             array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
