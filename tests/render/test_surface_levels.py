@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from depthwalk.bake.images import Face, image_points, square_texel
 from depthwalk.bake.sampling import face_normals
 from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.grids import EDGE, FACE_SHIFT, build_grids
 from depthwalk.render.lod import error_level
-from depthwalk.render.surface_levels import build_levels
+from depthwalk.render.surface_levels import _bulged, build_levels
 from shapes import bake, box, joined, sphere
 
 
@@ -85,3 +86,14 @@ def test_folds_are_found_nowhere(baked, levels):
 def test_the_coarsest_level_within_the_error_is_drawn(allowed, level):
     error = np.array([[0.0, 0.1, 0.4, np.inf]])
     assert error_level(error, np.array([allowed]))[0] == level
+
+
+def test_a_triangulated_ball_bulges_to_its_size_and_a_plane_stays():
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    point, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, np.int64)
+    before = 1 - np.linalg.norm(point[triangles].mean(1), axis=1).mean()
+    bulged = _bulged(point, triangles)
+    assert before > 0.003 and abs(1 - np.linalg.norm(bulged[triangles].mean(1), axis=1).mean()) < before / 3
+    flat = point * (1, 1, 0)
+    upper = triangles[(point[triangles][..., 2] > 0).all(1)]
+    assert _bulged(flat, upper) == pytest.approx(flat)

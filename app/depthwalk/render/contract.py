@@ -70,7 +70,7 @@ def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) 
     cube = np.floor((point - point.min(0)) / cell).astype(np.int64)
     key = cube @ (1 << 2 * _BITS, 1 << _BITS, 1)
     first, number = _groups(key, yields)
-    facing = _facing(point, triangles)
+    facing = vertex_directions(point, triangles)
     first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), yields)
     used, triangles = _renumbered(_distinct(number[triangles]), len(first))
     point = point[first[used]].astype(np.float64)
@@ -87,7 +87,7 @@ def _groups(key: Ints, yields: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     return order[begins], number
 
 
-def _facing(point: Array, triangles: Ints) -> Array:
+def vertex_directions(point: Array, triangles: Ints) -> Array:
     """Normals (n, 3) of points (n, 3), not unit: the sums of their triangles' (t, 3)."""
     facing = np.zeros(point.shape)
     for column, values in zip(facing.T, doubled_areas(point, triangles).T, strict=True):

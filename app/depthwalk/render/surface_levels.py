@@ -15,11 +15,12 @@ from scipy.spatial import cKDTree
 from depthwalk.bake.images import BakedObject, square_texel
 from depthwalk.bake.parallel import Map, batches, thread_map
 from depthwalk.bake.sampling import face_normals, sample_triangles
+from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
-from depthwalk.render.contract import contract, weld
+from depthwalk.render.contract import contract, vertex_directions, weld
 from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids, build_grids
 from depthwalk.render.lod import Case
 
@@ -31,6 +32,7 @@ _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the 
 _COARSE = 13  # of them at most
 _FEWEST = 24  # triangles that are worth a level
 _WORTH = 0.65  # of the finer level's triangles: with more than that it is no level of its own
+_SMOOTH = 0.5  # cosine: edges between whose ends the surface turns further cross a crease, which is no arc
 _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
 _IMAGES = 1 << 16  # more than the numbers of images with their flags, which fit into 16 bits
 _SHARE = 0.98  # of the samples, which are no farther off than a level's error
@@ -46,7 +48,7 @@ def build_levels(baked: BakedObject) -> Grids:
         return build_grids(baked)
     grid = build_grids(replace(baked, steps=1))
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
-    point, yields = _points(grid), grid.vertices[:, 3] & BORDER > 0
+    point, yields = _bulged(_points(grid), triangles), grid.vertices[:, 3] & BORDER > 0
     with thread_map() as each:
         levels = list(_surfaces(point, triangles, yields, square_texel(baked), each))
     samples = np.unique(triangles)
@@ -58,6 +60,25 @@ def build_levels(baked: BakedObject) -> Grids:
 
 def _points(grids: Grids) -> Array:
     return grids.box_low.astype(np.float64) + grids.vertices[:, :3] * (grids.box_size / 65535.0)
+
+
+def _bulged(point: Array, triangles: Ints) -> Array:
+    """Points (n, 3) of the surface of triangles (t, 3), moved outward by as much as that passes below the arcs through
+    them: samples lie on the surface, so triangles between them lie within what is convex and make it too thin.
+
+    Over a triangle the mean height of the arcs is that over the middles of its edges.
+    """
+    facing = vertex_directions(point, triangles)
+    normal = facing / np.maximum(lengths(facing), 1e-30)[:, None]
+    height, edges = np.zeros((2, len(point)))
+    for ends in triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]:
+        (start, end), (one, other) = point[ends].swapaxes(0, 1), normal[ends].swapaxes(0, 1)
+        smooth = np.einsum("ij,ij->i", one, other) > _SMOOTH
+        above = np.where(smooth, np.einsum("ij,ij->i", end - start, other - one) / 8, 0)
+        for vertex in ends.T:
+            height += np.bincount(vertex, above, len(point))
+            edges += np.bincount(vertex, minlength=len(point))
+    return np.asarray(point + (height / np.maximum(edges, 1))[:, None] * normal)
 
 
 def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float, each: Map) -> Iterator[Array]:
