@@ -75,7 +75,7 @@ def test_triangles_look_into_images_that_hold_them(baked, levels):
 
 def test_folds_are_found_nowhere(baked, levels):
     """Triangles of the upper half of the ball, and the same turned over."""
-    corners = points(levels)[levels.drawn(1)]
+    corners = points(levels)[levels.drawn(0)]
     above = corners[(corners[..., 1].min(1) > corners[..., 1].max() - 0.5) & (corners[..., 0].max(1) < 0.6)]
     assert len(above) > 100
     assert (best_images(baked, above) != NOWHERE).all()
