@@ -6,7 +6,7 @@ both of their ends.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,8 +187,7 @@ def _cheap_edges(surface: WeldedSurface, start: Ints, end: Ints, tolerance: floa
         edges = _edges(surface, start[some], end[some])
         return edges.take(np.flatnonzero(edges.cost <= tolerance**4))
 
-    parts = list(each(cheap, batches(len(start), _BATCH)))
-    return _Edges(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(_Edges)))
+    return _Edges.joined(list(each(cheap, batches(len(start), _BATCH))))
 
 
 def _edges(surface: WeldedSurface, start: Ints, end: Ints) -> _Edges:

@@ -1,6 +1,6 @@
 """Intermediate images kept from frame to frame: what is known of each, and where it lies."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,14 +50,6 @@ class KeptTiles(Takes):
         slot, frustum = np.zeros((0, 4), np.int64), np.zeros((0, 3, 3))
         whole = np.zeros(0, bool)
         return cls(np.zeros(0, COMPOSITE_RECORD), number, slot, number, real, frustum, whole, number, number, real)
-
-    def replace(self, rows: Rows, other: "KeptTiles") -> None:
-        for field in fields(self):
-            getattr(self, field.name)[rows] = getattr(other, field.name)
-
-    def joined(self, other: "KeptTiles") -> "KeptTiles":
-        names = [field.name for field in fields(self)]
-        return KeptTiles(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
 
 
 class TileCache:
@@ -157,9 +149,9 @@ class TileCache:
     def store(self, new: KeptTiles) -> None:
         """Keeps tiles that were just warped, in place of what their objects had."""
         row = self._row[new.object]
-        self.tiles.replace(row[row >= 0], new.take(row >= 0))
+        self.tiles.put(row[row >= 0], new.take(row >= 0))
         if (row < 0).any():
-            self.tiles = self.tiles.joined(new.take(row < 0))
+            self.tiles = KeptTiles.joined([self.tiles, new.take(row < 0)])
         self._row[self.tiles.object] = np.arange(len(self.tiles))
 
 

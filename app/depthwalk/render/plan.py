@@ -104,7 +104,7 @@ class Planner:
         direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
         runs = draw_groups(table, placed.asset[direct], level[direct], case[direct])
         dmesh = Drawing(placed_records(view.position, placed.take(direct)), runs)
-        meshes = placed.take(np.isin(placed.representation, MESHES)).joined(stand_ins)
+        meshes = Objects.joined([placed.take(np.isin(placed.representation, MESHES)), stand_ins])
         mesh = draw_meshes(view, meshes, table, polygons)
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work) | {"stand_ins": len(stand_ins)}
         counts["mesh_triangles"] = sum(

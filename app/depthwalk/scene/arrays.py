@@ -1,5 +1,6 @@
 """The scene's objects as a structure of arrays: what every stage after the loader works on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from typing import Self
@@ -26,18 +27,17 @@ MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as poly
 
 
 class Takes:
-    """Structures of arrays with one row per thing: `take` selects rows of all of them, `put` overwrites
-    them, `joined` appends others."""
+    """Structures of arrays with one row per thing: `take` selects rows of all of them, `put` overwrites them, `joined`
+    puts those of several one after the other."""
 
     def take(self, rows: NDArray[np.integer] | NDArray[np.bool_] | slice) -> Self:
         return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))  # type: ignore[arg-type]
 
-    def joined(self, other: Self) -> Self:
-        """The rows of this, then those of `other`."""
-        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))  # type: ignore[arg-type]
-        return type(self)(*map(np.concatenate, pairs))
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))  # type: ignore[arg-type]
 
-    def put(self, rows: slice, other: Self) -> None:
+    def put(self, rows: NDArray[np.integer] | slice, other: Self) -> None:
         for field in fields(self):  # type: ignore[arg-type]
             getattr(self, field.name)[rows] = getattr(other, field.name)
 
