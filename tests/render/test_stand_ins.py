@@ -13,8 +13,8 @@ from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.errors import InputError
+from depthwalk.render.bounds import outside
 from depthwalk.render.renderer import Renderer, read_pixels
-from depthwalk.render.stand_ins import outside
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere

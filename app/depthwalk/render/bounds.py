@@ -53,3 +53,10 @@ def depth_range(forward: Array, reach: Array, ground: tuple[float, float] | None
     far = max(1.01 * farthest, 1e-4)
     near = 0.99 * nearest if np.isfinite(nearest) else far / 2
     return max(near, min(_NEAREST, far / _DEPTH_RATIO)), far
+
+
+def outside(viewer: Array, centre: Array, half_height: Array, girth: Array) -> Array:
+    """How far (n,) viewers (n, 3) are from upright cylinders about `centre` (n, 3) of `half_height` and radius `girth`
+    (n,); 0 inside."""
+    x, y, z = (viewer - centre).T
+    return np.hypot(np.maximum(np.hypot(x, z) - girth, 0), np.maximum(np.abs(y) - half_height, 0))

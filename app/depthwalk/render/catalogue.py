@@ -12,9 +12,10 @@ from depthwalk.render.cells import within_runs
 from depthwalk.render.frame_plan import AssetTable
 from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
+from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import Volumes
 from depthwalk.render.rotation import multiply, rotate
-from depthwalk.render.stand_ins import MeshLevels, StandIns
+from depthwalk.render.stand_ins import StandIns
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 if TYPE_CHECKING:

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.render.bounds import outside
 from depthwalk.render.lod import Case
+from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import Volumes
-from depthwalk.render.stand_ins import MeshLevels, StandIns
+from depthwalk.render.stand_ins import StandIns
 
 Array = NDArray[np.floating]
 
@@ -45,6 +47,10 @@ class AssetTable:
     error: Array
     meshes: MeshLevels
     stand_ins: StandIns
+
+    def nearest(self, asset: NDArray[np.integer], viewer: Array) -> Array:
+        """How far (n,) viewers (n, 3) are from the cylinders that hold the assets `asset` (n,), in their frames."""
+        return outside(viewer, self.centre[asset], self.half_height[asset], self.girth[asset])
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,12 @@
 """Level of detail of polygon meshes: the coarsest one whose error the viewer cannot see."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
 from depthwalk.params import Params, param
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
@@ -20,6 +24,25 @@ class MeshLodParams(Params):
         ge=0,
         le=1000,
     )
+
+
+@dataclass(frozen=True)
+class MeshLevels:
+    """Of each of a meshes the levels of detail: error (a, levels), metres, and triangles (a, levels), see `MeshLevel`;
+    +inf and 0 where a mesh has no such level, or has not come yet."""
+
+    error: Array
+    triangles: NDArray[np.int64]
+
+    @classmethod
+    def empty(cls, count: int) -> "MeshLevels":
+        """For `count` numbers."""
+        return cls(np.full((count, MOST_LEVELS), np.inf), np.zeros((count, MOST_LEVELS), np.int64))
+
+    def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
+        """Mesh `number` has come."""
+        self.error[number, : len(levels)] = [level.error for level in levels]
+        self.triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
 def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float) -> NDArray[np.int64]:

@@ -28,7 +28,6 @@ from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
 from depthwalk.render.planes import MIN_PLANE_DISTANCE, nearest_faces, viewer_in_object
 from depthwalk.render.records import placed_records, warp_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
-from depthwalk.render.stand_ins import outside
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import MESHES, Objects, Representation
@@ -229,8 +228,7 @@ def draw_meshes(view: View, meshes: Objects, table: AssetTable, polygons: MeshLo
     """Draws the objects `meshes` (n,), of an asset and a level in their order, as coarsely as nobody sees."""
     asset = meshes.asset
     viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
-    nearest = outside(viewer, table.centre[asset], table.half_height[asset], table.girth[asset])
-    level = mesh_level(view, meshes, nearest, table.meshes.error, polygons.error)
+    level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, polygons.error)
     order = np.lexsort((level, asset))  # of equals, the nearest stays first
     return Drawing(placed_records(view.position, meshes.take(order)), draw_groups(table, asset[order], level[order]))
 
@@ -246,8 +244,7 @@ def choose_levels(
         max_level = np.minimum(max_level, int(np.log2(lod.max_step)))
         level = grid_level(step, lod.bias, max_level)
     else:
-        nearest = outside(viewer, table.centre[asset], table.half_height[asset], table.girth[asset])
-        level = error_level(table.error[asset], error_at_a_metre(view, lod) * nearest)
+        level = error_level(table.error[asset], error_at_a_metre(view, lod) * table.nearest(asset, viewer))
     volumes = table.volumes.take(asset)
     area = 2 * volumes.radius * (volumes.top - volumes.bottom) * objects.scale**2
     pixels = area * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2

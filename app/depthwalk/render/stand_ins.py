@@ -1,14 +1,13 @@
 """Meshes in the stead of depth images: near by, polygons have detail that images would only magnify."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, square_texel
-from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
-from depthwalk.render.mesh_lod import mesh_level
+from depthwalk.render.bounds import outside
+from depthwalk.render.mesh_lod import MeshLevels, mesh_level
 from depthwalk.render.planes import viewer_in_object
 from depthwalk.render.rotation import conjugate, multiply, rotate
 from depthwalk.render.view import View
@@ -20,25 +19,6 @@ Rows = NDArray[np.integer]
 # With so many a walk through the garden takes two cores as long as with images alone; with any number, half as long
 # again.
 _TRIANGLES_PER_PIXEL = 2
-
-
-@dataclass(frozen=True)
-class MeshLevels:
-    """Of each of a meshes the levels of detail: error (a, levels), metres, and triangles (a, levels), see `MeshLevel`;
-    +inf and 0 where a mesh has no such level, or has not come yet."""
-
-    error: Array
-    triangles: NDArray[np.int64]
-
-    @classmethod
-    def empty(cls, count: int) -> "MeshLevels":
-        """For `count` numbers."""
-        return cls(np.full((count, MOST_LEVELS), np.inf), np.zeros((count, MOST_LEVELS), np.int64))
-
-    def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
-        """Mesh `number` has come."""
-        self.error[number, : len(levels)] = [level.error for level in levels]
-        self.triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
 @dataclass(frozen=True)
@@ -128,13 +108,6 @@ class StandIns:
         position = some.position - some.scale[:, None] * rotate(rotation, self.offset[some.asset])
         kind = np.full(len(rows), Representation.MESH_LOD, np.uint8)
         return Objects(self.mesh[some.asset].astype(np.int32), position.astype(np.float32), rotation, some.scale, kind)
-
-
-def outside(viewer: Array, centre: Array, half_height: Array, girth: Array) -> Array:
-    """How far (n,) viewers (n, 3) are from upright cylinders about `centre` (n, 3) of `half_height` and radius `girth`
-    (n,); 0 inside."""
-    x, y, z = (viewer - centre).T
-    return np.hypot(np.maximum(np.hypot(x, z) - girth, 0), np.maximum(np.abs(y) - half_height, 0))
 
 
 def _corners(baked: BakedObject) -> NDArray[np.float64]:
