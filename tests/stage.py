@@ -14,14 +14,13 @@ def view_of(position=(0.0, 1.6, 5.0), target=(0.0, 1.0, 0.0), far=60.0):
     return View(Camera(position, target, 0.9), SIZE, near=0.1, far=far)
 
 
-class Stage:
-    """sun: whether it casts shadows."""
+class OnScreen:
+    """A renderer of one scene, and a screen."""
 
-    def __init__(self, studio, scene, library, sun=True):
-        self.scope = studio.device.scope("stage")
-        self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
-        self.renderer = Renderer(studio.device, scene, library)
-        scene.render.shadows.enabled = sun
+    def __init__(self, device, scene, library, size=SIZE):
+        self.scope = device.scope("stage")
+        self.screen = self.scope.framebuffer([self.scope.texture(size, 4)])
+        self.renderer = Renderer(device, scene, library)
 
     def __enter__(self):
         return self
@@ -30,9 +29,21 @@ class Stage:
         self.renderer.release()
         self.scope.release()
 
-    def draw(self, view):
-        self.renderer.render(view, self.screen)
+    @property
+    def counts(self):
         return self.renderer.plan.counts
+
+    def draw(self, view, transparent=False):
+        self.renderer.render(view, self.screen, transparent)
+        return self.counts
+
+
+class Stage(OnScreen):
+    """sun: whether it casts shadows."""
+
+    def __init__(self, studio, scene, library, sun=True):
+        super().__init__(studio.device, scene, library)
+        scene.render.shadows.enabled = sun
 
     def read(self, name, dtype, components):
         """A target (H, W, components), row 0 at the bottom."""

@@ -6,10 +6,11 @@ import pytest
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.cells import neighbours, sort_into_cells
 from depthwalk.render.clusters import MEMBERS, make_clusters
-from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, box, scene_of, sphere
+from stage import OnScreen
 
 SIZE = 320, 240
 CAMERA = Camera((4.0, 45.0, 95.0), (0.0, 0.0, 10.0), 0.7)
@@ -29,33 +30,20 @@ def field(count=40, seed=0):
     return list(zip(kinds.tolist(), places.tolist(), turns.tolist(), scales.tolist(), strict=True))
 
 
-class Stage:
-    """A renderer of some objects, and a screen."""
+class Stage(OnScreen):
+    """Of objects that are in clusters where they are small."""
 
     def __init__(self, device, library, places, remembers=False, **warp):
-        self.scope = device.scope("test")
-        self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
         self.scene = scene_of(*places)
         self.scene.render.warp.cluster_pixels = 24
         for name, value in warp.items():
             setattr(self.scene.render.warp, name, value)
-        self.renderer = Renderer(device, self.scene, library)
+        super().__init__(device, self.scene, library, SIZE)
         self.renderer.remembers = remembers
 
     def picture(self, camera=CAMERA):
-        self.renderer.render(View(camera, SIZE), self.screen, transparent=True)
+        self.draw(View(camera, SIZE), transparent=True)
         return read_pixels(self.screen).astype(int)
-
-    @property
-    def counts(self):
-        return self.renderer.plan.counts
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        self.renderer.release()
-        self.scope.release()
 
 
 def test_the_picture_is_that_of_single_objects(gl_device, library):

@@ -14,10 +14,10 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.errors import InputError
 from depthwalk.render.bounds import outside
-from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
+from stage import OnScreen
 
 SIZE = 160, 120
 
@@ -95,27 +95,15 @@ def test_distances_from_cylinders():
     np.testing.assert_allclose(outside(viewer, np.zeros((4, 3)), 2 * ones, ones), [0, 2, 3, 5])
 
 
-class Walk:
-    """A renderer of one scene that keeps what frames found."""
+class Walk(OnScreen):
+    """One whose frames wait for nothing longer than `seconds`; None: for all."""
 
     def __init__(self, device, scene, library, seconds):
-        self.scope = device.scope("test")
-        self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
-        self.renderer = Renderer(device, scene, library)
+        super().__init__(device, scene, library, SIZE)
         self.renderer.upload_seconds = seconds
-        self.counts = {}
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.renderer.release()
-        self.scope.release()
-
-    def draw(self, camera):
-        self.renderer.render(View(camera, SIZE), self.screen)
-        self.counts = self.renderer.plan.counts
-        return read_pixels(self.screen).copy()
+    def look(self, camera):
+        self.draw(View(camera, SIZE))
 
 
 class SlowLibrary(ShapeLibrary):
@@ -142,7 +130,7 @@ NEAR, AWAY = Camera((0, 0.5, 1.2), (0, 0.5, 0), 0.9), Camera((0, 0.5, 40.0), (0,
 
 def draws_until(walk, done):
     for _ in range(2000):
-        walk.draw(NEAR)
+        walk.look(NEAR)
         if done():
             return
         threading.Event().wait(0.005)
@@ -155,17 +143,17 @@ def test_a_walk_does_not_wait_for_meshes(gl_device, ball):
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=0.01) as walk:
         walk.renderer.settings.lod.magnification = 2.0
         for _ in range(3):
-            walk.draw(NEAR)
+            walk.look(NEAR)
             assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (1, 0)
         library.may.set()
         draws_until(walk, lambda: walk.counts["stand_ins"] == 1)
         assert (walk.counts["dpci"], walk.counts["mesh"], library.read) == (0, 1, [0])
-        walk.draw(AWAY)
+        walk.look(AWAY)
         assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (1, 0)
         assert not library.forgotten
         walk.renderer.settings.gpu_memory = 1  # what is not needed goes
         for _ in range(3):
-            walk.draw(AWAY)
+            walk.look(AWAY)
         assert library.forgotten == [0] and walk.renderer.assets.meshes.stand_in_bytes == 0
         draws_until(walk, lambda: walk.counts["stand_ins"] == 1)
     assert +gl_device.live == +before
@@ -179,7 +167,7 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(gl_device, ball, caplog):
         walk.renderer.settings.lod.magnification = 2.0
         draws_until(walk, lambda: caplog.records)
         for _ in range(3):
-            walk.draw(NEAR)
+            walk.look(NEAR)
         assert [record.message for record in caplog.records] == [
             "no mesh stands in for depth images near by: ball.ply: has gone"
         ]
@@ -192,7 +180,7 @@ def test_large_meshes_stand_in_simplified(gl_device, dense, monkeypatch):
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
         walk.renderer.settings.mesh.error = 8.0
-        walk.draw(NEAR)
+        walk.look(NEAR)
         assert walk.counts["stand_ins"] == 1 and 0 < walk.counts["mesh_triangles"] < len(dense.faces) / 2
 
 
@@ -202,12 +190,12 @@ def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device, dense):
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
         for _ in range(2):
-            walk.draw(Camera((0, 2, 9), (0, 2, 0), 0.9))
+            walk.look(Camera((0, 2, 9), (0, 2, 0), 0.9))
             assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (1, 0)
     few = ShapeLibrary([sphere(0.5, columns=16, rows=8)], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), few, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
-        walk.draw(Camera((0, 2, 9), (0, 2, 0), 0.9))
+        walk.look(Camera((0, 2, 9), (0, 2, 0), 0.9))
         assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (0, 1)
 
 
@@ -218,11 +206,11 @@ def test_frozen_levels_freeze_what_stands_in(gl_device, ball):
         lod.magnification = 2.0
         for first, other, stand_ins in ((NEAR, AWAY, 1), (AWAY, NEAR, 0)):
             lod.freeze = False
-            walk.draw(first)
+            walk.look(first)
             lod.freeze = True
-            walk.draw(first)
-            walk.draw(other)
+            walk.look(first)
+            walk.look(other)
             assert walk.counts["stand_ins"] == stand_ins
         lod.freeze = False
-        walk.draw(NEAR)
+        walk.look(NEAR)
         assert walk.counts["stand_ins"] == 1
