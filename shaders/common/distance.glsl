@@ -6,6 +6,9 @@ uniform float pixel_angle;      // metres a pixel covers at one metre
 float distance_of(float depth) {
     return depth_range.x * depth_range.y / (depth_range.y - depth * (depth_range.y - depth_range.x));
 }
+float depth_of(float distance) {
+    return (depth_range.y - depth_range.x * depth_range.y / distance) / (depth_range.y - depth_range.x);
+}
 float distance_at(ivec2 pixel) { return distance_of(texelFetch(depth_texture, pixel, 0).r); }
 
 // As far behind `distance` as so many pixels are wide there. What is OUTLINE behind a surface does not belong to it.

@@ -1,7 +1,6 @@
 // The G-buffer: what the lighting pass must know of a pixel.
 //   albedo:  RGBA8, colour as its square root (8 bits then suffice), a = specular strength
-//   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS, a = part of the pixel that shows what
-//            is behind
+//   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS
 const float MAX_SHININESS = 1024.0;
 const float LIT = 0.0;          // in place of the shininess: the pixel is lit already
 

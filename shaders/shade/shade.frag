@@ -35,7 +35,6 @@ void main() {
     out_albedo = encode_albedo(surface.albedo, surface.specular);
     vec3 normal = rotate(rotation, surface.normal);
     out_surface = encode_surface(normal, shininess);
-    out_surface.a = open_of(visible);
 #ifdef FORWARD
     // Liu et al. 2007, §2.4: light, normal and viewer in the space of the texture, where the sample was warped.
     vec3 view = normalize(point - viewer.xyz), to_light = rotate_back(rotation, to_sun);

@@ -20,16 +20,22 @@ COVERAGE_TEXELS = 2.0  # texels of an intermediate image per pixel, along either
 class PictureParams(Params):
     """What concerns the picture as a whole."""
 
-    aa: Literal["none", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"] = param(
+    aa: Literal["none", "coverage", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"] = param(
         "none",
-        "Anti-aliasing: by the hardware's four samples per pixel (MSAA), by edges of brightness (FXAA, SMAA), by all "
-        "edges of polygons or those alone that may be outlines (GPAA), by twice the width and height (SSAA)",
+        "Anti-aliasing: by what of a pixel depth images cover, by the hardware's four samples per pixel (MSAA), by "
+        "edges of brightness (FXAA, SMAA), by all edges of polygons or those alone that may be outlines (GPAA, with "
+        "coverage), by twice the width and height (SSAA)",
     )
 
 
 def geometric(settings: PictureParams) -> bool:
     """Whether edges are smoothed by where the geometry has them."""
     return settings.aa in ("gpaa", "gpaa-edge")
+
+
+def covering(settings: PictureParams) -> bool:
+    """Whether intermediate images tell what part of a pixel is covered."""
+    return settings.aa == "coverage" or geometric(settings)
 
 
 def samples(settings: Any) -> int:
@@ -64,7 +70,7 @@ def tile_layout(settings: Any, layout: TileParams, remembers: bool) -> TileParam
 
     settings: a RenderSettings.
     """
-    changes = {"tile_scale": COVERAGE_TEXELS} if geometric(settings) or settings.aa == "msaa" else {}
+    changes = {"tile_scale": COVERAGE_TEXELS} if covering(settings) or settings.aa == "msaa" else {}
     if not remembers or settings.dof.mode == "accumulate":
         changes["reuse_error"] = 0.0
     return layout.model_copy(update=changes)

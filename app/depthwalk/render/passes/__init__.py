@@ -2,6 +2,7 @@
 
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes.composite import CompositePass
+from depthwalk.render.passes.coverage import CoveragePass
 from depthwalk.render.passes.dmesh import DmeshPass
 from depthwalk.render.passes.dof import DofPass
 from depthwalk.render.passes.fog import FogPass
@@ -30,6 +31,7 @@ PASSES: tuple[type[Pass], ...] = (
     LightPass,
     FogPass,
     ResolvePass,
+    CoveragePass,
     GpaaPass,
     FxaaPass,
     SmaaPass,

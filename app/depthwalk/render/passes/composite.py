@@ -8,7 +8,7 @@ from depthwalk.gpu.device import DEPTH_CLAMP
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
-from depthwalk.render.antialiasing import geometric
+from depthwalk.render.antialiasing import covering
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.records import COMPOSITE_RECORD
 from depthwalk.render.view import matrix_bytes
@@ -47,7 +47,7 @@ class CompositePass(Pass):
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
         self._draw(frame, ("ALIGNED",), 0, aligned)
-        defines = (*frame.targets.defines, *(("PARTIAL",) if geometric(frame.settings) else ()))
+        defines = (*frame.targets.defines, *(("PARTIAL",) if covering(frame.settings) else ()))
         steps = frame.settings.composite.parallax
         self._draw(frame, defines, aligned, len(records) - aligned, steps=steps)
         context.disable_direct(DEPTH_CLAMP)

@@ -37,8 +37,6 @@ class GpaaPass(Pass):
     Params: ClassVar[type[Params]] = GpaaParams
 
     def setup(self) -> None:
-        self._coverage = Program(self.gl, "common/fullscreen.vert", "gpaa/coverage.frag")
-        self._screen = self.gl.vertex_array(self._coverage.gl, [])
         self._edge = Program(self.gl, "gpaa/edge.vert", "gpaa/edge.frag")
         self._lines = InstanceStream(self.gl, LINE_RECORD)
         self._line = self.gl.vertex_array(self._edge.gl, [])
@@ -47,28 +45,21 @@ class GpaaPass(Pass):
     def draw(self, frame: Frame) -> None:
         if not geometric(frame.settings):
             return
+        lines = self._outlines(frame)
+        if not len(lines):
+            return
         targets = frame.targets
         for unit, texture in enumerate((targets.lit_before(), targets.surface, targets.depth)):
             texture.use(unit)
         targets.lit.use()
         self.gl.device.context.enable_only(moderngl.NOTHING)
-        shared = {
-            "lit_texture": 0,
-            "surface_texture": 1,
-            "depth_texture": 2,
-            "depth_range": frame.view.depth_range,
-            "pixel_angle": 1 / frame.view.focal_pixels,
-        }
-        if len(frame.plan.composite.records):
-            self._coverage.set(**shared)
-            self._screen.render(moderngl.TRIANGLES, vertices=3)
-        lines = self._outlines(frame)
-        if len(lines):
-            least_fold = float(np.cos(np.radians(frame.settings.gpaa.crease)))
-            self._edge.set(**shared, screen_size=frame.view.size, least_fold=least_fold)
-            self._lines.upload(lines)
-            self._lines.bind(self._line, 0)
-            self._line.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(lines))
+        self._edge.set(lit_texture=0, surface_texture=1, depth_texture=2)
+        self._edge.set(depth_range=frame.view.depth_range, pixel_angle=1 / frame.view.focal_pixels)
+        least_fold = float(np.cos(np.radians(frame.settings.gpaa.crease)))
+        self._edge.set(screen_size=frame.view.size, least_fold=least_fold)
+        self._lines.upload(lines)
+        self._lines.bind(self._line, 0)
+        self._line.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(lines))
 
     def _outlines(self, frame: Frame) -> NDArray[np.void]:
         """LINE_RECORDs of all that is drawn as triangles; depth images tell by themselves what they cover."""

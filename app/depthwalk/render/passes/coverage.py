@@ -1,0 +1,29 @@
+"""Anti-aliasing of depth images: what one covers in part blends with what is behind. See docs/anti-aliasing.md."""
+
+import moderngl
+
+from depthwalk.gpu.program import Program
+from depthwalk.render.antialiasing import covering
+from depthwalk.render.frame import Frame, Pass
+
+
+class CoveragePass(Pass):
+    name = "coverage"
+    reads = ("visible", "gbuffer", "lit")
+    writes = ("lit",)
+
+    def setup(self) -> None:
+        self._program = Program(self.gl, "common/fullscreen.vert", "coverage/coverage.frag")
+        self._screen = self.gl.vertex_array(self._program.gl, [])
+
+    def draw(self, frame: Frame) -> None:
+        if not covering(frame.settings) or not len(frame.plan.composite.records):
+            return
+        targets = frame.targets
+        for unit, texture in enumerate((targets.lit_before(), targets.visible_texture, targets.depth)):
+            texture.use(unit)
+        targets.lit.use()
+        self.gl.device.context.enable_only(moderngl.NOTHING)
+        self._program.set(lit_texture=0, visible_texture=1, depth_texture=2)
+        self._program.set(depth_range=frame.view.depth_range, pixel_angle=1 / frame.view.focal_pixels)
+        self._screen.render(moderngl.TRIANGLES, vertices=3)
