@@ -76,7 +76,8 @@ def test_rows_are_made_once(crowd, tmp_path):
     assert columns["mesh"]["flip"] <= columns["mesh-lod"]["flip"] * (1 + TOLERANCE)
     assert columns["mesh-lod"]["counts"]["mesh_triangles"] <= columns["mesh"]["counts"]["mesh_triangles"]
     assert columns["unoccluded"]["setting"] == columns["mesh-lod"]["setting"]
-    assert columns["dpci"]["setting"] == columns["re-warped"]["setting"]
+    target = max(columns[name]["flip"] for name in ("mesh-lod", "dpci"))
+    assert all(column["flip"] <= target * (1 + TOLERANCE) ** 2 for column in columns.values())
     assert "mesh-lod / dpci" in first.stdout
 
     row["columns"]["mesh"]["frame_ms"] = 12345.67

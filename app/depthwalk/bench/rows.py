@@ -165,23 +165,22 @@ def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, l
 def _tuned(
     walk: Walk, drawn: dict[str, HeadlessRenderer], references: list[Picture], pool: Executor
 ) -> dict[str, tuple[str, float]]:
-    """Setting and FLIP by column. The target is the FLIP of depth images as the scene has them, or that of the finest
-    mesh, where that is worse; both are made as coarse as it allows."""
+    """Setting and FLIP by column. The target is the FLIP of depth images on a walk as the scene has them, or that of the
+    finest mesh, where that is worse; all are made as coarse as it allows."""
     stills = [[camera] for camera in walk.compared]
 
     def flip_at(name: str, knob: _Knob, to: float) -> float:
         knob.turn(drawn[name], to)
-        return path_flip(drawn[name], stills, references, pool)
+        return path_flip(drawn[name], walk.approaches if name == "dpci" else stills, references, pool)
 
-    mesh_flip, warped_flip = partial(flip_at, "mesh-lod", _MESH_ERROR), partial(flip_at, "re-warped", _BIAS)
-    bias = drawn["re-warped"].renderer.settings.lod.bias
+    mesh_flip, warped_flip = partial(flip_at, "mesh-lod", _MESH_ERROR), partial(flip_at, "dpci", _BIAS)
+    bias = drawn["dpci"].renderer.settings.lod.bias
     target = max(warped_flip(bias), mesh_flip(_FINEST_MESH))
-    error, target = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
-    tuned = {name: (_MESH_ERROR.turn(drawn[name], error), target) for name in ("mesh-lod", "unoccluded")}
-    bias, flip = coarsened(warped_flip, bias, _BIAS.coarsest, target)
-    tuned["re-warped"] = _BIAS.turn(drawn["re-warped"], bias), flip
-    setting = _BIAS.turn(drawn["dpci"], bias)
-    tuned["dpci"] = setting, path_flip(drawn["dpci"], walk.approaches, references, pool)
+    error, flip = coarsened(mesh_flip, _FINEST_MESH, _MESH_ERROR.coarsest, target)
+    tuned = {name: (_MESH_ERROR.turn(drawn[name], error), flip) for name in ("mesh-lod", "unoccluded")}
+    for name in ("re-warped", "dpci"):
+        to, flip = coarsened(partial(flip_at, name, _BIAS), bias, _BIAS.coarsest, target)
+        tuned[name] = _BIAS.turn(drawn[name], to), flip
     if len(drawn["mesh"].renderer.placed.objects()) <= MOST_MESHES:
         tuned["mesh"] = "", path_flip(drawn["mesh"], stills, references, pool)
     return tuned
