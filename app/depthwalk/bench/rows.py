@@ -165,8 +165,8 @@ def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, l
 def _tuned(
     walk: Walk, drawn: dict[str, HeadlessRenderer], references: list[Picture], pool: Executor
 ) -> dict[str, tuple[str, float]]:
-    """Setting and FLIP by column. The target is the FLIP of depth images on a walk as the scene has them, or that of the
-    finest mesh, where that is worse; all are made as coarse as it allows."""
+    """Setting and FLIP by column. The target is the FLIP of depth images on a walk as the scene has them, or that of
+    the finest mesh, where that is worse; all are made as coarse as it allows."""
     stills = [[camera] for camera in walk.compared]
 
     def flip_at(name: str, knob: _Knob, to: float) -> float:

@@ -13,17 +13,18 @@ class CoveragePass(Pass):
     writes = ("lit",)
 
     def setup(self) -> None:
-        self._program = Program(self.gl, "common/fullscreen.vert", "coverage/coverage.frag")
-        self._screen = self.gl.vertex_array(self._program.gl, [])
+        self._program = Program(self.gl, "coverage/coverage.vert", "coverage/coverage.frag")
+        self._array = self.gl.vertex_array(self._program.gl, [])
 
     def draw(self, frame: Frame) -> None:
-        if not covering(frame.settings) or not len(frame.plan.composite.records):
+        targets, shading = frame.targets, frame.shading
+        if not covering(frame.settings) or shading is None or not len(shading.assets):
             return
-        targets = frame.targets
         for unit, texture in enumerate((targets.lit_before(), targets.visible_texture, targets.depth)):
             texture.use(unit)
         targets.lit.use()
         self.gl.device.context.enable_only(moderngl.NOTHING)
         self._program.set(lit_texture=0, visible_texture=1, depth_texture=2)
         self._program.set(depth_range=frame.view.depth_range, pixel_angle=1 / frame.view.focal_pixels)
-        self._screen.render(moderngl.TRIANGLES, vertices=3)
+        self._program.set(low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
+        self._array.render(moderngl.TRIANGLE_STRIP, vertices=4)
