@@ -9,6 +9,7 @@ from depthwalk.bake.images import Face
 from depthwalk.bake.planar import bake_planar
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.epipole import draw_order, epipole, image_cells
+from depthwalk.render.footprint import box_footprint
 from depthwalk.render.grids import build_grids
 from depthwalk.render.lod import Case
 from depthwalk.render.ordered import viewer_of
@@ -103,7 +104,7 @@ def test_records_hold_the_viewer():
     rng = np.random.default_rng(8)
     one = np.ones(50)
     viewer = rng.normal(size=(50, 3)) * 4
-    planes = choose_planes(viewer, Volumes(0.5 * one, 0 * one, one, 0.5 * one, 0.5 * one, one > 0))
+    planes = choose_planes(viewer, Volumes(0.5 * one, 0 * one, one, box_footprint(0.5 * one, 0.5 * one), one > 0))
     records = np.zeros(50, WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])

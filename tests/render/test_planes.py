@@ -1,5 +1,7 @@
 """Pass 1's geometry: warp, bounds, cropping, cases and Iter_step, against the NumPy twin and by table."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,8 +11,9 @@ from hypothesis.extra.numpy import arrays
 from depthwalk.bake.images import Face
 from depthwalk.reference.warp import table, unwarp, warp
 from depthwalk.render.atlas import pack_shelves
+from depthwalk.render.footprint import box_footprint, footprint
 from depthwalk.render.lod import Case, affordable_level, grid_level, iter_step, paper_cases
-from depthwalk.render.planes import Volumes, choose_planes, crop_to_frustum, tile_sizes
+from depthwalk.render.planes import Planes, Volumes, choose_planes, crop_to_frustum, depths_behind, tile_sizes
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
 
@@ -19,7 +22,7 @@ R, Y0, Y1 = 0.7, -0.2, 1.9
 
 def cylinder(count=1):
     one = np.ones(count)
-    return Volumes(R * one, Y0 * one, Y1 * one, R * one, R * one, one > 0)
+    return Volumes(R * one, Y0 * one, Y1 * one, box_footprint(R * one, R * one), one > 0)
 
 
 coordinates = st.floats(-8, 8, allow_nan=False, width=32)
@@ -45,6 +48,20 @@ def test_the_rectangle_holds_every_sample(viewer, point):
     position, _ = warp(point[None], planes)
     slack = 1e-9 + 1e-9 * np.abs(planes.high - planes.low)
     assert (position >= planes.low - slack).all() and (position <= planes.high + slack).all()
+
+
+@given(viewers, arrays(np.float64, (12, 3), elements=st.floats(-0.49, 0.49)))
+def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer, points):
+    points[:, 1] += 0.85
+    one = np.ones(1)
+    volumes = Volumes(R * one, Y0 * one, Y1 * one, footprint(points)[None], one > 0)
+    planes = choose_planes(viewer[None], volumes)
+    many = Planes(*(np.repeat(getattr(planes, field.name), len(points), 0) for field in fields(Planes)))
+    position, lam = warp(points, many)
+    assert (position >= planes.low - 1e-9).all() and (position <= planes.high + 1e-9).all()
+    nearest, farthest = depths_behind(planes, volumes)[0]
+    depth = planes.distance * (1 / lam - 1)
+    assert (depth >= nearest - 1e-9).all() and (depth <= farthest + 1e-9).all()
 
 
 @given(viewers, inside, st.floats(0, 2 * np.pi), st.floats(-1.2, 1.2))

@@ -9,6 +9,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from depthwalk.reference.warp import warp
 from depthwalk.render.ageing import HARDEST, due, parallax
 from depthwalk.render.bounds import object_bounds
+from depthwalk.render.footprint import box_footprint
 from depthwalk.render.lod import LodParams
 from depthwalk.render.mesh_lod import MeshLodParams
 from depthwalk.render.plan import Planner
@@ -33,7 +34,7 @@ def test_no_point_is_shown_farther_off_than_the_bound():
     count = 20000
     one = np.ones(count)
     half = rng.uniform(0.2, 0.7, (2, count))
-    volumes = Volumes(0.7 * one, -0.2 * one, 1.9 * one, *half, one > 0)
+    volumes = Volumes(0.7 * one, -0.2 * one, 1.9 * one, box_footprint(*half), one > 0)
     there = rng.normal(size=(count, 3))
     there *= (rng.uniform(2.4, 30, count) / np.linalg.norm(there, axis=1))[:, None]
     moved = rng.normal(size=(count, 3))
@@ -187,7 +188,7 @@ def test_a_full_atlas_lowers_the_resolution_and_says_so(walk):
 def test_what_was_hidden_gives_way(walk):
     """Two rounds of looking about, with room for everything and for a part of it."""
     roomy, tight = walk(count=8), walk(count=8)
-    tight.atlas = (512, 600)
+    tight.atlas = (512, 620)
     warped = []
     for steps in (roomy, tight):
         rounds = [2 * np.pi * k / 16 for k in range(16)] * 2

@@ -11,6 +11,7 @@ from depthwalk.gpu.program import Program, Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference.light import phong
 from depthwalk.reference.warp import warp
+from depthwalk.render.footprint import box_footprint
 from depthwalk.render.planes import Volumes, choose_planes
 from depthwalk.render.records import WARP_RECORD
 from depthwalk.render.view import View
@@ -23,7 +24,7 @@ def test_pass_one_matches_its_twin(gl_device):
     rng = np.random.default_rng(5)
     count = 100
     one = np.ones(count)
-    volumes = Volumes(0.8 * one, -0.5 * one, 1.5 * one, 0.8 * one, 0.8 * one, one > 0)
+    volumes = Volumes(0.8 * one, -0.5 * one, 1.5 * one, box_footprint(0.8 * one, 0.8 * one), one > 0)
     direction = rng.normal(size=(count, 3))
     viewer = direction / np.linalg.norm(direction, axis=1, keepdims=True) * rng.uniform(3, 9, (count, 1))
     planes = choose_planes(viewer, volumes)

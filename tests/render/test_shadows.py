@@ -12,6 +12,7 @@ from depthwalk.reference.warp import warp
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.cascades import DEPTH, Cascade, ShadowParams, fit_cascades, light_axes, split_distances
 from depthwalk.render.casters import find_casters
+from depthwalk.render.footprint import box_footprint
 from depthwalk.render.planes import Volumes, choose_planes
 from depthwalk.scene.arrays import Representation
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
@@ -96,7 +97,7 @@ def test_the_suns_view_is_the_limit_of_a_far_viewers():
     """λ tells nothing, and the shift is linear in depth, straight up on the side's plane (docs/conventions.md)."""
     rng = np.random.default_rng(6)
     one = np.ones(200)
-    volumes = Volumes(0.8 * one, -0.5 * one, 1.5 * one, 0.8 * one, 0.8 * one, one > 0)
+    volumes = Volumes(0.8 * one, -0.5 * one, 1.5 * one, box_footprint(0.8 * one, 0.8 * one), one > 0)
     sun = np.array([0.48, 0.6, 0.64])
     planes = choose_planes(np.tile(1e7 * sun, (200, 1)), volumes)
     point = rng.uniform([-0.5, -0.5, -0.5], [0.5, 1.5, 0.5], (200, 3))

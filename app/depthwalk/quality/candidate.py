@@ -140,6 +140,5 @@ def _grid_mesh(model: BakedModel) -> Mesh:
 def _grid_triangles(baked: BakedObject) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """Positions (v, 3), asset's frame, and triangles (t, 3) of one object."""
     grids = build_grids(baked)
-    inside = grids.box_low + grids.vertices[:, :3] / np.float32(65535) * grids.box_size
-    turned = rotate(np.asarray(baked.rotation), inside) + np.asarray(baked.position)
+    turned = rotate(np.asarray(baked.rotation), grids.positions) + np.asarray(baked.position)
     return turned.astype(np.float32), grids.drawn(level=0)

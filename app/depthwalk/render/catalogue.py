@@ -9,6 +9,7 @@ from depthwalk.bake.images import BakedObject, Face, square_texel
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.cells import within_runs
+from depthwalk.render.footprint import DIRECTIONS
 from depthwalk.render.frame_plan import AssetTable
 from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
@@ -85,7 +86,8 @@ def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32
 def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
     """Rows of all that `store` numbers, described where `objects` use it; rows of others stay zero."""
     count = len(store)
-    numbers = {name: np.zeros(count) for name in ("radius", "bottom", "top", "half_width", "half_depth")}
+    numbers = {name: np.zeros(count) for name in ("radius", "bottom", "top")}
+    footprint = np.zeros((count, DIRECTIONS))
     has_side = np.zeros(count, bool)
     texel, centre = np.ones(count), np.zeros((count, 3))
     reach, half_height, girth = np.zeros((3, count))
@@ -106,6 +108,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         baked = prepared.outline
         for name, column in numbers.items():
             column[number] = getattr(baked.cylinder, name)
+        footprint[number] = prepared.footprint
         has_side[number] = any(image.face is Face.SIDE for image in baked.images)
         texel[number] = square_texel(baked)
         levels[number] = len(prepared.error) - 1
@@ -121,7 +124,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         index_first[number, : len(first)], index_count[number, : len(length)] = first, length
         error[number, : len(first)] = errors[number]
     triangles = index_count[:, :, Case.ALL].sum(-1) // 3
-    volumes = Volumes(**numbers, has_side=has_side)
+    volumes = Volumes(**numbers, footprint=footprint, has_side=has_side)
     meshes = MeshLevels.empty(count)
     for number, some in details.items():
         meshes.add(number, some)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.cells import Cells, boxes, runs, within_runs
+from depthwalk.render.footprint import box_footprint
 from depthwalk.render.lod import Case
 from depthwalk.render.occlusion import Cylinders, box_cylinders
 from depthwalk.render.planes import Planes, Volumes
@@ -96,7 +97,7 @@ class Clusters:
             len(self.order) + numbers,
             Objects(like.asset, bounds.centre, upright, np.ones(count, np.float32), dpci),
             bounds,
-            Volumes(radius, -half[:, 1], half[:, 1], half[:, 0], half[:, 2], np.ones(count, bool)),
+            Volumes(radius, -half[:, 1], half[:, 1], box_footprint(half[:, 0], half[:, 2]), np.ones(count, bool)),
             view.position - bounds.centre,
             level,
             np.full(count, Case.ALL, np.int64),

@@ -93,6 +93,11 @@ class Grids:
     box_size: NDArray[np.float32]
     error: NDArray[np.floating]
 
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Of the vertices, (V, 3), object frame, metres."""
+        return self.box_low.astype(np.float64) + self.vertices[:, :3] * (self.box_size / 65535.0)
+
     def triangles(self, first: int, count: int) -> NDArray[np.int64]:
         """Vertices (count / 3, 3) of the triangles of a run of indices."""
         return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)

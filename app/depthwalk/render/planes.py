@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import Face
+from depthwalk.render.footprint import support
 from depthwalk.render.rotation import conjugate, matrices, rotate
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Takes
@@ -47,13 +48,13 @@ class Planes(Takes):
 
 @dataclass(frozen=True)
 class Volumes(Takes):
-    """The cylinders of n objects: (n,) each, metres in the object frame; has_side is false for planar images."""
+    """The cylinders of n objects: (n,) each, metres in the object frame; footprint: (n, DIRECTIONS), how far their
+    samples reach from the axis, see `render.footprint`; has_side is false for planar images."""
 
     radius: Array
     bottom: Array
     top: Array
-    half_width: Array
-    half_depth: Array
+    footprint: Array
     has_side: NDArray[np.bool_]
 
 
@@ -92,21 +93,22 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
     normal = np.where(side[:, None], np.stack([outward[:, 0], zero, outward[:, 1]], -1), vertical)
     epipole = np.stack([np.einsum("ni,ni->n", viewer, right), np.einsum("ni,ni->n", viewer, up)], -1)
     offset = np.einsum("ni,ni->n", viewer, normal) - distance
-    low, high = _rectangles(v, side, distance, epipole)
+    low, high = _rectangles(v, side, right, up, distance, epipole)
     return Planes(face, right, up, normal, distance, epipole, offset, low - epipole, high - epipole)
 
 
 def depths_behind(planes: Planes, volumes: Volumes) -> Array:
-    """Least and greatest depth (n, 2) of the objects' boxes behind their planes, metres."""
-    v = volumes
-    reach = np.abs(planes.normal[:, 0]) * v.half_width + np.abs(planes.normal[:, 2]) * v.half_depth
-    reach = np.where(planes.face == Face.SIDE, np.minimum(reach, v.radius), (v.top - v.bottom) / 2)
-    middle = np.where(planes.face == Face.SIDE, v.radius, reach)
-    return np.stack([middle - reach, middle + reach], -1)
+    """Least and greatest depth (n, 2) of the objects' samples behind their planes, metres."""
+    v, side = volumes, planes.face == Face.SIDE
+    toward, away = (np.minimum(support(v.footprint, way * planes.normal[:, [0, 2]]), v.radius) for way in (1, -1))
+    nearest, farthest = np.where(side, v.radius - toward, 0), np.where(side, v.radius + away, v.top - v.bottom)
+    return np.stack([nearest, farthest], -1)
 
 
-def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: Array) -> tuple[Array, Array]:
-    """Bounds (n, 2) of everything inside the cylinder, warped onto the plane.
+def _rectangles(
+    v: Volumes, side: NDArray[np.bool_], right: Array, up: Array, distance: Array, epipole: Array
+) -> tuple[Array, Array]:
+    """Bounds (n, 2) of all samples within the footprint, warped onto planes with the axes `right` and `up` (n, 3).
 
     A point moves toward the epipole by 1 − λ, and λ is least at the far side of the cylinder, so the bounds lie at
     λ = 1 or at that λ (docs/conventions.md).
@@ -114,15 +116,16 @@ def _rectangles(v: Volumes, side: NDArray[np.bool_], distance: Array, epipole: A
     distance = np.maximum(distance, 1e-9)
     behind = np.where(side, 2 * v.radius, v.top - v.bottom)
     far = (distance / (distance + behind))[:, None]
-    first = np.where(
-        side[:, None], np.stack([0 * v.bottom, v.bottom], -1), np.stack([-v.half_width, -v.half_depth], -1)
+    backward, forward = (
+        np.stack([support(v.footprint, way * axis[:, [0, 2]]) for axis in (right, up)], -1) for way in (-1, 1)
     )
-    last = np.where(side[:, None], np.stack([0 * v.top, v.top], -1), np.stack([v.half_width, v.half_depth], -1))
+    first, last = -backward, forward
+    first[:, 1], last[:, 1] = np.where(side, v.bottom, first[:, 1]), np.where(side, v.top, last[:, 1])
     low = np.minimum(first, epipole + far * (first - epipole))
     high = np.maximum(last, epipole + far * (last - epipole))
     silhouette = v.radius * np.sqrt(far[:, 0])  # |s| ≤ R·sqrt((ρ−R)/(ρ+R)): the tangents from the viewer to the circle
-    low[:, 0] = np.where(side, -silhouette, low[:, 0])
-    high[:, 0] = np.where(side, silhouette, high[:, 0])
+    low[:, 0] = np.where(side, np.maximum(low[:, 0], -silhouette), low[:, 0])
+    high[:, 0] = np.where(side, np.minimum(high[:, 0], silhouette), high[:, 0])
     return low, high
 
 

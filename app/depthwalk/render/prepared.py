@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.cache import cache_folder, make_room
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
+from depthwalk.render.footprint import footprint
 from depthwalk.render.grids import Grids, build_grids
 from depthwalk.render.pages import Pages, build_pages
 from depthwalk.render.surface_levels import build_levels
@@ -36,10 +37,12 @@ class Form(NamedTuple):
 
 @dataclass(frozen=True)
 class Prepared:
-    """outline: the object, its images of the right size but without pixels; first, count, error: see `Grids`; bytes: it
-    takes on the GPU; load: its grids and pages. Raises OSError where the file that holds them has gone."""
+    """outline: the object, its images of the right size but without pixels; footprint: (DIRECTIONS,), see
+    `render.footprint`; first, count, error: see `Grids`; bytes: it takes on the GPU; load: its grids and pages. Raises
+    OSError where the file that holds them has gone."""
 
     outline: BakedObject
+    footprint: NDArray[np.floating]
     first: NDArray[np.int64]
     count: NDArray[np.int64]
     error: NDArray[np.floating]
@@ -60,7 +63,8 @@ def prepare(baked: BakedObject, form: Form) -> Prepared:
     grids = build_grids(baked, form.paper_cases) if form.stepped or small else build_levels(baked)
     pages = build_pages(baked, grids)
     size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + pages.bytes_with_mip_maps
-    return Prepared(_outline(baked), grids.first, grids.count, grids.error, size, lambda: (grids, pages))
+    around = footprint(grids.positions)
+    return Prepared(_outline(baked), around, grids.first, grids.count, grids.error, size, lambda: (grids, pages))
 
 
 def find_prepared(key: str, form: Form) -> tuple[Prepared, ...] | None:
@@ -122,6 +126,7 @@ def _header(each: Prepared) -> dict[str, Any]:
         "key": outline.key,
         "position": [float(x) for x in outline.position],
         "rotation": [float(x) for x in outline.rotation],
+        "footprint": each.footprint.tolist(),
         "bytes": each.bytes,
     }
 
@@ -138,7 +143,8 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: Any) -> 
         tuple(header["rotation"]),
     )
     first, count, error = (stored[_column(Grids, number, name)] for name in ("first", "count", "error"))
-    return Prepared(outline, first, count, error, header["bytes"], partial(_read, path, number))
+    around = np.array(header["footprint"])
+    return Prepared(outline, around, first, count, error, header["bytes"], partial(_read, path, number))
 
 
 def _column(kind: type[Grids | Pages], number: int, name: str) -> str:

@@ -48,7 +48,7 @@ def build_levels(baked: BakedObject) -> Grids:
         return build_grids(baked)
     grid = build_grids(replace(baked, steps=1))
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
-    point, yields = _bulged(_points(grid), triangles), grid.vertices[:, 3] & BORDER > 0
+    point, yields = _bulged(grid.positions, triangles), grid.vertices[:, 3] & BORDER > 0
     with thread_map() as each:
         levels = list(_surfaces(point, triangles, yields, square_texel(baked), each))
     samples = np.unique(triangles)
@@ -56,10 +56,6 @@ def build_levels(baked: BakedObject) -> Grids:
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
     error = [_deviation(probes, corners) for corners in levels]
     return _as_grids(grid, baked, levels, np.maximum.accumulate(error))
-
-
-def _points(grids: Grids) -> Array:
-    return grids.box_low.astype(np.float64) + grids.vertices[:, :3] * (grids.box_size / 65535.0)
 
 
 def _bulged(point: Array, triangles: Ints) -> Array:
