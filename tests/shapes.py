@@ -65,6 +65,23 @@ def box(width, height, depth, centre=(0.0, 0.0, 0.0), **look):
     return mesh_of(positions, faces, normals, **look)
 
 
+def leaves(count, length, seed=0):
+    """So many open rectangles, half as wide, at random in a ball of diameter 1 that stands on the origin."""
+    random = np.random.default_rng(seed)
+    outward, along, across = random.normal(size=(3, count, 3))
+    normal = np.cross(along, across)
+    across = np.cross(normal, along)
+    outward, along, across, normal = (
+        axis / np.linalg.norm(axis, axis=1, keepdims=True) for axis in (outward, along, across, normal)
+    )
+    ends, sides = np.array([-1, 1, 1, -1])[:, None], np.array([-1, -1, 1, 1])[:, None]
+    corners = ends * along[:, None] + sides * across[:, None] / 2
+    middle = outward * random.uniform(0.2, 0.5, (count, 1)) + [0, 0.5, 0]
+    faces = np.array([[0, 1, 2], [0, 2, 3]]) + 4 * np.arange(count)[:, None, None]
+    positions = (middle[:, None] + length / 2 * corners).reshape(-1, 3)
+    return mesh_of(positions, faces.reshape(-1, 3), np.repeat(normal, 4, axis=0))
+
+
 def joined(*meshes):
     """Several meshes as one, with the first one's material."""
     starts = np.cumsum([0] + [len(m.positions) for m in meshes[:-1]])

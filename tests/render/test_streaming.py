@@ -9,12 +9,13 @@ import depthwalk.render.assets
 from depthwalk.errors import InputError
 from depthwalk.library import SceneLibrary
 from depthwalk.render.assets import AssetStore
+from depthwalk.render.grids import build_grids
 from depthwalk.render.prepared import Form, find_prepared, keep_prepared, prepare
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
-from shapes import ShapeLibrary, bake, box, sphere
+from shapes import ShapeLibrary, bake, box, leaves, sphere
 
 SIZE = 96, 72
 
@@ -89,6 +90,16 @@ def test_what_was_prepared_is_read_as_it_was(baked, form, tmp_path, monkeypatch)
                 np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
     next(tmp_path.rglob("*.npz")).write_bytes(b"PK\x03\x04")
     assert find_prepared("0", form) is None
+
+
+def test_of_small_images_only_foliage_is_simplified():
+    """Images that take longer to simplify than they are worth, and such as are all borders."""
+    solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(400, 0.1)))
+    for baked, share in (solid, 1.0), (dense, 0.4):
+        grids = build_grids(baked)
+        assert len(prepare(baked, Form()).load()[0].drawn(0)) <= share * len(grids.drawn(0))
+        assert (prepare(baked, Form(stepped=True)).count == grids.count).all()
+    assert (prepare(solid, Form()).count == build_grids(solid).count).all()
 
 
 def test_a_small_budget_changes_no_picture(gl_device, tiny_scene, tmp_path, monkeypatch):

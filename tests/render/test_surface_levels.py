@@ -10,7 +10,7 @@ from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.grids import EDGE, FACE_SHIFT, build_grids
 from depthwalk.render.lod import error_level
 from depthwalk.render.surface_levels import _bulged, build_levels
-from shapes import bake, box, joined, sphere
+from shapes import bake, box, joined, leaves, sphere
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +40,13 @@ def test_the_finest_has_the_area_of_the_grids_in_far_fewer_triangles(baked, leve
     fine, full = (points(each)[each.drawn(0)].astype(np.float64) for each in (levels, grids))
     assert len(fine) < 0.3 * len(full)
     assert face_normals(fine)[1].sum() == pytest.approx(face_normals(full)[1].sum(), rel=0.02)
+
+
+def test_no_level_has_lost_its_leaves_while_a_coarser_one_has_them():
+    levels = build_levels(bake(leaves(400, 0.1), 32))
+    areas = [face_normals(points(levels)[levels.drawn(k)].astype(np.float64))[1].sum() for k in range(3)]
+    assert (np.diff(areas) < 0).all()
+    assert areas[1] > 0.75 * areas[0] and len(levels.drawn(1)) < 0.2 * len(levels.drawn(0))
 
 
 def test_triangles_share_vertices(levels):

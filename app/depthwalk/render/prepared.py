@@ -19,12 +19,15 @@ from depthwalk.bake.cache import cache_folder, make_room
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
 from depthwalk.render.footprint import footprint
 from depthwalk.render.grids import Grids, build_grids
+from depthwalk.render.lod import Case
 from depthwalk.render.pages import Pages, build_pages
 from depthwalk.render.surface_levels import build_levels
 
-# Texels of images for whose grids surfaces by error take longer to build than a visitor of the garden should wait (20 s
-# for its twelve assets instead of 2), and spare few triangles.
+# Texels of images for whose grids surfaces by error take longer to build than a visitor of the garden should wait, and
+# spare few triangles. Grids of more than `_DENSE` triangles per texel are those of foliage, all borders: surfaces have
+# a quarter of that, and leaves where grids of step 2 and 4 have lost them.
 _SMALL = 128
+_DENSE = 10
 
 
 class Form(NamedTuple):
@@ -59,12 +62,20 @@ def as_drawn(baked: BakedObject) -> BakedObject:
 def prepare(baked: BakedObject, form: Form) -> Prepared:
     """Builds the grids and pages of `baked`."""
     baked = as_drawn(baked)
-    small = max(baked.images[0].depth.shape) <= _SMALL
-    grids = build_grids(baked, form.paper_cases) if form.stepped or small else build_levels(baked)
+    grids = _build(baked, form)
     pages = build_pages(baked, grids)
     size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + pages.bytes_with_mip_maps
     around = footprint(grids.positions)
     return Prepared(_outline(baked), around, grids.first, grids.count, grids.error, size, lambda: (grids, pages))
+
+
+def _build(baked: BakedObject, form: Form) -> Grids:
+    height, width = baked.images[0].depth.shape
+    if form.stepped or max(height, width) <= _SMALL:
+        grids = build_grids(baked, form.paper_cases)
+        if form.stepped or grids.count[0, Case.ALL].sum() <= 3 * _DENSE * height * width:
+            return grids
+    return build_levels(baked)
 
 
 def find_prepared(key: str, form: Form) -> tuple[Prepared, ...] | None:

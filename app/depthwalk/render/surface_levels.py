@@ -20,7 +20,7 @@ from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
-from depthwalk.render.contract import contract, vertex_directions, weld
+from depthwalk.render.contract import WeldedSurface, contract, vertex_directions, weld
 from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids, build_grids
 from depthwalk.render.lod import Case
 
@@ -28,6 +28,7 @@ _SAME = 0.01  # texels, within which points are one, in the levels that show all
 _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
 _WELD = 2.0  # texels, within which points become one in all others
 _FIRST_TOLERANCE = 1.0  # texels, of the first of them
+_LEFT = 0.75  # of the area that a welded level has: with less, what is not welded is no level
 _GROWTH = 2**0.5  # from one to the next: leaves somewhat more than half of the triangles
 _COARSE = 13  # of them at most
 _FEWEST = 24  # triangles that are worth a level
@@ -82,19 +83,28 @@ def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: f
 
     point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface.
     """
-    surface = weld(point, triangles, yields, _SAME * texel)
-    for tolerance in _FINE_TOLERANCES:
-        surface = contract(surface, tolerance * texel, each)
-        before = len(surface.triangles)
-        yield surface.point[surface.triangles]
-    surface = weld(point, triangles, yields, _WELD * texel)
+    first, second = (tolerance * texel for tolerance in _FINE_TOLERANCES)
+    fine = contract(weld(point, triangles, yields, _SAME * texel), first, each)
+    before = len(fine.triangles)
+    yield fine.point[fine.triangles]
+    fine = contract(fine, second, each)
+    surface = contract(weld(point, triangles, yields, _WELD * texel), _FIRST_TOLERANCE * texel, each)
+    # Leaves of a texel's size go from the one as they are contracted, and hold together in the other.
+    if _area(fine) > _LEFT * _area(surface):
+        before = len(fine.triangles)
+        yield fine.point[fine.triangles]
     for level in range(_COARSE):
-        surface = contract(surface, _FIRST_TOLERANCE * _GROWTH**level * texel, each)
+        if level:
+            surface = contract(surface, _FIRST_TOLERANCE * _GROWTH**level * texel, each)
         if len(surface.triangles) < _FEWEST:
             return
         if len(surface.triangles) <= _WORTH * before:
             before = len(surface.triangles)
             yield surface.point[surface.triangles]
+
+
+def _area(surface: WeldedSurface) -> float:
+    return float(face_normals(surface.point[surface.triangles])[1].sum())
 
 
 def _deviation(probes: Array, corners: Array) -> float:
