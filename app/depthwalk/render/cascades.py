@@ -39,9 +39,9 @@ class ShadowParams(Params):
         le=100,
     )
     triangles_per_texel: float = param(
-        6.0,
-        "Grids that need more triangles than this per texel of their object, half as many in each map after the first, "
-        "are coarsened to one",
+        10.0,
+        "Grids are coarsened until they have no more triangles than this per texel of their object, a quarter in each "
+        "map after the first",
         ge=0.01,
         le=1e6,
     )

@@ -14,7 +14,6 @@ from depthwalk.render.spots import Spot
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 
 _TIMES = 1, 2, WORST  # the error that is asked for: what it may be, where that would take too many triangles
-_FEW = 1.0  # triangles per texel, for what is off by more with all that it may have: foliage
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
@@ -117,6 +116,5 @@ def _grid_level(
     allowed = [error * times * nearest for times in _TIMES]
     levels = np.stack([error_level(errors, each) for each in allowed])
     fits = (levels >= affordable) & (errors[:, 0] <= np.stack(allowed))
-    few = affordable_level(triangles, texels, min(_FEW, triangles_per_texel))
-    coarse = np.maximum(levels[0], np.minimum(few, table.levels[placed.asset]))
+    coarse = np.maximum(levels[0], np.minimum(affordable, table.levels[placed.asset]))
     return np.where(fits.any(0), levels[fits.argmax(0), rows], coarse)

@@ -160,7 +160,7 @@ class Renderer:
             casters = [rows[uploads.there(rows)] for rows in found]
         with self.timers.measure_cpu("plan"):
             scene = placed.objects(), placed.bounds(), placed.table()
-            fewer = [2.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
+            fewer = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
             maps = [
                 shadow_map(each, rows, *scene, params.error, params.triangles_per_texel * part)
                 for each, rows, part in zip(views, casters, fewer, strict=True)
