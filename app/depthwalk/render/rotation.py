@@ -3,11 +3,18 @@
 import numpy as np
 from numpy.typing import NDArray
 
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # of each axis, the one after it and the one before
+
 
 def rotate(quaternion: NDArray[np.floating], vector: NDArray[np.floating]) -> NDArray[np.floating]:
     """`vector` (…, 3) turned by `quaternion` (…, 4); both broadcast."""
     axis, w = quaternion[..., :3], quaternion[..., 3:]
-    return vector + 2 * np.cross(axis, np.cross(axis, vector) + w * vector)
+    return vector + 2 * cross(axis, cross(axis, vector) + w * vector)
+
+
+def cross(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[np.floating]:
+    """a × b (…, 3), both broadcast; as np.cross, which takes several times as long for the few vectors of a frame."""
+    return a.take(_NEXT, -1) * b.take(_LAST, -1) - a.take(_LAST, -1) * b.take(_NEXT, -1)
 
 
 def matrices(quaternion: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -31,6 +38,6 @@ def conjugate(quaternion: NDArray[np.floating]) -> NDArray[np.floating]:
 def multiply(outer: NDArray[np.floating], inner: NDArray[np.floating]) -> NDArray[np.floating]:
     """The rotation that turns by `inner` first, then by `outer` (…, 4); both broadcast."""
     a, b = outer[..., :3], inner[..., :3]
-    vector = outer[..., 3:] * b + inner[..., 3:] * a + np.cross(a, b)
+    vector = outer[..., 3:] * b + inner[..., 3:] * a + cross(a, b)
     scalar = outer[..., 3:] * inner[..., 3:] - (a * b).sum(-1, keepdims=True)
     return np.concatenate([vector, scalar], -1)
