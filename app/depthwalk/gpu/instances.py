@@ -38,8 +38,8 @@ class InstanceStream:
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
         """Instance 0 of the next draw is record `first` (GL 3.3 has no base instance)."""
         for name, layout, offset in self._fields:
-            if name in array.program:
-                attribute: Any = array.program[name]
+            attribute: Any = array.program.get(name, None)
+            if attribute is not None:
                 array.bind(
                     attribute.location, "f", self._buffer, layout, offset + first * self._stride, self._stride, 1
                 )

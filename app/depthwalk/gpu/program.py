@@ -78,8 +78,8 @@ class Program:
     def set(self, **values: Any) -> None:
         """Sets uniforms. One that the compiler removed is passed over; one that no source declares raises KeyError."""
         for name, value in values.items():
-            if name in self.gl:
-                uniform: Any = self.gl[name]
+            uniform: Any = self.gl.get(name, None)
+            if uniform is not None:
                 if isinstance(value, bytes):
                     uniform.write(value)
                 else:
