@@ -9,7 +9,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from depthwalk.reference.occlusion import farthest_cells
 from depthwalk.render import rounds
 from depthwalk.render.depth_cells import DepthCells, cell_side
-from depthwalk.render.occlusion import Cylinders, Outlines, growth, hidden, outlines
+from depthwalk.render.occlusion import Cylinders, DepthWindows, Outlines, growth, outlines
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -60,7 +60,10 @@ def test_hidden_means_nearer_everywhere(seed, shape, side):
     low = rng.uniform(-10, 1.1, (400, 2)) * 0.1 + rng.random((400, 2)) * (width, height)
     high = low + rng.random((400, 1)) ** 3 * (width, height) * rng.uniform(0.5, 1, (400, 2))
     depth = rng.choice([0.4, 0.5, 0.6], 400)
-    found = hidden(Outlines(low, high, depth), farthest, side)
+    windows, small = DepthWindows(farthest, side), np.flatnonzero((high - low).max(1) < 4 * side)
+    found = windows.hide(Outlines(low[small], high[small], depth[small]))
+    np.testing.assert_array_equal(found, windows.hide(Outlines(low, high, depth))[small])  # knows larger ones by now
+    found = windows.hide(Outlines(low, high, depth))
     for k in range(400):
         cells = farthest[
             int(np.clip(low[k, 1] // side, 0, shape[0] - 1)) : int(np.clip(high[k, 1] // side, 0, shape[0] - 1)) + 1,

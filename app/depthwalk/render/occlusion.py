@@ -102,39 +102,42 @@ def _support(cylinders: Cylinders, squared: Array | np.floating, along: Array) -
     return np.asarray(cylinders.half_height * np.abs(along) + cylinders.radius * across)
 
 
-def hidden(found: Outlines, farthest: NDArray[np.float32], side: int) -> NDArray[np.bool_]:
-    """Whether (n,) what outlines cover lies behind the depth buffer.
+class DepthWindows:
+    """The maximum of the depth buffer in windows of 1, 2 × 2, 4 × 4 … cells, as far as anything asks for them."""
 
-    farthest: (rows, columns), its maximum in cells of `side` × `side` pixels.
-    """
-    last = np.array(farthest.shape[::-1]) - 1
-    low, high = (np.clip(bound / side, 0, last).astype(np.int32) for bound in (found.low, found.high))
-    longest = (high - low).max(1) + 1
-    level = np.ceil(np.log2(np.maximum(longest / _ACROSS, 1))).astype(np.int32)
-    window = _windows(farthest, int(level.max(initial=0)))
-    behind = np.zeros(len(low), np.float32)
-    # Windows side by side, the last ones moved back to where the rectangle ends.
-    start = [
-        np.minimum(low + (k << level)[:, None], np.maximum(high + 1 - (1 << level)[:, None], low))
-        for k in range(_ACROSS)
-    ]
-    first = level * farthest.size
-    for row in start:
-        along = first + row[:, 1] * farthest.shape[1]
-        for column in start:
-            np.maximum(behind, window.take(along + column[:, 0]), out=behind)
-    return np.asarray(found.depth > behind + _ROUNDING)
+    def __init__(self, farthest: NDArray[np.float32], side: int) -> None:
+        """farthest: (rows, columns), the buffer's maximum in cells of `side` × `side` pixels."""
+        self._side, self._known = side, 0
+        most = _levels(np.array([max(farthest.shape)]))[0]
+        self._windows = np.empty((most + 1, *farthest.shape), np.float32)  # from each cell on, as far as they go
+        self._windows[0] = farthest
+
+    def hide(self, found: Outlines) -> NDArray[np.bool_]:
+        """Whether (n,) what outlines cover lies behind the depth buffer."""
+        rows, columns = self._windows.shape[1:]
+        last = np.array([[columns - 1], [rows - 1]], np.float32)
+        low, high = (np.clip(bound.T / self._side, 0, last).astype(np.intp) for bound in (found.low, found.high))
+        level = _levels((high - low).max(0) + 1)
+        self._extend(int(level.max(initial=0)))
+        # Windows side by side, the last ones moved back to where the rectangle ends.
+        step = np.arange(_ACROSS)[:, None, None] << level
+        column, row = np.minimum(low + step, np.maximum(high + 1 - (1 << level), low)).swapaxes(0, 1)
+        corners = ((level * rows + row) * columns)[:, None] + column
+        behind = self._windows.take(corners.reshape(_ACROSS**2, -1)).max(0)
+        return np.asarray(found.depth > behind + _ROUNDING)
+
+    def _extend(self, level: int) -> None:
+        for known in range(self._known, level):
+            one, two, reach = self._windows[known], self._windows[known + 1], 1 << known
+            wider = np.empty_like(one)
+            # As one run, which is quicker: what goes on in the next row is overwritten.
+            np.maximum(one.ravel()[:-reach], one.ravel()[reach:], out=wider.ravel()[:-reach])
+            wider[:, -reach:] = one[:, -reach:]
+            np.maximum(wider[:-reach], wider[reach:], out=two[:-reach])
+            two[-reach:] = wider[-reach:]
+        self._known = max(self._known, level)
 
 
-def _windows(farthest: NDArray[np.float32], levels: int) -> NDArray[np.float32]:
-    """The maximum (levels + 1, rows, columns) of the 1, 2 × 2, 4 × 4 … cells from each one on, as far as they go."""
-    windows = np.empty((levels + 1, *farthest.shape), np.float32)
-    windows[0] = farthest
-    wider = np.empty_like(farthest)
-    for level in range(levels):
-        one, two, reach = windows[level], windows[level + 1], 1 << level
-        np.maximum(one[:, :-reach], one[:, reach:], out=wider[:, :-reach])
-        wider[:, -reach:] = one[:, -reach:]
-        np.maximum(wider[:-reach], wider[reach:], out=two[:-reach])
-        two[-reach:] = wider[-reach:]
-    return windows
+def _levels(length: Rows) -> Rows:
+    """The least levels (n,) of which `_ACROSS` windows cover so many (n,) cells."""
+    return np.ceil(np.log2(np.maximum(length / _ACROSS, 1))).astype(np.intp)

@@ -12,7 +12,16 @@ from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing import tile_layout
 from depthwalk.render.depth_cells import DepthCells
 from depthwalk.render.frame_plan import FramePlan
-from depthwalk.render.occlusion import FIRST_PORTION, FIRST_ROUND, Cylinders, Hider, cylinders, growth, hidden, outlines
+from depthwalk.render.occlusion import (
+    FIRST_PORTION,
+    FIRST_ROUND,
+    Cylinders,
+    DepthWindows,
+    Hider,
+    cylinders,
+    growth,
+    outlines,
+)
 from depthwalk.render.placed import Placed, Uploads
 from depthwalk.render.plan import Planner
 from depthwalk.render.settings import RenderSettings
@@ -114,8 +123,8 @@ class Rounds:
             size *= growth(unseen)
             left = left[~unseen]
             while not len(left) and portions:
-                left, occluded = self._come_into_sight(view, portions.pop(0), behind)
-                left = self._there(left, uploads)
+                farther, occluded = self._come_into_sight(view, portions.pop(0), behind)
+                left = self._there(farther, uploads)
                 plan.counts["occluded"] += occluded
             now, left = left[:size], left[size:]
         if len(far):
@@ -188,11 +197,11 @@ class Rounds:
         lod, warp = self._settings.lod, self._settings.warp
         if self._depth_cells is None:
             self._depth_cells = DepthCells(self._device, given.view.size)
-        farthest, side = self._depth_cells.read(given.targets), self._depth_cells.side
+        windows = DepthWindows(self._depth_cells.read(given.targets), self._depth_cells.side)
         # Tiles, and geometry, may be coarser than pixels. That a kept tile would show its object elsewhere, beside what
         # hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
         margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
-        return lambda held: hidden(outlines(given.view, held, margin), farthest, side)
+        return lambda held: windows.hide(outlines(given.view, held, margin))
 
     def resized(self) -> None:
         """To be called when the targets have another size."""
