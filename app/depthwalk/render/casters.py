@@ -11,7 +11,7 @@ from depthwalk.render.frame_plan import AssetTable, Drawing, draw_groups
 from depthwalk.render.lod import Case, affordable_level, error_level
 from depthwalk.render.records import placed_records
 from depthwalk.render.spots import Spot
-from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.arrays import Objects, Representation
 
 _TIMES = 1, 2, WORST  # the error that is asked for: what it may be, where that would take too many triangles
 
@@ -86,7 +86,7 @@ def shadow_map(
     `WORST` times as much where that has too many triangles."""
     placed = objects.take(rows)
     nearest, middle = (texel / placed.scale for texel in view.texels(bounds.take(rows)))
-    imaged = ~np.isin(placed.representation, MESHES)
+    imaged = ~placed.polygonal
     level = np.where(imaged, _grid_level(nearest, middle, placed, table, error, triangles_per_texel), 0)
     thinned = placed.representation == Representation.MESH_LOD
     level = np.where(thinned, error_level(table.meshes.error[placed.asset], error * nearest), level)
@@ -109,9 +109,8 @@ def _grid_level(
 ) -> NDArray[np.int64]:
     """The level (n,) of depth images: the coarsest that is off by so many texels at most, or by more of them, if it has
     no more triangles than it may. nearest, middle: what a texel covers (n,), metres in the frames of the objects."""
-    volumes, rows = table.volumes.take(placed.asset), np.arange(len(placed))
-    errors, triangles = table.error[placed.asset], table.triangles[placed.asset]
-    texels = 2 * volumes.radius * (volumes.top - volumes.bottom) / middle**2
+    errors, triangles, rows = table.error[placed.asset], table.triangles[placed.asset], np.arange(len(placed))
+    texels = table.area[placed.asset] / middle**2
     affordable = affordable_level(triangles, texels, triangles_per_texel)
     allowed = [error * times * nearest for times in _TIMES]
     levels = np.stack([error_level(errors, each) for each in allowed])

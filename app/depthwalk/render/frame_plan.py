@@ -1,6 +1,7 @@
 """What the plan of a frame is made of, and made from: data between NumPy and the passes."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from operator import add
 from typing import Any
 
@@ -47,6 +48,11 @@ class AssetTable:
     error: Array
     meshes: MeshLevels
     stand_ins: StandIns
+
+    @cached_property
+    def area(self) -> Array:
+        """Of the cylinders' outlines from the side, square metres."""
+        return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
 
     def nearest(self, asset: NDArray[np.integer], viewer: Array) -> Array:
         """How far (n,) viewers (n, 3) are from the cylinders that hold the assets `asset` (n,), in their frames."""

@@ -30,7 +30,7 @@ from depthwalk.render.records import placed_records, warp_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
-from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.arrays import Objects, Representation
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
@@ -69,7 +69,8 @@ class Planner:
         may be asked for; has_come: which meshes may stand in for depth images."""
         self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
         near_by = self._near_by(view, objects, visible, table, lod, polygons, has_come)
-        stand_ins, visible = table.stand_ins.meshes(objects, visible[near_by]), visible[~near_by]
+        stand_ins = table.stand_ins.meshes(objects, visible[near_by])
+        visible = visible[~near_by]
         placed, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
         if lod.freeze:
@@ -92,18 +93,14 @@ class Planner:
         shown = Shown(visible[imaged], *parts, viewer[imaged], level[imaged], case[imaged], triangles)
         work = self._tiles.plan(view, shown, layout, goes_on)
 
-        anew = shown.take(work.anew)
-        order = np.lexsort((~work.whole, anew.case, anew.level, anew.objects.asset))
-        anew = anew.take(order)
-        runs = draw_groups(table, anew.objects.asset, anew.level, anew.case, ~work.whole[order])
-        warp = Drawing(warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size)[order], runs)
+        warp = draw_anew(shown, work, table, atlas_size)
         composite = Rectangles(work.composite, work.aligned)
 
         direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
         direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
         runs = draw_groups(table, placed.asset[direct], level[direct], case[direct])
         dmesh = Drawing(placed_records(view.position, placed.take(direct)), runs)
-        meshes = Objects.joined([placed.take(np.isin(placed.representation, MESHES)), stand_ins])
+        meshes = Objects.joined([placed.take(placed.polygonal), stand_ins])
         mesh = draw_meshes(view, meshes, table, polygons)
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work) | {"stand_ins": len(stand_ins)}
         counts["mesh_triangles"] = sum(
@@ -204,6 +201,8 @@ class Planner:
             self._frozen_near_by = near_by & stand_ins.affordable(view, objects, everything, *levels)
         frozen = self._frozen_near_by
         near_by = stand_ins.wanted(view, objects, rows, lod.magnification) if frozen is None else frozen[rows]
+        if not near_by.any():
+            return near_by
         near_by[near_by] = has_come(stand_ins.mesh[objects.asset[rows[near_by]]])
         if frozen is None:
             near_by[near_by] = stand_ins.affordable(view, objects, rows[near_by], *levels)
@@ -224,8 +223,18 @@ def _of_one_kind(objects: Objects, before: Objects | None) -> bool:
     return all(np.array_equal(getattr(objects, name), getattr(before, name)) for name in columns)
 
 
+def draw_anew(shown: Shown, work: TileWork, table: AssetTable, atlas_size: tuple[int, int]) -> Drawing:
+    """Warps those of `shown` whose tiles the `work` makes anew."""
+    asset, level, case = (each[work.anew] for each in (shown.objects.asset, shown.level, shown.case))
+    order = np.lexsort((~work.whole, case, level, asset))
+    groups = draw_groups(table, asset[order], level[order], case[order], ~work.whole[order])
+    return Drawing(warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size).take(order), groups)
+
+
 def draw_meshes(view: View, meshes: Objects, table: AssetTable, polygons: MeshLodParams) -> Drawing:
     """Draws the objects `meshes` (n,), of an asset and a level in their order, as coarsely as nobody sees."""
+    if not len(meshes):
+        return Drawing(placed_records(view.position, meshes))
     asset = meshes.asset
     viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
     level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, polygons.error)
@@ -245,14 +254,12 @@ def choose_levels(
         level = grid_level(step, lod.bias, max_level)
     else:
         level = error_level(table.error[asset], error_at_a_metre(view, lod) * table.nearest(asset, viewer))
-    volumes = table.volumes.take(asset)
-    area = 2 * volumes.radius * (volumes.top - volumes.bottom) * objects.scale**2
-    pixels = area * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2
+    pixels = table.area[asset] * objects.scale**2 * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2
     affordable = affordable_level(table.triangles[asset], pixels, lod.triangles_per_pixel)
     level = np.maximum(level, np.minimum(affordable, max_level))
-    in_paper = lod.cases == "paper"
-    case = paper_cases(viewer, volumes.bottom, volumes.top) if in_paper else np.full(len(asset), Case.ALL)
-    return level, case.astype(np.int64)
+    if lod.cases != "paper":
+        return level, np.full(len(asset), int(Case.ALL))
+    return level, paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset]).astype(np.int64)
 
 
 def _counts(

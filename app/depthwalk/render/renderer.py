@@ -97,7 +97,8 @@ class Renderer:
         frame = Frame(view, self.plan, settings, *surroundings, transparent, shaded, shadows, lens_point)
         others = [each for each in self.passes if not each.draws_objects]
         for per_sample, passes in groupby(others, lambda each: each.per_sample):
-            together, views = list(passes), sample_views(view, targets.offsets) if per_sample else [view]
+            several = per_sample and targets.samples > 1
+            together, views = list(passes), sample_views(view, targets.offsets) if several else [view]
             for number, seen in enumerate(views):
                 self._draw(together, replace(frame, view=seen, sample=number))
         self.plan.counts["assets"] = self.assets.depth_count

@@ -113,7 +113,7 @@ class TilePlanner:
             found = cache.pack(placed.tiles.size, roomy=layout.reuse_error > 0)
         slots, resolution = found
         tiles = placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None]))
-        cache.store(_kept(view, shown.take(placed.number), placed, tiles, slots, resolution, cache.frame))
+        cache.store(_kept(view, placed, tiles, slots, resolution, cache.frame))
         error[placed.number] = 0
         stale[placed.number] = False  # what still is stale is out of sight
         row = cache.rows(shown.row)
@@ -162,8 +162,10 @@ class TilePlanner:
 
 @dataclass(frozen=True)
 class _Placed:
-    """Planes and tiles of k objects, which are `number` (k,) of the `Shown`, and which tiles hold the whole object."""
+    """Planes and tiles of k objects, the `shown`, which are `number` (k,) of all, and which tiles hold the whole
+    object."""
 
+    shown: Shown
     number: Rows
     planes: Planes
     tiles: Tiles
@@ -176,20 +178,20 @@ def _place(view: View, shown: Shown, number: Rows, layout: TileParams, limit: in
     planes = choose_planes(some.viewer, some.volumes)
     guard = MARGIN if layout.reuse_error else GUARD
     planes, seen = crop_to_frustum(planes, view, some.objects.rotation, guard)
-    rows = np.flatnonzero(seen.visible)
-    planes, seen, some = planes.take(rows), seen.take(rows), some.take(rows)
+    if not seen.visible.all():
+        rows = np.flatnonzero(seen.visible)
+        planes, seen, some, number = planes.take(rows), seen.take(rows), some.take(rows), number[rows]
     if layout.tiles == "plane":
         planes, tiles = plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit)
     else:
         nearest = (some.bounds.centre - view.position) @ view.axes[2] - some.bounds.reach
         depth = np.maximum(nearest, view.depth_range[0]) / some.objects.scale
         tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale, limit)
-    return _Placed(number[rows], planes, tiles, seen.whole)
+    return _Placed(some, number, planes, tiles, seen.whole)
 
 
-def _kept(
-    view: View, shown: Shown, placed: _Placed, tiles: Tiles, slots: Rows, resolution: Array, frame: int
-) -> KeptTiles:
+def _kept(view: View, placed: _Placed, tiles: Tiles, slots: Rows, resolution: Array, frame: int) -> KeptTiles:
+    shown = placed.shown
     depths = depths_behind(placed.planes, shown.volumes)
     distance = np.linalg.norm(shown.bounds.centre - view.position, axis=1)
     return KeptTiles(

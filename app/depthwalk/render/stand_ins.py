@@ -73,8 +73,9 @@ class StandIns:
         close = away < reach * objects.scale[rows[some]]
         magnified[some[~close]] = False
         some = some[close]
-        _, nearest = self._nearest(view, objects, rows[some])
-        magnified[some] = nearest * limit < view.focal_pixels * self.texel[asset[some]]
+        if len(some):
+            _, nearest = self._nearest(view, objects, rows[some])
+            magnified[some] = nearest * limit < view.focal_pixels * self.texel[asset[some]]
         return magnified
 
     def affordable(

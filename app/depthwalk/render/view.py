@@ -58,7 +58,7 @@ class View:
         rotation[:3, :3] = self.view_from_world[:3, :3]
         return self.clip_from_view @ rotation
 
-    @property
+    @cached_property
     def ray_from_screen(self) -> NDArray[np.float64]:
         """(3, 3): takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to what
         is there at one metre along the view axis."""
