@@ -122,9 +122,9 @@ class Rounds:
             plan.counts["occluded"] = int(unseen.sum())
             size *= growth(unseen)
             left = left[~unseen]
-            while not len(left) and portions:
+            while len(left) < FIRST_ROUND and portions:
                 farther, occluded = self._come_into_sight(view, portions.pop(0), behind)
-                left = self._there(farther, uploads)
+                left = np.append(left, self._there(farther, uploads))
                 plan.counts["occluded"] += occluded
             now, left = left[:size], left[size:]
         if len(far):
