@@ -4,7 +4,6 @@
 that the shaders read. No GL here.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -28,13 +27,13 @@ from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
 from depthwalk.render.planes import MIN_PLANE_DISTANCE, nearest_faces, viewer_in_object
 from depthwalk.render.records import placed_records, warp_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
+from depthwalk.render.stand_ins import HasCome
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
-HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), nearest first, to which of them (n,) may be drawn
 
 
 class Planner:
@@ -67,7 +66,8 @@ class Planner:
         """The frame that shows the objects `visible` (m,), nearest first, of all `objects`; or where it `goes_on`, its
         next round, when the one before is drawn. first_number: see `FramePlan`; clusters: those that `plan_clusters`
         may be asked for; has_come: which meshes may stand in for depth images."""
-        self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
+        if not goes_on:
+            self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
         near_by = self._near_by(view, objects, visible, table, lod, polygons, has_come)
         stand_ins = table.stand_ins.meshes(objects, visible[near_by])
         visible = visible[~near_by]
@@ -195,17 +195,12 @@ class Planner:
         stand_ins, levels = table.stand_ins, (table.meshes, polygons.error)
         if not lod.freeze:
             self._frozen_near_by = None
-        elif self._frozen_near_by is None or len(self._frozen_near_by) != len(objects):
+            return stand_ins.near_by(view, objects, rows, lod.magnification, has_come, *levels)
+        if self._frozen_near_by is None or len(self._frozen_near_by) != len(objects):
             everything = np.arange(len(objects))
-            near_by = stand_ins.wanted(view, objects, everything, lod.magnification)
-            self._frozen_near_by = near_by & stand_ins.affordable(view, objects, everything, *levels)
-        frozen = self._frozen_near_by
-        near_by = stand_ins.wanted(view, objects, rows, lod.magnification) if frozen is None else frozen[rows]
-        if not near_by.any():
-            return near_by
+            self._frozen_near_by = stand_ins.near_by(view, objects, everything, lod.magnification, _all_have, *levels)
+        near_by = self._frozen_near_by[rows]
         near_by[near_by] = has_come(stand_ins.mesh[objects.asset[rows[near_by]]])
-        if frozen is None:
-            near_by[near_by] = stand_ins.affordable(view, objects, rows[near_by], *levels)
         return near_by
 
     def _frozen_levels(
@@ -216,6 +211,11 @@ class Planner:
             viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
             self._frozen = choose_levels(view, objects, bounds, viewer, table, lod)
         return self._frozen
+
+
+def _all_have(meshes: Rows) -> NDArray[np.bool_]:
+    """See `HasCome`."""
+    return np.ones(len(meshes), bool)
 
 
 def _of_one_kind(objects: Objects, before: Objects | None) -> bool:

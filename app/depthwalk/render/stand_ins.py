@@ -1,5 +1,6 @@
 """Meshes in the stead of depth images: near by, polygons have detail that images would only magnify."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from depthwalk.scene.arrays import Objects, Representation
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
+HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), nearest first, to which of them (n,) may be drawn
 
 # With so many a walk through the garden takes two cores as long as with images alone; with any number, half as long
 # again.
@@ -62,45 +64,47 @@ class StandIns:
             self.offset[number], self.turn[number] = each.position, each.rotation
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
 
-    def wanted(self, view: View, objects: Objects, rows: Rows, limit: float) -> NDArray[np.bool_]:
-        """Whether (m,) a texel of the objects `rows` (m,) of all `objects` may cover more than `limit` pixels, and a
-        mesh may stand in for it. Never, where `limit` is 0. All that show one asset in one place agree."""
-        asset = objects.asset[rows]
-        magnified = self.mesh[asset] >= 0 if limit else np.zeros(len(rows), bool)
-        some = np.flatnonzero(magnified)  # of few it is asked in earnest
-        reach = view.focal_pixels / max(limit, 1e-9) * self.texel[asset[some]] + self.span[asset[some]]
-        away = np.linalg.norm(objects.position[rows[some]] - view.position, axis=1)
-        close = away < reach * objects.scale[rows[some]]
-        magnified[some[~close]] = False
-        some = some[close]
-        if len(some):
-            _, nearest = self._nearest(view, objects, rows[some])
-            magnified[some] = nearest * limit < view.focal_pixels * self.texel[asset[some]]
-        return magnified
-
-    def affordable(
-        self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, error: float
+    def near_by(
+        self,
+        view: View,
+        objects: Objects,
+        rows: Rows,
+        limit: float,
+        has_come: HasCome,
+        levels: MeshLevels,
+        error: float,
     ) -> NDArray[np.bool_]:
-        """Whether (m,) the meshes of the objects `rows` (m,) have few triangles for their pixels. error: in pixels, see
-        `mesh_level`. All that show one asset in one place agree."""
-        meshes, nearest = self._nearest(view, objects, rows)
-        level, number = mesh_level(view, meshes, nearest, levels.error, error), objects.asset[rows]
+        """Whether (m,) a texel of the objects `rows` (m,) of all `objects`, nearest first, may cover more than `limit`
+        pixels, and a mesh that `has_come` may stand in for it and has few triangles for its pixels. error: in pixels,
+        see `mesh_level`. Never, where `limit` is 0. All that show one asset in one place agree."""
+        found = np.zeros(len(rows), bool)
+        near = self._close(view, objects, rows, limit)  # of few it is asked in earnest
+        if not len(near):
+            return found
+        number = objects.asset[rows[near]]
+        meshes = self.placed(objects, rows[near] - self.part[number])
+        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
+        nearest = outside(viewer, self.centre[number], self.half_height[number], self.girth[number])
+        magnified = nearest * limit < view.focal_pixels * self.texel[number]
+        magnified[magnified] = has_come(meshes.asset[magnified])
+        level = mesh_level(view, meshes, nearest, levels.error, error)
         area, middle = 4 * self.girth[number] * self.half_height[number], nearest + self.girth[number]
         pixels = np.minimum(area * (view.focal_pixels / middle) ** 2, view.size[0] * view.size[1])
-        return np.asarray(levels.triangles[meshes.asset, level] <= _TRIANGLES_PER_PIXEL * pixels)
+        found[near] = magnified & (levels.triangles[meshes.asset, level] <= _TRIANGLES_PER_PIXEL * pixels)
+        return found
+
+    def _close(self, view: View, objects: Objects, rows: Rows, limit: float) -> Rows:
+        """Which (k,) of the objects `rows` (m,) a mesh may stand in for and are not too far off at first sight."""
+        asset = objects.asset[rows]
+        some = np.flatnonzero(self.mesh[asset] >= 0) if limit else np.zeros(0, np.intp)
+        reach = view.focal_pixels / max(limit, 1e-9) * self.texel[asset[some]] + self.span[asset[some]]
+        away = np.linalg.norm(objects.position[rows[some]] - view.position, axis=1)
+        return some[away < reach * objects.scale[rows[some]]]
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
         """The meshes (k,) that stand in for the objects `rows` (m,): each once, nearest first where those are."""
         first, order = np.unique(rows - self.part[objects.asset[rows]], return_index=True)
         return self.placed(objects, first[np.argsort(order)])
-
-    def _nearest(self, view: View, objects: Objects, rows: Rows) -> tuple[Objects, Array]:
-        """The meshes (m,) of the objects `rows` (m,), and how far (m,) they are from the viewer, metres in their
-        frames."""
-        number = objects.asset[rows]
-        meshes = self.placed(objects, rows - self.part[number])
-        viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
-        return meshes, outside(viewer, self.centre[number], self.half_height[number], self.girth[number])
 
     def placed(self, objects: Objects, rows: Rows) -> Objects:
         """The meshes (k,) of the objects `rows` (k,), in the frames of their assets."""
