@@ -51,9 +51,12 @@ class WarpPass(Pass):
         context.wireframe = frame.settings.warp.wireframe
         self._instances.upload(frame.plan.warp.records)
         in_order = frame.settings.warp.order == "epipole"
+        before: int | None = None
         for group in frame.plan.warp.groups:
             asset = frame.assets.depth_object(group.asset)
-            asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod, 1 / frame.view.focal_pixels)
+            if group.asset != before:
+                asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod, 1 / frame.view.focal_pixels)
+                before = group.asset
             for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
                 context.enable_direct(plane)
             if in_order:
