@@ -83,8 +83,9 @@ class Cells:
         near = bounds.take(rows)
         seen, forward = near.visible(view)
         if min_pixels:
-            distance = np.linalg.norm(near.centre[seen] - view.position, axis=1)
-            large = 2 * view.focal_pixels * near.reach[seen] >= min_pixels * distance
+            apart = near.centre.take(seen, 0) - view.position
+            squared = np.einsum("ni,ni->n", apart, apart)  # a norm takes five times as long
+            large = 2 * view.focal_pixels * near.reach[seen] >= min_pixels * np.sqrt(squared)
             seen, forward = seen[large], forward[large]
         return rows[seen], forward
 

@@ -60,8 +60,8 @@ def cylinders(objects: Objects, centre: Array, half_height: Array, radius: Array
     """Of n objects whose bounds' centres are `centre` (n, 3), world; half_height, radius: (a,) of assets, metres."""
     x, y, z, w = objects.rotation.T
     axis = np.stack([2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)], -1)  # +Y turned
-    asset, scale = objects.asset, objects.scale
-    return Cylinders(centre, axis, half_height[asset] * scale, radius[asset] * scale)
+    half_height, radius = (each.astype(np.float32)[objects.asset] * objects.scale for each in (half_height, radius))
+    return Cylinders(centre, axis, half_height, radius)
 
 
 def box_cylinders(low: Array, high: Array) -> Cylinders:

@@ -5,8 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.render.rotation import cross
 from depthwalk.scene.arrays import Camera
 
+_UP, _SOUTH = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 _LOOK = np.array([0.0, 0.0, -1.0])  # where a camera looks whose target is its position
 
 
@@ -17,12 +19,12 @@ def view_from_world(camera: Camera) -> NDArray[np.float64]:
     """
     eye = np.asarray(camera.position, float)
     forward = _direction(np.asarray(camera.target, float) - eye)
-    right = np.cross(forward, (0.0, 1.0, 0.0))
+    right = cross(forward, _UP)
     if np.linalg.norm(right) < 1e-6:  # no direction of the picture is "up": choose
-        right = np.cross(forward, (0.0, 0.0, forward[1]))
+        right = cross(forward, forward[1] * _SOUTH)
     right = _direction(right)
     view = np.eye(4)
-    view[:3, :3] = right, np.cross(right, forward), -forward
+    view[:3, :3] = right, cross(right, forward), -forward
     view[:3, 3] = -view[:3, :3] @ eye
     return view
 
@@ -37,6 +39,6 @@ def clip_from_view(fov: float, aspect: float, near: float, far: float) -> NDArra
     return np.array([[focal / aspect, 0, 0, 0], [0, focal, 0, 0], [0, 0, a, b], [0, 0, -1, 0]], float)
 
 
-def _direction(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+def _direction(vector: NDArray[np.floating]) -> NDArray[np.floating]:
     length = float(np.linalg.norm(vector))
     return vector / length if length > 0 else _LOOK
