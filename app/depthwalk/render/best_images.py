@@ -1,6 +1,5 @@
 """Which of its depth images shows a piece of an object's surface best."""
 
-from collections.abc import Iterator
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ from depthwalk.bake.images import (
     BakedObject,
     DepthImage,
     Face,
+    face_outward,
     image_position,
     square_texel,
     surface_rays,
@@ -26,14 +26,29 @@ _ELSEWHERE, _ASKEW = 0.1, 0.3  # what it costs a triangle to look where another 
 _TURNED = 0.5  # or where the surface faces elsewhere
 _EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals point; where rays are steeper, these tell
 _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
+_ROUNDING = 1e-3  # by which these may be too high: all is in single precision
 _BATCH = 1 << 13  # triangles at a time: what is known of them stays in the cache
 
 Array = NDArray[np.floating]
 Ints = NDArray[np.int64]
 
 
+class _Look(NamedTuple):
+    """The images of a face, on one side of the axis. code: (layers,) of each, as in `best_images`, without EDGE; the
+    rest (H, W, layers, …), so that one place has what lies behind it beside it. strange: whether another face owns the
+    surface; beside: whether edges are."""
+
+    face: Face
+    past: bool
+    code: Ints
+    depth: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    strange: NDArray[np.bool_]
+    beside: NDArray[np.bool_]
+
+
 class _View(NamedTuple):
-    """Where an image of a face is looked up for t triangles at p points of each: row, column (t, p); facing: (t, p)
+    """Where a face is looked up for t triangles at p points of each: row, column (t, p); facing: (t, p)
     cosines between rays and what faces them; askew: (t, p) what it costs that they meet it aslant; before: (t, p) how
     far they begin before the triangle's plane, metres; origin, inward (t, p, 3): of those through texels' middles."""
 
@@ -50,12 +65,12 @@ class _View(NamedTuple):
 
 
 class _Pieces(NamedTuple):
-    """t triangles. probes: (t, p, 3) points on them; normal: (t, 3), unit; size: (t,), their longest
-    side, metres; scale: (t,), that or a texel, if that is longer."""
+    """t triangles. probes: (t, p, 3) points on them; normal: (t, 3), unit; reach: (t,), how far samples of theirs are
+    from a probe at most, metres; scale: (t,), their longest side, or a texel, if that is longer."""
 
     probes: Array
     normal: Array
-    size: Array
+    reach: Array
     scale: Array
 
     def at(self, rows: Ints) -> "_Pieces":
@@ -67,76 +82,105 @@ def best_images(baked: BakedObject, corners: Array, each: Map = map) -> Ints:
     and near its corners lie on its plane, are on its side of it, are that face's own and are seen squarely.
     `NOWHERE` for one that is turned away from all samples near it: a fold, which shows where the surface is seen from
     behind."""
-    beside_edges = [_beside_edges(image) for image in baked.images]
+    looks = _looks(baked)
 
     def best(some: slice) -> Ints:
-        return _best_images(baked, beside_edges, corners[some])
+        return _best_images(baked, looks, corners[some])
 
     return np.concatenate(list(each(best, batches(len(corners), _BATCH))))
 
 
-def _best_images(baked: BakedObject, beside_edges: list[NDArray[np.bool_]], corners: Array) -> Ints:
-    middle = corners.mean(1, keepdims=True)
-    probes = np.concatenate([middle, (middle + corners) / 2], 1)
-    size = lengths(corners - np.roll(corners, 1, axis=1)).max(1)
-    texel = square_texel(baked)
-    pieces = _Pieces(probes, face_normals(corners)[0], size, np.maximum(size, texel))
-    looks = list(_views(baked, beside_edges, pieces))
+def _looks(baked: BakedObject) -> list[_Look]:
+    """All images by face; those of the side a second time, past the axis."""
+    looks = []
+    for face in Face:
+        images = [image for image in baked.images if image.face is face]
+        if not images:
+            continue
+        depth, normal, strange, beside = (
+            np.stack(layers, 2)
+            for layers in zip(
+                *((image.depth, image.normal, image.owner != face, _beside_edges(image)) for image in images),
+                strict=True,
+            )
+        )
+        code = (face << FACE_SHIFT) + np.array([image.layer for image in images])
+        looks.append(_Look(face, False, code, depth, normal, strange, beside))
+        if face is Face.SIDE:
+            looks.append(looks[-1]._replace(past=True, code=code + PAST_AXIS))
+    return looks
+
+
+def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints:
+    pieces = _pieces(baked, corners)
+    some = [_not_from_behind(look, pieces) for look in looks]
+    views = [_look_up(baked, look, pieces.at(rows)) for look, rows in zip(looks, some, strict=True)]
     # What images cost at least leaves few to look into: the likeliest is the best, mostly.
-    least = np.stack([_least_cost(image, pieces, view) for image, _, _, view in looks])
-    likeliest = least.argmin(0)
+    ends = np.cumsum([len(look.code) for look in looks])
+    least = np.full((len(corners), ends[-1]), np.inf, np.float32)
+    for look, rows, view, end in zip(looks, some, views, ends, strict=True):
+        least[rows, end - len(look.code) : end] = _least_cost(look, pieces.scale[rows], view)
+    likely = np.zeros(least.shape, bool)
+    likely[np.arange(len(least)), least.argmin(1)] = True
     best, code = np.full(len(corners), np.inf), np.full(len(corners), NOWHERE)
-    for first, (number, (image, beside, past, view)) in product((True, False), enumerate(looks)):
-        hopeful = np.flatnonzero(likeliest == number if first else (least[number] < best) & (likeliest != number))
-        cost, there = _cost(image, texel, pieces.at(hopeful), view.at(hopeful))
-        better = (cost < best[hopeful]) & there
-        hopeful = hopeful[better]
-        edge = beside[view.row[hopeful], view.column[hopeful]].any(1)
-        best[hopeful] = cost[better]
-        code[hopeful] = (image.face << FACE_SHIFT) + image.layer + PAST_AXIS * past + EDGE * edge
+    for first, (look, rows, view, end) in product((True, False), list(zip(looks, some, views, ends, strict=True))):
+        its = rows, slice(end - len(look.code), end)
+        row, layer = (likely[its] if first else (least[its] < best[rows, None]) & ~likely[its]).nonzero()
+        cost, there = _cost(look, layer, pieces.at(rows[row]), view.at(row))
+        # The last written stays: the least, and of equals the first.
+        better = np.flatnonzero((cost < best[rows[row]]) & there)
+        better = better[np.argsort(cost[better], kind="stable")[::-1]]
+        row, layer = row[better], layer[better]
+        edge = look.beside[view.row[row], view.column[row], layer[:, None]].any(1)
+        best[rows[row]] = cost[better]
+        code[rows[row]] = look.code[layer] + EDGE * edge
     return code
 
 
-def _least_cost(image: DepthImage, pieces: _Pieces, view: _View) -> Array:
-    """What speaks (t,) at least against an image for triangles, by the depths of its samples."""
+def _pieces(baked: BakedObject, corners: Array) -> _Pieces:
+    middle = corners.mean(1, keepdims=True)
+    probes = np.concatenate([middle, (middle + corners) / 2], 1)
+    size, texel = lengths(corners - np.roll(corners, 1, axis=1)).max(1), square_texel(baked)
+    values = probes, face_normals(corners)[0], _NEAR * (size + texel), np.maximum(size, texel)
+    return _Pieces(*(value.astype(np.float32) for value in values))
+
+
+def _not_from_behind(look: _Look, pieces: _Pieces) -> Ints:
+    """Triangles (n,) of which `look` may have a sample: not those that its rays all meet from behind."""
+    if look.face is Face.SIDE:
+        return np.arange(len(pieces.normal))
+    return np.flatnonzero(pieces.normal @ face_outward(look.face) >= -_EDGE_ON)
+
+
+def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
+    """What speaks (t, layers) at least against images for triangles of `scale` (t,), by the depths of their samples."""
     at = view.row, view.column
+    before, facing = view.before[..., None], view.facing[..., None]
     with np.errstate(invalid="ignore"):  # infinitely far along a plane
-        off = np.abs(view.before - view.facing * image.depth[at]) / pieces.scale[:, None]
-    cost = np.fmin(off, 1) + _ELSEWHERE * (image.owner[at] != image.face) + view.askew
-    return np.asarray(np.einsum("tp->t", cost))  # much faster than `sum` along so short an axis
+        off = np.abs(before - facing * look.depth[at]) / scale[:, None, None]
+    cost = np.where(facing < -_EDGE_ON, np.float32(1), np.fmin(off, np.float32(1))) + view.askew[..., None]
+    cost += _ELSEWHERE * look.strange[at]
+    return np.asarray(np.einsum("tpl->tl", cost)) - _ROUNDING  # much faster than `sum` along so short an axis
 
 
-def _cost(image: DepthImage, texel: float, pieces: _Pieces, view: _View) -> tuple[Array, NDArray[np.bool_]]:
-    """What speaks (t,) against an image for triangles, and whether (t,) it has a sample of them."""
-    depth = image.depth[view.row, view.column]
+def _cost(look: _Look, layer: Ints, pieces: _Pieces, view: _View) -> tuple[Array, NDArray[np.bool_]]:
+    """What speaks (t,) against the image of a `layer` (t,) for triangles, and whether (t,) it has a sample of them."""
+    at = view.row, view.column, layer[:, None]
+    depth = look.depth[at]
     solid = np.isfinite(depth)
     away = view.origin + np.where(solid, depth, 0)[..., None] * view.inward - pieces.probes
     off = np.abs(np.einsum("tpi,ti->tp", away, pieces.normal)) / pieces.scale[:, None]
-    cosine = np.einsum("tpi,ti->tp", image.normal[view.row, view.column], pieces.normal)
+    cosine = np.einsum("tpi,ti->tp", look.normal[at], pieces.normal)
     same_side = np.where(np.abs(view.facing) > _EDGE_ON, view.facing, cosine) > 0
-    there = solid & same_side & (lengths(away) < _NEAR * (pieces.size + texel)[:, None])
+    there = solid & same_side & (lengths(away) < pieces.reach[:, None])
     cost = np.where(there, np.minimum(off, 1) + _TURNED * (1 - np.minimum(np.abs(cosine), 1)), 1)
-    cost += _ELSEWHERE * (image.owner[view.row, view.column] != image.face) + view.askew
+    cost += _ELSEWHERE * look.strange[at] + view.askew
     return np.asarray(cost.sum(1)), np.asarray(there.any(1))
 
 
-def _views(
-    baked: BakedObject, beside_edges: list[NDArray[np.bool_]], pieces: _Pieces
-) -> Iterator[tuple[DepthImage, NDArray[np.bool_], bool, _View]]:
-    """All images, those of the side also past the axis; with what of them is beside edges."""
-    looks = [*((face, False) for face in Face), (Face.SIDE, True)]
-    shape = baked.images[0].depth.shape
-    present = {image.face for image in baked.images}
-    views = {look: _look_up(baked, shape, *look, pieces) for look in looks if look[0] in present}
-    for image, beside in zip(baked.images, beside_edges, strict=True):
-        for (face, past), view in views.items():
-            if face is image.face:
-                yield image, beside, past, view
-
-
-def _look_up(baked: BakedObject, shape: tuple[int, ...], face: Face, past: bool, pieces: _Pieces) -> _View:
-    height, width = shape
-    turned = pieces.probes * (-1, 1, -1) if past else pieces.probes
+def _look_up(baked: BakedObject, look: _Look, pieces: _Pieces) -> _View:
+    face, (height, width) = look.face, look.depth.shape[:2]
+    turned = pieces.probes * np.array((-1, 1, -1), np.float32) if look.past else pieces.probes
     u, v = (axis.reshape(turned.shape[:2]) for axis in image_position(baked.cylinder, face, turned.reshape(-1, 3)))
     row, column = ((at * count).astype(int).clip(0, count - 1) for at, count in ((v, height), (u, width)))
     origin, inward = surface_rays(baked.cylinder, face, (column + 0.5) / width, (row + 0.5) / height)
