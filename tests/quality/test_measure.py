@@ -126,9 +126,16 @@ def test_poor_candidates_are_named_with_the_reason(ball):
     assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare)[0]
     card = shapes.box(1, 1, 0.002)
     assert examine(card, shapes.model_of(shapes.bake(card, 64, 2)), ModelParams(64, 2)).thin > 0.9
-    assert warnings(Candidate(1.0, 0.5, 99, 0.01)) == [
-        "50.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
+    assert warnings(Candidate(1.0, 0.05, 99, 0.01)) == [
+        "5.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
         "it has 99 separate parts, which hide each other: more layers, or several objects",
+    ]
+
+
+def test_foliage_is_better_drawn_as_its_mesh():
+    assert warnings(Candidate(1.0, 0.5, 1, 0.01)) == [
+        "foliage: 50.0 % of its surface is thinner than a texel (10 mm), and most of its pixels are edges; "
+        "draw it as its mesh"
     ]
 
 

@@ -26,8 +26,9 @@ def row_ids(columns: NDArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 def doubled_areas(positions: NDArray, faces: NDArray) -> NDArray[np.float64]:
     """(F, 3) cross product of two edges: along the face's normal, as long as twice its area."""
-    a, b, c = (positions[faces[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
+    x, y, z = (np.ascontiguousarray(axis)[faces.T] for axis in positions.T)  # half the time of np.cross
+    (ux, uy, uz), (vx, vy, vz) = ([axis[k] - axis[0] for axis in (x, y, z)] for k in (1, 2))
+    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], -1)
 
 
 def split_at_creases(

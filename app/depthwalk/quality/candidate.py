@@ -23,6 +23,7 @@ from depthwalk.render.rotation import rotate
 SAMPLES = 4000
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted
 LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02
+FOLIAGE = 0.15  # part of the surface that is thin, from which on the rest does not count
 MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 Array = NDArray[np.floating]
@@ -70,6 +71,11 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
 def warnings(candidate: Candidate) -> list[str]:
     """Why the object is a poor candidate, a line per reason; none for a good one."""
     lines = []
+    if candidate.thin > FOLIAGE:
+        lines.append(
+            f"foliage: {100 * candidate.thin:.1f} % of its surface is thinner than a texel "
+            f"({1000 * candidate.texel:.3g} mm), and most of its pixels are edges; draw it as its mesh"
+        )
     if candidate.coverage < LOW_COVERAGE:
         missing = 100 * (1 - candidate.coverage)
         lines.append(f"{missing:.1f} % of its visible surface is in no depth image: more layers, or a finer resolution")
@@ -80,7 +86,7 @@ def warnings(candidate: Candidate) -> list[str]:
             f"{100 * now.missing:.1f}, and a texel covers {then.footprint:.1f} texels² of it on the mean, not "
             f"{now.footprint:.1f}"
         )
-    if candidate.thin > MUCH_THIN:
+    if MUCH_THIN < candidate.thin <= FOLIAGE:
         lines.append(
             f"{100 * candidate.thin:.1f} % of its surface is thinner than a texel ({1000 * candidate.texel:.3g} mm): "
             "a finer resolution"

@@ -26,6 +26,9 @@ from depthwalk.render.lod import Case
 
 _SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
 _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
+_DENSE_TOLERANCES = 1.0, 1.4  # texels, of more such where all others have far fewer triangles, as of foliage
+_DENSE = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
+_SHARPEST = 0.25  # texels: half a pixel where a texel covers two, and nearer by meshes stand in
 _WELD = 2.0  # texels, within which points become one in all others
 _FIRST_TOLERANCE = 1.0  # texels, of the first of them
 _LEFT = 0.75  # of the area that a welded level has: with less, what is not welded is no level
@@ -55,7 +58,12 @@ def build_levels(baked: BakedObject) -> Grids:
     samples = np.unique(triangles)
     samples = samples[~yields[samples]]
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
-    error = [_deviation(probes, corners) for corners in levels]
+    error = [_deviation(probes, corners) for corners in levels[1:]]
+    dense = len(levels[0]) > _DENSE * baked.images[0].depth.size
+    if dense and error[0] <= _SHARPEST * square_texel(baked):
+        levels = levels[1:]  # nobody would ever see the finest, and two thirds of the memory would go to that
+    else:
+        error = [_deviation(probes, levels[0]), *error]
     return _as_grids(grid, baked, levels, np.maximum.accumulate(error))
 
 
@@ -83,24 +91,24 @@ def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: f
 
     point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface.
     """
-    first, second = (tolerance * texel for tolerance in _FINE_TOLERANCES)
-    fine = contract(weld(point, triangles, yields, _SAME * texel), first, each)
-    before = len(fine.triangles)
-    yield fine.point[fine.triangles]
-    fine = contract(fine, second, each)
-    surface = contract(weld(point, triangles, yields, _WELD * texel), _FIRST_TOLERANCE * texel, each)
-    # Leaves of a texel's size go from the one as they are contracted, and hold together in the other.
-    if _area(fine) > _LEFT * _area(surface):
-        before = len(fine.triangles)
-        yield fine.point[fine.triangles]
+    coarse = contract(weld(point, triangles, yields, _WELD * texel), _FIRST_TOLERANCE * texel, each)
+    surface = weld(point, triangles, yields, _SAME * texel)
+    for tolerance in _FINE_TOLERANCES + _DENSE_TOLERANCES:
+        surface = contract(surface, tolerance * texel, each)
+        # Leaves of a texel's size go from the one as they are contracted, and hold together in the other.
+        if tolerance > _FINE_TOLERANCES[0] and _area(surface) <= _LEFT * _area(coarse):
+            break
+        if tolerance in _DENSE_TOLERANCES and len(coarse.triangles) > _WORTH * len(surface.triangles):
+            break
+        before = len(surface.triangles)
+        yield surface.point[surface.triangles]
     for level in range(_COARSE):
-        if level:
-            surface = contract(surface, _FIRST_TOLERANCE * _GROWTH**level * texel, each)
-        if len(surface.triangles) < _FEWEST:
+        if len(coarse.triangles) < _FEWEST:
             return
-        if len(surface.triangles) <= _WORTH * before:
-            before = len(surface.triangles)
-            yield surface.point[surface.triangles]
+        if len(coarse.triangles) <= _WORTH * before:
+            before = len(coarse.triangles)
+            yield coarse.point[coarse.triangles]
+        coarse = contract(coarse, _FIRST_TOLERANCE * _GROWTH ** (level + 1) * texel, each)
 
 
 def _area(surface: WeldedSurface) -> float:
