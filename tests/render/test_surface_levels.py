@@ -99,7 +99,7 @@ def test_foliage_has_levels_between_its_leaves_and_what_is_welded():
     levels = build_levels(leaves)
     counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
     assert counts[0] < 0.25 * len(build_grids(leaves).drawn(0))
-    assert counts[1] > 0.5 * counts[0] and levels.error[1] < 0.25 * square_texel(leaves)
+    assert counts[1] > 0.5 * counts[0] and levels.error[0] < 0.25 * square_texel(leaves)
 
 
 @pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.09, 0), (0.1, 1), (0.5, 2), (100.0, 2)])

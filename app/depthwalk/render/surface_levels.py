@@ -58,13 +58,12 @@ def build_levels(baked: BakedObject) -> Grids:
     samples = np.unique(triangles)
     samples = samples[~yields[samples]]
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
-    error = [_deviation(probes, corners) for corners in levels[1:]]
-    dense = len(levels[0]) > _DENSE * baked.images[0].depth.size
-    if dense and error[0] <= _SHARPEST * square_texel(baked):
-        levels = levels[1:]  # nobody would ever see the finest, and two thirds of the memory would go to that
-    else:
-        error = [_deviation(probes, levels[0]), *error]
-    return _as_grids(grid, baked, levels, np.maximum.accumulate(error))
+    error = np.maximum.accumulate([_deviation(probes, corners) for corners in levels])
+    # Of foliage nobody would ever see the finest, and two thirds of the memory would go to that.
+    most, sharp = _DENSE * baked.images[0].depth.size, _SHARPEST * square_texel(baked)
+    needless = [len(corners) > most and off <= sharp for corners, off in zip(levels, error[1:], strict=False)]
+    finest = [*needless, False].index(False)
+    return _as_grids(grid, baked, levels[finest:], error[finest:])
 
 
 def _bulged(point: Array, triangles: Ints) -> Array:
