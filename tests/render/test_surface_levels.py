@@ -10,7 +10,7 @@ from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.grids import EDGE, FACE_SHIFT, build_grids
 from depthwalk.render.lod import error_level
 from depthwalk.render.surface_levels import _bulged, build_levels
-from shapes import bake, box, joined, leaves, mesh_of, sphere
+from shapes import bake, box, joined, leaves, sphere
 
 
 @pytest.fixture(scope="module")
@@ -90,16 +90,11 @@ def test_folds_are_found_nowhere(baked, levels):
 
 
 def test_foliage_has_levels_between_its_leaves_and_what_is_welded():
-    """150 square leaves, every way round."""
-    random = np.random.default_rng(0)
-    middle, turned = random.uniform(-0.5, 0.5, (150, 1, 3)), np.linalg.qr(random.normal(size=(150, 3, 3)))[0]
-    corners = middle + np.array([(-0.1, -0.1, 0), (0.1, -0.1, 0), (0.1, 0.1, 0), (-0.1, 0.1, 0)]) @ turned
-    faces = np.array([(0, 1, 2), (0, 2, 3)]) + 4 * np.arange(150)[:, None, None]
-    leaves = bake(mesh_of(corners.reshape(-1, 3), faces.reshape(-1, 3), turned[:, 2].repeat(4, 0)), 48, layers=4)
-    levels = build_levels(leaves)
+    crown = bake(leaves(150, 0.25), 48, layers=4)
+    levels = build_levels(crown)
     counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
-    assert counts[0] < 0.25 * len(build_grids(leaves).drawn(0))
-    assert counts[1] > 0.5 * counts[0] and levels.error[0] < 0.25 * square_texel(leaves)
+    assert counts[0] < 0.25 * len(build_grids(crown).drawn(0))
+    assert counts[1] > 0.5 * counts[0] and levels.error[0] < 0.25 * square_texel(crown)
 
 
 @pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.09, 0), (0.1, 1), (0.5, 2), (100.0, 2)])
