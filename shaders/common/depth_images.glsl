@@ -37,7 +37,7 @@ void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, o
             low = ivec2(floor(there - 0.5));
             for (int k = 0; k < 4; ++k) {
                 ivec2 place = low + ivec2(k & 1, k >> 1);
-                vec4 found = page_fetch(place, NORMALS);
+                vec4 found = texelFetch(page_normals, place, 0);
                 float off_there = depth_off(found.a, depth);
                 if (off_there < off[k]) {
                     off[k] = off_there;
@@ -56,8 +56,7 @@ void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, o
     weight /= dot(weight, vec4(1.0));
     normal = vec3(-1.0);
     for (int k = 0; k < 4; ++k) normal += weight[k] * 2.0 * texel[k].xyz;
-    albedo = vec4(0.0);
-    for (int k = 0; k < 4; ++k) albedo += weight[k] * page_fetch(places[k], COLOURS);
+    albedo = page_colour(places, weight);
 }
 
 // p: object frame, metres; image: number of the image that p was warped from; footprint: metres that a pixel covers.
@@ -72,7 +71,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     float lod = max(log2(covered) - 1.0, 0.0);      // what blends two texels averages over as many
     if (face == SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
-    vec4 albedo = page_texel(place, COLOURS);
+    vec4 albedo = page_colour(place);
     vec3 normal;
     if (covered < 1.0 || border && lod == 0.0) {
         vec4 around[4];
@@ -83,7 +82,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
 #endif
         if (border) sample_border(image, position.xy, place.xy, around, depth * texels[face], albedo, normal);
     } else {
-        normal = page_texel(place, NORMALS).xyz * 2.0 - 1.0;
+        normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;
     }
     normal /= max(length(normal), 1e-6);
 #ifdef MESO

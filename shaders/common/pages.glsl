@@ -1,13 +1,15 @@
 // Where the texels of depth images lie that are stored, see render/pages.py.
-// COLOURED: their colours differ.
-uniform sampler2DArray pages;           // (object normal + 1) / 2, remainder of the depth; √linear colour, specular strength
-uniform vec4 plain_colour;              // in place of the latter, where all are alike
+// COLOURED: their colours differ; TINTED: in what one component tells, and little else.
+uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
+uniform sampler2D page_colours;         // components of colours (render/page_colours.py), with TINTED only the first,
+uniform sampler2D page_tints;           // the next two, at half the resolution
+uniform vec4 first_colour;              // √linear colour, specular strength; all there is where all are alike
+uniform mat3x4 colour_axes;              // what each component adds
 uniform isampler2DArray page_table;     // per block: what takes a texel to its place + which of its grains are stored
 uniform vec2 image_size;                // texels
 uniform int first_rows[7];              // of each segment's blocks in the table
 uniform int last_segment;
 
-const int NORMALS = 0, COLOURS = 1;     // pictures
 const float GRAIN = 4.0;                // texels; a block is 2 × 2 grains
 const float LEVELS = 2.0;               // that a segment serves: each is a quarter of the one before
 
@@ -42,19 +44,40 @@ bool page_stored(int image, vec2 uv, out vec2 place) {
     return in_pages(image, clamp(uv * image_size, vec2(0.0), image_size - 0.01), 0, place);
 }
 
-// One texel of a picture, and what `page_at` found there, trilinear.
-vec4 page_fetch(ivec2 at, int picture) {
-#ifndef COLOURED
-    if (picture == COLOURS) return plain_colour;
-#endif
-    return texelFetch(pages, ivec3(at, picture), 0);
+// What `page_at` found at a place, trilinear.
+vec4 page_texel(sampler2D picture, vec3 place) {
+    return textureLod(picture, place.xy / vec2(textureSize(picture, 0)), place.z);
 }
-vec4 page_texel(vec3 place, int picture) {
-#ifndef COLOURED
-    if (picture == COLOURS) return plain_colour;
+vec4 page_colour(vec3 place) {
+#if defined TINTED
+    vec3 tint = vec3(place.xy / 2.0, max(place.z - 1.0, 0.0));
+    float first = page_texel(page_colours, place).r;
+    return first_colour + colour_axes * vec3(first, page_texel(page_tints, tint).rg);
+#elif defined COLOURED
+    return page_texel(page_colours, place);
+#else
+    return first_colour;
 #endif
-    vec2 size = vec2(textureSize(pages, 0).xy);
-    return textureLod(pages, vec3(place.xy / size, float(picture)), place.z);
+}
+
+// Between four texels, in such parts, which sum up to 1.
+vec4 page_colour(ivec2 at[4], vec4 part) {
+#ifdef COLOURED
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < 4; ++k) {
+        vec4 texel = texelFetch(page_colours, at[k], 0);
+#ifdef TINTED
+        texel.gb = texelFetch(page_tints, at[k] / 2, 0).rg;
+#endif
+        sum += part[k] * texel;
+    }
+#ifdef TINTED
+    sum = first_colour + colour_axes * sum.rgb;
+#endif
+    return sum;
+#else
+    return first_colour;
+#endif
 }
 
 // The normal, not of length 1, at a place of level 0, by the cubics of Catmull and Rom 1974 through the texels: magnified, it
@@ -68,7 +91,7 @@ vec3 page_normal(vec2 place, out vec4 around[4]) {
     vec3 sum = vec3(0.0);
     for (int k = 0; k < 16; ++k) {
         ivec2 at = ivec2(k & 3, k >> 2);
-        vec4 texel = page_fetch(ivec2(low) + at - 1, NORMALS);
+        vec4 texel = texelFetch(page_normals, ivec2(low) + at - 1, 0);
         sum += across[at.x] * up[at.y] * texel.xyz;
         ivec2 near = at - 1;
         if (near == (near & 1)) around[near.x + 2 * near.y] = texel;

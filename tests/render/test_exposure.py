@@ -48,4 +48,4 @@ def test_it_is_stored_in_fewer_texels(narrow, monkeypatch):
     baked, grids = narrow
     few = build_pages(baked, grids)
     monkeypatch.setattr("depthwalk.render.exposure._LEAST", 0.0)
-    assert few.texels.size < 0.75 * build_pages(baked, grids).texels.size
+    assert few.normals.size < 0.75 * build_pages(baked, grids).normals.size

@@ -8,6 +8,7 @@ from depthwalk.bake.images import Face
 from depthwalk.bake.planar import bake_planar
 from depthwalk.gpu.program import Source
 from depthwalk.ingest.image import PlanarImage
+from depthwalk.render import page_colours
 from depthwalk.render.assets import AssetStore
 from depthwalk.render.coverage import GRAIN
 from depthwalk.render.grids import FACE_SHIFT, build_grids
@@ -23,6 +24,19 @@ def statue():
     return bake(joined(sphere(0.5, 48, 24), box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1)), box(0.05, 0.05, 0.6, (0.7, 0.3, 0))))
 
 
+def painted():
+    """The same in lighter and darker brown, for which one component and tints do."""
+    looks = {"colour": (210, 190, 160)}, {"colour": (105, 95, 80)}, {"colour": (53, 47, 40)}
+    ball, plinth, plate = looks
+    return bake(
+        joined(
+            sphere(0.5, 48, 24, **ball),
+            box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1), **plinth),
+            box(0.05, 0.05, 0.6, (0.7, 0.3, 0), **plate),
+        )
+    )
+
+
 def relief():
     """A planar image of odd size, torn along its middle."""
     rng = np.random.default_rng(3)
@@ -34,7 +48,7 @@ def relief():
     return bake_planar(PlanarImage(depth, colour, normal, (0.53, 0.83)), "relief")
 
 
-@pytest.fixture(scope="module", params=[statue, relief], ids=["statue", "relief"])
+@pytest.fixture(scope="module", params=[statue, painted, relief], ids=["statue", "painted", "relief"])
 def baked(request):
     return request.param()
 
@@ -47,6 +61,13 @@ def grids(baked):
 @pytest.fixture(scope="module")
 def pages(baked, grids):
     return build_pages(baked, grids)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def none_is_small():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page_colours, "_SMALL", 0)
+        yield
 
 
 def boxed(texels, size, period):
@@ -98,25 +119,41 @@ def places(pages, image, at, lod, size):
         found = found + missing
 
 
+def trilinear(picture, place, level):
+    """A picture (H, W, k) at places (n, 2), its texels, at levels of detail (n,) or one, up to LEVELS."""
+    if not picture.size:
+        return np.zeros((len(place), 0))
+    mips = [picture.astype(float)]
+    for _ in range(LEVELS):
+        height, width = mips[-1].shape[:2]
+        mips.append(
+            np.round(
+                mips[-1][: height // 2 * 2, : width // 2 * 2].reshape(height // 2, 2, width // 2, 2, -1).mean((1, 3))
+            )
+        )
+    values = np.stack(
+        [bilinear(np.pad(mip, ((1, 1), (1, 1), (0, 0))), place / (1 << k) + 1) for k, mip in enumerate(mips)]
+    )
+    level = np.clip(level, 0, LEVELS) + np.zeros(len(place))
+    below = np.minimum(level.astype(int), LEVELS - 1)
+    part = (level - below)[:, None]
+    every = np.arange(len(place))
+    return (1 - part) * values[below, every] + part * values[below + 1, every]
+
+
 def in_pages(pages, image, at, lod, size):
     """The twin of common/pages.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
     place, found = places(pages, image, at, lod, size)
     level = np.clip(lod - LEVELS * found, 0, LEVELS)
-    pictures = [
-        pages.texels[0],
-        pages.texels[1] if pages.plain_colour is None else np.full_like(pages.texels[0], pages.plain_colour),
-    ]
-    mips = [np.concatenate(pictures, -1).astype(float)]
-    for _ in range(LEVELS):
-        height, width = mips[-1].shape[:2]
-        mips.append(np.round(mips[-1].reshape(height // 2, 2, width // 2, 2, 8).mean((1, 3))))
-    values = np.stack(
-        [bilinear(np.pad(mip, ((1, 1), (1, 1), (0, 0))), place / (1 << k) + 1) for k, mip in enumerate(mips)]
+    normals, colours, tints = (
+        trilinear(picture, place / scale, level - (scale > 1))
+        for picture, scale in ((pages.normals, 1), (pages.colours, 1), (pages.tints, 2))
     )
-    below = np.minimum(level.astype(int), LEVELS - 1)
-    part = (level - below)[:, None]
-    every = np.arange(len(at))
-    return (1 - part) * values[below, every] + part * values[below + 1, every], found
+    if not colours.shape[1]:
+        colours = np.tile(255 * pages.palette[0], (len(at), 1))
+    elif tints.shape[1]:
+        colours = 255 * pages.palette[0] + np.concatenate([colours * (255 / 127), tints], 1) @ pages.palette[1:]
+    return np.concatenate([normals, colours], 1), found
 
 
 def cubic_normals(pages, image, at, size):
@@ -127,7 +164,7 @@ def cubic_normals(pages, image, at, size):
     near, far = 1.5 * np.abs(x) ** 3 - 2.5 * x**2 + 1, -0.5 * np.abs(x) ** 3 + 2.5 * x**2 - 4 * np.abs(x) + 2
     weight = np.where(np.abs(x) < 1, near, far)
     rows, columns = (low[:, axis, None] + np.arange(-1, 3) for axis in (1, 0))
-    around = pages.texels[0][rows[:, :, None], columns[:, None], :3] / 127.5 - 1
+    around = pages.normals[rows[:, :, None], columns[:, None], :3] / 127.5 - 1
     return np.einsum("nr,nc,nrci->ni", weight[:, 1], weight[:, 0], around)
 
 
@@ -146,7 +183,7 @@ def points(image):
 def test_pages_hold_what_the_images_hold(baked, pages, lod):
     """Wherever one looks, or else in a coarser segment, which stands in for what is never drawn."""
     for number, image in enumerate(baked.images):
-        texels = image_texels(baked.cylinder, image)
+        texels = image_texels(baked.cylinder, image) / (1, 1, 1, 1, 257, 257, 257, 257)
         at, period = points(image), image.depth.shape[1] if image.face is Face.SIDE else 0
         found, segment = in_pages(pages, number, at, lod, image.depth.shape[::-1])
         for coarsest in np.unique(segment):
@@ -180,7 +217,7 @@ def test_pages_are_smaller_than_images():
     baked = statue()
     all_cases, paper = (build_pages(baked, build_grids(baked, paper_cases=wanted)) for wanted in (False, True))
     whole = len(baked.images) * baked.images[0].depth.size
-    assert all_cases.texels[0, ..., 0].size < paper.texels[0, ..., 0].size < 0.8 * whole
+    assert all_cases.normals[..., 0].size < paper.normals[..., 0].size < 0.8 * whole
 
 
 LOOK_UP = """
@@ -192,8 +229,8 @@ out vec3 magnified;
 out float misplaced;    // texels
 void main() {
     vec3 place = page_at(image, uv, lod);
-    normal = page_texel(place, NORMALS);
-    colour = page_texel(place, COLOURS);
+    normal = page_texel(page_normals, place);
+    colour = page_colour(place);
     vec2 stored;
     place = page_at(image, uv, 0.0);
     vec4 around[4];
@@ -211,12 +248,12 @@ def test_the_shader_matches_its_twin(gl_device, baked, pages):
     preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
     text = Source("common/pages.glsl", preamble).text + LOOK_UP
     program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour", "magnified", "misplaced"])
-    drawn.pages.use(0)
-    drawn.page_table.use(1)
-    program["pages"], program["page_table"] = 0, 1
-    for name in ("plain_colour", "image_size", "first_rows", "last_segment"):
+    for unit, texture in enumerate((drawn.normals, drawn.colours, drawn.tints, drawn.page_table)):
+        texture.use(unit)
+    units = {"page_normals": 0, "page_colours": 1, "page_tints": 2, "page_table": 3}
+    for name, value in (drawn.surface | units).items():
         if name in program:
-            program[name] = drawn.surface[name]
+            program[name].value = value
     scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own
     for number, image in enumerate(baked.images):
         size = image.depth.shape[::-1]

@@ -11,6 +11,7 @@ log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
+R8_SNORM = 0x8F94  # GL_R8_SNORM
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
 
 
@@ -88,24 +89,23 @@ class Scope:
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture
 
-    def texture_array(
-        self, size: tuple[int, int, int], components: int, data: bytes, levels: int
-    ) -> moderngl.TextureArray:
-        """Layers (width, height, count) of 8-bit texels with so many `levels` of mip-maps, trilinear."""
-        array = self._array(size, components, data, "f1")
-        array.build_mipmaps(max_level=levels)
-        array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-        return array
+    def mipmapped_texture(
+        self, size: tuple[int, int], components: int, data: bytes, levels: int, **layout: Any
+    ) -> moderngl.Texture:
+        """A 2-D texture with so many `levels` of mip-maps, trilinear, clamped. layout: moderngl's dtype or
+        internal_format; else 8-bit."""
+        self._check_size(size)
+        make = self.device.context.texture
+        texture = self._make("texture", size, lambda: make(size, components, data, **layout))
+        texture.build_mipmaps(max_level=levels)
+        texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        texture.repeat_x = texture.repeat_y = False
+        return texture
 
     def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
     ) -> moderngl.TextureArray:
         """Layers (width, height, count) of integers, which shaders fetch. dtype: moderngl's ("i2", "u4" …)."""
-        array = self._array(size, components, data, dtype)
-        array.filter = moderngl.NEAREST, moderngl.NEAREST
-        return array
-
-    def _array(self, size: tuple[int, int, int], components: int, data: bytes, dtype: str) -> moderngl.TextureArray:
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
@@ -113,6 +113,7 @@ class Scope:
         array: moderngl.TextureArray = self._make(
             "texture_array", size, lambda: make(size, components, data, dtype=dtype)
         )
+        array.filter = moderngl.NEAREST, moderngl.NEAREST
         return array
 
     def multisampled_texture(

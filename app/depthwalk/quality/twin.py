@@ -150,7 +150,7 @@ def _gl_bytes(value: Any) -> int:
     if isinstance(value, moderngl.Buffer):
         return int(value.size)
     if isinstance(value, moderngl.Texture | moderngl.TextureArray):
-        texel = value.components * np.dtype(value.dtype.replace("nu", "u").replace("f1", "u1")).itemsize
+        texel = value.components * np.dtype(value.dtype.removeprefix("n").replace("f1", "u1")).itemsize
         width, height, layers = (*value.size, 1)[:3]
         mipped = value.filter[0] not in (moderngl.NEAREST, moderngl.LINEAR)
         chain = max(width, height).bit_length() if mipped else 1

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject, Cylinder, Face, square_texel, texel_size
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
-from depthwalk.gpu.device import Device, Scope
+from depthwalk.gpu.device import R8_SNORM, Device, Scope
 from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Program
 from depthwalk.render.chunks import Chunks, chunk_runs, vertex_numbers
@@ -50,11 +50,13 @@ class DepthObject:
     indices: moderngl.Buffer
     index_type: np.dtype[np.unsignedinteger]
     chunks: Chunks
-    pages: moderngl.TextureArray
+    normals: moderngl.Texture
+    colours: moderngl.Texture
+    tints: moderngl.Texture
     page_table: moderngl.TextureArray
     meso: moderngl.Texture
     geometry: dict[str, Any]  # uniforms of the vertex stage
-    coloured: bool  # not all of it is of one colour
+    colour_defines: tuple[str, ...]  # of common/pages.glsl
     surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
     relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
 
@@ -66,7 +68,7 @@ class DepthObject:
     @property
     def surface_defines(self) -> tuple[str, ...]:
         """What the shader that looks its surface up is told."""
-        return (*self.defines, "COLOURED") if self.coloured else self.defines
+        return *self.defines, *self.colour_defines
 
     def shape(self, runs: Sequence[tuple[int, int]]) -> Shape:
         """Positions (v, 3), metres, and triangles (t, 3) of runs of indices, first and count each, read back."""
@@ -98,13 +100,19 @@ class DepthObject:
         self.meso.use(unit)
         program.set(meso_relief=unit, meso_fade=lod.meso_fade, pixel_angle=pixel_angle, **self.geometry, **self.relief)
 
-    def use_surface(self, program: Program, units: tuple[int, int, int]) -> None:
-        """Binds images and uniforms that `surface_at` reads, to three texture units."""
-        self.pages.use(units[0])
-        self.page_table.use(units[1])
-        self.meso.use(units[2])
-        images = {"pages": units[0], "page_table": units[1], "meso_relief": units[2]}
-        program.set(**images, **self.surface, **self.relief)
+    def use_surface(self, program: Program, first_unit: int) -> None:
+        """Binds images and uniforms that `surface_at` reads, to five texture units from `first_unit` on."""
+        images: dict[str, moderngl.Texture | moderngl.TextureArray] = {
+            "page_normals": self.normals,
+            "page_colours": self.colours,
+            "page_tints": self.tints,
+            "page_table": self.page_table,
+            "meso_relief": self.meso,
+        }
+        for unit, (name, image) in enumerate(images.items(), first_unit):
+            image.use(unit)
+            program.set(**{name: unit})
+        program.set(**self.surface, **self.relief)
 
 
 class AssetStore:
@@ -221,7 +229,9 @@ class AssetStore:
             if excess <= 0:
                 return
             drawn = self._depth.pop(number)
-            self.gl.free(drawn.vertices, drawn.indices, drawn.pages, drawn.page_table, drawn.meso)
+            self.gl.free(
+                drawn.vertices, drawn.indices, drawn.normals, drawn.colours, drawn.tints, drawn.page_table, drawn.meso
+            )
             excess -= self._prepared[number].bytes
         if excess > 0 and not self._warned:
             self._warned = True
@@ -267,13 +277,15 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
     images, cylinder = baked.images, baked.cylinder
     height, width = shape = images[0].depth.shape
     faces = np.array([image.face for image in images])
-    plain = pages.plain_colour
+    pictures = {"COLOURED": pages.colours, "TINTED": pages.tints}
     return DepthObject(
         gl.buffer(grids.vertices),
         gl.buffer(grids.indices),
         grids.indices.dtype,
         grids.chunks,
-        gl.texture_array(pages.texels.shape[2::-1], 4, pages.texels.tobytes(), LEVELS),
+        _upload_picture(gl, pages.normals, LEVELS),
+        _upload_picture(gl, pages.colours, LEVELS),
+        _upload_picture(gl, pages.tints, LEVELS - 1),
         gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
         _upload_meso(gl, baked.meso),
         geometry={
@@ -282,11 +294,12 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
             "setback": _SETBACK * square_texel(baked),
             "meso_spacing": max(max(texel_size(cylinder, image.face, shape)) for image in images),
         },
-        coloured=plain is None,
+        colour_defines=tuple(name for name, picture in pictures.items() if picture.size),
         surface={
             "texels": [1 / max(texel_size(cylinder, face, shape)) for face in Face],
             "shininess": baked.shininess,
-            "plain_colour": (0.0,) * 4 if plain is None else tuple((plain / 255).tolist()),
+            "first_colour": tuple(pages.palette[0].tolist()),
+            "colour_axes": tuple(pages.palette[1:].ravel().tolist()),
             "image_size": (width, height),
             "first_rows": pages.first_rows,
             "last_segment": pages.last_segment,
@@ -298,6 +311,15 @@ def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> 
             "first_images": [int((faces < face).sum()) for face in Face],
         },
     )
+
+
+def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:
+    """texels: (H, W, k); those that are signed have one component."""
+    if not texels.size:
+        texels = np.zeros((1, 1, 1), np.uint8)  # nothing looks it up
+    height, width, components = texels.shape
+    layout: dict[str, Any] = {"dtype": "ni1", "internal_format": R8_SNORM} if texels.dtype == np.int8 else {}
+    return gl.mipmapped_texture((width, height), components, texels.tobytes(), levels, **layout)
 
 
 def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:

@@ -19,6 +19,7 @@ from depthwalk.bake.parallel import thread_map
 from depthwalk.render.coverage import GRAIN, block_shape, covered_grains
 from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.grids import Grids
+from depthwalk.render.page_colours import few_components
 
 MAX_SEGMENTS = 7  # of an image 4⁷ texels wide
 LEVELS = 2  # of detail that a segment serves; a texel of the last is a grain
@@ -30,9 +31,10 @@ _NOWHERE = np.iinfo(np.int16).min  # shift of a grain that is not stored
 
 @dataclass(frozen=True)
 class Pages:
-    """texels: (1 or 2, H, W, 4) uint8, level 0 of pictures. The first: (object normal + 1) / 2, see `encode_normals`,
-    and the remainder of the depth, see `depth_code`. The second, unless all of it is `plain_colour`: √linear colour,
-    specular strength. H and W are multiples of `GRAIN`.
+    """normals: (H, W, 4) uint8, level 0 of a picture: (object normal + 1) / 2, see `encode_normals`, and the remainder
+    of the depth, see `depth_code`. H and W are multiples of `GRAIN`.
+
+    colours, tints, palette: √linear colour and specular strength as `page_colours.Colours`, level 0 of two pictures.
 
     table: (images, rows, columns, 2) int16, for each block of 2 × 2 grains of each segment, right and up, what takes a
     texel to its place: a multiple of `GRAIN`, plus which grains are stored, 1 for the left and 2 for the right one: of
@@ -40,8 +42,10 @@ class Pages:
     first_rows: where each segment's blocks begin in it, `MAX_SEGMENTS` numbers; last_segment: the coarsest there is.
     """
 
-    texels: NDArray[np.uint8]
-    plain_colour: NDArray[np.uint8] | None
+    normals: NDArray[np.uint8]
+    colours: NDArray[np.int8] | NDArray[np.uint8]
+    tints: NDArray[np.uint8]
+    palette: NDArray[np.float32]
     table: NDArray[np.int16]
     first_rows: list[int]
     last_segment: int
@@ -49,14 +53,15 @@ class Pages:
     @property
     def bytes_with_mip_maps(self) -> int:
         """What the pictures take on the GPU."""
-        return sum(self.texels.nbytes >> 2 * level for level in range(LEVELS + 1))
+        size = self.normals.nbytes + self.colours.nbytes + self.tints.nbytes
+        return sum(size >> 2 * level for level in range(LEVELS + 1))
 
 
 @dataclass(frozen=True)
 class _Segment:
-    """texels: (h, w, 8) uint8; period: columns after which it repeats, 0 where it does not."""
+    """texels: (h, w, 8) uint16, see `image_texels`; period: columns after which it repeats, 0 where it does not."""
 
-    texels: NDArray[np.uint8]
+    texels: NDArray[np.uint16]
     period: int
 
 
@@ -82,27 +87,27 @@ def build_pages(baked: BakedObject, grids: Grids) -> Pages:
     shapes = [block_shape(segment.texels.shape) for segment in images[0]]
     charts = _charts(baked, grids, shapes)
     places, (height, width) = _pack([chart.cells for chart in charts])
-    cells = np.zeros((height, width, GRAIN, GRAIN, 8), np.uint8)
+    cells = np.zeros((height, width, GRAIN, GRAIN, 8), np.uint16)
+    used = np.zeros((height, width), bool)
     for chart, (row, column) in zip(charts, places, strict=True):
         stored = chart.cells
-        there = cells[row : row + stored.shape[0], column : column + stored.shape[1]]
-        there[stored] = _cells(images[chart.image][chart.segment], chart.corner, stored.shape)[stored]
-    pictures = cells.reshape(height, width, GRAIN, GRAIN, 2, 4).transpose(4, 0, 2, 1, 3, 5)
-    texels = pictures.reshape(2, height * GRAIN, width * GRAIN, 4)
-    colour = images[0][0].texels[0, 0, 4:]
-    plain = all((segments[0].texels[..., 4:] == colour).all() for segments in images)
+        there = np.s_[row : row + stored.shape[0], column : column + stored.shape[1]]
+        cells[there][stored] = _cells(images[chart.image][chart.segment], chart.corner, stored.shape)[stored]
+        used[there] |= stored
+    texels = cells.swapaxes(1, 2).reshape(height * GRAIN, width * GRAIN, 8)
+    colours = few_components(texels[..., 4:], used.repeat(GRAIN, 0).repeat(GRAIN, 1))
     table = _table(charts, places, shapes, len(images))
     rows = [rows for rows, _ in shapes] + [0] * (MAX_SEGMENTS - len(shapes))
     first_rows = [0, *accumulate(rows[:-1])]
-    return Pages(texels[:1] if plain else texels, colour if plain else None, table, first_rows, len(shapes) - 1)
+    return Pages(texels[..., :4].astype(np.uint8), *colours, table, first_rows, len(shapes) - 1)
 
 
-def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint8]:
-    """Normals and colours (H, W, 8) of an image, as `Pages.texels` has them. An empty texel has those of the nearest
-    used one, so that filtering meets no black, and the depth that is farthest off."""
-    # Colours as square roots: 8 bits suffice, and moderngl offers no sRGB texture arrays.
+def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
+    """Texels (H, W, 8) of an image: four numbers as in `Pages.normals`; √linear colour and specular strength, of 65535.
+    An empty one has those of the nearest used one, so that filtering meets no black, and the depth farthest off."""
+    # Colours as square roots: 8 bits suffice, and one component may stand for them.
     colour = np.sqrt(np.maximum(image.albedo[..., :3], 0))
-    shown = np.round(np.clip(np.concatenate([colour, image.albedo[..., 3:]], -1), 0, 1) * 255).astype(np.uint8)
+    shown = np.round(np.clip(np.concatenate([colour, image.albedo[..., 3:]], -1), 0, 1) * 65535).astype(np.uint16)
     solid = np.isfinite(image.depth)
     depth = np.where(solid, image.depth, 0) / max(texel_size(cylinder, image.face, image.depth.shape))
     normal = np.zeros_like(image.normal, np.uint8)
@@ -111,7 +116,7 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint8]:
     if not solid.all() and solid.any():
         rows, columns = distance_transform_edt(~solid, return_distances=False, return_indices=True)
         texels = texels[rows, columns]
-        texels[~solid, 3] += 128  # half the period
+        texels[~solid, 3] ^= 128  # half the period farther
     return texels
 
 
@@ -138,7 +143,7 @@ def encode_normals(normal: NDArray[np.floating]) -> NDArray[np.uint8]:
     return best
 
 
-def _segments(texels: NDArray[np.uint8], face: Face) -> list[_Segment]:
+def _segments(texels: NDArray[np.uint16], face: Face) -> list[_Segment]:
     """The image and its quarters, down to one of at most a grain and what is beside it."""
     height, width = texels.shape[:2]
     segments = [_Segment(texels, width if face is Face.SIDE else 0)]
@@ -151,10 +156,10 @@ def _segments(texels: NDArray[np.uint8], face: Face) -> list[_Segment]:
 def _quarter(segment: _Segment) -> _Segment:
     height, width = ((size + GRAIN // 2 - 1) // GRAIN + 1 for size in segment.texels.shape[:2])
     texels = _cells(segment, (0, 0), (height, width)).mean((2, 3), dtype=np.float32)
-    return _Segment(np.round(texels).astype(np.uint8), segment.period // GRAIN)
+    return _Segment(np.round(texels).astype(np.uint16), segment.period // GRAIN)
 
 
-def _cells(segment: _Segment, corner: tuple[int, int], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+def _cells(segment: _Segment, corner: tuple[int, int], shape: tuple[int, ...]) -> NDArray[np.uint16]:
     """(h, w) = `shape` cells (h, w, 4, 4, 8) of texels, from half a grain before grain `corner` on. Beyond its edges a
     segment repeats or, where it has no period, its outermost texels do."""
     height, width = segment.texels.shape[:2]

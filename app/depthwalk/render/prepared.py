@@ -164,9 +164,9 @@ def _column(kind: type[Grids | Pages], number: int, name: str) -> str:
 
 
 def _values(part: Grids | Pages) -> dict[str, NDArray[Any]]:
-    """The fields as arrays; one that is None has no elements."""
+    """The fields as arrays."""
     values = {field.name: getattr(part, field.name) for field in fields(part)}
-    return {name: np.array([] if value is None else value) for name, value in values.items()}
+    return {name: np.asarray(value) for name, value in values.items()}
 
 
 def _read(path: Path, number: int) -> tuple[Grids, Pages]:
@@ -174,9 +174,8 @@ def _read(path: Path, number: int) -> tuple[Grids, Pages]:
         grids, pages = (
             {field.name: stored[_column(kind, number, field.name)] for field in fields(kind)} for kind in (Grids, Pages)
         )
-    colour = pages["plain_colour"] if pages["plain_colour"].size else None
-    rows, last = pages["first_rows"].tolist(), int(pages["last_segment"])
-    return Grids(**grids), Pages(pages["texels"], colour, pages["table"], rows, last)
+    pages |= {"first_rows": pages["first_rows"].tolist(), "last_segment": int(pages["last_segment"])}
+    return Grids(**grids), Pages(**pages)
 
 
 def _file(key: str, form: Form) -> Path:

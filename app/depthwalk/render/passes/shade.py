@@ -72,7 +72,7 @@ class ShadePass(Pass):
             asset = frame.assets.depth_object(number)
             variant = *asset.surface_defines, *defines
             program = self._programs[variant]
-            asset.use_surface(program, (2, 3, 4))
+            asset.use_surface(program, 2)
             program.set(**common, level=depth, low=tuple(low), high=tuple(high))
             self._arrays[variant].render(moderngl.TRIANGLE_STRIP, vertices=4)
         context.depth_func = "<"
