@@ -39,7 +39,12 @@ def crowd(tiny_scene):
 @pytest.mark.parametrize("target", [0.5, 3.0, 40.0])
 def test_bisection_finds_the_setting_of_a_picture(target):
     setting, flip = coarsened(lambda x: 2.0**x, -3, 8, target)
-    assert flip == 2.0**setting and abs(flip - target) <= TOLERANCE * target
+    assert flip == 2.0**setting and 0.95 < flip / (target * (1 + TOLERANCE)) <= 1
+
+
+def test_bisection_does_not_stop_at_the_first_that_would_do():
+    setting, flip = coarsened(lambda x: 5.0 + 0.01 * max(x, 0.0), -8, 40, 5.0)
+    assert setting == pytest.approx(10, abs=0.2) and flip == pytest.approx(5.1, abs=0.002)
 
 
 def test_bisection_stays_below_a_step():
@@ -49,7 +54,7 @@ def test_bisection_stays_below_a_step():
 
 def test_bisection_ends_where_the_setting_does():
     assert coarsened(lambda x: x, 0, 6, 9.0) == (6, 6)
-    assert coarsened(lambda x: 4.0 + x, 0, 6, 4.0) == (0, 4.0)
+    assert coarsened(lambda x: 4.0 + x, 0, 6, 3.9) == (0, 4.0)
 
 
 def test_few_objects_are_those_on_the_way(crowd):

@@ -52,22 +52,21 @@ def _picture_flip(reference: Picture, test: Picture) -> float:
 
 
 def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:
-    """The setting between `fine` and `coarse` whose FLIP is `target`, and its FLIP, found by bisection.
+    """The coarsest setting between `fine` and `coarse` whose FLIP is the `target`, within `TOLERANCE`, and its FLIP.
 
-    flip_at: rises; `fine` itself is at most the target. Where FLIP rises in steps, the setting below the target is
-    taken; where even `coarse` stays below it, that.
+    flip_at: rises; `fine` itself is at most the target. Where FLIP hardly rises, the last percent may halve the cost, so
+    the bisection goes on after the first setting that would do.
     """
-    best, best_flip = coarse, flip_at(coarse)
-    if best_flip <= (1 + TOLERANCE) * target:
-        return best, best_flip
+    most = (1 + TOLERANCE) * target
+    flip = flip_at(coarse)
+    if flip <= most:
+        return coarse, flip
     best, best_flip = fine, flip_at(fine)
     for _ in range(_BISECTIONS):
-        if abs(best_flip - target) <= TOLERANCE * target:
-            break
-        middle = (fine + coarse) / 2
+        middle = (best + coarse) / 2
         flip = flip_at(middle)
-        if flip > (1 + TOLERANCE) * target:
+        if flip > most:
             coarse = middle
         else:
-            fine, best, best_flip = middle, middle, flip
+            best, best_flip = middle, flip
     return best, best_flip
