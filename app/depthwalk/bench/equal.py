@@ -54,8 +54,8 @@ def _picture_flip(reference: Picture, test: Picture) -> float:
 def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:
     """The coarsest setting between `fine` and `coarse` whose FLIP is the `target`, within `TOLERANCE`, and its FLIP.
 
-    flip_at: rises; `fine` itself is at most the target. Where FLIP hardly rises, the last percent may halve the cost, so
-    the bisection goes on after the first setting that would do.
+    flip_at: rises; `fine` itself is at most the target. Where FLIP hardly rises, the last percent may halve the cost,
+    so the bisection goes on after the first setting that would do.
     """
     most = (1 + TOLERANCE) * target
     flip = flip_at(coarse)
