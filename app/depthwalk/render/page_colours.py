@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SMALL = 1 << 18  # texels for which sparing bytes is not worth a lookup
-_OFF, _MOST_OFF = 0.5, 24.0  # of 255: root mean square, and most, of what sharing tints between 2 × 2 texels changes
+_OFF, _MOST_OFF = 0.6, 24.0  # of 255: root mean square, and most, of what sharing tints between 2 × 2 texels changes
 
 
 class Colours(NamedTuple):
