@@ -52,7 +52,7 @@ def test_records_are_fetched_by_number(gl_device):
     framebuffer = scope.framebuffer([], out)
     framebuffer.use()
     framebuffer.clear(depth=1.0)
-    program = Program(scope, "shade/shade.vert", "shade/levels.frag")
+    program = Program(scope, "common/rectangle.vert", "shade/levels.frag")
     program.set(low=(-1.0, -1.0), high=(1.0, 1.0), objects=0, visible_texture=1)
     texture.use(0)
     visible.use(1)

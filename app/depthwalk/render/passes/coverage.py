@@ -13,7 +13,7 @@ class CoveragePass(Pass):
     writes = ("lit",)
 
     def setup(self) -> None:
-        self._program = Program(self.gl, "coverage/coverage.vert", "coverage/coverage.frag")
+        self._program = Program(self.gl, "common/rectangle.vert", "coverage/coverage.frag")
         self._array = self.gl.vertex_array(self._program.gl, [])
 
     def draw(self, frame: Frame) -> None:

@@ -20,9 +20,11 @@ class ShadePass(Pass):
     writes = ("gbuffer",)
 
     def setup(self) -> None:
-        self._levels = Program(self.gl, "shade/shade.vert", "shade/levels.frag")
+        self._levels = Program(self.gl, "common/rectangle.vert", "shade/levels.frag")
         self._levels_array = self.gl.vertex_array(self._levels.gl, [])
-        self._programs = Variants(lambda defines: Program(self.gl, "shade/shade.vert", "shade/shade.frag", defines))
+        self._programs = Variants(
+            lambda defines: Program(self.gl, "common/rectangle.vert", "shade/shade.frag", defines)
+        )
         self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
         self._objects = RecordTexture(self.gl, SURFACE_RECORD)
 

@@ -1,5 +1,5 @@
-// The part of the picture in which an asset is, at the depth that tells its pixels.
-uniform float level;
+// A part of the picture, at some depth.
+uniform float level;        // depth, 0 to 1
 uniform vec2 low;           // corners, −1 to 1
 uniform vec2 high;
 uniform mat3 ray_from_screen;
