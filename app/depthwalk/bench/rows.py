@@ -5,7 +5,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, Self
 
 import numpy as np
@@ -169,6 +169,7 @@ def _tuned(
     the finest mesh, where that is worse; all are made as coarse as it allows."""
     stills = [[camera] for camera in walk.compared]
 
+    @cache  # what sets the target is asked again
     def flip_at(name: str, knob: _Knob, to: float) -> float:
         knob.turn(drawn[name], to)
         return path_flip(drawn[name], walk.approaches if name == "dpci" else stills, references, pool)
