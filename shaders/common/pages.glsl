@@ -4,7 +4,7 @@ uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of
 uniform sampler2D page_colours;         // components of colours (render/page_colours.py), with TINTED only the first,
 uniform sampler2D page_tints;           // the next two, at half the resolution
 uniform vec4 first_colour;              // √linear colour, specular strength; all there is where all are alike
-uniform mat3x4 colour_axes;              // what each component adds
+uniform mat3x4 colour_axes;             // what each component adds
 uniform isampler2DArray page_table;     // per block: what takes a texel to its place + which of its grains are stored
 uniform vec2 image_size;                // texels
 uniform int first_rows[7];              // of each segment's blocks in the table

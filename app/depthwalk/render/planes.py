@@ -116,10 +116,9 @@ def _rectangles(
     distance = np.maximum(distance, 1e-9)
     behind = np.where(side, 2 * v.radius, v.top - v.bottom)
     far = (distance / (distance + behind))[:, None]
-    backward, forward = (
-        np.stack([support(v.footprint, way * axis[:, [0, 2]]) for axis in (right, up)], -1) for way in (-1, 1)
+    first, last = (
+        way * np.stack([support(v.footprint, way * axis[:, [0, 2]]) for axis in (right, up)], -1) for way in (-1, 1)
     )
-    first, last = -backward, forward
     first[:, 1], last[:, 1] = np.where(side, v.bottom, first[:, 1]), np.where(side, v.top, last[:, 1])
     low = np.minimum(first, epipole + far * (first - epipole))
     high = np.maximum(last, epipole + far * (last - epipole))
