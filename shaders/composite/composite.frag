@@ -116,6 +116,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     vec2 f = position - vec2(low);
     vec4 depth = four_depths(low);
     vec4 weight = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
+    depth = mix(depth, vec4(1.0), equal(weight, vec4(0.0)));    // at the border these may be the texels of the tile beside
     weight *= vec4(lessThan(depth, vec4(1.0)));
     nearest = low;
     open = 0.0;

@@ -11,6 +11,7 @@ from depthwalk.render.records import placed_records
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, joined, mesh_of, scene_of, sphere
+from stage import OnScreen, view_of
 
 SIZE = (160, 120)
 CAMERA = Camera((0, 1, 5), (0, 1, 0), 0.7)
@@ -142,3 +143,21 @@ def test_folds_are_smoothed_from_the_angle_asked_for(studio):
         changed[crease] = (studio.picture(scene, library, camera, SIZE) != before).any(-1)
     assert (changed[30.0] & ~changed[120.0]).sum() > 40
     assert not (changed[120.0] & ~changed[30.0]).any()
+
+
+def test_a_kept_image_ends_where_its_texels_end(studio):
+    """Boxes side by side fill the rectangles of their images; whoever walks past sees none nearer than they are."""
+    places = [(0, (1.2 * i + 0.1 * k, 0, -1.4 * k), 0.0, 1.0) for i in range(-6, 6) for k in range(8)]
+    scene = scene_of(*places)
+    scene.render.aa = "coverage"
+    kept = 0
+    with OnScreen(studio.device, scene, ShapeLibrary([box(0.3, 0.8, 0.3)], resolution=64)) as stage:
+        stage.renderer.remembers = True
+        for step in range(25):
+            aside = 0.008 * step
+            counts = stage.draw(view_of((aside, 1.2, 4.5), (aside, 0.6, -3)))
+            kept += counts["dpci"] - counts["warped"]
+            seen = np.frombuffer(stage.renderer.targets.drawn.visible.read(), np.uint32).reshape(-1, 2)
+            inverse = (seen[:, 1] & ~np.uint32(15)).view(np.float32)
+            assert np.isfinite(inverse).all() and inverse.max() < 1 / 4.1
+    assert kept > 500
