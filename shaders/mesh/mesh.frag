@@ -1,3 +1,4 @@
+// PAINTED: vertices have colours, or the material has a texture.
 #include "common/gbuffer.glsl"
 #include "common/visible.glsl"
 uniform sampler2D base_texture;
@@ -5,17 +6,21 @@ uniform vec3 base_colour;   // linear
 uniform float specular;
 uniform float shininess;
 
-in vec3 from_viewer;
 centroid in vec3 normal;
+#ifdef PAINTED
 centroid in vec3 colour;
 centroid in vec2 uv;
+#endif
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
 layout(location = 2) out uvec2 visible;
 
 void main() {
-    vec3 albedo = base_colour * colour * texture(base_texture, uv).rgb;
+    vec3 albedo = base_colour;
+#ifdef PAINTED
+    albedo *= colour * texture(base_texture, uv).rgb;
+#endif
     // An open mesh shows its inside; lit as if it had two sides.
     vec3 facing = gl_FrontFacing ? normal : -normal;
     out_albedo = encode_albedo(albedo, specular);

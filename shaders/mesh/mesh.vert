@@ -1,24 +1,29 @@
-// Ordinary polygons, instanced.
+// Ordinary polygons, instanced. PAINTED: see mesh.frag.
 #include "common/rotation.glsl"
 uniform mat4 clip_from_eye;
 
 in vec3 in_position;    // asset frame, metres
 in vec3 in_normal;
+#ifdef PAINTED
 in vec3 in_colour;      // sRGB
 in vec2 in_uv;
+#endif
 in vec3 in_origin;      // of the object, world, relative to the viewer
 in vec4 in_rotation;
 in float in_scale;
 
-out vec3 from_viewer;
 centroid out vec3 normal;
+#ifdef PAINTED
 centroid out vec3 colour;
 centroid out vec2 uv;
+#endif
 
 void main() {
-    from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);
+    vec3 from_viewer = in_origin + in_scale * rotate(in_rotation, in_position);
     normal = rotate(in_rotation, in_normal);
+#ifdef PAINTED
     colour = mix(in_colour / 12.92, pow((in_colour + 0.055) / 1.055, vec3(2.4)), step(0.04045, in_colour));
     uv = in_uv;
+#endif
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);
 }

@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.render.meshlets import Meshlets, build_meshlets
 from depthwalk.render.polygons import MeshLook, MeshObject, is_solid, upload_look, upload_mesh
 
 log = logging.getLogger(__name__)
@@ -26,9 +27,10 @@ class MeshLibrary(Protocol):
 
 
 class StandIn(NamedTuple):
-    """solid: see `is_solid`, which takes too long for a frame."""
+    """levels: of detail; meshlets: of each level; solid: see `is_solid`. Both take too long for a frame."""
 
     levels: tuple[MeshLevel, ...]
+    meshlets: tuple[Meshlets | None, ...]
     solid: bool
 
 
@@ -56,11 +58,12 @@ class MeshStore:
             mesh = self._library.mesh(asset)
             if mesh is None:
                 raise LookupError(f"asset {asset} has no mesh")
+            known = self._stand_ins.get(asset)
             if asset not in self._looks:
-                solid = self._stand_ins[asset].solid if asset in self._stand_ins else is_solid(mesh)
-                self._looks[asset] = upload_look(self._gl, mesh, solid)
+                self._looks[asset] = upload_look(self._gl, mesh, known.solid if known else is_solid(mesh))
             drawn = self._library.mesh_levels(asset)[level].mesh if level else mesh
-            levels[level] = upload_mesh(self._gl, drawn, self._looks[asset])
+            meshlets = known.meshlets[level] if known else build_meshlets(drawn)
+            levels[level] = upload_mesh(self._gl, drawn, self._looks[asset], meshlets)
         return levels[level]
 
     def begin_frame(self) -> None:
@@ -97,7 +100,7 @@ class MeshStore:
             for level in self._drawn.pop(asset, {}).values():
                 self._gl.free(level.vertices, level.indices)
             if asset in self._looks:
-                self._gl.free(*(texture for texture, _ in self._looks.pop(asset).materials))
+                self._gl.free(*(material.texture for material in self._looks.pop(asset).materials))
             del self._stand_ins[asset]
             self._library.forget_mesh(asset)
 
@@ -130,4 +133,5 @@ class MeshStore:
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
         few = len(mesh.faces) <= _FEW
-        return StandIn((MeshLevel(mesh, 0.0),) if few else self._library.mesh_levels(asset), is_solid(mesh))
+        levels = (MeshLevel(mesh, 0.0),) if few else self._library.mesh_levels(asset)
+        return StandIn(levels, tuple(build_meshlets(level.mesh) for level in levels), is_solid(mesh))

@@ -1,7 +1,7 @@
 """Meshes on the GPU: vertex buffers, textures, and whether their back faces can be seen."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -10,17 +10,28 @@ from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.ingest.normals import row_ids
 from depthwalk.render.edges import Shape
+from depthwalk.render.meshlets import Meshlets
 
 WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of what has none
-MESH_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
+PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
+PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
+POSITION_LAYOUT = ("3f 24x", "in_position")
 _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), ("uv", "2f4")])
+
+
+class MaterialLook(NamedTuple):
+    """texture: white where there is none; painted: whether that or colours of vertices show."""
+
+    texture: moderngl.Texture
+    uniforms: dict[str, Any]
+    painted: bool
 
 
 @dataclass
 class MeshLook:
-    """What all levels of a mesh share. materials: the texture and the uniforms of each; solid: see `is_solid`."""
+    """What all levels of a mesh share. solid: see `is_solid`."""
 
-    materials: list[tuple[moderngl.Texture, dict[str, Any]]]
+    materials: list[MaterialLook]
     solid: bool
 
 
@@ -32,6 +43,7 @@ class MeshObject:
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
     look: MeshLook
+    meshlets: Meshlets | None
 
     def shape(self) -> Shape:
         """Positions (v, 3), metres, and triangles (t, 3), read back."""
@@ -40,15 +52,16 @@ class MeshObject:
 
 
 def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
-    return MeshLook([_upload_material(gl, material) for material in mesh.materials], solid)
+    coloured = bool((mesh.colours != 255).any())
+    return MeshLook([_upload_material(gl, material, coloured) for material in mesh.materials], solid)
 
 
-def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook) -> MeshObject:
+def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None) -> MeshObject:
     vertices = np.zeros(len(mesh.positions), _VERTEX)
     vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions, mesh.normals, mesh.uv
     vertices["colour"][:, :3] = mesh.colours
     indices = gl.buffer(np.ascontiguousarray(mesh.faces, np.uint32))
-    return MeshObject(mesh.parts, gl.buffer(vertices.view(np.uint8)), indices, look)
+    return MeshObject(mesh.parts, gl.buffer(vertices.view(np.uint8)), indices, look, meshlets)
 
 
 def is_solid(mesh: Mesh) -> bool:
@@ -63,7 +76,9 @@ def is_solid(mesh: Mesh) -> bool:
     return bool(np.einsum("ij,ij->", a, np.cross(b, c)) > 0)
 
 
-def _upload_material(gl: Scope, material: Material) -> tuple[moderngl.Texture, dict[str, Any]]:
+def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialLook:
+    """coloured: whether vertices of the mesh have colours."""
     texels = WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
     texture = gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes())
-    return texture, {name: getattr(material, name) for name in ("base_colour", "specular", "shininess")}
+    uniforms = {name: getattr(material, name) for name in ("base_colour", "specular", "shininess")}
+    return MaterialLook(texture, uniforms, coloured or material.texture is not None)

@@ -3,15 +3,20 @@
 from typing import ClassVar
 
 import moderngl
+import numpy as np
 
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
-from depthwalk.gpu.program import Program
+from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.frame_plan import Group
 from depthwalk.render.mesh_lod import MeshLodParams
-from depthwalk.render.polygons import MESH_LAYOUT
+from depthwalk.render.polygons import PAINTED_LAYOUT, PLAIN_LAYOUT, MeshObject
 from depthwalk.render.records import PLACED_RECORD
 from depthwalk.render.view import matrix_bytes
+
+_ONE_BY_ONE = 4  # objects in a frame, the nearest, of which only the meshlets that may be seen are drawn
+_ROOM = 1 << 18  # triangles of those of one part; a part of more is drawn whole
 
 
 class MeshParams(MeshLodParams):
@@ -25,27 +30,70 @@ class MeshPass(Pass):
     Params: ClassVar[type[Params]] = MeshParams
 
     def setup(self) -> None:
-        self._program = Program(self.gl, "mesh/mesh.vert", "mesh/mesh.frag")
+        layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT}
+        self._programs = Variants(lambda defines: Program(self.gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
+        self._arrays = Variants(lambda defines: AssetArrays(self.gl, self._programs[defines].gl, *layouts[defines]))
         self._instances = InstanceStream(self.gl, PLACED_RECORD)
-        self._arrays = AssetArrays(self.gl, self._program.gl, *MESH_LAYOUT)
+        self._seen = self.gl.buffer(reserve=12 * _ROOM, dynamic=True)  # indices of meshlets
 
     def draw(self, frame: Frame) -> None:
-        context = self.gl.device.context
+        context, drawn = self.gl.device.context, frame.plan.mesh
         frame.targets.polygons.use()
         context.wireframe = frame.settings.mesh.wireframe
-        self._program.set(clip_from_eye=matrix_bytes(frame.view.clip_from_eye), base_texture=0)
-        self._instances.upload(frame.plan.mesh.records)
-        for group in frame.plan.mesh.groups:
+        self._instances.upload(drawn.records)
+        away = np.linalg.norm(drawn.records["origin"], axis=1)
+        left = _ONE_BY_ONE
+        for group in sorted(drawn.groups, key=lambda group: float(away[group.first])):
             asset = frame.assets.meshes.object(group.asset, group.level)
-            array = self._arrays.get((group.asset, group.level), asset.vertices, asset.indices)
-            self._instances.bind(array, group.first)
             context.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if asset.look.solid else moderngl.NOTHING))
-            for part in asset.parts:
-                texture, uniforms = asset.look.materials[part.material]
-                texture.use(0)
-                self._program.set(**uniforms)
-                array.render(vertices=3 * part.face_count, first=3 * part.first_face, instances=group.count)
+            alone = min(group.count, left) if asset.meshlets else 0
+            left -= alone
+            for record in range(group.first, group.first + alone):
+                self._draw_seen(frame, asset, group, record)
+            for number in range(len(asset.parts)) if group.count > alone else ():
+                self._draw_part(frame, asset, group, number, group.first + alone, group.count - alone)
         context.wireframe = False
 
+    def _draw_seen(self, frame: Frame, asset: MeshObject, group: Group, record: int) -> None:
+        """Of the object of one record what may be seen."""
+        meshlets = asset.meshlets
+        assert meshlets is not None  # says the caller
+        rows = meshlets.seen(frame.view, frame.plan.mesh.records[record], asset.look.solid)
+        for number in range(len(asset.parts)):
+            faces = meshlets.faces.take(rows[meshlets.part[rows] == number], axis=0)
+            if faces.nbytes > self._seen.size:
+                self._draw_part(frame, asset, group, number, record, 1)
+            elif len(faces):
+                self._seen.orphan()
+                self._seen.write(faces)
+                array = self._array(frame, asset, (group.asset, group.level, "seen"), number, self._seen, record)
+                array.render(vertices=faces.size)
+
+    def _draw_part(self, frame: Frame, asset: MeshObject, group: Group, number: int, first: int, count: int) -> None:
+        """Part `number` of `count` objects, whole, from record `first` on."""
+        part = asset.parts[number]
+        array = self._array(frame, asset, (group.asset, group.level), number, asset.indices, first)
+        array.render(vertices=3 * part.face_count, first=3 * part.first_face, instances=count)
+
+    def _array(
+        self,
+        frame: Frame,
+        asset: MeshObject,
+        key: tuple[int | str, ...],
+        number: int,
+        indices: moderngl.Buffer,
+        first: int,
+    ) -> moderngl.VertexArray:
+        """To draw what looks like part `number` of the mesh, from record `first` on."""
+        look = asset.look.materials[asset.parts[number].material]
+        defines = ("PAINTED",) if look.painted else ()
+        look.texture.use(0)
+        program = self._programs[defines]
+        program.set(clip_from_eye=matrix_bytes(frame.view.clip_from_eye), base_texture=0, **look.uniforms)
+        array = self._arrays[defines].get(key, asset.vertices, indices)
+        self._instances.bind(array, first)
+        return array
+
     def forget_assets(self) -> None:
-        self._arrays.forget()
+        for arrays in self._arrays.values():
+            arrays.forget()

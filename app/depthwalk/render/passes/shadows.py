@@ -15,12 +15,11 @@ from depthwalk.render.casters import ShadowMap
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.lod import error_at_a_metre
+from depthwalk.render.polygons import POSITION_LAYOUT
 from depthwalk.render.records import PLACED_RECORD
 from depthwalk.render.shadow_atlas import ShadowAtlas
 from depthwalk.render.sky import direction_to_sun
 from depthwalk.render.view import matrix_bytes
-
-_POSITIONS = ("3f 24x", "in_position")  # of MESH_LAYOUT
 
 
 class ShadowsPass(Pass):
@@ -36,7 +35,7 @@ class ShadowsPass(Pass):
         self._grid = Variants(lambda defines: Program(self.gl, "shadows/grid.vert", "shadows/map.frag", defines))
         self._grid_arrays = Variants(lambda defines: AssetArrays(self.gl, self._grid[defines].gl, *GRID_LAYOUT))
         self._mesh = Program(self.gl, "shadows/mesh.vert", "shadows/map.frag")
-        self._mesh_arrays = AssetArrays(self.gl, self._mesh.gl, *_POSITIONS)
+        self._mesh_arrays = AssetArrays(self.gl, self._mesh.gl, *POSITION_LAYOUT)
         self._instances = InstanceStream(self.gl, PLACED_RECORD)
         self._sun = Program(self.gl, "common/far_plane.vert", "shadows/sun.frag")
         self._sun_array = self.gl.vertex_array(self._sun.gl, [])
