@@ -1,8 +1,9 @@
 // The asset that is visible at each pixel, as a depth: a test for EQUAL then picks the pixels of one asset. Where nothing is
 // drawn the number is 0, as of polygons.
 #include "shade/objects.glsl"
+uniform float closed;       // what is added to the depths of pixels that one object covers whole
 
 void main() {
-    uint object = object_of(texelFetch(visible_texture, ivec2(gl_FragCoord.xy), 0).xy);
-    gl_FragDepth = object_texel(object, LEVEL).x;
+    uvec2 visible = texelFetch(visible_texture, ivec2(gl_FragCoord.xy), 0).xy;
+    gl_FragDepth = object_texel(object_of(visible), LEVEL).x - (open_of(visible) > 0.0 ? closed : 0.0);
 }

@@ -14,14 +14,17 @@ from depthwalk.scene.arrays import Objects
 Array = NDArray[np.floating]
 
 _CROWD = 1 << 14  # objects of an asset, of which it is not asked where they are: likely everywhere
-LEVELS = 1 << 16  # assets are told apart by depths k / LEVELS, which float32 and a depth buffer of 24 bits hold exactly
+# Assets are told apart by depths CLOSED + k / LEVELS, which float32 and a depth buffer of 24 bits hold apart; pixels
+# that one covers in part by k / LEVELS, in front of all others.
+LEVELS = 1 << 17
+CLOSED = 0.5
 
 
 @dataclass(frozen=True)
 class Shading:
     """records: (1 + n,) SURFACE_RECORD by number, 0 is none, at the far plane; assets: (a,) those that may be visible;
-    level: (a,) the depth that stands for each; low, high: (a, 2), corners of the part of the picture in which it may
-    be, −1 to 1, y upward."""
+    level: (a,) the depth that stands for each, see CLOSED; low, high: (a, 2), corners of the part of the picture in
+    which it may be, −1 to 1, y upward."""
 
     records: NDArray[np.void]
     assets: NDArray[np.integer]
@@ -34,7 +37,7 @@ def shading(view: View, objects: Objects, bounds: Bounds, tiled: NDArray[np.bool
     """For n objects in the order of their numbers, which are 1 and on. tiled: (n,), they have intermediate images."""
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
     assets, group = np.unique(objects.asset, return_inverse=True)
-    level = (1 + np.arange(len(assets))) / LEVELS
+    level = CLOSED + (1 + np.arange(len(assets))) / LEVELS
     records = np.zeros(1 + len(objects), SURFACE_RECORD)
     records["viewer"][1:] = np.column_stack([viewer, objects.scale])
     records["rotation"][1:] = objects.rotation

@@ -26,7 +26,7 @@ class Targets:
     all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
     surface, depth; shadow: part of the sun's light that reaches a pixel; lamp_maps: depth, tiles, of those lamps that
     cast shadows, None where none does, made by the pass that draws them; lit: linear RGBA, half, premultiplied;
-    lighting: that, depth; shaded_lit: as shaded, with lit.
+    lighting: that, depth; shaded_lit: as shaded, with lit; covered: lit, levels.
 
     With several `samples` per pixel, at `offsets` (samples, 2) from its middle, pixels, visible and polygons have
     textures of their own (`drawn`); one_sample is a sample of polygons, and all others know of that alone.
@@ -63,6 +63,7 @@ class Targets:
         self.lighting = gl.framebuffer([self.lit_texture], self.depth)
         self.lit = gl.framebuffer([self.lit_texture])
         self.shaded_lit = gl.framebuffer([self.albedo, self.surface, self.lit_texture], level)
+        self.covered = gl.framebuffer([self.lit_texture], level)
         self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
 
     @property

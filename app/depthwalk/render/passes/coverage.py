@@ -5,6 +5,7 @@ import moderngl
 from depthwalk.gpu.program import Program
 from depthwalk.render.antialiasing import covering
 from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.shading import CLOSED
 
 
 class CoveragePass(Pass):
@@ -22,9 +23,13 @@ class CoveragePass(Pass):
             return
         for unit, texture in enumerate((targets.lit_before(), targets.visible_texture, targets.depth)):
             texture.use(unit)
-        targets.lit.use()
-        self.gl.device.context.enable_only(moderngl.NOTHING)
+        context = self.gl.device.context
+        targets.covered.use()
+        targets.covered.depth_mask = False
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = ">"  # what `shade` has marked as covered in part is in front
         self._program.set(lit_texture=0, visible_texture=1, depth_texture=2)
         self._program.set(depth_range=frame.view.depth_range, pixel_angle=1 / frame.view.focal_pixels)
-        self._program.set(low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
+        self._program.set(level=CLOSED, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
         self._array.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        context.depth_func = "<"

@@ -6,10 +6,11 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
+from depthwalk.render.antialiasing import covering
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.lighting import lighting
 from depthwalk.render.records import SURFACE_RECORD
-from depthwalk.render.shading import Shading
+from depthwalk.render.shading import CLOSED, Shading
 from depthwalk.render.view import matrix_bytes
 
 
@@ -36,11 +37,13 @@ class ShadePass(Pass):
         self._objects.use(0)
         frame.targets.visible_texture.use(1)
         if _alone(frame, shading):
-            self._shade(frame, shading, frame.targets.gbuffer, ">", np.ones(1))
+            self._shade(frame, shading, frame.targets.gbuffer, ">", np.ones((1, 1)))
             return
         self._draw_levels(frame, shading)
         lit = frame.settings.light.mode == "forward"
-        self._shade(frame, shading, frame.targets.shaded_lit if lit else frame.targets.shaded, "==", shading.level)
+        levels = [shading.level, shading.level - CLOSED] if covering(frame.settings) else [shading.level]
+        target = frame.targets.shaded_lit if lit else frame.targets.shaded
+        self._shade(frame, shading, target, "==", np.stack(levels, -1))
 
     def _draw_levels(self, frame: Frame, shading: Shading) -> None:
         context = self.gl.device.context
@@ -48,13 +51,13 @@ class ShadePass(Pass):
         context.enable_only(moderngl.DEPTH_TEST)
         context.depth_func = "1"  # always
         low, high = shading.low.min(0), shading.high.max(0)
-        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1)
+        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1, closed=CLOSED)
         self._levels_array.render(moderngl.TRIANGLE_STRIP, vertices=4)
 
     def _shade(
-        self, frame: Frame, shading: Shading, target: moderngl.Framebuffer, test: str, level: NDArray[np.floating]
+        self, frame: Frame, shading: Shading, target: moderngl.Framebuffer, test: str, levels: NDArray[np.floating]
     ) -> None:
-        """Draws each asset's rectangle into `target` at its `level` (a,), where that passes the depth `test`."""
+        """Draws each asset's rectangle into `target` at its `levels` (a, n), where these pass the depth `test`."""
         context, view = self.gl.device.context, frame.view
         forward, show_tiles = frame.settings.light.mode == "forward", frame.settings.composite.show_tiles
         defines = (*(("FORWARD",) if forward else ()), *(("SHOW_TILES",) if show_tiles else ()))
@@ -69,14 +72,16 @@ class ShadePass(Pass):
             "ray_from_screen": matrix_bytes(view.ray_from_screen),
             **(lighting(frame.environment).uniforms() if forward else {}),
         }
-        columns = (each.tolist() for each in (shading.assets, level, shading.low, shading.high))
-        for number, depth, low, high in zip(*columns, strict=True):
+        columns = (each.tolist() for each in (shading.assets, levels, shading.low, shading.high))
+        for number, depths, low, high in zip(*columns, strict=True):
             asset = frame.assets.depth_object(number)
             variant = *asset.surface_defines, *defines
             program = self._programs[variant]
             asset.use_surface(program, 2)
-            program.set(**common, level=depth, low=tuple(low), high=tuple(high))
-            self._arrays[variant].render(moderngl.TRIANGLE_STRIP, vertices=4)
+            program.set(**common, low=tuple(low), high=tuple(high))
+            for depth in depths:
+                program.set(level=depth)
+                self._arrays[variant].render(moderngl.TRIANGLE_STRIP, vertices=4)
         context.depth_func = "<"
 
 
@@ -84,4 +89,5 @@ def _alone(frame: Frame, shading: Shading) -> bool:
     """Whether all that is drawn is of one asset's depth images: then the depth buffer tells its pixels, in front of the
     far plane."""
     polygons = len(frame.plan.mesh.records) > 0 or frame.environment.ground is not None
-    return len(shading.assets) == 1 and not polygons and frame.settings.light.mode == "deferred"
+    alone = len(shading.assets) == 1 and not polygons and frame.settings.light.mode == "deferred"
+    return alone and not covering(frame.settings)  # which wants to know what is covered in part
