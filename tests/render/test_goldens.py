@@ -91,7 +91,7 @@ def picture(studio, library):
     def draw(settings, environment):
         scene = scene_of(*PLACES, representation=Representation.DPCI, **(SKY | environment))
         scene.objects.representation[0] = Representation.MESH
-        scene.render = RenderSettings.model_validate(settings)
+        scene.render = RenderSettings.model_validate({"lod": {"magnification": 0}} | settings)
         return studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(160, 120))
 
     return draw

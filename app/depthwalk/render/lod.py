@@ -33,7 +33,7 @@ class LodParams(Params):
         8.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
     )
     magnification: float = param(
-        2.0,
+        1.0,
         "Objects that are so near that a texel may cover more than this are drawn as their meshes; 0: never",
         unit="pixels",
         ge=0,

@@ -42,12 +42,12 @@ class MeshPass(Pass):
         context.wireframe = frame.settings.mesh.wireframe
         self._instances.upload(drawn.records)
         away = np.linalg.norm(drawn.records["origin"], axis=1)
-        left = _ONE_BY_ONE
-        for group in sorted(drawn.groups, key=lambda group: float(away[group.first])):
+        farthest = np.partition(away, _ONE_BY_ONE)[_ONE_BY_ONE] if len(away) > _ONE_BY_ONE else np.inf
+        for group in drawn.groups:
             asset = frame.assets.meshes.object(group.asset, group.level)
             context.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if asset.look.solid else moderngl.NOTHING))
-            alone = min(group.count, left) if asset.meshlets else 0
-            left -= alone
+            near = away[group.first : group.first + group.count] < farthest
+            alone = int(np.logical_and.accumulate(near).sum()) if asset.meshlets else 0  # the first are the nearest
             for record in range(group.first, group.first + alone):
                 self._draw_seen(frame, asset, group, record)
             for number in range(len(asset.parts)) if group.count > alone else ():
