@@ -4,30 +4,23 @@ that are not seen give way to others within a budget of memory."""
 import logging
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Cylinder, Face, square_texel, texel_size
-from depthwalk.bake.meso import Meso
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
-from depthwalk.gpu.device import R8_SNORM, Device, Scope
-from depthwalk.gpu.instances import AssetArrays
-from depthwalk.gpu.program import Program
-from depthwalk.render.chunks import Chunks, chunk_runs, vertex_numbers
-from depthwalk.render.edges import Shape
-from depthwalk.render.grids import GRID_LAYOUT, VERTEX_BYTES, Grids
-from depthwalk.render.lod import LodParams
+from depthwalk.gpu.device import Device
+from depthwalk.render.depth_object import DepthObject, upload_depth
 from depthwalk.render.mesh_store import MeshLibrary, MeshStore
-from depthwalk.render.pages import LEVELS, Pages
 from depthwalk.render.polygons import WHITE
 from depthwalk.render.prepared import Form, Prepared, as_drawn, find_prepared, keep_prepared, prepare
 
 log = logging.getLogger(__name__)
+
+DEFAULT_BUDGET = 2 << 30  # bytes: with pictures and atlas at 4K, half of what cards have at least
 
 
 class Library(MeshLibrary, Protocol):
@@ -40,79 +33,6 @@ class Library(MeshLibrary, Protocol):
     def key(self, asset: int) -> str: ...  # of its depth images, by which what is made of them is kept; "": nowhere
     def baked(self, asset: int) -> BakedModel | None: ...
     def texture(self, path: Path) -> NDArray[np.uint8]: ...
-
-
-@dataclass
-class DepthObject:
-    """A baked object on the GPU."""
-
-    vertices: moderngl.Buffer
-    indices: moderngl.Buffer
-    index_type: np.dtype[np.unsignedinteger]
-    chunks: Chunks
-    normals: moderngl.Texture
-    colours: moderngl.Texture
-    tints: moderngl.Texture
-    page_table: moderngl.TextureArray
-    meso: moderngl.Texture
-    geometry: dict[str, Any]  # uniforms of the vertex stage
-    colour_defines: tuple[str, ...]  # of common/pages.glsl
-    surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
-    relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
-
-    @property
-    def defines(self) -> tuple[str, ...]:
-        """What the shaders that draw it are told."""
-        return ("MESO",) if self.relief["meso_height"] > 0 else ()
-
-    @property
-    def surface_defines(self) -> tuple[str, ...]:
-        """What the shader that looks its surface up is told."""
-        return *self.defines, *self.colour_defines
-
-    def shape(self, runs: Sequence[tuple[int, int]]) -> Shape:
-        """Positions (v, 3), metres, and triangles (t, 3) of runs of indices, first and count each, read back."""
-        low, size = (np.array(self.geometry[name], np.float32) for name in ("box_low", "box_size"))
-        samples = np.frombuffer(self.vertices.read(), np.uint16).reshape(-1, 4)
-        indices = np.frombuffer(self.indices.read(), self.index_type)
-        numbers = [vertex_numbers(indices, self.chunks, first, count) for first, count in runs]
-        corners, triangles = np.unique(np.concatenate(numbers), return_inverse=True)
-        positions = low + samples[corners, :3] * (size / np.float32(65535))
-        return positions, triangles.reshape(-1, 3).astype(np.uint32)
-
-    def array(self, arrays: AssetArrays, number: int) -> moderngl.VertexArray:
-        """The one of `arrays` that draws it; number: of this depth object."""
-        return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
-
-    def draw(self, array: moderngl.VertexArray, runs: Sequence[tuple[int, int]], instances: int) -> None:
-        """Draws runs of indices, first and count each, so many times."""
-        layout, name = GRID_LAYOUT
-        attribute: Any = array.program[name]
-        for run in runs:
-            for first, count, base in chunk_runs(self.chunks, *run):
-                # In place of a base vertex, which moderngl cannot give.
-                array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
-                array.render(vertices=count, first=first, instances=instances)
-
-    def use_geometry(self, program: Program, unit: int, lod: LodParams, pixel_angle: float) -> None:
-        """Binds relief and uniforms that the vertex stage reads, to a texture unit. pixel_angle: metres that a pixel
-        covers at one metre."""
-        self.meso.use(unit)
-        program.set(meso_relief=unit, meso_fade=lod.meso_fade, pixel_angle=pixel_angle, **self.geometry, **self.relief)
-
-    def use_surface(self, program: Program, first_unit: int) -> None:
-        """Binds images and uniforms that `surface_at` reads, to five texture units from `first_unit` on."""
-        images: dict[str, moderngl.Texture | moderngl.TextureArray] = {
-            "page_normals": self.normals,
-            "page_colours": self.colours,
-            "page_tints": self.tints,
-            "page_table": self.page_table,
-            "meso_relief": self.meso,
-        }
-        for unit, (name, image) in enumerate(images.items(), first_unit):
-            image.use(unit)
-            program.set(**{name: unit})
-        program.set(**self.surface, **self.relief)
 
 
 class AssetStore:
@@ -181,7 +101,7 @@ class AssetStore:
                 del self._prepared[number]
                 prepared = self.prepared(number)
                 grids, pages = prepared.load()
-            self._depth[number] = _upload_depth(self.gl, prepared.outline, grids, pages)
+            self._depth[number] = upload_depth(self.gl, prepared.outline, grids, pages)
         return self._depth[number]
 
     def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
@@ -228,10 +148,7 @@ class AssetStore:
         for number in unused:
             if excess <= 0:
                 return
-            drawn = self._depth.pop(number)
-            self.gl.free(
-                drawn.vertices, drawn.indices, drawn.normals, drawn.colours, drawn.tints, drawn.page_table, drawn.meso
-            )
+            self.gl.free(*self._depth.pop(number).owned)
             excess -= self._prepared[number].bytes
         if excess > 0 and not self._warned:
             self._warned = True
@@ -270,76 +187,3 @@ class AssetStore:
         self._depth.clear()
         self._prepared.clear()
         self.meshes.forget()
-
-
-def _upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> DepthObject:
-    """baked: without pixels, see `Prepared`."""
-    images, cylinder = baked.images, baked.cylinder
-    height, width = shape = images[0].depth.shape
-    faces = np.array([image.face for image in images])
-    pictures = {"COLOURED": pages.colours, "TINTED": pages.tints}
-    return DepthObject(
-        gl.buffer(grids.vertices),
-        gl.buffer(grids.indices),
-        grids.indices.dtype,
-        grids.chunks,
-        _upload_picture(gl, pages.normals, LEVELS),
-        _upload_picture(gl, pages.colours, LEVELS),
-        _upload_picture(gl, pages.tints, LEVELS - 1),
-        gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
-        _upload_meso(gl, baked.meso),
-        geometry={
-            "box_low": tuple(grids.box_low.tolist()),
-            "box_size": tuple(grids.box_size.tolist()),
-            "setback": _SETBACK * square_texel(baked),
-            "meso_spacing": max(max(texel_size(cylinder, image.face, shape)) for image in images),
-        },
-        colour_defines=tuple(name for name, picture in pictures.items() if picture.size),
-        surface={
-            "texels": [1 / max(texel_size(cylinder, face, shape)) for face in Face],
-            "shininess": baked.shininess,
-            "first_colour": tuple(pages.palette[0].tolist()),
-            "colour_axes": tuple(pages.palette[1:].ravel().tolist()),
-            "image_size": (width, height),
-            "first_rows": pages.first_rows,
-            "last_segment": pages.last_segment,
-        },
-        relief=_relief(baked.meso, cylinder)
-        | {
-            "cylinder": (cylinder.radius, cylinder.bottom, cylinder.half_width, cylinder.half_depth),
-            "cylinder_height": cylinder.height,
-            "first_images": [int((faces < face).sum()) for face in Face],
-        },
-    )
-
-
-def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:
-    """texels: (H, W, k); those that are signed have one component."""
-    if not texels.size:
-        texels = np.zeros((1, 1, 1), np.uint8)  # nothing looks it up
-    height, width, components = texels.shape
-    layout: dict[str, Any] = {"dtype": "ni1", "internal_format": R8_SNORM} if texels.dtype == np.int8 else {}
-    return gl.mipmapped_texture((width, height), components, texels.tobytes(), levels, **layout)
-
-
-def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:
-    relief = np.zeros((1, 1, 3), np.float32) if meso is None else meso.relief
-    texels = np.concatenate([relief, np.zeros_like(relief[..., :1])], -1).astype(np.float16)
-    return gl.tiling_texture((texels.shape[1], texels.shape[0]), 4, texels.tobytes(), dtype="f2")
-
-
-def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:
-    """Uniforms of common/meso.glsl; without meso-structure only its height of 0 is read."""
-    if meso is None:
-        return {"meso_height": 0.0}
-    height, width = meso.relief.shape[:2]
-    return {
-        "meso_height": meso.height,
-        "meso_tile": meso.tile,
-        "meso_turn": float(meso.tiles_per_turn(cylinder.radius)),
-        "meso_texels": max(width / meso.tile[0], height / meso.tile[1]),
-    }
-
-
-DEFAULT_BUDGET = 2 << 30  # bytes: with pictures and atlas at 4K, half of what cards have at least
-_SETBACK = 0.5  # texels; 0, 0.5, 1 and 2 were tried on five models, and most alike were the pictures at 0.5
