@@ -7,8 +7,8 @@ from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.images import FLANKS, Face
 from depthwalk.bake.model import BakedModel
-from depthwalk.render.grids import build_grids
 from depthwalk.render.lod import Case
+from depthwalk.render.step_grids import build_grids
 from shapes import bake, box, joined, sphere
 
 

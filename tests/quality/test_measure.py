@@ -17,8 +17,8 @@ from depthwalk.quality.measure import ViewQuality, measure, object_height, view_
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
 from depthwalk.quality.twin import Pair, Shot, TwinRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
-from depthwalk.render.grids import build_grids
 from depthwalk.render.settings import RenderSettings
+from depthwalk.render.step_grids import build_grids
 
 SIZE = 96, 72
 LEVEL = Viewpoint(5.0, 30.0)

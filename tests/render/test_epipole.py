@@ -10,11 +10,11 @@ from depthwalk.bake.planar import bake_planar
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.epipole import draw_order, epipole, image_cells
 from depthwalk.render.footprint import box_footprint
-from depthwalk.render.grids import build_grids
 from depthwalk.render.lod import Case
 from depthwalk.render.ordered import viewer_of
 from depthwalk.render.planes import Volumes, choose_planes
 from depthwalk.render.records import WARP_RECORD
+from depthwalk.render.step_grids import build_grids
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
 

@@ -7,8 +7,9 @@ import trimesh
 from depthwalk.bake.images import Face, image_points, square_texel
 from depthwalk.bake.sampling import face_normals
 from depthwalk.render.best_images import NOWHERE, best_images
-from depthwalk.render.grids import EDGE, FACE_SHIFT, build_grids
+from depthwalk.render.grids import EDGE, FACE_SHIFT
 from depthwalk.render.lod import error_level
+from depthwalk.render.step_grids import build_grids
 from depthwalk.render.surface_levels import _bulged, build_levels
 from shapes import bake, box, joined, leaves, sphere
 

@@ -17,8 +17,8 @@ from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import face_normals, sample_surface
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
-from depthwalk.render.grids import build_grids
 from depthwalk.render.rotation import rotate
+from depthwalk.render.step_grids import build_grids
 
 SAMPLES = 4000
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted

@@ -19,11 +19,11 @@ def covered_grains(baked: BakedObject, grids: Grids, levels: list[int]) -> list[
     as whole blocks have. levels: ascending."""
     rows, columns = (2 * size for size in block_shape(baked.images[0].depth.shape))
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)
-    covered, done = [], 0
+    positions, covered, done = grids.positions, [], 0
     for ends in [int((grids.first + grids.count)[:count].max()) for count in levels]:
         corners = grids.triangles(done, ends - done)
-        points = grids.box_low + grids.vertices[corners, :3] * (grids.box_size / 65535)
-        for image, low, high in _boxes(baked, grids.vertices[corners[:, 2], 3].astype(np.int64), points):
+        looked_into = grids.vertices[corners[:, 2], 3].astype(np.int64)
+        for image, low, high in _boxes(baked, looked_into, positions[corners]):
             _count(counts, image, low, high)
         sums = counts.cumsum(1).cumsum(2)[:, :-1, :-1] > 0
         covered.append(np.any(sums.reshape(len(sums), rows, 3, columns), axis=2))

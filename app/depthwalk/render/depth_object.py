@@ -15,7 +15,7 @@ from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Program
 from depthwalk.render.chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.render.edges import Shape
-from depthwalk.render.grids import GRID_LAYOUT, VERTEX_BYTES, Grids
+from depthwalk.render.grids import GRID_LAYOUT, VERTEX_BYTES, Grids, vertex_positions
 from depthwalk.render.lod import LodParams
 from depthwalk.render.pages import LEVELS, Pages
 
@@ -63,7 +63,7 @@ class DepthObject:
         indices = np.frombuffer(self.indices.read(), self.index_type)
         numbers = [vertex_numbers(indices, self.chunks, first, count) for first, count in runs]
         corners, triangles = np.unique(np.concatenate(numbers), return_inverse=True)
-        positions = low + samples[corners, :3] * (size / np.float32(65535))
+        positions = vertex_positions(samples[corners], low, size).astype(np.float32)
         return positions, triangles.reshape(-1, 3).astype(np.uint32)
 
     def array(self, arrays: AssetArrays, number: int) -> moderngl.VertexArray:

@@ -30,7 +30,7 @@ def hardly_seen(baked: BakedObject, grids: Grids, each: Map = map) -> NDArray[np
 def _mesh(grids: Grids) -> Mesh:
     corners = grids.drawn(min(_LEVEL, len(grids.error) - 1))
     used, faces = np.unique(corners, return_inverse=True)
-    positions = grids.box_low + grids.vertices[used, :3] * (grids.box_size / np.float32(65535))
+    positions = grids.positions[used].astype(np.float32)
     none = np.zeros((0, 3), np.float32)
     return Mesh(positions, none, none.astype(np.uint8), none, faces.reshape(-1, 3).astype(np.int32), (), ())
 

@@ -12,7 +12,8 @@ from depthwalk.gpu.device import Scope
 from depthwalk.render.assets import AssetStore
 from depthwalk.render.epipole import Cells, draw_order, epipole, image_cells
 from depthwalk.render.frame_plan import Group
-from depthwalk.render.grids import GRID_LAYOUT, Grids, build_grids
+from depthwalk.render.grids import GRID_LAYOUT, Grids
+from depthwalk.render.step_grids import build_grids
 
 Kind = tuple[int, int]  # level and case
 

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from depthwalk.bake.cache import cache_folder, make_room
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
 from depthwalk.render.footprint import footprint
-from depthwalk.render.grids import Grids, build_grids
+from depthwalk.render.grids import Grids
 from depthwalk.render.lod import Case
 from depthwalk.render.pages import Pages, build_pages
+from depthwalk.render.step_grids import build_grids
 from depthwalk.render.surface_levels import build_levels
 
 # Texels of images for whose grids surfaces by error take longer to build than a visitor of the garden should wait, and

@@ -21,8 +21,9 @@ from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
 from depthwalk.render.contract import WeldedSurface, contract, vertex_directions, weld
-from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids, build_grids
+from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids
 from depthwalk.render.lod import Case
+from depthwalk.render.step_grids import build_grids
 
 _SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
 _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`

@@ -1,0 +1,302 @@
+"""Grids of steps 1, 2, 4 … of depth images: one vertex per texel in use, one index list per step and face.
+
+Nothing that is empty or cut is in a list, so it costs nothing.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from depthwalk.bake.images import (
+    FLANKS,
+    BakedObject,
+    Border,
+    Cylinder,
+    DepthImage,
+    Face,
+    border_points,
+    face_outward,
+    image_points,
+    layer_triangles,
+    square_texel,
+    triangle_places,
+    whole_cells,
+)
+from depthwalk.render.chunks import WHOLE
+from depthwalk.render.coarsen import Surface, coarse_triangles
+from depthwalk.render.grids import BORDER, EASE, EASE_SHIFT, EDGE, FACE_SHIFT, PAST_AXIS, RUNS_PER_CASE, Grids
+from depthwalk.render.lod import Case
+
+# How far samples may come off the triangles of step s: this part of s texels, hence of about one pixel.
+_TOLERANCE = 0.07
+# Texels: about how far samples between those of step 2 are off its triangles; step s has s − 1 times that.
+_STEP_ERROR = 0.25
+_BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
+_EASE_TEXELS = 6  # over which the meso-structure grows from nothing, where another face's samples take over
+
+
+class Run(IntEnum):
+    """The order of triangles in an index list. What another face samples better is kept apart, so that it is drawn only
+    where that face is not."""
+
+    FLANKS = 0  # their own
+    TOP = 1  # the top cap's own
+    SIDE_OF_TOP = 2  # on the side image, but better on the top cap
+    SIDE_OF_FLANKS = 3
+    SIDE = 4
+    SIDE_OF_BOTTOM = 5
+    BOTTOM = 6
+
+
+_RUNS_OF_CASE = {
+    Case.SIDE: (Run.SIDE_OF_TOP, Run.SIDE_OF_FLANKS, Run.SIDE, Run.SIDE_OF_BOTTOM),
+    Case.SIDE_AND_TOP: (Run.TOP, Run.SIDE_OF_FLANKS, Run.SIDE, Run.SIDE_OF_BOTTOM),
+    Case.SIDE_AND_BOTTOM: (Run.SIDE_OF_TOP, Run.SIDE_OF_FLANKS, Run.SIDE, Run.BOTTOM),
+    Case.ALL: (Run.FLANKS, Run.TOP, Run.SIDE, Run.BOTTOM),
+}
+_RUN_OF_OWNER = {  # of a triangle on the side image
+    Face.SIDE: Run.SIDE, Face.TOP: Run.SIDE_OF_TOP, Face.BOTTOM: Run.SIDE_OF_BOTTOM
+} | dict.fromkeys(FLANKS, Run.SIDE_OF_FLANKS)  # fmt: skip
+_OWN_RUN = {Face.TOP: Run.TOP, Face.BOTTOM: Run.BOTTOM} | dict.fromkeys(FLANKS, Run.FLANKS)
+
+
+def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float = _TOLERANCE) -> Grids:
+    """The arrays of all images and steps of `baked`.
+
+    paper_cases: with what only `Case`s other than ALL draw; tolerance: how far samples may come off the triangles of
+    step s, in parts of s texels; −inf keeps every cell.
+    """
+    low, size = baked.cylinder.box
+    present = {image.face for image in baked.images}
+    vertices: list[NDArray[np.uint16]] = []
+    texels: list[NDArray[np.int16]] = []
+    runs: dict[tuple[int, Run], list[NDArray[np.uint32]]] = {}
+    total = 0
+    for face in Face:
+        images = [image for image in baked.images if image.face is face]
+        if not images:
+            continue
+        borders = {border.level: border for border in baked.borders if border.face is face}
+        # Meso-structure needs every vertex, however smooth the surface below it is.
+        metres = tolerance * square_texel(baked) if baked.meso is None else -np.inf
+        surfaces = _surfaces(baked.cylinder, images)
+        triangles = [
+            _face_triangles(images, surfaces, level, borders.get(level), metres * 2**level, present)
+            for level in range(baked.steps)
+        ]
+        points, numbers = _face_points(baked, images, surfaces, borders)
+        total_points = len(points.depth)
+        used = np.zeros(2 * total_points, bool)  # every point may be there a second time, marked as EDGE
+        for level, (corners, run, edge) in enumerate(triangles):
+            drawn = np.isin(run, list(Run) if paper_cases else _RUNS_OF_CASE[Case.ALL])
+            corners, run, edge = corners[drawn], run[drawn], edge[drawn]
+            corners = np.where(corners < numbers.samples, corners, corners + numbers.border_shift[level])
+            corners = _outward(corners, points.depth, baked.cylinder.radius, face)
+            corners[edge, 2] += total_points
+            triangles[level] = corners, run, edge
+            used[corners] = True
+        kept = _blockwise(used.nonzero()[0], total_points, images[0].depth.shape)
+        number = np.zeros(used.size, np.uint32)
+        number[kept] = total + np.arange(len(kept), dtype=np.uint32)
+        total += len(kept)
+        vertices.append(_pack(points, kept, low, size))
+        texels.append(_texels(kept % total_points, numbers.samples, images[0].depth.shape))
+        for level, (corners, run, _) in enumerate(triangles):
+            for kind in Run:
+                runs.setdefault((level, kind), []).append(number[corners[run == kind]].ravel())
+    lists = {key: np.concatenate(parts) for key, parts in sorted(runs.items())}
+    first, count = _ranges(lists, baked.steps)
+    indices = np.concatenate(list(lists.values()))
+    error = _STEP_ERROR * square_texel(baked) * (2.0 ** np.arange(baked.steps) - 1)
+    return Grids(np.concatenate(vertices), np.concatenate(texels), indices, WHOLE, first, count, low, size, error)
+
+
+def _ranges(
+    lists: dict[tuple[int, Run], NDArray[np.uint32]], levels: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Grids.first and Grids.count of the index lists, laid out one after another."""
+    ends = np.cumsum([len(part) for part in lists.values()])
+    starts = dict(zip(lists, np.concatenate([[0], ends[:-1]]).tolist(), strict=True))
+    first = np.zeros((levels, len(Case), RUNS_PER_CASE), np.int64)
+    count = np.zeros_like(first)
+    for level in range(levels):
+        for case, kinds in _RUNS_OF_CASE.items():
+            slot = -1
+            for kind in kinds:
+                start, length = starts[level, kind], len(lists[level, kind])
+                if not length:
+                    continue
+                if slot >= 0 and first[level, case, slot] + count[level, case, slot] == start:
+                    count[level, case, slot] += length
+                else:
+                    slot += 1
+                    first[level, case, slot], count[level, case, slot] = start, length
+    return first, count
+
+
+@dataclass(frozen=True)
+class _Points:
+    """All points of one face: samples, then border vertices level by level. position (n, 3); depth (n,);
+    image (n,) with its flags."""
+
+    position: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    image: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """Points below `samples` are samples; other corners of a triangle are shifted by `border_shift` of its level."""
+
+    samples: int
+    border_shift: list[int]
+
+
+def _face_points(
+    baked: BakedObject, images: list[DepthImage], surfaces: list[Surface], borders: dict[int, Border]
+) -> tuple[_Points, _Numbers]:
+    samples = sum(image.depth.size for image in images)
+    face_number, cylinder = images[0].face << FACE_SHIFT, baked.cylinder
+    position = [surface.point for surface in surfaces]
+    depth = [image.depth.ravel() for image in images]
+    image_number = [
+        face_number + image.layer + BORDER * (image.owner.ravel() != image.face).astype(np.int64) for image in images
+    ]
+    if baked.meso is not None:
+        for number, image in zip(image_number, images, strict=True):
+            number += _ease(image).ravel() << EASE_SHIFT
+    shifts, total = [], 0
+    for level in range(1 + max(borders, default=-1)):
+        shifts.append(total)
+        border = borders.get(level)
+        if border is None:
+            continue
+        points, depths = border_points(cylinder, images, border)
+        position.append(points)
+        depth.append(depths)
+        image_number.append(face_number + border.start // images[0].depth.size + BORDER)
+        total += len(depths)
+    flat = np.concatenate(depth)
+    past = (images[0].face is Face.SIDE) & (flat > cylinder.radius)
+    every = _Points(np.concatenate(position), flat, np.concatenate(image_number) + PAST_AXIS * past)
+    return every, _Numbers(samples, shifts + [0] * images[0].depth.size.bit_length())
+
+
+def _ease(image: DepthImage) -> NDArray[np.int64]:
+    """0 to EASE (H, W), by the distance to where the surface leaves this image or another face owns it. Faces lay the
+    meso-structure along axes of their own, so it must be level where they meet."""
+    height, width = image.depth.shape
+    both = 1 | 1 << 7
+    whole = np.zeros((height, width), bool)
+    wide = width if image.face is Face.SIDE else width - 1
+    whole[:-1, :wide] = (image.cells[0] & both == both).reshape(height - 1, wide)
+    inside = whole & np.isfinite(image.depth) & (image.owner == image.face)
+    margin = ((1, 1), (_EASE_TEXELS, _EASE_TEXELS))
+    padded = np.pad(inside, margin, mode="wrap" if image.face is Face.SIDE else "constant")
+    padded[[0, -1]] = False
+    distance = distance_transform_edt(padded)[1:-1, _EASE_TEXELS:-_EASE_TEXELS]
+    return np.round(EASE * np.clip((distance - 1) / _EASE_TEXELS, 0, 1)).astype(np.int64)
+
+
+def _surfaces(cylinder: Cylinder, images: list[DepthImage]) -> list[Surface]:
+    """Points and normals of each layer; the label tells owners, and sides of the axis, apart."""
+    surfaces = []
+    for image in images:
+        past = (image.face is Face.SIDE) & (image.depth > cylinder.radius)
+        label = image.owner + np.uint8(len(Face)) * past
+        points = image_points(cylinder, image).reshape(-1, 3)
+        surfaces.append(Surface(points, image.normal.reshape(-1, 3), label.ravel()))
+    return surfaces
+
+
+def _face_triangles(
+    images: list[DepthImage],
+    surfaces: list[Surface],
+    level: int,
+    border: Border | None,
+    tolerance: float,
+    present: set[Face],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Corner numbers (n, 3) of the surface triangles of step 2^level, border included, the Run (n,) of each, and
+    whether texels beside it (n,) show another surface.
+
+    Numbers are those of `Border.triangles`; present: the faces that have images. Only the side keeps what another face
+    owns, for the paper's cases.
+    """
+    height, width = images[0].depth.shape
+    samples = len(images) * height * width
+    plain: list[NDArray[np.int64]] = []
+    edges: list[NDArray[np.int64]] = []
+    elsewhere = []
+    for image, surface in zip(images, surfaces, strict=True):
+        coarse, replaced = coarse_triangles(image, surface, level, tolerance)
+        plain.append(coarse + image.layer * height * width)
+        whole = whole_cells(image, level)
+        for without, kind in ((replaced | ~whole, plain), (replaced | whole, edges)):
+            layers, texels = layer_triangles(image, level, without)
+            kind.append(texels + layers * height * width)
+        half, cell = triangle_places(image, level, replaced | whole)
+        elsewhere.append(image.cells[level][cell] >> 14 + half & 1 > 0)
+    # Border vertices tell by themselves what their triangles are.
+    plain += [] if border is None else [border.triangles.astype(np.int64)]
+    corners = np.concatenate(plain + edges)
+    edge = np.arange(len(corners)) >= sum(map(len, plain))
+    face = images[0].face
+    owner = np.stack([image.owner for image in images]).ravel()
+    # The first corner always is a sample; border vertices go with it. A triangle belongs to another face only with all
+    # its corners, so that neighbours overlap where owners meet.
+    owners = owner[np.where(corners < samples, corners, corners[:, :1])]
+    shared = np.where((owners == owners[:, :1]).all(1), owners[:, 0], face)
+    held = np.flatnonzero(edge)[np.concatenate(elsewhere)]
+    if present - {Face.SIDE}:
+        shared[held] = _held_by(np.concatenate([surface.point for surface in surfaces])[corners[held]], present)
+    if face is Face.SIDE:
+        run = np.array([_RUN_OF_OWNER[owner] for owner in Face])[shared]
+    else:
+        corners, edge = corners[shared == face], edge[shared == face]
+        run = np.full(len(corners), _OWN_RUN[face])
+    row, column = np.divmod(corners[:, 0] % (height * width), width)
+    block = _BLOCK << level
+    order = np.lexsort((column // block, row // block))
+    return corners[order], run[order], edge[order]
+
+
+def _held_by(corners: NDArray[np.float32], present: set[Face]) -> NDArray[np.intp]:
+    """The planar Face (n,) of those present that triangles (n, 3, 3) face most squarely."""
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    planar = sorted(present - {Face.SIDE})
+    return np.array(planar)[np.argmax(across @ np.stack([face_outward(face) for face in planar]).T, axis=1)]
+
+
+def _outward(corners: NDArray[np.int64], depth: NDArray[np.float32], radius: float, face: Face) -> NDArray[np.int64]:
+    """Corners (n, 3), turned so that fronts are counter-clockwise and the last, provoking corner is a border vertex
+    where there is one."""
+    if face is Face.SIDE:  # past the axis θ runs the other way: the winding turns round
+        past = depth[corners].mean(-1) > radius
+        corners[past] = corners[past][:, [1, 0, 2]]
+    # Border vertices have the highest numbers: turn the triangle until its highest comes last.
+    shift = (corners.argmax(1) + 1) % 3
+    return np.take_along_axis(corners, (np.arange(3) + shift[:, None]) % 3, axis=1)
+
+
+def _blockwise(points: NDArray[np.int64], count: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
+    row, column = np.divmod(points % count % (shape[0] * shape[1]), shape[1])
+    return points[np.lexsort((column // _BLOCK, row // _BLOCK))]
+
+
+def _texels(points: NDArray[np.int64], samples: int, shape: tuple[int, ...]) -> NDArray[np.int16]:
+    row, column = np.divmod(points % (shape[0] * shape[1]), shape[1])
+    return np.where((points < samples)[:, None], np.stack([column, row], -1), -1).astype(np.int16)
+
+
+def _pack(
+    points: _Points, kept: NDArray[np.int64], low: NDArray[np.float32], size: NDArray[np.float32]
+) -> NDArray[np.uint16]:
+    twice, point = np.divmod(kept, len(points.depth))
+    out = np.empty((len(kept), 4), np.uint16)
+    out[:, :3] = np.round(np.clip((points.position[point] - low) / size, 0, 1) * 65535)
+    out[:, 3] = points.image[point] + EDGE * twice
+    return out
