@@ -1,8 +1,10 @@
 """What the plan of a frame is made of, and made from: data between NumPy and the passes."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from operator import add
+from itertools import groupby
+from operator import add, attrgetter
 from typing import Any
 
 import numpy as np
@@ -78,6 +80,10 @@ class Drawing:
 
     records: NDArray[np.void]
     groups: list[Group] = field(default_factory=list)
+
+    def by_asset(self) -> Iterator[tuple[int, Iterator[Group]]]:
+        """Runs of groups that share an asset, and its number: what all of them need is set once."""
+        return groupby(self.groups, attrgetter("asset"))
 
     @classmethod
     def joined(cls, drawings: list["Drawing"]) -> "Drawing":

@@ -4,7 +4,7 @@
 that the shaders read. No GL here.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,12 +36,20 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 
 
+class _Frozen(NamedTuple):
+    """How all n objects are drawn while `lod.freeze` is on. near_by: (n,), whether as meshes, where these have come;
+    level, case: (n,) else."""
+
+    near_by: NDArray[np.bool_]
+    level: NDArray[np.int64]
+    case: NDArray[np.int64]
+
+
 class Planner:
     """Makes the plan of each frame; holds the intermediate images that are kept, and what `lod.freeze` keeps."""
 
     def __init__(self) -> None:
-        self._frozen: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None  # level and case of every object
-        self._frozen_near_by: NDArray[np.bool_] | None = None  # which of them meshes stand in for
+        self._frozen: _Frozen | None = None
         self._tiles = TilePlanner()
         self._objects: Objects | None = None  # of the frame before, and what else its tiles were made for
         self._made_for: tuple[Any, ...] = ()
@@ -68,17 +76,16 @@ class Planner:
         may be asked for; has_come: which meshes may stand in for depth images."""
         if not goes_on:
             self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
+        self._frozen = self._freeze(view, objects, bounds, table, lod, polygons) if lod.freeze else None
         near_by = self._near_by(view, objects, visible, table, lod, polygons, has_come)
         stand_ins = table.stand_ins.meshes(objects, visible[near_by])
         visible = visible[~near_by]
         placed, spheres = objects.take(visible), bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
-        if lod.freeze:
-            level, case = self._frozen_levels(view, objects, bounds, table, lod)
-            level, case = level[visible], case[visible]
-        else:
-            self._frozen = None
+        if self._frozen is None:
             level, case = choose_levels(view, placed, spheres, viewer, table, lod)
+        else:
+            level, case = self._frozen.level[visible], self._frozen.case[visible]
         imaged = np.flatnonzero(placed.representation == Representation.DPCI)
         volumes = table.volumes.take(placed.asset[imaged])
         _, distance = nearest_faces(viewer[imaged], volumes)
@@ -190,27 +197,31 @@ class Planner:
         polygons: MeshLodParams,
         has_come: HasCome,
     ) -> NDArray[np.bool_]:
-        """Whether (m,) meshes stand in for the objects `rows` (m,), nearest first; while `lod.freeze` is on, those did
-        that it found."""
-        stand_ins, levels = table.stand_ins, (table.meshes, polygons.error)
-        if not lod.freeze:
-            self._frozen_near_by = None
+        """Whether (m,) meshes stand in for the objects `rows` (m,), nearest first."""
+        stand_ins = table.stand_ins
+        if self._frozen is None:
+            levels = table.meshes, polygons.error
             return stand_ins.near_by(view, objects, rows, lod.magnification, has_come, *levels)
-        if self._frozen_near_by is None or len(self._frozen_near_by) != len(objects):
-            everything = np.arange(len(objects))
-            self._frozen_near_by = stand_ins.near_by(view, objects, everything, lod.magnification, _all_have, *levels)
-        near_by = self._frozen_near_by[rows]
+        near_by = self._frozen.near_by[rows]
         near_by[near_by] = has_come(stand_ins.mesh[objects.asset[rows[near_by]]])
         return near_by
 
-    def _frozen_levels(
-        self, view: View, objects: Objects, bounds: Bounds, table: AssetTable, lod: LodParams
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Grid level and Case (n,) of all objects, as they were when lod.freeze was switched on."""
-        if self._frozen is None or len(self._frozen[0]) != len(objects):
-            viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-            self._frozen = choose_levels(view, objects, bounds, viewer, table, lod)
-        return self._frozen
+    def _freeze(
+        self,
+        view: View,
+        objects: Objects,
+        bounds: Bounds,
+        table: AssetTable,
+        lod: LodParams,
+        polygons: MeshLodParams,
+    ) -> _Frozen:
+        """What is frozen already, or how `view` shows the objects."""
+        if self._frozen is not None and len(self._frozen.level) == len(objects):
+            return self._frozen
+        rows, levels = np.arange(len(objects)), (table.meshes, polygons.error)
+        near_by = table.stand_ins.near_by(view, objects, rows, lod.magnification, _all_have, *levels)
+        viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
+        return _Frozen(near_by, *choose_levels(view, objects, bounds, viewer, table, lod))
 
 
 def _all_have(meshes: Rows) -> NDArray[np.bool_]:

@@ -27,16 +27,17 @@ class DmeshPass(Pass):
         context.wireframe = frame.settings.warp.wireframe
         clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
         self._instances.upload(frame.plan.dmesh.records)
-        number = frame.plan.first_number + len(frame.plan.composite.records)
-        for group in frame.plan.dmesh.groups:
-            asset = frame.assets.depth_object(group.asset)
+        first_number = frame.plan.first_number + len(frame.plan.composite.records)
+        for number, groups in frame.plan.dmesh.by_asset():
+            asset = frame.assets.depth_object(number)
             defines = (*asset.defines, *frame.targets.defines)
-            program = self._programs[defines]
-            array = asset.array(self._arrays[defines], group.asset)
+            program, array = self._programs[defines], asset.array(self._arrays[defines], number)
             asset.use_geometry(program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
-            program.set(clip_from_eye=clip_from_eye, first=number + group.first)
-            self._instances.bind(array, group.first)
-            asset.draw(array, group.indices, group.count)
+            program.set(clip_from_eye=clip_from_eye)
+            for group in groups:
+                program.set(first=first_number + group.first)
+                self._instances.bind(array, group.first)
+                asset.draw(array, group.indices, group.count)
         context.wireframe = False
 
     def forget_assets(self) -> None:

@@ -74,14 +74,14 @@ class ShadowsPass(Pass):
         context, view = self.gl.device.context, shadow_map.view
         self._instances.upload(shadow_map.grids.records)
         context.enable_only(moderngl.DEPTH_TEST)  # backs, too: they close what images miss of the fronts
-        for group in shadow_map.grids.groups:
-            asset = frame.assets.depth_object(group.asset)
-            program = self._grid[asset.defines]
-            array = asset.array(self._grid_arrays[asset.defines], group.asset)
+        for number, groups in shadow_map.grids.by_asset():
+            asset = frame.assets.depth_object(number)
+            program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
             asset.use_geometry(program, 0, frame.settings.lod, view.texel)
             program.set(clip_from_centre=matrix_bytes(view.clip_from_centre), light=view.light)
-            self._instances.bind(array, group.first)
-            asset.draw(array, group.indices, group.count)
+            for group in groups:
+                self._instances.bind(array, group.first)
+                asset.draw(array, group.indices, group.count)
 
     def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
         context = self.gl.device.context

@@ -51,22 +51,20 @@ class WarpPass(Pass):
         context.wireframe = frame.settings.warp.wireframe
         self._instances.upload(frame.plan.warp.records)
         in_order = frame.settings.warp.order == "epipole"
-        before: int | None = None
-        for group in frame.plan.warp.groups:
-            asset = frame.assets.depth_object(group.asset)
-            if group.asset != before:
-                asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod, 1 / frame.view.focal_pixels)
-                before = group.asset
-            for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
-                context.enable_direct(plane)
-            if in_order:
-                self._draw_in_order(frame, group, self._ordered[asset.defines])
-            else:
-                array = asset.array(self._arrays[asset.defines], group.asset)
-                self._instances.bind(array, group.first)
-                asset.draw(array, group.indices, group.count)
-            for plane in CLIP_DISTANCES if group.clipped else ():
-                context.disable_direct(plane)
+        for number, groups in frame.plan.warp.by_asset():
+            asset = frame.assets.depth_object(number)
+            asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod, 1 / frame.view.focal_pixels)
+            for group in groups:
+                for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
+                    context.enable_direct(plane)
+                if in_order:
+                    self._draw_in_order(frame, group, self._ordered[asset.defines])
+                else:
+                    array = asset.array(self._arrays[asset.defines], number)
+                    self._instances.bind(array, group.first)
+                    asset.draw(array, group.indices, group.count)
+                for plane in CLIP_DISTANCES if group.clipped else ():
+                    context.disable_direct(plane)
         context.wireframe = False
 
     def _clear_slots(self, frame: Frame) -> None:
