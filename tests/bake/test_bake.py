@@ -7,16 +7,8 @@ import pytest
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import bake_key, find_baked, keep_baked, sidecar
 from depthwalk.bake.file import read_baked, write_baked
-from depthwalk.bake.images import (
-    Face,
-    border_points,
-    grid_cells,
-    grid_nodes,
-    image_points,
-    layer_triangles,
-    texel_centres,
-    triangle_places,
-)
+from depthwalk.bake.grid import grid_cells, grid_nodes, layer_triangles, triangle_places
+from depthwalk.bake.images import Face, border_points, image_points, texel_centres
 from depthwalk.errors import InputError
 from shapes import bake, box, joined, model_of, sphere
 

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
-from depthwalk.bake.images import MAX_STEPS, Border, Face
+from depthwalk.bake.grid import MAX_STEPS
+from depthwalk.bake.images import Border, Face
 from depthwalk.cli import app
 from depthwalk.errors import InputError
 from shapes import bake, box, joined, model_of

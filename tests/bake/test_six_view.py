@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 from depthwalk.bake import six_view
 from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face
 from depthwalk.bake.file import read_baked, write_baked
-from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder, layer_triangles, texel_size
+from depthwalk.bake.grid import layer_triangles
+from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder, texel_size
 from depthwalk.bake.parts import ModelParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.six_view import sample_six_views

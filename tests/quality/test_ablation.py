@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 
 import shapes
 from depthwalk.bake.baker import EVERYTHING, BakeParams, bake_object
-from depthwalk.bake.images import Face, layer_triangles
+from depthwalk.bake.grid import layer_triangles
+from depthwalk.bake.images import Face
 from depthwalk.commands.bake import mesh_spec
 from depthwalk.quality import ablation
 from depthwalk.quality.ablation import LAYERS, Ablation, Row, ablate, main, setups, to_json, to_markdown

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, minimum_filter
 
-from depthwalk.bake.images import DepthImage, Face, cell_triangles, grid_cells, grid_nodes
+from depthwalk.bake.grid import cell_triangles, grid_cells, grid_nodes
+from depthwalk.bake.images import DepthImage, Face
 from depthwalk.render.coarsen import Surface, coarse_triangles
 
 LAYER = 1

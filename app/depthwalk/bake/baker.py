@@ -12,6 +12,7 @@ from scipy.ndimage import maximum_filter, uniform_filter
 
 from depthwalk.bake.border import trace_border
 from depthwalk.bake.connectivity import connect
+from depthwalk.bake.grid import usable_steps
 from depthwalk.bake.images import (
     FLANKS,
     PAPER_FACES,
@@ -24,7 +25,6 @@ from depthwalk.bake.images import (
     face_reach,
     surface_rays,
     texel_centres,
-    usable_steps,
 )
 from depthwalk.bake.ownership import Inner, assign_owners, inner_texels, worth_adding, yield_triangles
 from depthwalk.bake.parallel import Map, batches, thread_map

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import Border, Cylinder, Face, cell_triangles, grid_cells, surface_rays, texel_size
+from depthwalk.bake.grid import cell_triangles, grid_cells
+from depthwalk.bake.images import Border, Cylinder, Face, surface_rays, texel_size
 from depthwalk.bake.raycast import RayCaster
 
 Array = NDArray[np.floating]

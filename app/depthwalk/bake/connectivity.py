@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import Cylinder, Face, cell_triangles, face_reach, grid_cells, surface_rays, texel_size
+from depthwalk.bake.grid import cell_triangles, grid_cells
+from depthwalk.bake.images import Cylinder, Face, face_reach, surface_rays, texel_size
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.vectors import lengths

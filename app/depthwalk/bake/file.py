@@ -19,6 +19,7 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
+from depthwalk.bake.grid import grid_cells
 from depthwalk.bake.header import (
     ATTRIBUTE,
     CHANNELS,
@@ -34,7 +35,7 @@ from depthwalk.bake.header import (
     is_list,
     split_name,
 )
-from depthwalk.bake.images import BakedObject, Border, DepthImage, Face, grid_cells
+from depthwalk.bake.images import BakedObject, Border, DepthImage, Face
 from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
 

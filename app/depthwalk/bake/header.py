@@ -10,7 +10,8 @@ import numpy as np
 import OpenEXR
 
 from depthwalk import limits
-from depthwalk.bake.images import MAX_STEPS, Cylinder, Face
+from depthwalk.bake.grid import MAX_STEPS
+from depthwalk.bake.images import Cylinder, Face
 from depthwalk.errors import InputError
 
 FORMAT_VERSION = 9

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.grid import layer_triangles, triangle_corners, triangle_places
 from depthwalk.bake.images import (
     FLANKS,
     Cylinder,
@@ -16,11 +17,8 @@ from depthwalk.bake.images import (
     Face,
     image_points,
     image_position,
-    layer_triangles,
     surface_rays,
     texel_size,
-    triangle_corners,
-    triangle_places,
 )
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.vectors import lengths

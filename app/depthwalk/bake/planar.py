@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_borders
-from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Face, grid_cells, usable_steps
+from depthwalk.bake.grid import grid_cells, usable_steps
+from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Face
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.errors import InputError

@@ -9,7 +9,8 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import Border, DepthImage, Face, layer_triangles, triangle_places
+from depthwalk.bake.grid import layer_triangles, triangle_places
+from depthwalk.bake.images import Border, DepthImage, Face
 from depthwalk.bake.parallel import Map
 
 

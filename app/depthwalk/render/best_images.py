@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.grid import whole_cells
 from depthwalk.bake.images import (
     BakedObject,
     DepthImage,
@@ -14,7 +15,6 @@ from depthwalk.bake.images import (
     image_position,
     square_texel,
     surface_rays,
-    whole_cells,
 )
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.sampling import face_normals

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import DepthImage, Face, cell_triangles, grid_nodes, whole_cells
+from depthwalk.bake.grid import cell_triangles, grid_nodes, whole_cells
+from depthwalk.bake.images import DepthImage, Face
 
 _BLOCK = 32  # cells: side of the squares that are split; larger ones save less than one triangle in a thousand
 _MARGIN = _BLOCK // 2  # nodes around an array of nodes: diamonds across its edge have all their corners in it

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, DepthImage, Face, grid_nodes, image_position
+from depthwalk.bake.grid import grid_nodes
+from depthwalk.bake.images import BakedObject, DepthImage, Face, image_position
 from depthwalk.render.grids import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Grids
 
 Ints = NDArray[np.int32]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from depthwalk.bake.grid import layer_triangles, triangle_places, whole_cells
 from depthwalk.bake.images import (
     FLANKS,
     BakedObject,
@@ -20,10 +21,7 @@ from depthwalk.bake.images import (
     border_points,
     face_outward,
     image_points,
-    layer_triangles,
     square_texel,
-    triangle_places,
-    whole_cells,
 )
 from depthwalk.render.chunks import WHOLE
 from depthwalk.render.coarsen import Surface, coarse_triangles

@@ -1,0 +1,89 @@
+"""The grids of a depth image, of steps 1, 2, 4 …: two triangles to a cell of samples, and which are on the surface."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import DepthImage, Face
+
+MAX_STEPS = 7  # grids of step 1, 2, … 64: 512² shrinks to 8²
+_TURNED = Face.BOTTOM, Face.FRONT, Face.LEFT  # u × v points outward
+
+
+def usable_steps(shape: tuple[int, int]) -> int:
+    """How many grids an image of (H, W) gets: steps 1, 2, … as long as eight cells remain, 64 at most."""
+    return max(1, min(MAX_STEPS, int(np.log2(min(shape))) - 2))
+
+
+def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
+    """Texel indices of the nodes along one axis at `step`: every step-th texel, and the last one unless it wraps,
+    so that a coarse grid still reaches the border."""
+    nodes = np.arange(0, count, step)
+    return nodes if wraps or nodes[-1] == count - 1 else np.append(nodes, count - 1)
+
+
+def grid_cells(shape: tuple[int, int], face: Face, step: int) -> tuple[NDArray[np.int64], ...]:
+    """The cells of the grid of `step`: column and row of the lower (i0, j0) and the upper (i1, j1) corner.
+
+    Each is (cells,) int64. The side image wraps, so i1 may be 0 after the last column.
+    """
+    height, width = shape
+    columns = grid_nodes(width, step, wraps=face is Face.SIDE)
+    rows = grid_nodes(height, step, wraps=False)
+    next_columns = np.append(columns[1:], 0) if face is Face.SIDE else columns[1:]
+    i0, j0 = np.meshgrid(columns[: len(next_columns)], rows[:-1])
+    i1, j1 = np.meshgrid(next_columns, rows[1:])
+    return i0.ravel(), j0.ravel(), i1.ravel(), j1.ravel()
+
+
+def cell_triangles(
+    face: Face, i0: NDArray[np.int64], j0: NDArray[np.int64], i1: NDArray[np.int64], j1: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Columns and rows, each (2, cells, 3), of the lower and the upper triangle of each cell.
+
+    Counter-clockwise seen from outside the cylinder, where v may run to the left or to the right of u.
+    """
+    lower = (i1, j0), (i0, j0), (i0, j1)
+    upper = (i1, j0), (i0, j1), (i1, j1)
+    triangles = [lower, upper] if face not in _TURNED else [lower[::-1], upper[::-1]]
+    columns = np.stack([np.stack([corner[0] for corner in triangle], -1) for triangle in triangles])
+    rows = np.stack([np.stack([corner[1] for corner in triangle], -1) for triangle in triangles])
+    return columns, rows
+
+
+def whole_cells(image: DepthImage, level: int) -> NDArray[np.bool_]:
+    """Which cells (cells,) of a grid lie on the surface with both triangles and all four corners on this layer."""
+    triangle = 1 | image.layer << 1 | image.layer << 4
+    return image.cells[level] == (triangle | triangle << 7)
+
+
+def layer_triangles(
+    image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`, but
+    for those in the cells (cells,) `without`."""
+    return triangle_corners(image, level, *triangle_places(image, level, without))
+
+
+def triangle_corners(
+    image: DepthImage, level: int, half: NDArray[np.intp], cell: NDArray[np.intp]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """As `layer_triangles`, of the triangles in those halves (triangles,) of those cells (triangles,)."""
+    code = image.cells[level][cell] >> 7 * half
+    layers = np.stack([np.full(len(cell), image.layer), code >> 1 & 7, code >> 4 & 7])
+    height, width = image.depth.shape
+    columns = grid_nodes(width, 1 << level, wraps=image.face is Face.SIDE)
+    rows = grid_nodes(height, 1 << level, wraps=False)
+    row, column = np.divmod(cell, len(columns) - (image.face is not Face.SIDE))
+    right, up = (axis[:, 0].T.take(half, 1) for axis in cell_triangles(image.face, *np.array([[0], [0], [1], [1]])))
+    i = np.where(right, np.roll(columns, -1)[column], columns[column])
+    j = np.where(up, rows[row + 1], rows[row])
+    return layers.T, (j * width + i).T
+
+
+def triangle_places(
+    image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which half of which cell, each (triangles,), the triangles of `layer_triangles` are, in its order."""
+    codes = image.cells[level] if without is None else np.where(without, 0, image.cells[level])
+    lower, upper = np.flatnonzero(codes & 1), np.flatnonzero(codes & 128)
+    return np.repeat([0, 1], [len(lower), len(upper)]), np.concatenate([lower, upper])
