@@ -1,13 +1,13 @@
 """The command line: what each command takes. The work is in `commands`, imported when its command runs, so that
 `depthwalk --help` waits for no graphics library, and `depthwalk check` for no window's and no GL context."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from depthwalk import limits
+from depthwalk.cli_measures import bench, compare, quality
 from depthwalk.commands.console import BAD_INPUT, guarded
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
@@ -17,7 +17,10 @@ from depthwalk.commands.options import (
     CameraPosition,
     CameraTarget,
     Frames,
+    Fullscreen,
+    Height,
     Layers,
+    Method,
     NoBackground,
     Parts,
     PathOption,
@@ -27,7 +30,10 @@ from depthwalk.commands.options import (
     Resolution,
     SceneArgument,
     Settings,
+    Texture,
+    UpAxis,
     Verbose,
+    check_camera_source,
     open_scene,
     parse_axis,
     parse_camera,
@@ -50,20 +56,6 @@ app = typer.Typer(
 )
 
 
-class Method(StrEnum):
-    """How depth images are made."""
-
-    RAYCAST = "raycast"
-    SIX_VIEW = "six-view"
-
-
-class UpAxis(StrEnum):
-    """A mesh file's upward axis."""
-
-    Y = "y"
-    Z = "z"
-
-
 def main() -> None:
     """The program `depthwalk`."""
     app()
@@ -82,7 +74,7 @@ def _common(version: Annotated[bool, typer.Option("--version", help="Print the v
 @guarded
 def demo(
     resolution: Resolution = DEFAULT_RESOLUTION,
-    fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")] = False,
+    fullscreen: Fullscreen = False,
     representation_name: RepresentationOption = RepresentationName.SCENE,
     frames: Frames = None,
     verbose: Verbose = False,
@@ -104,7 +96,7 @@ def demo(
 def view(
     scene: Annotated[Path | None, typer.Argument(metavar="SCENE", help="Scene file; the garden, if absent.")] = None,
     path: PathOption = None,
-    fullscreen: Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")] = False,
+    fullscreen: Fullscreen = False,
     resolution: Resolution = DEFAULT_RESOLUTION,
     camera_position: CameraPosition = None,
     camera_target: CameraTarget = None,
@@ -161,7 +153,7 @@ def render(
     refuse_reuse(settings)
     size = parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle)
-    _check_camera_source(path, camera.given)
+    check_camera_source(path, camera)
     if frames is not None and path is None:
         raise InputError("--frames: needs --path")
     from depthwalk.commands import render as work
@@ -195,8 +187,8 @@ def bake(
     parts: Parts = None,
     axis: Axis = None,
     up: Annotated[UpAxis, typer.Option(help="The files' upward axis.")] = UpAxis.Y,
-    height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
-    texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
+    height: Height = None,
+    texture: Texture = None,
     jobs: Annotated[
         int | None,
         typer.Option(metavar="N", min=1, max=limits.MAX_JOBS, help="Meshes at a time.", show_default="one per core"),
@@ -229,137 +221,8 @@ def bake(
         raise typer.Exit(BAD_INPUT)
 
 
-@app.command()
-@guarded
-def compare(
-    files: Annotated[
-        list[Path],
-        typer.Argument(metavar="FILE", help="OBJ, PLY, STL, GLB or glTF files; scene files, with all that has `dpci`."),
-    ],
-    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as JSON.")] = None,
-    html: Annotated[Path | None, typer.Option(metavar="F", help="Write it as a page with the worst views.")] = None,
-    want_psnr: Annotated[
-        float | None, typer.Option(metavar="DB", help="Find the cheapest resolution and layers that reach it.")
-    ] = None,
-    dpci_resolution: Annotated[
-        int | None,
-        typer.Option(
-            min=limits.MIN_DPCI_RESOLUTION,
-            max=limits.MAX_DPCI_RESOLUTION,
-            help="Side of an image, texels.",
-            show_default="512, or as the scene says",
-        ),
-    ] = None,
-    layers: Layers = None,
-    method: Annotated[
-        Method | None,
-        typer.Option(help="How surfaces are sampled.", show_default="raycast, or as the scene says"),
-    ] = None,
-    parts: Parts = None,
-    axis: Axis = None,
-    up: Annotated[UpAxis | None, typer.Option(help="The meshes' upward axis.", show_default="y")] = None,
-    height: Annotated[float | None, typer.Option(metavar="M", help="Height to scale each mesh to, metres.")] = None,
-    texture: Annotated[Path | None, typer.Option(metavar="F", help="Texture in place of the files' own.")] = None,
-    resolution: Resolution = DEFAULT_RESOLUTION,
-    asset_root: Annotated[
-        list[Path] | None,
-        typer.Option("--asset-root", metavar="DIR", help="Folder in which the files, and what they name, may lie."),
-    ] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Render setting: render.lod.bias=1.")
-    ] = None,
-    verbose: Verbose = False,
-    quiet: Quiet = False,
-) -> None:
-    """Measure how like its mesh a mesh's depth images look, over a sphere of views; in scenes, every asset's."""
-    refuse_reuse(settings)
-    size = parse_resolution(resolution)
-    overrides = parse_settings(settings)
-    from depthwalk.commands import compare as work
-    from depthwalk.commands.subjects import Choices, find_subjects
-
-    choices = Choices(
-        dpci_resolution,
-        parse_layers(layers),
-        method.value if method else None,
-        parse_parts(parts),
-        parse_axis(axis),
-        texture,
-        up and up.value,
-        height,
-    )
-    subjects = find_subjects(files, asset_root or [], choices)
-    plan = work.Plan(subjects, work.parse_render_settings(overrides), size, want_psnr, html is not None)
-    work.check_plan(plan, [json, html])
-    work.run_compare(plan, json, html)
-
-
-@app.command()
-@guarded
-def quality(
-    scenes: Annotated[
-        list[Path] | None, typer.Argument(metavar="SCENE...", help="Scene files; room and garden, if absent.")
-    ] = None,
-    only: Annotated[
-        str | None, typer.Option(metavar="PART,...", help="Of antialiasing, dof, shadows, edges.", show_default="all")
-    ] = None,
-    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as JSON.")] = None,
-    html: Annotated[Path | None, typer.Option(metavar="F", help="Write it as a page with pictures.")] = None,
-    resolution: Resolution = "512,384",
-    asset_root: AssetRoots = None,
-    settings: Settings = None,
-    verbose: Verbose = False,
-    quiet: Quiet = False,
-) -> None:
-    """Measure what smooths edges, blurs and casts shadows against pictures that took far longer; some minutes."""
-    refuse_reuse(settings)
-    size = parse_resolution(resolution)
-    from depthwalk.commands import quality as work
-
-    parts = work.parse_parts(only)
-    files = scenes or work.shipped_scenes()
-    plan = work.Plan([open_scene(file, asset_root, settings) for file in files], parts, size)
-    work.check_plan(plan, [json, html])
-    work.run_quality(plan, json, html)
-
-
-@app.command()
-@guarded
-def bench(
-    scene: SceneArgument,
-    path: PathOption = None,
-    frames: Frames = None,
-    warmup: Annotated[
-        int, typer.Option(metavar="N", min=0, max=limits.MAX_FRAMES, help="Frames before the measured ones.")
-    ] = 5,
-    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as JSON.")] = None,
-    html: Annotated[Path | None, typer.Option(metavar="F", help="Write the report as a page.")] = None,
-    representations: Annotated[
-        list[str] | None,
-        typer.Option("--representation", metavar="R,...", help="What to compare: scene, dpci, mesh, mesh-lod, dmesh."),
-    ] = None,
-    resolution: Resolution = DEFAULT_RESOLUTION,
-    camera_position: CameraPosition = None,
-    camera_target: CameraTarget = None,
-    camera_view_angle: CameraAngle = None,
-    asset_root: AssetRoots = None,
-    settings: Settings = None,
-    verbose: Verbose = False,
-    quiet: Quiet = False,
-) -> None:
-    """Measure what a scene costs per frame and per pass, standing still or along a camera path."""
-    size = parse_resolution(resolution)
-    camera = parse_camera(camera_position, camera_target, camera_view_angle)
-    _check_camera_source(path, camera.given)
-    from depthwalk.commands import bench as work
-    from depthwalk.scene.path import load_path
-
-    names = work.parse_representations(representations)
-    loaded = open_scene(scene, asset_root, settings)
-    walk = load_path(path) if path else None
-    plan = work.Plan(loaded, path, walk, camera, frames, warmup, size, names)
-    work.check_report_files([json, html], plan)
-    work.run_bench(plan, json, html)
+for measuring in compare, quality, bench:
+    app.command()(measuring)
 
 
 @app.command()
@@ -397,11 +260,6 @@ def info(
     from depthwalk.commands.info import describe_file, installation, print_rows
 
     print_rows(describe_file(file) if file else installation())
-
-
-def _check_camera_source(path: Path | None, camera_given: bool) -> None:
-    if path is not None and camera_given:
-        raise InputError("--path: already says where the camera is; leave out the --camera options")
 
 
 if __name__ == "__main__":

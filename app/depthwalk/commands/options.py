@@ -23,6 +23,20 @@ MIN_ANGLE, MAX_ANGLE = 1.0, 170.0  # as the scene file's camera
 MAX_COORDINATE = 1e6
 
 
+class Method(StrEnum):
+    """How depth images are made."""
+
+    RAYCAST = "raycast"
+    SIX_VIEW = "six-view"
+
+
+class UpAxis(StrEnum):
+    """A mesh file's upward axis."""
+
+    Y = "y"
+    Z = "z"
+
+
 class RepresentationName(StrEnum):
     """How to draw what the assets allow it for; `scene` leaves it to the scene file."""
 
@@ -83,6 +97,9 @@ Axis = Annotated[
         show_default="y, or as the scene says",
     ),
 ]
+Height = Annotated[float | None, typer.Option("--height", metavar="M", help="Height to scale each mesh to, metres.")]
+Texture = Annotated[Path | None, typer.Option("--texture", metavar="F", help="Texture in place of the files' own.")]
+Fullscreen = Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")]
 Verbose = Annotated[bool, typer.Option("--verbose", help="Say what is done, show tracebacks.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
 
@@ -116,6 +133,12 @@ def parse_camera(position: str | None, target: str | None, angle: float | None) 
         _point("--camera-target", target),
         None if angle is None else math.radians(angle),
     )
+
+
+def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
+    """Raises InputError where both a camera path and the --camera options say where the camera is."""
+    if path is not None and camera.given:
+        raise InputError("--path: already says where the camera is; leave out the --camera options")
 
 
 def parse_resolution(text: str) -> tuple[int, int]:
