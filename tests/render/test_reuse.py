@@ -12,7 +12,7 @@ from depthwalk.render.bounds import object_bounds
 from depthwalk.render.footprint import box_footprint
 from depthwalk.render.lod import LodParams
 from depthwalk.render.mesh_lod import MeshLodParams
-from depthwalk.render.plan import Planner
+from depthwalk.render.plan import Planner, PlanSettings, SceneArrays
 from depthwalk.render.planes import Volumes, choose_planes, depths_behind
 from depthwalk.render.records import tile_records
 from depthwalk.render.renderer import Renderer, read_pixels
@@ -85,8 +85,9 @@ class Walk:
         view = View(Camera(position, target, 0.9), size, 0.1, 100.0)
         bounds = object_bounds(objects, self.table.centre, self.table.reach)
         visible, _ = bounds.visible(view)
-        arguments = view, objects, bounds, visible, self.table, LodParams(), self.layout, MeshLodParams(), self.atlas
-        return self.planner.plan(*arguments)
+        settings = PlanSettings(LodParams(), self.layout, MeshLodParams(), self.atlas)
+        scene = SceneArrays(objects, bounds, self.table, self.renderer.placed.clusters())
+        return self.planner.plan(view, scene, visible, settings)
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from depthwalk.render.grids import RUNS_PER_CASE
 from depthwalk.render.lod import Case
 from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import Volumes
+from depthwalk.render.prepared import Prepared
 from depthwalk.render.rotation import multiply, rotate
 from depthwalk.render.stand_ins import StandIns
 from depthwalk.scene.arrays import MESHES, Objects, Representation
@@ -94,8 +95,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     levels = np.zeros(count, np.int64)
     thinned = np.isin(np.arange(count), objects.asset[objects.representation == Representation.MESH_LOD])
     details: dict[int, tuple[MeshLevel, ...]] = {}
-    runs: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
-    errors: dict[int, NDArray[np.floating]] = {}
+    imaged: dict[int, Prepared] = {}
     for number in np.unique(objects.asset).tolist():
         if number < len(library):
             mesh = library.mesh(number)
@@ -104,7 +104,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
                 details[number] = library.mesh_levels(number) if thinned[number] else (MeshLevel(mesh, 0.0),)
                 half_height[number], girth[number] = _mesh_cylinder(details[number], centre[number])
             continue
-        prepared = store.prepared(number)
+        imaged[number] = prepared = store.prepared(number)
         baked = prepared.outline
         for name, column in numbers.items():
             column[number] = getattr(baked.cylinder, name)
@@ -112,17 +112,9 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         has_side[number] = any(image.face is Face.SIDE for image in baked.images)
         texel[number] = square_texel(baked)
         levels[number] = len(prepared.error) - 1
-        runs[number] = prepared.first, prepared.count
-        errors[number] = prepared.error
         centre[number], half_height[number], girth[number] = _bounding_cylinder(baked)
         reach[number] = np.hypot(half_height[number], girth[number])
-    most = max((first.shape[0] for first, _ in runs.values()), default=1)
-    index_first = np.zeros((count, most, len(Case), RUNS_PER_CASE), np.int64)
-    index_count = np.zeros_like(index_first)
-    error = np.full((count, most), np.inf)
-    for number, (first, length) in runs.items():
-        index_first[number, : len(first)], index_count[number, : len(length)] = first, length
-        error[number, : len(first)] = errors[number]
+    index_first, index_count, error = _level_columns(count, imaged)
     triangles = index_count[:, :, Case.ALL].sum(-1) // 3
     volumes = Volumes(**numbers, footprint=footprint, has_side=has_side)
     meshes = MeshLevels.empty(count)
@@ -137,6 +129,20 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     bounds = centre, reach, half_height, girth
     drawn = index_first, index_count, triangles, error
     return AssetTable(volumes, texel, levels, *bounds, *drawn, meshes, stand_ins)
+
+
+def _level_columns(
+    count: int, imaged: dict[int, Prepared]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """`AssetTable.index_first`, `index_count` and `error` of `count` numbers, of which these are depth objects."""
+    most = max((len(each.error) for each in imaged.values()), default=1)
+    index_first, index_count = np.zeros((2, count, most, len(Case), RUNS_PER_CASE), np.int64)
+    error = np.full((count, most), np.inf)
+    for number, each in imaged.items():
+        levels = len(each.error)
+        index_first[number, :levels], index_count[number, :levels] = each.first, each.count
+        error[number, :levels] = each.error
+    return index_first, index_count, error
 
 
 def _stand_ins(objects: Objects, library: Library, store: AssetStore) -> StandIns:

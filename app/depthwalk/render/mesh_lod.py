@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.ingest.mesh import MOST_LEVELS, MeshLevel
 from depthwalk.params import Params, param
+from depthwalk.render.lod import error_level
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
 
@@ -52,5 +53,5 @@ def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allo
     by asset and level, rising, +inf where there is no such level; allowed: pixels.
     """
     metres = allowed * nearest / view.focal_pixels
-    level = (errors[objects.asset, 1:] <= metres[:, None]).sum(1)
+    level = error_level(errors[objects.asset], metres)
     return np.where(objects.representation == Representation.MESH_LOD, level, 0)

@@ -4,6 +4,7 @@
 that the shaders read. No GL here.
 """
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,6 +37,26 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 
 
+@dataclass(frozen=True)
+class SceneArrays:
+    """All objects of a scene, in sight or not: where they are, their assets, and in what clusters."""
+
+    objects: Objects
+    bounds: Bounds
+    table: AssetTable
+    clusters: Clusters
+
+
+@dataclass(frozen=True)
+class PlanSettings:
+    """What plans follow. layout: of tiles; polygons: how coarse meshes may be; atlas_size: width and height, texels."""
+
+    lod: LodParams
+    layout: TileParams
+    polygons: MeshLodParams
+    atlas_size: tuple[int, int]
+
+
 class _Frozen(NamedTuple):
     """How all n objects are drawn while `lod.freeze` is on. near_by: (n,), whether as meshes, where these have come;
     level, case: (n,) else."""
@@ -58,29 +79,24 @@ class Planner:
     def plan(
         self,
         view: View,
-        objects: Objects,
-        bounds: Bounds,
-        visible: NDArray[np.integer],
-        table: AssetTable,
-        lod: LodParams,
-        layout: TileParams,
-        polygons: MeshLodParams,
-        atlas_size: tuple[int, int],
+        scene: SceneArrays,
+        visible: Rows,
+        settings: PlanSettings,
         goes_on: bool = False,
         first_number: int = 1,
-        clusters: Clusters | None = None,
         has_come: HasCome = lambda meshes: np.zeros(len(meshes), bool),
     ) -> FramePlan:
-        """The frame that shows the objects `visible` (m,), nearest first, of all `objects`; or where it `goes_on`, its
-        next round, when the one before is drawn. first_number: see `FramePlan`; clusters: those that `plan_clusters`
-        may be asked for; has_come: which meshes may stand in for depth images."""
+        """The frame that shows the objects `visible` (m,), nearest first, of the `scene`; or where it `goes_on`, its
+        next round, when the one before is drawn. first_number: see `FramePlan`; has_come: which meshes may stand in for
+        depth images."""
+        objects, table, lod = scene.objects, scene.table, settings.lod
         if not goes_on:
-            self._forget_if_changed(view, objects, table, lod, layout, atlas_size, clusters)
-        self._frozen = self._freeze(view, objects, bounds, table, lod, polygons) if lod.freeze else None
-        near_by = self._near_by(view, objects, visible, table, lod, polygons, has_come)
+            self._forget_if_changed(view, scene, settings)
+        self._frozen = self._freeze(view, scene, settings) if lod.freeze else None
+        near_by = self._near_by(view, scene, visible, settings, has_come)
         stand_ins = table.stand_ins.meshes(objects, visible[near_by])
         visible = visible[~near_by]
-        placed, spheres = objects.take(visible), bounds.take(visible)
+        placed, spheres = objects.take(visible), scene.bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
         if self._frozen is None:
             level, case = choose_levels(view, placed, spheres, viewer, table, lod)
@@ -98,9 +114,9 @@ class Planner:
         triangles = table.triangles[placed.asset[imaged], level[imaged]]
         parts = placed.take(imaged), spheres.take(imaged), volumes.take(usable)
         shown = Shown(visible[imaged], *parts, viewer[imaged], level[imaged], case[imaged], triangles)
-        work = self._tiles.plan(view, shown, layout, goes_on)
+        work = self._tiles.plan(view, shown, settings.layout, goes_on)
 
-        warp = draw_anew(shown, work, table, atlas_size)
+        warp = draw_anew(shown, work, table, settings.atlas_size)
         composite = Rectangles(work.composite, work.aligned)
 
         direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
@@ -108,7 +124,7 @@ class Planner:
         runs = draw_groups(table, placed.asset[direct], level[direct], case[direct])
         dmesh = Drawing(placed_records(view.position, placed.take(direct)), runs)
         meshes = Objects.joined([placed.take(placed.polygonal), stand_ins])
-        mesh = draw_meshes(view, meshes, table, polygons)
+        mesh = draw_meshes(view, meshes, table, settings.polygons)
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work) | {"stand_ins": len(stand_ins)}
         counts["mesh_triangles"] = sum(
             group.count * int(table.meshes.triangles[group.asset, group.level]) for group in mesh.groups
@@ -120,17 +136,13 @@ class Planner:
     def plan_clusters(
         self,
         view: View,
-        objects: Objects,
-        bounds: Bounds,
-        numbers: NDArray[np.integer],
-        table: AssetTable,
-        lod: LodParams,
-        layout: TileParams,
-        atlas_size: tuple[int, int],
+        scene: SceneArrays,
+        numbers: Rows,
+        settings: PlanSettings,
         first_number: int,
-        clusters: Clusters,
     ) -> FramePlan:
-        """The round of a frame, after others, that shows the `clusters` `numbers` (m,), nearest first."""
+        """The round of a frame, after others, that shows the clusters `numbers` (m,), nearest first."""
+        objects, bounds, table, clusters, lod = scene.objects, scene.bounds, scene.table, scene.clusters, settings.lod
         changed = numbers[clusters.version[numbers] != self._versions[numbers]]
         self._tiles.spoil(len(objects) + changed)
         self._versions[changed] = clusters.version[changed]
@@ -139,7 +151,7 @@ class Planner:
         viewer = viewer_in_object(view, like.position, like.rotation, like.scale)
         level, _ = choose_levels(view, like, bounds.take(some), viewer, table, lod)
         shown = clusters.shown(view, numbers, like, level, table.triangles[like.asset, level])
-        work = self._tiles.plan(view, shown, layout, goes_on=True)
+        work = self._tiles.plan(view, shown, settings.layout, goes_on=True)
 
         rows, count = clusters.members(numbers[work.anew])
         tile = np.repeat(np.arange(len(count)), count)
@@ -150,7 +162,8 @@ class Planner:
         order = np.lexsort((~whole, case, level, members.asset))
         tile, members = tile[order], members.take(order)
         planes, tiles, corners = work.planes.take(tile), work.tiles.take(tile), work.slots[tile, :2]
-        records = member_records(planes, tiles, corners, atlas_size, members, viewer[order], within_runs(count)[order])
+        place = within_runs(count)[order]
+        records = member_records(planes, tiles, corners, settings.atlas_size, members, viewer[order], place)
         warp = Drawing(records, draw_groups(table, members.asset, level[order], case[order], ~whole[order]))
 
         numbered, count = clusters.members(numbers[work.drawn])
@@ -164,64 +177,46 @@ class Planner:
         tiled = np.ones(len(numbered), bool)
         return FramePlan(warp, composite, nothing, nothing, work.slots, counts, numbered, tiled, first_number)
 
-    def _forget_if_changed(
-        self,
-        view: View,
-        objects: Objects,
-        table: AssetTable,
-        lod: LodParams,
-        layout: TileParams,
-        atlas_size: tuple[int, int],
-        clusters: Clusters | None,
-    ) -> None:
+    def _forget_if_changed(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
         """Drops what is kept where it was made for other objects or with other settings. Where an object stands does
         not matter: it is compared by the viewer in its frame."""
-        made_for = table, clusters, lod.model_dump(), layout.model_dump(), view.size, atlas_size
+        objects, clusters, groups = scene.objects, scene.clusters, (settings.lod, settings.layout)
+        made_for = scene.table, clusters, [group.model_dump() for group in groups], view.size, settings.atlas_size
         before = self._objects
         same = before is not None and all(a is b for a, b in zip(made_for[:2], self._made_for[:2], strict=True))
         same = same and made_for[2:] == self._made_for[2:]
         self._objects, self._made_for = objects, made_for
         if same and (objects is before or _of_one_kind(objects, before)):
             return
-        count = 0 if clusters is None else len(clusters)
-        self._tiles.forget(len(objects) + count, atlas_size)
-        self._versions = np.zeros(count, np.int64)
+        self._tiles.forget(len(objects) + len(clusters), settings.atlas_size)
+        self._versions = np.zeros(len(clusters), np.int64)
 
     def _near_by(
-        self,
-        view: View,
-        objects: Objects,
-        rows: Rows,
-        table: AssetTable,
-        lod: LodParams,
-        polygons: MeshLodParams,
-        has_come: HasCome,
+        self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, has_come: HasCome
     ) -> NDArray[np.bool_]:
         """Whether (m,) meshes stand in for the objects `rows` (m,), nearest first."""
-        stand_ins = table.stand_ins
         if self._frozen is None:
-            levels = table.meshes, polygons.error
-            return stand_ins.near_by(view, objects, rows, lod.magnification, has_come, *levels)
+            return _may_stand_in(view, scene, rows, settings, has_come)
         near_by = self._frozen.near_by[rows]
-        near_by[near_by] = has_come(stand_ins.mesh[objects.asset[rows[near_by]]])
+        near_by[near_by] = has_come(scene.table.stand_ins.mesh[scene.objects.asset[rows[near_by]]])
         return near_by
 
-    def _freeze(
-        self,
-        view: View,
-        objects: Objects,
-        bounds: Bounds,
-        table: AssetTable,
-        lod: LodParams,
-        polygons: MeshLodParams,
-    ) -> _Frozen:
+    def _freeze(self, view: View, scene: SceneArrays, settings: PlanSettings) -> _Frozen:
         """What is frozen already, or how `view` shows the objects."""
+        objects = scene.objects
         if self._frozen is not None and len(self._frozen.level) == len(objects):
             return self._frozen
-        rows, levels = np.arange(len(objects)), (table.meshes, polygons.error)
-        near_by = table.stand_ins.near_by(view, objects, rows, lod.magnification, _all_have, *levels)
+        near_by = _may_stand_in(view, scene, np.arange(len(objects)), settings, _all_have)
         viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-        return _Frozen(near_by, *choose_levels(view, objects, bounds, viewer, table, lod))
+        return _Frozen(near_by, *choose_levels(view, objects, scene.bounds, viewer, scene.table, settings.lod))
+
+
+def _may_stand_in(
+    view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, has_come: HasCome
+) -> NDArray[np.bool_]:
+    """See `StandIns.near_by`."""
+    table, limit = scene.table, settings.lod.magnification
+    return table.stand_ins.near_by(view, scene.objects, rows, limit, has_come, table.meshes, settings.polygons.error)
 
 
 def _all_have(meshes: Rows) -> NDArray[np.bool_]:

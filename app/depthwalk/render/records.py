@@ -49,7 +49,8 @@ COMPOSITE_RECORD = np.dtype(
 # What shade.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that stands for its
 # asset, and nothing else.
 SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("level", "4f4")])
-# What mesh.vert and dmesh.vert read per object: where it stands relative to the viewer, and how it is turned.
+# What is read per object that is drawn straight into a picture or a shadow map: where it stands relative to the viewer,
+# or to the map's centre, and how it is turned.
 PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
 
 

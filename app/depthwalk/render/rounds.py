@@ -23,7 +23,7 @@ from depthwalk.render.occlusion import (
     outlines,
 )
 from depthwalk.render.placed import Placed, Uploads
-from depthwalk.render.plan import Planner
+from depthwalk.render.plan import Planner, PlanSettings, SceneArrays
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
@@ -133,7 +133,7 @@ class Rounds:
     def _plan_of_clusters(self, given: _Given, cells: Rows, before: FramePlan, number: int) -> FramePlan:
         """Of the round that draws the clusters of `cells` (m,) that are in sight. before: the plan of the round
         before."""
-        placed, settings, clusters = self._placed, self._settings, self._placed.clusters()
+        settings, clusters = self._settings, self._placed.clusters()
         with self._timers.measure_cpu("cull"):
             numbers = clusters.visible(given.view, cells)
         if settings.culling.occlusion:
@@ -143,10 +143,9 @@ class Rounds:
             numbers = numbers[~unseen]
         with self._timers.measure_cpu("upload"):
             numbers = numbers[clusters.whole(numbers, given.uploads.there)]
-        arrays = placed.objects(), placed.bounds(), numbers, placed.table()
-        groups = settings.lod, tile_layout(settings, settings.warp, given.remembers)
+        scene, plan_settings = self._scene(), self._plan_settings(given)
         with self._timers.measure_cpu("plan"):
-            return self._planner.plan_clusters(given.view, *arrays, *groups, given.targets.atlas_size, number, clusters)
+            return self._planner.plan_clusters(given.view, scene, numbers, plan_settings, number)
 
     def _first_round(self, visible: Rows, remembers: bool) -> tuple[Rows, Rows]:
         """Which of the objects `visible` (m,), nearest first, are drawn before any is tested, and the others. With
@@ -180,12 +179,18 @@ class Rounds:
 
     def _plan(self, given: _Given, rows: Rows, goes_on: bool, number: int) -> FramePlan:
         """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
-        placed, settings = self._placed, self._settings
-        arrays = placed.objects(), placed.bounds(), rows, placed.table()
-        groups = settings.lod, tile_layout(settings, settings.warp, given.remembers), settings.mesh
-        atlas_size, clusters, has_come = given.targets.atlas_size, placed.clusters(), given.uploads.stand_in
+        scene, settings, has_come = self._scene(), self._plan_settings(given), given.uploads.stand_in
         with self._timers.measure_cpu("plan"):
-            return self._planner.plan(given.view, *arrays, *groups, atlas_size, goes_on, number, clusters, has_come)
+            return self._planner.plan(given.view, scene, rows, settings, goes_on, number, has_come)
+
+    def _scene(self) -> SceneArrays:
+        placed = self._placed
+        return SceneArrays(placed.objects(), placed.bounds(), placed.table(), placed.clusters())
+
+    def _plan_settings(self, given: _Given) -> PlanSettings:
+        settings = self._settings
+        layout = tile_layout(settings, settings.warp, given.remembers)
+        return PlanSettings(settings.lod, layout, settings.mesh, given.targets.atlas_size)
 
     def _held(self, rows: Rows) -> Cylinders:
         """What holds the objects `rows` (n,)."""

@@ -55,7 +55,7 @@ class WarpPass(Pass):
             asset = frame.assets.depth_object(number)
             asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod, 1 / frame.view.focal_pixels)
             for group in groups:
-                for plane in CLIP_DISTANCES if group.clipped else ():  # costs a third more, and few objects need it
+                for plane in CLIP_DISTANCES if group.clipped else ():
                     context.enable_direct(plane)
                 if in_order:
                     self._draw_in_order(frame, group, self._ordered[asset.defines])
