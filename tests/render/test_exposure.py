@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.images import image_points
-from depthwalk.render.coverage import BLOCK
 from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.pages import build_pages
+from depthwalk.render.residency import BLOCK
 from depthwalk.render.surface_levels import build_levels
 from shapes import bake, sphere
 

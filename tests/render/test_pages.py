@@ -10,10 +10,10 @@ from depthwalk.gpu.program import Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.render import page_colours
 from depthwalk.render.assets import AssetStore
-from depthwalk.render.coverage import GRAIN
 from depthwalk.render.grids import FACE_SHIFT
 from depthwalk.render.pages import DEPTH_PERIOD, LEVELS, build_pages, depth_code, encode_normals, image_texels
 from depthwalk.render.prepared import Form
+from depthwalk.render.residency import GRAIN
 from depthwalk.render.step_grids import build_grids
 from shapes import ShapeLibrary, bake, box, joined, sphere
 

@@ -9,8 +9,8 @@ from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.render.coverage import BLOCK
 from depthwalk.render.grids import Grids
+from depthwalk.render.residency import BLOCK
 
 _PROBES = 2, 6  # rows and columns of a block whose texels cast rays
 _RAYS = 16  # of each of these four texels: with those of its neighbours, up to 576 tell about a block

@@ -16,10 +16,10 @@ from scipy.signal import fftconvolve
 
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, texel_size
 from depthwalk.bake.parallel import thread_map
-from depthwalk.render.coverage import GRAIN, block_shape, covered_grains
 from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.grids import Grids
 from depthwalk.render.page_colours import few_components
+from depthwalk.render.residency import GRAIN, block_shape, covered_grains
 
 MAX_SEGMENTS = 7  # of an image 4⁷ texels wide
 LEVELS = 2  # of detail that a segment serves; a texel of the last is a grain

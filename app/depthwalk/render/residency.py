@@ -1,4 +1,4 @@
-"""Which texels of its depth images an object looks up, in grains of 4 × 4."""
+"""Which texels of its depth images an object looks up, in grains of 4 × 4: those are resident, in its pages."""
 
 from collections.abc import Iterator
 
