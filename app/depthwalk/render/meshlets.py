@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.sampling import face_normals
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.rotation import conjugate, rotate
@@ -55,9 +56,7 @@ def build_meshlets(mesh: Mesh) -> Meshlets | None:
     if len(mesh.faces) < _FEWEST * SIZE:
         return None
     corners = mesh.positions[mesh.faces].astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+    normals, _ = face_normals(corners)
     size = np.ptp(corners.reshape(-1, 3), axis=0).max()
     places = np.hstack([corners.mean(1), _TURN * size * normals])
     patches, part = [], []
