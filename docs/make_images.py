@@ -21,7 +21,7 @@ from depthwalk.resources import asset_root, scene_root
 
 IMAGES = Path(__file__).with_name("images")
 _GAP = 8  # pixels between two pictures
-_DEPTHWALK = (sys.executable, "-m", "depthwalk.cli")
+_DEPTHWALK = (sys.executable, "-m", "depthwalk")
 _SECONDS_TO_LOAD = 120
 
 

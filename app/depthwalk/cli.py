@@ -94,7 +94,9 @@ def demo(
 @app.command()
 @guarded
 def view(
-    scene: Annotated[Path | None, typer.Argument(metavar="SCENE", help="Scene file; the garden, if absent.")] = None,
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="SCENE", help="Scene file, or a mesh; the garden, if absent.")
+    ] = None,
     path: PathOption = None,
     fullscreen: Fullscreen = False,
     resolution: Resolution = DEFAULT_RESOLUTION,
@@ -228,13 +230,13 @@ for measuring in compare, quality, bench:
 @app.command()
 @guarded
 def check(
-    scenes: Annotated[list[Path], typer.Argument(metavar="SCENE", help="Scene and path files.")],
+    scenes: Annotated[list[Path], typer.Argument(metavar="SCENE", help="Scene files, path files, meshes.")],
     asset_root: AssetRoots = None,
     settings: Settings = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Validate scene and path files and what they name; render nothing."""
+    """Validate scene files, with what they name, path files and meshes; render nothing."""
     overrides = parse_settings(settings)
     from depthwalk.commands.check import check_file
 
@@ -260,7 +262,3 @@ def info(
     from depthwalk.commands.info import describe_file, installation, print_rows
 
     print_rows(describe_file(file) if file else installation())
-
-
-if __name__ == "__main__":
-    main()

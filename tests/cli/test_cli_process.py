@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from PIL import Image
 
 COMMAND = [sys.executable, "-c", "from depthwalk.cli import main; main()"]
 
@@ -80,6 +81,18 @@ def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tm
         rest, errors = process.communicate(timeout=30)
     assert (process.returncode, rest, errors.count("\n")) == (code, "", 1)  # that there is no display
     assert sorted(path.name for path in out.iterdir()) == [f"garden-{k:02}.png" for k in range(6)]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_closed_streams_are_no_error(environment, tiny_scene, tmp_path, closed):
+    out = tmp_path / "out.png"
+    arguments = [sys.executable, "-m", "depthwalk", "render", tiny_scene, "-o", out, "--resolution", "96,64"]
+    command = ["sh", "-c", f'exec "$@" {closed}', "sh", *arguments]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    with Image.open(out) as picture:
+        assert picture.size == (96, 64)
 
 
 def test_a_reader_that_goes_away_is_no_error_message(environment, tiny_scene):

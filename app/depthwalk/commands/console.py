@@ -30,6 +30,7 @@ def guarded(command: Command) -> Command:
 
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> None:
+        _open_closed_streams()
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))
         try:
@@ -88,6 +89,13 @@ def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
     with Progress(*columns, **live_options(), disable=hidden) as progress:
         task = progress.add_task(label, total=total)
         yield lambda: progress.advance(task)
+
+
+def _open_closed_streams() -> None:
+    """Who starts a program with `>&-` wants no output: it vanishes, and not in the file that is opened next."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - as long as the process
 
 
 @contextmanager
