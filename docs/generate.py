@@ -49,6 +49,9 @@ bounding box goes. `up: z` turns z-up files upright; x stays x. An object is dra
 its asset has them, else as a `mesh`; `dmesh` warps the same depth samples straight to the screen.
 
 Any value can be replaced from the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
+
+A mesh in place of a scene file is a scene with the asset `model`, which has `dpci`, on the origin and nothing around:
+`depthwalk view bust.obj --set assets.model.up=z`.
 """
 _PATH = """## Path files
 

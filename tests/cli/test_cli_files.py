@@ -22,6 +22,18 @@ def test_check_counts_what_good_files_hold(run, tiny_scene):
     assert result.stderr == ""
 
 
+def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
+    ball, out = tiny_scene.with_name("ball.ply"), tmp_path / "ball.png"
+    assert run("check", ball).stdout == f"{ball}: ok, 1 objects, 1 assets\n"
+    coarse = "assets.model.dpci={resolution: 64, layers: 1}"
+    result = run("render", ball, "-o", out, "--resolution", "96,64", "--no-background", "--set", coarse)
+    assert (result.exit_code, result.stdout, result.stderr) == (0, f"{out}\n", "")
+    alpha = np.asarray(Image.open(out))[..., 3]
+    assert alpha[32, 48] == 255 and not alpha[[0, -1]].any() and not alpha[:, [0, -1]].any()
+    height = np.flatnonzero(alpha.any(1)).size
+    assert 40 <= height <= 48  # in the sphere about its cylinder, that just fits
+
+
 def test_check_lists_every_error_of_every_file(run, tiny_scene, tmp_path):
     bad = tmp_path / "bad.yaml"
     bad.write_text("version: 1\nobjects:\n  - {asset: none}\nrender: {lood: {}}\n")
@@ -204,7 +216,7 @@ def test_info_describes_files(run, meshes, tiny_scene, tmp_path):
     assert re.fullmatch(r"64 × 64, \d\d\.\d % covered, depths \S+ to \S+ m", baked["part top.0"])
 
 
-@pytest.mark.parametrize("name", ["none.ply", "none.exr"])
+@pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])
 def test_info_of_a_missing_file(run, tmp_path, name):
     result = run("info", tmp_path / name)
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", f"{tmp_path / name}: no such file\n")

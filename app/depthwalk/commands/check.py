@@ -10,6 +10,7 @@ from depthwalk.ingest.image import load_texture
 from depthwalk.library import complaints_about, read_mesh, read_meso, read_range_image, read_relief
 from depthwalk.scene.document import read_document
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.lone_mesh import is_mesh_file
 from depthwalk.scene.path import load_path
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset, Scene
 
@@ -25,7 +26,9 @@ def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, 
 
 
 def is_path_file(path: Path) -> bool:
-    """Whether the YAML file is a camera path: only those have keyframes. Raises InputError."""
+    """Whether the file is a camera path: only those have keyframes. Raises InputError."""
+    if is_mesh_file(path):
+        return False
     value = read_document(path).value
     return isinstance(value, dict) and "keyframes" in value
 

@@ -33,8 +33,9 @@ from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell, to
 from depthwalk.quality.twin import TwinRenderer
 from depthwalk.quality.views import CLOSE_BY, SPHERE, VERIFY
 from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.document import parse_document
 from depthwalk.scene.scene import MeshAsset
-from depthwalk.scene.validate import load_model
+from depthwalk.scene.validate import check_model
 
 VERIFY_SIZE = 320, 240
 SMALLEST = 16  # pixels, each side of a picture
@@ -58,10 +59,7 @@ class _Overridable(Params):
 
 def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
     """The default settings with `render.…` keys replaced, as `--set` gives them. Raises InputError."""
-    with tempfile.TemporaryDirectory() as folder:
-        empty = Path(folder) / "settings.yaml"
-        empty.write_text("render: {}\n")
-        return load_model(empty, _Overridable, overrides)[0].render
+    return check_model(parse_document("render: {}", "settings"), _Overridable, overrides)[0].render
 
 
 def check_plan(plan: Plan, files: Sequence[Path | None]) -> None:

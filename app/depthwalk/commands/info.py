@@ -143,8 +143,8 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
 def _mesh_rows(path: Path) -> Iterator[Row]:
     from depthwalk.ingest.loader import load_mesh
 
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder")
+    if not path.is_file():
+        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     mesh = load_mesh(path)
     low, high = mesh.bounds
     yield "kind", "mesh"

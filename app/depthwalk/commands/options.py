@@ -47,7 +47,7 @@ class RepresentationName(StrEnum):
     DMESH = "dmesh"
 
 
-SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file.", show_default=False)]
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, or a mesh.", show_default=False)]
 Resolution = Annotated[str, typer.Option("--resolution", metavar="W,H", help="Size of the picture in pixels.")]
 CameraPosition = Annotated[
     str | None, typer.Option("--camera-position", metavar="X,Y,Z", help="Where the camera stands, metres.")

@@ -19,10 +19,16 @@ from depthwalk.ingest import gltf, obj
 from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
-from depthwalk.ingest.sources import as_utf8, find, material_libraries, read_bytes, read_libraries, texture_name
+from depthwalk.ingest.sources import (
+    MESH_SUFFIXES,
+    as_utf8,
+    find,
+    material_libraries,
+    read_bytes,
+    read_libraries,
+    texture_name,
+)
 from depthwalk.limits import MAX_MESH_TRIANGLES
-
-SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf")
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns with tracebacks of what is checked here
 
@@ -48,8 +54,8 @@ class Soup:
 def read_soup(path: Path) -> Soup:
     """All triangles of a file, its scene graph flattened. Raises InputError, `path: defect`."""
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(SUFFIXES)})")
+    if suffix not in MESH_SUFFIXES:
+        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
     data = read_bytes(path)
     if not data:
         raise InputError(f"{path}: empty file")

@@ -13,6 +13,8 @@ from depthwalk.limits import MAX_MESH_BYTES
 
 log = logging.getLogger(__name__)
 
+MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf")
+
 
 def source_files(path: Path, texture: Path | None = None) -> tuple[Path, ...]:
     """Every file that determines the mesh: itself, an explicit texture, and what the files name and the folder holds.

@@ -127,7 +127,8 @@ class Renderer:
             return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
         reach = bounds.reach[:, None]
         low, high = (bounds.centre - reach).min(0), (bounds.centre + reach).max(0)
-        middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+        middle = (low + high) / 2
+        radius = float((np.linalg.norm(bounds.centre - middle, axis=1) + bounds.reach).max())
         narrower = min(fov, 2 * np.arctan(np.tan(fov / 2) * aspect))
         away = np.array([0.0, 0.25, 1.0]) / np.hypot(0.25, 1.0) * radius / np.sin(narrower / 2)
         return Camera(tuple(middle + away), tuple(middle), fov)

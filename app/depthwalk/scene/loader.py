@@ -5,20 +5,23 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.document import Loc
+from depthwalk.scene.document import Loc, read_document
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.files import FileFinder, make_finder
 from depthwalk.scene.flatten import flatten, list_rows, reference_errors
+from depthwalk.scene.lone_mesh import is_mesh_file, mesh_document
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset, Scene
 from depthwalk.scene.schema import AssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
-from depthwalk.scene.validate import load_model, raise_all
+from depthwalk.scene.validate import check_model, raise_all
 
 
 def load_scene(
     path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
-    """Load a scene file. Opens no asset, only files of places, but makes sure that each is there.
+    """Load a scene file, or a mesh as a scene of its own (`lone_mesh`).
+
+    Opens no asset, only files of places, but makes sure that each is there.
 
     path:        the file; errors cite it as given.
     asset_roots: folders besides the scene's own in which its files may lie; the program's own assets come last.
@@ -26,9 +29,10 @@ def load_scene(
     Raises InputError with one located line per mistake.
     """
     path = Path(path)
-    file, source = load_model(path, SceneFile, overrides)
+    lone = is_mesh_file(path)
+    file, source = check_model(mesh_document(path) if lone else read_document(path), SceneFile, overrides)
     rows = list_rows(file.objects, source)
-    finder = make_finder(path, asset_roots, source)
+    finder = make_finder(path.resolve() if lone else path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder)
     named = {

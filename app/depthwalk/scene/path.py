@@ -14,9 +14,10 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from depthwalk.limits import MAX_FRAMES, MAX_KEYFRAMES
 from depthwalk.params import param
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.document import read_document
 from depthwalk.scene.environment import CameraParams
 from depthwalk.scene.fields import FileParams, Version
-from depthwalk.scene.validate import load_model, raise_all
+from depthwalk.scene.validate import check_model, raise_all
 
 MIN_GAP = 1e-3  # seconds between keyframes
 _ROUNDING = 1e-9  # a frame's time k / fps may miss its keyframe by this
@@ -83,7 +84,7 @@ class CameraPath:
 
 def load_path(path: Path) -> CameraPath:
     """Read a path file. Raises InputError with one located line per mistake."""
-    file, source = load_model(Path(path), PathFile)
+    file, source = check_model(read_document(Path(path)), PathFile)
     times = np.array([key.time for key in file.keyframes])
     late = np.flatnonzero(np.diff(times) < MIN_GAP) + 1
     raise_all(

@@ -2,14 +2,13 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from depthwalk.errors import InputError, suggest
-from depthwalk.scene.document import Document, Loc, label, parse_document, read_document
+from depthwalk.scene.document import Document, Loc, label, parse_document
 
 KIND = "\x1f"  # starts the tag of a union's branch; in pydantic's locations only: no key may hold it
 MAX_MESSAGES = 20
@@ -35,14 +34,14 @@ class Source:
         return self.document.error(loc, message, at_key=at_key)
 
 
-def load_model(path: Path, model: type[Model], overrides: Mapping[str, str] | None = None) -> tuple[Model, Source]:
-    """Read, override and check a YAML file.
+def check_model(
+    document: Document, model: type[Model], overrides: Mapping[str, str] | None = None
+) -> tuple[Model, Source]:
+    """Override and check a document.
 
-    path:      the file; errors cite it as given.
-    overrides: dotted path in the file → YAML text of the value.
+    overrides: dotted path in the document → YAML text of the value.
     Raises InputError with one located line per mistake.
     """
-    document = read_document(path)
     if not isinstance(document.value, dict):
         raise document.error((), f"the file must be a mapping of keys, not {shown(document.value)}")
     source = Source(document)

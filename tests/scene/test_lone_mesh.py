@@ -1,0 +1,50 @@
+"""A mesh file where a scene file is expected."""
+
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.scene.arrays import Representation
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.schema import DpciParams
+
+
+@pytest.fixture
+def ball(tiny_scene):
+    return tiny_scene.with_name("ball.ply")
+
+
+def test_stands_on_the_origin_with_the_depth_images_that_bake_makes(ball):
+    scene = load_scene(ball)
+    (asset,) = scene.assets
+    assert (scene.path, asset.name, asset.mesh, asset.dpci) == (ball, "model", ball, DpciParams())
+    assert scene.objects.position.tolist() == [[0, 0, 0]]
+    assert scene.objects.representation.tolist() == [Representation.DPCI]
+    assert scene.camera is None and scene.environment.ground is None
+
+
+def test_set_reaches_the_mesh(ball):
+    (asset,) = load_scene(ball, (), {"assets.model.up": "z", "assets.model.height": "3"}).assets
+    assert (asset.up, asset.height) == ("z", 3.0)
+    with pytest.raises(InputError, match=r"^--set assets\.model\.heigth: unknown key; did you mean 'height'\?$"):
+        load_scene(ball, (), {"assets.model.heigth": "3"})
+
+
+@pytest.mark.parametrize("name", ["it's: #1.ply", 'a "b" {c}.PLY', "köper.ply"])
+def test_any_name_will_do(ball, name):
+    named = ball.rename(ball.with_name(name))
+    assert load_scene(named).assets[0].mesh == named
+
+
+def test_a_link_is_followed(ball, tmp_path):
+    link = tmp_path / "link.ply"
+    link.symlink_to(ball)
+    assert load_scene(link).assets[0].mesh == ball
+
+
+def test_says_what_is_not_there(tmp_path):
+    folder = tmp_path / "folder.obj"
+    folder.mkdir()
+    for file, defect in ((folder, "is a folder"), (tmp_path / "none.stl", "no such file")):
+        with pytest.raises(InputError) as caught:
+            load_scene(file)
+        assert str(caught.value) == f"{file}: {defect}"
