@@ -196,6 +196,24 @@ def test_a_walk_with_keys_and_mouse(display, scene_file, tmp_path, monkeypatch):
 
 
 @linux
+def test_escape_ends_the_loading(display, scene_file, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    many = [f"ball{k}: {{mesh: ball.ply, height: {1 + k}, dpci: {{resolution: 128}}}}" for k in range(100)]
+    seen = [f"{{asset: ball{k}}}" for k in range(100)]
+    scene_file.write_text(f"version: 1\nassets: {{{', '.join(many)}}}\nobjects: [{', '.join(seen)}]\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with Program(scene_file, tmp_path, environment) as program:
+        user = User(environment, tmp_path, program)
+        user.find_window()
+        user.do("key", "Escape")
+        (live,) = program.end()
+    assert not any(live.values())
+    assert len(list((tmp_path / "cache").rglob("*.exr"))) < 90  # of 100 bakes
+
+
+@linux
 def test_a_key_focuses_on_what_is_in_the_middle(display, scene_file, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("DISPLAY", display)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,7 @@ class _Walk:
         self._overlay = Overlay(self._device)
         self._releases: list[Callable[[], None]] = [self._overlay.release]
         self._progress: list[str] = []
+        window.key_event_func = self._close_by_escape  # until there is an `Input`
         self._report = library.report
         library.report = self._show_progress
         self._screenshot_wanted = False
@@ -102,6 +104,7 @@ class _Walk:
         playback = Playback(path) if path is not None else None
         self._state = State(self._scene, renderer, Walker.at(home), home, playback)
         self._input = Input(self._window, self._state, self._actions())
+        self._state.tell("H shows the keys")
 
     def loop(self) -> None:
         self._then = time.perf_counter()
@@ -147,6 +150,10 @@ class _Walk:
         if self._input.captured:
             self._input.capture(False)
         else:
+            self._window.close()
+
+    def _close_by_escape(self, key: Any, action: Any, modifiers: Any) -> None:
+        if key == self._window.keys.ESCAPE and action == self._window.keys.ACTION_PRESS:
             self._window.close()
 
     def _want_screenshot(self) -> None:
@@ -195,10 +202,12 @@ class _Walk:
         if state.atlas:
             picture = self._overlay.renderer.show(self._atlas_view.texture)
             areas.append(draw_atlas(picture, self._atlas_view.aspect, left))
+        right = self._overlay.io.display_size.x
         if state.panel:
-            areas.append(draw_panel(state))
+            areas.append(panel := draw_panel(state))
+            right = panel[0]
         if state.help:
-            hud.draw_help()
+            hud.draw_help(left, right)
         if state.toast and not self._screenshot_wanted:
             hud.draw_toast(state.toast)
         self._input.set_areas(areas)

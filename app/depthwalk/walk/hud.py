@@ -75,9 +75,10 @@ def draw_crosshair() -> None:
     canvas.add_line((x, y - 7), (x, y + 7), colour)
 
 
-def draw_help() -> None:
-    display = imgui.get_io().display_size
-    _begin("help", (display.x / 2, display.y / 2), (0.5, 0.5), alpha=0.88)
+def draw_help(left: float, right: float) -> None:
+    """Draws the keys in the middle between figures and panel, which end at `left` and begin at `right`, window
+    coordinates."""
+    _begin("help", ((left + right) / 2, imgui.get_io().display_size.y / 2), (0.5, 0.5), alpha=0.88)
     _table("help", _HELP)
     imgui.end()
 
