@@ -34,6 +34,16 @@ def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
     assert 40 <= height <= 48  # in the sphere about its cylinder, that just fits
 
 
+def test_scenes_and_paths_are_told_apart(run, tiny_scene):
+    walk = tiny_scene.with_name("walk.yaml")
+    for arguments, message in (
+        ([walk], f"{walk}: is a camera path, not a scene; --path takes it\n"),
+        ([tiny_scene, "--path", tiny_scene], f"{tiny_scene}: is a scene file, not a camera path\n"),
+    ):
+        result = run("render", *arguments, "-o", "-")
+        assert (result.exit_code, result.stdout, result.stderr) == (2, "", message)
+
+
 def test_check_lists_every_error_of_every_file(run, tiny_scene, tmp_path):
     bad = tmp_path / "bad.yaml"
     bad.write_text("version: 1\nobjects:\n  - {asset: none}\nrender: {lood: {}}\n")

@@ -27,10 +27,7 @@ def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, 
 
 def is_path_file(path: Path) -> bool:
     """Whether the file is a camera path: only those have keyframes. Raises InputError."""
-    if is_mesh_file(path):
-        return False
-    value = read_document(path).value
-    return isinstance(value, dict) and "keyframes" in value
+    return not is_mesh_file(path) and read_document(path).holds(("keyframes",))
 
 
 def check_assets(scene: Scene) -> None:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Loc, read_document
 from depthwalk.scene.environment import CameraParams, Environment
@@ -30,7 +31,10 @@ def load_scene(
     """
     path = Path(path)
     lone = is_mesh_file(path)
-    file, source = check_model(mesh_document(path) if lone else read_document(path), SceneFile, overrides)
+    document = mesh_document(path) if lone else read_document(path)
+    if document.holds(("keyframes",)):
+        raise InputError(f"{path}: is a camera path, not a scene; --path takes it")
+    file, source = check_model(document, SceneFile, overrides)
     rows = list_rows(file.objects, source)
     finder = make_finder(path.resolve() if lone else path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
+from depthwalk.errors import InputError
 from depthwalk.limits import MAX_FRAMES, MAX_KEYFRAMES
 from depthwalk.params import param
 from depthwalk.scene.arrays import Camera
@@ -84,7 +85,10 @@ class CameraPath:
 
 def load_path(path: Path) -> CameraPath:
     """Read a path file. Raises InputError with one located line per mistake."""
-    file, source = check_model(read_document(Path(path)), PathFile)
+    document = read_document(Path(path))
+    if document.holds(("assets",)):
+        raise InputError(f"{path}: is a scene file, not a camera path")
+    file, source = check_model(document, PathFile)
     times = np.array([key.time for key in file.keyframes])
     late = np.flatnonzero(np.diff(times) < MIN_GAP) + 1
     raise_all(
