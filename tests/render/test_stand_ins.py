@@ -89,6 +89,18 @@ def test_nothing_stands_in_for_what_is_no_mesh_or_has_more_on_it(studio, ball):
         assert (plan.counts["dpci"], plan.counts["stand_ins"]) == (1, 0)
 
 
+def test_one_stands_in_as_it_is_while_the_next_is_simplified(studio, dense):
+    """A stand-in of few triangles knows no coarser levels; who asks for `mesh-lod` draws them all the same."""
+    camera = Camera((0, 0.5, 2.0), (0, 0.5, 0), 0.9)
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0), (0, (4, 0, -40), 0.0, 1.0))
+    scene.objects.representation[1] = Representation.MESH_LOD
+    scene.render.lod.magnification = 0.01
+    library = ShapeLibrary([dense], [bake(dense, resolution=64, layers=1)])
+    _, _, plan = studio.picture(scene, library, camera, size=SIZE, depth=True)
+    assert (plan.counts["mesh"], plan.counts["stand_ins"]) == (2, 1)
+    assert len(dense.faces) < plan.counts["mesh_triangles"] < 1.5 * len(dense.faces)
+
+
 def test_distances_from_cylinders():
     viewer = np.array([[0, 0, 0], [3, 0, 0], [0, 5, 0], [0, -6, 4.0]])
     ones = np.ones(4)

@@ -62,7 +62,9 @@ class MeshStore:
             if asset not in self._looks:
                 self._looks[asset] = upload_look(self._gl, mesh, known.solid if known else is_solid(mesh))
             drawn = self._library.mesh_levels(asset)[level].mesh if level else mesh
-            meshlets = known.meshlets[level] if known else build_meshlets(drawn)
+            # `mesh-lod` may ask for levels coarser than those that stand in.
+            ready = known.meshlets[level : level + 1] if known else ()
+            meshlets = ready[0] if ready else build_meshlets(drawn)
             levels[level] = upload_mesh(self._gl, drawn, self._looks[asset], meshlets)
         return levels[level]
 
