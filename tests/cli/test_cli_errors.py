@@ -31,6 +31,10 @@ RENDER = {
         ["-o", "{d}/a.png", "--camera-view-angle", "nan"],
         "--camera-view-angle nan: must be 1 to 170 degrees",
     ),
+    "looks nowhere": (
+        ["-o", "{d}/a.png", "--camera-position", "0,1,4", "--camera-target", "0,1,4"],
+        "--camera-target: must be elsewhere than the camera's position",
+    ),
     "no equals": (["-o", "{d}/a.png", "--set", "render.lod.bias"], "--set render.lod.bias: must be KEY=VALUE"),
     "unknown setting": (
         ["-o", "{d}/a.png", "--set", "render.lod.biass=1"],

@@ -28,6 +28,9 @@ MESSAGES = {
     "camera-fov": [
         "5:55: camera.fov: must be at most 170, not 180",
     ],
+    "camera-nowhere": [
+        "5:9: camera: 'target' must be elsewhere than 'position'",
+    ],
     "crowded-scatter": [
         "6:35: objects[0].scatter.count: 500 objects find no room 1.5 m apart in the area",
     ],

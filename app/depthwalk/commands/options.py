@@ -115,8 +115,10 @@ class CameraOptions:
     angle: float | None = None
 
     def apply(self, camera: "Camera") -> "Camera":
-        """`camera` with the values asked for."""
+        """`camera` with the values asked for. Raises InputError where it would stand on its target."""
         position, target = self.position or camera.position, self.target or camera.target
+        if self.given and position == target:
+            raise InputError("--camera-target: must be elsewhere than the camera's position")
         return replace(camera, position=position, target=target, fov=self.angle or camera.fov)
 
     @property

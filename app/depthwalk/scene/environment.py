@@ -106,3 +106,9 @@ class CameraParams(FileParams):
     position: Vector = param(..., "Where it stands", unit="m")
     target: Vector = param(..., "What it looks at", unit="m")
     fov: float = param(60.0, "Vertical angle of view", unit="degrees", ge=1, le=170)
+
+    @model_validator(mode="after")
+    def _looks_somewhere(self) -> Self:
+        if self.position == self.target:
+            raise ValueError("'target' must be elsewhere than 'position'")
+        return self
