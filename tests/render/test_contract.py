@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from depthwalk.render.contract import contract, weld
+from depthwalk.render.contract import contract, surface_of, weld
 from shapes import box, sphere
 
 CELL = 0.01
 
 
 def welded(mesh, cell=CELL):
-    return weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), bool), cell)
+    return surface_of(*weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), bool), cell))
 
 
 def plane(count=24):
@@ -35,7 +35,7 @@ def test_a_box_is_twelve_triangles():
 
 def test_a_plane_keeps_its_outline():
     point, triangles = plane()
-    surface = contract(weld(point, triangles, np.zeros(len(point), bool), CELL), 0.05)
+    surface = contract(surface_of(*weld(point, triangles, np.zeros(len(point), bool), CELL)), 0.05)
     assert len(surface.triangles) < 0.1 * len(triangles)
     assert np.abs(surface.point[:, 2]).max() < 1e-6
     assert areas(surface).sum() == pytest.approx(4, rel=0.02)
@@ -55,6 +55,6 @@ def test_copies_that_overlap_become_one_surface():
     point, triangles = plane()
     twice = np.concatenate([point, point + 1e-6])
     yields = np.arange(len(twice)) >= len(point)
-    surface = weld(twice, np.concatenate([triangles, triangles + len(point)]), yields, CELL)
-    assert len(surface.triangles) == len(triangles)
-    assert (surface.point[:, 2] == 0).all()  # those that do not yield
+    kept, left = weld(twice, np.concatenate([triangles, triangles + len(point)]), yields, CELL)
+    assert len(left) == len(triangles)
+    assert (kept[:, 2] == 0).all()  # those that do not yield

@@ -10,7 +10,7 @@ from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.grids import EDGE, FACE_SHIFT
 from depthwalk.render.lod import error_level
 from depthwalk.render.step_grids import build_grids
-from depthwalk.render.surface_levels import _bulged, build_levels
+from depthwalk.render.surface_levels import _bulged, _welded, build_levels
 from shapes import bake, box, joined, leaves, sphere
 
 
@@ -113,3 +113,15 @@ def test_a_triangulated_ball_bulges_to_its_size_and_a_plane_stays():
     flat = point * (1, 1, 0)
     upper = triangles[(point[triangles][..., 2] > 0).all(1)]
     assert _bulged(flat, upper) == pytest.approx(flat)
+
+
+def test_what_is_welded_is_as_large_as_what_it_stands_for():
+    """The mean height of the arcs over a ball's triangles, which are four times as high once it is welded."""
+    ball = trimesh.creation.icosphere(subdivisions=5)
+    point, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, np.int64)
+    welded = _welded(point, triangles, np.zeros(len(point), bool), 0.1)
+    assert len(welded.triangles) < 0.2 * len(triangles)
+    inscribed = welded.point / np.linalg.norm(welded.point, axis=1)[:, None]
+    volumes = [trimesh.Trimesh(points, welded.triangles, process=False).volume for points in (inscribed, welded.point)]
+    before, after = 4 / 3 * np.pi - np.array(volumes)
+    assert abs(after) < before / 2

@@ -64,16 +64,21 @@ class _Edges(Takes):
     cost: Array
 
 
-def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> WeldedSurface:
-    """Triangles (t, 3) of points (n, 3), of which those within a cube of side `cell`, metres, become one: the first
-    that does not yield (n,); but for those that face the other way, as the two sides of a leaf."""
+def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> tuple[Array, Ints]:
+    """Points (m, 3) float64 and the triangles (u, 3) that are left where those of points (n, 3) within a cube of side
+    `cell`, metres, become one: the first that does not yield (n,); but for those that face the other way, as the two
+    sides of a leaf. triangles: (t, 3)."""
     cube = np.floor((point - point.min(0)) / cell).astype(np.int64)
     key = cube @ (1 << 2 * _BITS, 1 << _BITS, 1)
     first, number = _groups(key, yields)
     facing = vertex_directions(point, triangles)
     first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), yields)
     used, triangles = _renumbered(_distinct(number[triangles]), len(first))
-    point = point[first[used]].astype(np.float64)
+    return point[first[used]].astype(np.float64), triangles
+
+
+def surface_of(point: Array, triangles: Ints) -> WeldedSurface:
+    """Triangles (t, 3) of points (n, 3), each of which stands for itself as yet."""
     return WeldedSurface(point, triangles, *_quadrics(point, triangles))
 
 

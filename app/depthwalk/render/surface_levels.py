@@ -20,7 +20,7 @@ from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
-from depthwalk.render.contract import WeldedSurface, contract, vertex_directions, weld
+from depthwalk.render.contract import WeldedSurface, contract, surface_of, vertex_directions, weld
 from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids
 from depthwalk.render.lod import Case
 from depthwalk.render.step_grids import build_grids
@@ -53,7 +53,7 @@ def build_levels(baked: BakedObject) -> Grids:
         return build_grids(baked)
     grid = build_grids(replace(baked, steps=1))
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
-    point, yields = _bulged(grid.positions, triangles), grid.vertices[:, 3] & BORDER > 0
+    point, yields = grid.positions, grid.vertices[:, 3] & BORDER > 0
     with thread_map() as each:
         levels = list(_surfaces(point, triangles, yields, square_texel(baked), each))
     samples = np.unique(triangles)
@@ -91,8 +91,8 @@ def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: f
 
     point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface.
     """
-    coarse = contract(weld(point, triangles, yields, _WELD * texel), _FIRST_TOLERANCE * texel, each)
-    surface = weld(point, triangles, yields, _SAME * texel)
+    coarse = contract(_welded(point, triangles, yields, _WELD * texel), _FIRST_TOLERANCE * texel, each)
+    surface = _welded(point, triangles, yields, _SAME * texel)
     for tolerance in _FINE_TOLERANCES + _DENSE_TOLERANCES:
         surface = contract(surface, tolerance * texel, each)
         # Leaves of a texel's size go from the one as they are contracted, and hold together in the other.
@@ -109,6 +109,12 @@ def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: f
             before = len(coarse.triangles)
             yield coarse.point[coarse.triangles]
         coarse = contract(coarse, _FIRST_TOLERANCE * _GROWTH ** (level + 1) * texel, each)
+
+
+def _welded(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> WeldedSurface:
+    """See `weld`. Bulged only then: arcs between what is left are longer and higher than those between samples."""
+    point, triangles = weld(point, triangles, yields, cell)
+    return surface_of(_bulged(point, triangles), triangles)
 
 
 def _area(surface: WeldedSurface) -> float:
