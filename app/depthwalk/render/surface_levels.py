@@ -20,7 +20,7 @@ from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
-from depthwalk.render.contract import WeldedSurface, contract, surface_of, vertex_directions, weld
+from depthwalk.render.contract import WeldedSurface, contract, surface_of, spread, vertex_directions, weld
 from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids
 from depthwalk.render.lod import Case
 from depthwalk.render.step_grids import build_grids
@@ -55,13 +55,17 @@ def build_levels(baked: BakedObject) -> Grids:
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
     point, yields = grid.positions, grid.vertices[:, 3] & BORDER > 0
     with thread_map() as each:
-        levels = list(_surfaces(point, triangles, yields, square_texel(baked), each))
+        surfaces = list(_surfaces(point, triangles, yields, square_texel(baked), each))
+    most = _DENSE * baked.images[0].depth.size
+    # Of foliage small leaves vanish and others shrink; what is left makes up for them.
+    area = float(face_normals(point[triangles])[1].sum()) if len(surfaces[0][0].triangles) > most else 0.0
+    levels = [spread(surface, area, tolerance)[surface.triangles] for surface, tolerance in surfaces]
     samples = np.unique(triangles)
     samples = samples[~yields[samples]]
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
     error = np.maximum.accumulate([_deviation(probes, corners) for corners in levels])
     # Of foliage nobody would ever see the finest, and two thirds of the memory would go to that.
-    most, sharp = _DENSE * baked.images[0].depth.size, _SHARPEST * square_texel(baked)
+    sharp = _SHARPEST * square_texel(baked)
     needless = [len(corners) > most and off <= sharp for corners, off in zip(levels, error[1:], strict=False)]
     finest = [*needless, False].index(False)
     return _as_grids(grid, baked, levels[finest:], error[finest:])
@@ -86,8 +90,10 @@ def _bulged(point: Array, triangles: Ints) -> Array:
     return np.asarray(point + (height / np.maximum(edges, 1))[:, None] * normal)
 
 
-def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float, each: Map) -> Iterator[Array]:
-    """Corners (t, 3, 3) of the triangles of one level after the other.
+def _surfaces(
+    point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float, each: Map
+) -> Iterator[tuple[WeldedSurface, float]]:
+    """One level after the other, and its tolerance, metres.
 
     point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface.
     """
@@ -96,29 +102,26 @@ def _surfaces(point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: f
     for tolerance in _FINE_TOLERANCES + _DENSE_TOLERANCES:
         surface = contract(surface, tolerance * texel, each)
         # Leaves of a texel's size go from the one as they are contracted, and hold together in the other.
-        if tolerance > _FINE_TOLERANCES[0] and _area(surface) <= _LEFT * _area(coarse):
+        if tolerance > _FINE_TOLERANCES[0] and surface.area <= _LEFT * coarse.area:
             break
         if tolerance in _DENSE_TOLERANCES and len(coarse.triangles) > _WORTH * len(surface.triangles):
             break
         before = len(surface.triangles)
-        yield surface.point[surface.triangles]
+        yield surface, tolerance * texel
     for level in range(_COARSE):
         if len(coarse.triangles) < _FEWEST:
             return
+        tolerance = _FIRST_TOLERANCE * _GROWTH**level * texel
         if len(coarse.triangles) <= _WORTH * before:
             before = len(coarse.triangles)
-            yield coarse.point[coarse.triangles]
-        coarse = contract(coarse, _FIRST_TOLERANCE * _GROWTH ** (level + 1) * texel, each)
+            yield coarse, tolerance
+        coarse = contract(coarse, _GROWTH * tolerance, each)
 
 
 def _welded(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> WeldedSurface:
     """See `weld`. Bulged only then: arcs between what is left are longer and higher than those between samples."""
     point, triangles = weld(point, triangles, yields, cell)
     return surface_of(_bulged(point, triangles), triangles)
-
-
-def _area(surface: WeldedSurface) -> float:
-    return float(face_normals(surface.point[surface.triangles])[1].sum())
 
 
 def _deviation(probes: Array, corners: Array) -> float:
