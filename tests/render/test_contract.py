@@ -1,11 +1,9 @@
 """Contracted surfaces: fewer triangles, near what they stand for, whatever the surface is like."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from depthwalk.render.contract import contract, spread, surface_of, weld
+from depthwalk.render.contract import contract, surface_of, weld
 from shapes import box, sphere
 
 CELL = 0.01
@@ -51,25 +49,6 @@ def test_a_ball_stays_round(tolerance, most, off):
     assert np.abs(np.linalg.norm(middles, axis=1) - 1).max() < off
     start, end = surface.triangles.ravel(), np.roll(surface.triangles, -1, axis=1).ravel()
     assert set(zip(start, end, strict=True)) == set(zip(end, start, strict=True))  # nothing is open
-
-
-def test_rims_move_outward_until_the_area_is_there():
-    point, triangles = plane()
-    surface = weld(point, triangles, np.zeros(len(point), bool), CELL)
-    wider = spread(surface, 5.0, 1.0)
-    moved = np.linalg.norm(wider - surface.point, axis=1)
-    rim = np.abs(surface.point[:, :2]).max(1) == 1
-    assert (moved[~rim] == 0).all() and moved[rim] == pytest.approx(moved.max())
-    assert (np.abs(wider) >= np.abs(surface.point)).all() and (wider[:, 2] == 0).all()
-    assert areas(replace(surface, point=wider)).sum() == pytest.approx(5, rel=1e-3)
-    assert np.abs(spread(surface, 100.0, 0.1) - surface.point).max() == pytest.approx(0.1)
-
-
-def test_what_is_large_enough_or_has_no_rims_is_not_spread():
-    point, triangles = plane()
-    open_, closed = weld(point, triangles, np.zeros(len(point), bool), CELL), welded(sphere())
-    for surface, area in (open_, 3.9), (closed, 100.0):
-        assert np.array_equal(spread(surface, area, 1.0), surface.point)
 
 
 def test_copies_that_overlap_become_one_surface():

@@ -25,7 +25,6 @@ _WORTH = 0.01  # of the vertices: a round that contracts fewer is the last
 _STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
 _SHORT = 1e-4  # part of an edge's length that counts as an error: where all is flat, short ones go first
 _TURN = 0.2  # cosine: triangles that turn further than that have flipped
-_SPREADS = 4  # guesses of how far rims are to be moved
 _BATCH = 1 << 14  # edges or triangles at a time: what is known of them stays in the cache
 _PAIRS = np.triu_indices(4)  # a quadric is the upper half of a symmetric matrix, 4 × 4
 
@@ -118,28 +117,6 @@ def contract(surface: WeldedSurface, tolerance: float, each: Map = map) -> Welde
         if before - len(surface.point) <= _WORTH * before:
             break
     return surface
-
-
-def spread(surface: WeldedSurface, area: float, most: float) -> Array:
-    """Its points (n, 3), those on its rims moved outward, all by as much as gives it `area`, metres², but by `most`,
-    metres, at most. What is larger already stays as it is.
-
-    As Cook et al. 2007, "Stochastic Simplification of Aggregate Detail", enlarge the leaves that they do not leave out.
-    """
-    normal, areas = _normals(surface.point, surface.triangles)
-    start, end, across = _open_edges(surface.point, surface.triangles, normal)
-    outward = np.zeros(surface.point.shape)
-    for vertex in start, end:
-        for column, values in zip(outward.T, across.T, strict=True):
-            column += np.bincount(vertex, values, len(outward))
-    outward /= np.maximum(lengths(outward), 1e-30)[:, None]
-    missing = area - float(areas.sum())
-    away, point = min(missing / max(float(lengths(across).sum()), 1e-30), most), surface.point
-    for _ in range(_SPREADS if missing > 0 else 0):
-        point = surface.point + away * outward
-        gained = float((_normals(point, surface.triangles)[1] - areas).sum())
-        away = min(away * missing / max(gained, 1e-30), most)
-    return point
 
 
 def _contract_once(
@@ -242,14 +219,14 @@ def _quadrics(point: Array, triangles: Ints) -> tuple[Array, Array]:
     _add_planes(quadric, triangles.T, normal, point[triangles[:, 0]], area)
     for corner in triangles.T:
         weight += np.bincount(corner, area, count)
-    start, end, outward = _open_edges(point, triangles, normal)
+    start, end, outward = open_edges(point, triangles, normal)
     length = lengths(outward)
     upright = outward / np.maximum(length, 1e-30)[:, None]
     _add_planes(quadric, (start, end), upright, point[start], length**2)
     return quadric, weight
 
 
-def _open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints, Array]:
+def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints, Array]:
     """Both ends (m,) of edges that end the surface of triangles (t, 3) with normals (t, 3), and vectors (m, 3) outward,
     as long as they are."""
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()

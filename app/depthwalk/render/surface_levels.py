@@ -20,15 +20,17 @@ from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
-from depthwalk.render.contract import WeldedSurface, contract, surface_of, spread, vertex_directions, weld
+from depthwalk.render.contract import WeldedSurface, contract, surface_of, vertex_directions, weld
 from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids
 from depthwalk.render.lod import Case
+from depthwalk.render.spread import cubes, spread
 from depthwalk.render.step_grids import build_grids
 
 _SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
 _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
 _DENSE_TOLERANCES = 1.0, 1.4  # texels, of more such where all others have far fewer triangles, as of foliage
 _DENSE = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
+_CUBE = 0.5  # texels: foliage is made to meet as many cubes of this side as it did
 _SHARPEST = 0.25  # texels: half a pixel where a texel covers two, and nearer by meshes stand in
 _WELD = 2.0  # texels, within which points become one in all others
 _FIRST_TOLERANCE = 1.0  # texels, of the first of them
@@ -57,9 +59,11 @@ def build_levels(baked: BakedObject) -> Grids:
     with thread_map() as each:
         surfaces = list(_surfaces(point, triangles, yields, square_texel(baked), each))
     most = _DENSE * baked.images[0].depth.size
-    # Of foliage small leaves vanish and others shrink; what is left makes up for them.
-    area = float(face_normals(point[triangles])[1].sum()) if len(surfaces[0][0].triangles) > most else 0.0
-    levels = [spread(surface, area, tolerance)[surface.triangles] for surface, tolerance in surfaces]
+    if len(surfaces[0][0].triangles) > most:  # foliage
+        side = _CUBE * square_texel(baked)
+        wanted = cubes(point[triangles], side)
+        surfaces = [(replace(each, point=spread(each, wanted, side, off)), off) for each, off in surfaces]
+    levels = [surface.point[surface.triangles] for surface, _ in surfaces]
     samples = np.unique(triangles)
     samples = samples[~yields[samples]]
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]

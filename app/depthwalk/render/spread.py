@@ -1,0 +1,48 @@
+"""Simplified foliage made as large as it was, or trees and their shadows would become bare with distance.
+
+What is left makes up for leaves that have vanished or shrunk, as those do that Cook et al. 2007, "Stochastic
+Simplification of Aggregate Detail", do not leave out.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.sampling import face_normals, sample_triangles
+from depthwalk.bake.vectors import lengths
+from depthwalk.render.contract import WeldedSurface, open_edges
+
+Array = NDArray[np.floating]
+
+_SAMPLES = 4  # per face of a cube: of the cubes that are met, nearly all are found
+_BITS = 21  # of a cube's place along an axis
+_GUESSES = 4  # of how far rims are to be moved
+_STRIDE = 4.0  # times as far as the guess before, at most
+
+
+def cubes(corners: Array, side: float) -> int:
+    """How many cubes of a lattice of so many metres triangles (t, 3, 3) meet. What lies twice in one place counts once,
+    where areas would be added."""
+    count = int(_SAMPLES * face_normals(corners)[1].sum() / side**2) + 1
+    point, _ = sample_triangles(corners, count)
+    key = np.sort(np.floor(point / side).astype(np.int64) @ (1 << 2 * _BITS, 1 << _BITS, 1))
+    return 1 + int((np.diff(key) > 0).sum())
+
+
+def spread(surface: WeldedSurface, wanted: int, side: float, most: float) -> Array:
+    """Its points (n, 3), those on its rims moved outward, all by as much, `most` at most, so that it meets `wanted`
+    `cubes` of that side, both metres. What meets more already stays as it is."""
+    triangles = surface.triangles
+    start, end, across = open_edges(surface.point, triangles, face_normals(surface.point[triangles])[0])
+    outward = np.zeros(surface.point.shape)
+    for vertex in start, end:
+        for column, values in zip(outward.T, across.T, strict=True):
+            column += np.bincount(vertex, values, len(outward))
+    outward /= np.maximum(lengths(outward), 1e-30)[:, None]
+    before = cubes(surface.point[triangles], side)
+    missing, rim = wanted - before, float(lengths(across).sum())
+    away, point = min(missing * side**2 / max(rim, 1e-30), most), surface.point
+    for _ in range(_GUESSES if missing > 0 else 0):
+        point = surface.point + away * outward
+        gained = cubes(point[triangles], side) - before
+        away = min(away * min(max(missing / max(gained, 1), 1 / _STRIDE), _STRIDE), most)
+    return point
