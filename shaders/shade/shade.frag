@@ -1,6 +1,6 @@
 // Each pixel that shows a depth-image object is shaded once, whatever was drawn there before: deferred texturing, sorted by
 // asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
-// FORWARD: and lit here, in the frame of its object; SHOW_TILES: objects with intermediate images are painted, each in a
+// FORWARD: and lit here, in the frame of its object; SHADOWS: the sun casts some; SHOW_TILES: objects with intermediate images are painted, each in a
 // colour of its own.
 #include "common/rotation.glsl"
 #include "common/gbuffer.glsl"
@@ -8,6 +8,9 @@
 #include "shade/objects.glsl"
 #ifdef FORWARD
 #include "common/phong.glsl"
+#ifdef SHADOWS
+#include "common/sun_maps.glsl"
+#endif
 layout(location = 2) out vec4 lit;
 #endif
 
@@ -39,6 +42,9 @@ void main() {
     // Liu et al. 2007, §2.4: light, normal and viewer in the space of the texture, where the sample was warped.
     vec3 view = normalize(point - viewer.xyz), to_light = rotate_back(rotation, to_sun);
     vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light);
+#ifdef SHADOWS
+    reflected *= sun_share_at(ray, distance_of(visible), normal);
+#endif
     lit = vec4(surface.albedo * everywhere(normal) + sun * reflected, 1.0);
     out_surface.z = LIT;
 #endif

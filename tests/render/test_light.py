@@ -177,6 +177,26 @@ def test_forward_and_deferred_agree(representation):
     assert 0 < difference.mean() < 2e-3 and difference.max() < 0.02
 
 
+@pytest.mark.parametrize("aa", ["none", "msaa"])
+def test_forward_and_deferred_agree_in_shadow(aa):
+    """Two boxes partly in the shadow of a ball of polygons: within rounding, but for pixels at its edge."""
+    library = ShapeLibrary([sphere(0.7, 64, 32), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=128)
+    places = (1, (-0.5, 0, 0), 0.0, 1.0), (1, (0.7, 0, 0), 0.0, 1.2), (0, (0.5, 0.3, 1.3), 0.0, 0.5)
+    scene = scene_of(*places, representation=Representation.DPCI, ground={}, sun={"direction": (-0.4, -0.25, -0.8)})
+    scene.objects.representation[2] = Representation.MESH
+    scene.render.aa = aa
+    pictures = {}
+    for shadows in (False, True):
+        scene.render.shadows.enabled = shadows
+        for mode in ("deferred", "forward"):
+            scene.render.light.mode = mode
+            pictures[mode, shadows] = linear_picture(scene, library, Camera((-1, 1.4, 3.4), (0.1, 0.5, 0), 0.8)).colour
+    difference = np.abs(pictures["deferred", True] - pictures["forward", True])
+    assert 0 < difference.mean() < 2e-3 and np.quantile(difference, 0.999) < 0.02
+    on_box = pictures["forward", False][..., 0] > 2 * pictures["forward", False][..., 1]  # the ground is green
+    assert ((pictures["forward", False] - pictures["forward", True])[on_box, 0] > 0.2).sum() > 100
+
+
 def test_forward_lighting_leaves_lamps_to_the_polygons():
     library = ShapeLibrary([sphere(0.7, 64, 32)], resolution=64)
     camera, lamp = Camera((0.3, 1.2, 3.0), (0.2, 0.6, 0), 0.8), {"position": (0, 2, 2), "intensity": 2.0}

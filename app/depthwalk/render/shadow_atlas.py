@@ -18,7 +18,7 @@ class ShadowAtlas:
         self._resolution = 0
         self._held: dict[int, ShadowMap] = {}
 
-    def fit(self, tiles: int, resolution: int) -> None:
+    def fit(self, tiles: int, resolution: int) -> moderngl.Texture:
         """Makes it hold so many tiles of resolution² texels; all are to be drawn again where it did not before."""
         columns = min(tiles, self._columns)
         size = columns * resolution, -(-tiles // self._columns) * resolution
@@ -29,6 +29,7 @@ class ShadowAtlas:
             self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
             self._framebuffer = self._scope.framebuffer([], self.texture)
             self._resolution = resolution
+        return self.texture
 
     def stale(self, wanted: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
         """Those of the maps, by their tiles, that are not there; `begin` each and draw it."""

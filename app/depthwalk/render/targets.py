@@ -7,6 +7,7 @@ import numpy as np
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.multisampling import sample_offsets
+from depthwalk.render.sun_maps import SunMaps
 
 ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
@@ -24,9 +25,10 @@ class Drawn:
 class Targets:
     """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
     all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
-    surface, depth; shadow: part of the sun's light that reaches a pixel; lamp_maps: depth, tiles, of those lamps that
-    cast shadows, None where none does, made by the pass that draws them; lit: linear RGBA, half, premultiplied;
-    lighting: that, depth; shaded_lit: as shaded, with lit; covered: lit, levels.
+    surface, depth; shadow: part of the sun's light that reaches a pixel; sun_maps: where it casts shadows; lamp_maps:
+    depth, tiles, of those lamps that cast shadows, both None where none does, made by the pass that draws them; lit:
+    linear RGBA, half, premultiplied; lighting: that, depth; shaded_lit: as shaded, with lit;
+    covered: lit, levels.
 
     With several `samples` per pixel, at `offsets` (samples, 2) from its middle, pixels, visible and polygons have
     textures of their own (`drawn`); one_sample is a sample of polygons, and all others know of that alone.
@@ -58,6 +60,7 @@ class Targets:
         self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
         self.shadow_texture = gl.texture(size, 1)
         self.shadow = gl.framebuffer([self.shadow_texture])
+        self.sun_maps: SunMaps | None = None
         self.lamp_maps: moderngl.Texture | None = None
         self.lit_texture = gl.texture(size, 4, "f2")
         self.lighting = gl.framebuffer([self.lit_texture], self.depth)

@@ -17,6 +17,7 @@ from depthwalk.render.passes.sample import SamplePass
 from depthwalk.render.passes.shade import ShadePass
 from depthwalk.render.passes.shadows import ShadowsPass
 from depthwalk.render.passes.smaa import SmaaPass
+from depthwalk.render.passes.sun import SunPass
 from depthwalk.render.passes.warp import WarpPass
 
 PASSES: tuple[type[Pass], ...] = (
@@ -25,9 +26,10 @@ PASSES: tuple[type[Pass], ...] = (
     DmeshPass,
     MeshPass,
     GroundPass,
+    ShadowsPass,
     SamplePass,
     ShadePass,
-    ShadowsPass,
+    SunPass,
     LightPass,
     FogPass,
     ResolvePass,

@@ -23,7 +23,7 @@ class LightParams(Params):
     mode: Literal["deferred", "forward"] = param(
         "deferred",
         "Where depth images are lit: with everything else, or as in the paper where they are shaded, in their own "
-        "space, by sun and ambient light alone and without shadows on them",
+        "space, by sun and ambient light alone",
     )
 
 
@@ -70,7 +70,7 @@ class LightPass(Pass):
             frame.targets.lighting.use()
             context.enable_only(moderngl.DEPTH_TEST)
             context.depth_func = ">"
-        if frame.shadows.sun is not None:
+        if frame.targets.sun_maps is not None:
             defines += ("SHADOWS",)
             frame.targets.shadow_texture.use(6)
             values["shadow_texture"] = 6

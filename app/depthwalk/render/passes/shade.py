@@ -1,5 +1,7 @@
 """Colour and normal of the depth-image objects that are visible, once per pixel, into the G-buffer."""
 
+from typing import Any
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ from depthwalk.render.view import matrix_bytes
 class ShadePass(Pass):
     name = "shade"
     per_sample = True
-    reads = ("visible",)
+    reads = ("visible", "sun_maps")
     writes = ("gbuffer",)
 
     def setup(self) -> None:
@@ -59,8 +61,9 @@ class ShadePass(Pass):
     ) -> None:
         """Draws each asset's rectangle into `target` at its `levels` (a, n), where these pass the depth `test`."""
         context, view = self.gl.device.context, frame.view
-        forward, show_tiles = frame.settings.light.mode == "forward", frame.settings.composite.show_tiles
-        defines = (*(("FORWARD",) if forward else ()), *(("SHOW_TILES",) if show_tiles else ()))
+        defines, light = _light(frame)
+        if frame.settings.composite.show_tiles:
+            defines += ("SHOW_TILES",)
         target.use()
         target.depth_mask = False
         context.enable_only(moderngl.DEPTH_TEST)
@@ -70,7 +73,7 @@ class ShadePass(Pass):
             "visible_texture": 1,
             "pixel_angle": 1 / view.focal_pixels,
             "ray_from_screen": matrix_bytes(view.ray_from_screen),
-            **(lighting(frame.environment).uniforms() if forward else {}),
+            **light,
         }
         columns = (each.tolist() for each in (shading.assets, levels, shading.low, shading.high))
         for number, depths, low, high in zip(*columns, strict=True):
@@ -83,6 +86,17 @@ class ShadePass(Pass):
                 program.set(level=depth)
                 self._arrays[variant].render(moderngl.TRIANGLE_STRIP, vertices=4)
         context.depth_func = "<"
+
+
+def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """Defines and uniforms of the light that is added up here."""
+    settings, maps = frame.settings, frame.targets.sun_maps
+    if settings.light.mode == "deferred":
+        return (), {}
+    light = lighting(frame.environment).uniforms()
+    if maps is None:
+        return ("FORWARD",), light
+    return ("FORWARD", "SHADOWS"), light | maps.use(7, frame.view, settings.shadows, settings.lod)
 
 
 def _alone(frame: Frame, shading: Shading) -> bool:

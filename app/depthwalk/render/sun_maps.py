@@ -1,0 +1,40 @@
+"""The sun's shadow maps as the shaders take them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from depthwalk.render.cascades import MOST, Cascade, ShadowParams
+from depthwalk.render.lod import LodParams, error_at_a_metre
+from depthwalk.render.view import View, matrix_bytes
+
+
+@dataclass(frozen=True)
+class SunMaps:
+    """texture: depth, tiles of equal size, two to a row; cascades: what each shows, the nearest first, all along one
+    light."""
+
+    texture: moderngl.Texture
+    cascades: tuple[Cascade, ...]
+
+    def use(self, unit: int, view: View, params: ShadowParams, lod: LodParams) -> dict[str, Any]:
+        """Binds the texture to a unit; the uniforms of shaders/common/sun_maps.glsl."""
+        self.texture.use(unit)
+        axes = self.cascades[0].axes * np.array([[1], [1], [-1]])
+        places = np.zeros((MOST, 4), np.float32)
+        for place, cascade in zip(places, self.cascades, strict=False):
+            place[:3] = axes @ (view.position - cascade.centre) / (2 * cascade.half) + 0.5
+            place[3] = 1 / (2 * cascade.half)
+        return {
+            "sun_maps": unit,
+            "cascades": len(self.cascades),
+            "light_from_world": matrix_bytes(axes),
+            "places": places.tobytes(),
+            "map_resolution": self.cascades[0].resolution,
+            "filter_width": params.filter_width,
+            "error": params.worst_error,
+            "seen_error": error_at_a_metre(view, lod),
+            "shadow_reach": params.distance,
+        }
