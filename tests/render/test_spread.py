@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.render.contract import weld
+from depthwalk.render.contract import surface_of, weld
 from depthwalk.render.spread import cubes, spread
 from shapes import leaves, sphere
 
@@ -13,7 +13,7 @@ SIDE = 0.05
 
 
 def welded(mesh):
-    return weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), bool), 1e-5)
+    return surface_of(*weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), bool), 1e-5))
 
 
 def test_cubes_are_those_that_a_square_meets():

@@ -31,7 +31,7 @@ _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
 _DENSE_TOLERANCES = 1.0, 1.4  # texels, of more such where all others have far fewer triangles, as of foliage
 _DENSE = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
 _CUBE = 0.5  # texels: foliage is made to meet as many cubes of this side as it did
-_SHARPEST = 0.25  # texels: half a pixel where a texel covers two, and nearer by meshes stand in
+_SHARPEST = 0.18  # texels, which are pixels where meshes begin to stand in: nobody sees less, nor do shadows show it
 _WELD = 2.0  # texels, within which points become one in all others
 _FIRST_TOLERANCE = 1.0  # texels, of the first of them
 _LEFT = 0.75  # of the area that a welded level has: with less, what is not welded is no level
@@ -56,9 +56,9 @@ def build_levels(baked: BakedObject) -> Grids:
     grid = build_grids(replace(baked, steps=1))
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
     point, yields = grid.positions, grid.vertices[:, 3] & BORDER > 0
-    with thread_map() as each:
-        surfaces = list(_surfaces(point, triangles, yields, square_texel(baked), each))
     most = _DENSE * baked.images[0].depth.size
+    with thread_map() as each:
+        surfaces = list(_surfaces(point, triangles, yields, square_texel(baked), most, each))
     if len(surfaces[0][0].triangles) > most:  # foliage
         side = _CUBE * square_texel(baked)
         wanted = cubes(point[triangles], side)
@@ -95,16 +95,19 @@ def _bulged(point: Array, triangles: Ints) -> Array:
 
 
 def _surfaces(
-    point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float, each: Map
+    point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float, most: float, each: Map
 ) -> Iterator[tuple[WeldedSurface, float]]:
     """One level after the other, and its tolerance, metres.
 
-    point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface.
+    point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface; most:
+    triangles, foliage has more.
     """
-    coarse = contract(_welded(point, triangles, yields, _WELD * texel), _FIRST_TOLERANCE * texel, each)
-    surface = _welded(point, triangles, yields, _SAME * texel)
+    surface = contract(_welded(point, triangles, yields, _SAME * texel), _FINE_TOLERANCES[0] * texel, each)
+    arcs = len(surface.triangles) <= most  # leaves that became one are on none
+    coarse = contract(_welded(point, triangles, yields, _WELD * texel, arcs), _FIRST_TOLERANCE * texel, each)
     for tolerance in _FINE_TOLERANCES + _DENSE_TOLERANCES:
-        surface = contract(surface, tolerance * texel, each)
+        if tolerance > _FINE_TOLERANCES[0]:
+            surface = contract(surface, tolerance * texel, each)
         # Leaves of a texel's size go from the one as they are contracted, and hold together in the other.
         if tolerance > _FINE_TOLERANCES[0] and surface.area <= _LEFT * coarse.area:
             break
@@ -122,10 +125,10 @@ def _surfaces(
         coarse = contract(coarse, _GROWTH * tolerance, each)
 
 
-def _welded(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> WeldedSurface:
-    """See `weld`. Bulged only then: arcs between what is left are longer and higher than those between samples."""
+def _welded(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float, arcs: bool = True) -> WeldedSurface:
+    """See `weld`. Bulged only then, if `arcs`: between what is left they are longer and higher than between samples."""
     point, triangles = weld(point, triangles, yields, cell)
-    return surface_of(_bulged(point, triangles), triangles)
+    return surface_of(_bulged(point, triangles) if arcs else point, triangles)
 
 
 def _deviation(probes: Array, corners: Array) -> float:
