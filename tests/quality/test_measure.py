@@ -117,25 +117,32 @@ def test_samples_lie_on_the_surface_evenly():
 def test_a_ball_is_a_good_candidate(ball):
     candidate = examine(*ball, ModelParams(64, 2))
     assert candidate.coverage > 0.99 and candidate.thin == 0 and candidate.parts == 1
-    assert warnings(candidate) == []
+    assert warnings(candidate, outlines=True) == []
 
 
 def test_poor_candidates_are_named_with_the_reason(ball):
     mesh, baked = ball
     bare = examine(mesh, caps_only(baked), ModelParams(64, 2))
-    assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare)[0]
+    assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare, outlines=True)[0]
     card = shapes.box(1, 1, 0.002)
     assert examine(card, shapes.model_of(shapes.bake(card, 64, 2)), ModelParams(64, 2)).thin > 0.9
-    assert warnings(Candidate(1.0, 0.05, 99, 0.01)) == [
+    assert warnings(Candidate(1.0, 0.05, 99, 0.01), outlines=False) == [
         "5.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
         "it has 99 separate parts, which hide each other: more layers, or several objects",
     ]
 
 
 def test_foliage_is_better_drawn_as_its_mesh():
-    assert warnings(Candidate(1.0, 0.5, 1, 0.01)) == [
+    assert warnings(Candidate(1.0, 0.5, 1, 0.01), outlines=False) == [
         "foliage: 50.0 % of its surface is thinner than a texel (10 mm), and most of its pixels are edges; "
         "draw it as its mesh"
+    ]
+
+
+def test_a_thin_sheet_with_right_outlines_is_no_foliage():
+    """Water in a basin."""
+    assert warnings(Candidate(1.0, 0.25, 1, 0.01), outlines=True) == [
+        "25.0 % of its surface is thinner than a texel (10 mm): a finer resolution"
     ]
 
 
@@ -144,7 +151,8 @@ def test_more_layers_are_recommended_where_they_hold_more():
     params = ModelParams(32, 2)
     candidate = examine(plates, bake_model(plates, params, ""), params)
     assert candidate.deeper is not None and (candidate.deeper.now.layers, candidate.deeper.then.layers) == (2, 4)
-    line = next(line for line in warnings(candidate) if line.startswith("layers: 4, or auto: 0.0 % of its visible"))
+    lines = warnings(candidate, outlines=True)
+    line = next(line for line in lines if line.startswith("layers: 4, or auto: 0.0 % of its visible"))
     assert f"not {100 * candidate.deeper.now.missing:.1f}, and a texel covers" in line
     for enough in ModelParams(32, 4), ModelParams(32, "auto"):
         assert examine(plates, bake_model(plates, enough, ""), enough).deeper is None

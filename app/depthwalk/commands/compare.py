@@ -26,7 +26,7 @@ from depthwalk.params import Params
 from depthwalk.quality.advise import Recommendation, recommend
 from depthwalk.quality.candidate import examine, warnings
 from depthwalk.quality.costs import measured_bake
-from depthwalk.quality.goals import MEASURES, summarise
+from depthwalk.quality.goals import MEASURES, SILHOUETTE, summarise
 from depthwalk.quality.measure import ViewQuality, flip_workers, measure, measure_views, object_height
 from depthwalk.quality.page import WorstView, panels, to_html, worst_viewpoints
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell, to_json, to_text
@@ -145,7 +145,8 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
         shown = _worst_views(twin, views) if plan.pictures else []
         driver = twin.driver
     advice = _advice(subject, mesh, plan)
-    reasons = tuple(warnings(candidate))
+    outlines = SILHOUETTE.reached(summarise(SILHOUETTE, views).mean, SILHOUETTE.goal_worst)
+    reasons = tuple(warnings(candidate, bool(outlines)))
     deepest = 1 + max(image.layer for part in baked.parts for image in part.images)
     what = subject.name, str(spec.mesh), len(mesh.faces), subject.params, len(baked.parts), deepest
     model = ModelReport(*what, costs, views, close, candidate, reasons, advice)

@@ -23,7 +23,7 @@ from depthwalk.render.step_grids import build_grids
 SAMPLES = 4000
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted
 LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02
-FOLIAGE = 0.15  # part of the surface that is thin, from which on the rest does not count
+FOLIAGE = 0.15  # part of the surface that is thin, from which on the rest does not count, where outlines are wrong
 MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 Array = NDArray[np.floating]
@@ -68,10 +68,12 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
     return Candidate(float(held.mean()), float(thin.mean()), count_parts(mesh), texel, _deeper(mesh, model, params))
 
 
-def warnings(candidate: Candidate) -> list[str]:
-    """Why the object is a poor candidate, a line per reason; none for a good one."""
+def warnings(candidate: Candidate, outlines: bool) -> list[str]:
+    """Why the object is a poor candidate, a line per reason; none for a good one. outlines: whether its silhouettes
+    were found to be right: a sheet that lies on something is as thin as leaves are."""
     lines = []
-    if candidate.thin > FOLIAGE:
+    foliage = candidate.thin > FOLIAGE and not outlines
+    if foliage:
         lines.append(
             f"foliage: {100 * candidate.thin:.1f} % of its surface is thinner than a texel "
             f"({1000 * candidate.texel:.3g} mm), and most of its pixels are edges; draw it as its mesh"
@@ -86,7 +88,7 @@ def warnings(candidate: Candidate) -> list[str]:
             f"{100 * now.missing:.1f}, and a texel covers {then.footprint:.1f} texels² of it on the mean, not "
             f"{now.footprint:.1f}"
         )
-    if MUCH_THIN < candidate.thin <= FOLIAGE:
+    if candidate.thin > MUCH_THIN and not foliage:
         lines.append(
             f"{100 * candidate.thin:.1f} % of its surface is thinner than a texel ({1000 * candidate.texel:.3g} mm): "
             "a finer resolution"

@@ -41,6 +41,9 @@ MEASURES = (
 )
 
 
+SILHOUETTE = next(measure for measure in MEASURES if measure.key == "iou")
+
+
 @dataclass(frozen=True)
 class Summary:
     """A measure over several views. worst_view: where the worst value is; None without a value (both are NaN then)."""
