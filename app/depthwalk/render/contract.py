@@ -19,7 +19,7 @@ from depthwalk.scene.arrays import Takes
 Array = NDArray[np.floating]
 Ints = NDArray[np.int64]
 
-_BITS = 21  # of a vertex number, so that three fit into one key
+_BITS = 21  # of the number of a vertex, or of a cube along an axis, so that three fit into one key
 _MOST_ROUNDS = 60
 _WORTH = 0.01  # of the vertices: a round that contracts fewer is the last
 _STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
@@ -73,13 +73,16 @@ def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) 
     """Points (m, 3) float64 and the triangles (u, 3) that are left where those of points (n, 3) within a cube of side
     `cell`, metres, become one: the first that does not yield (n,); but for those that face the other way, as the two
     sides of a leaf. triangles: (t, 3)."""
-    cube = np.floor((point - point.min(0)) / cell).astype(np.int64)
-    key = cube @ (1 << 2 * _BITS, 1 << _BITS, 1)
-    first, number = _groups(key, yields)
+    first, number = _groups(cube_keys(point - point.min(0), cell), yields)
     facing = vertex_directions(point, triangles)
     first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), yields)
     used, triangles = _renumbered(_distinct(number[triangles]), len(first))
     return point[first[used]].astype(np.float64), triangles
+
+
+def cube_keys(point: Array, side: float) -> Ints:
+    """Numbers (n,) of the cubes of a lattice, `side` metres wide, that hold points (n, 3)."""
+    return np.floor(point / side).astype(np.int64) @ (1 << 2 * _BITS, 1 << _BITS, 1)
 
 
 def surface_of(point: Array, triangles: Ints) -> WeldedSurface:

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.bake.vectors import lengths
-from depthwalk.render.contract import WeldedSurface, open_edges
+from depthwalk.render.contract import WeldedSurface, cube_keys, open_edges
 
 Array = NDArray[np.floating]
 
 _SAMPLES = 4  # per face of a cube: of the cubes that are met, nearly all are found
-_BITS = 21  # of a cube's place along an axis
 _GUESSES = 4  # of how far rims are to be moved
 _STRIDE = 4.0  # times as far as the guess before, at most
 
@@ -24,8 +23,7 @@ def cubes(corners: Array, side: float) -> int:
     where areas would be added."""
     count = int(_SAMPLES * face_normals(corners)[1].sum() / side**2) + 1
     point, _ = sample_triangles(corners, count)
-    key = np.sort(np.floor(point / side).astype(np.int64) @ (1 << 2 * _BITS, 1 << _BITS, 1))
-    return 1 + int((np.diff(key) > 0).sum())
+    return 1 + int((np.diff(np.sort(cube_keys(point, side))) > 0).sum())
 
 
 def spread(surface: WeldedSurface, wanted: int, side: float, most: float) -> Array:

@@ -62,8 +62,9 @@ def build_levels(baked: BakedObject) -> Grids:
     if len(surfaces[0][0].triangles) > most:  # foliage
         side = _CUBE * square_texel(baked)
         wanted = cubes(point[triangles], side)
-        surfaces = [(replace(each, point=spread(each, wanted, side, off)), off) for each, off in surfaces]
-    levels = [surface.point[surface.triangles] for surface, _ in surfaces]
+        levels = [spread(surface, wanted, side, off)[surface.triangles] for surface, off in surfaces]
+    else:
+        levels = [surface.point[surface.triangles] for surface, _ in surfaces]
     samples = np.unique(triangles)
     samples = samples[~yields[samples]]
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
