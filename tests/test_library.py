@@ -33,3 +33,11 @@ def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch
     assert library.mesh(0) is not None
     monkeypatch.setattr(depthwalk.library, "load_mesh", None)  # reading once more would fail
     assert library.baked(0) is not None
+
+
+def test_depth_images_that_are_there_are_told_of_too(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for kept in (False, True):
+        told = []
+        SceneLibrary(load_scene(tiny_scene).assets, lambda *what, told=told: told.append(what)).baked(0)
+        assert told[0] == ("ball", "depth images") and (len(told) == 1) == kept

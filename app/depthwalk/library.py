@@ -55,6 +55,10 @@ class SceneLibrary:
         self._meshes: dict[int, Mesh | None] = {}
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
 
+    def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
+        """A library of other assets, which bakes as many at a time."""
+        return SceneLibrary(assets, processes=self._processes)
+
     def __len__(self) -> int:
         return len(self._assets)
 
@@ -143,6 +147,7 @@ class SceneLibrary:
             return None
         params = model_params(spec.dpci)
         key = self.key(asset) or mesh_key(spec, params)
+        self.report(spec.name, "depth images")
         baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, spec, params, key))
         if spec.dpci.meso is None:
             return baked

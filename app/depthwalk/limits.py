@@ -1,5 +1,7 @@
 """Upper bounds on what an input may ask for, each checked before memory is allocated."""
 
+MAX_COORDINATE = 1e6  # metres, of what files and options place; float32 still resolves 6 cm there
+MIN_FOV, MAX_FOV = 1, 170  # degrees, vertical
 MAX_SCENE_BYTES = 16 << 20  # a scene or path file; a million objects come from `grid`, not from text
 MAX_PLACES_BYTES = 1 << 29  # a file of places: text of the most objects there may be
 MAX_MESH_BYTES = 4 << 30

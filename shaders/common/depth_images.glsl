@@ -64,7 +64,12 @@ Surface surface_at(vec3 p, int image, float footprint) {
     bool border = (image & (EDGE | BORDER)) != 0;
     int face = face_of(image);
 #ifdef MESO
-    Meso meso = meso_at(p, image, footprint);
+    float part = displaced_part(footprint);
+    Meso wound = wound_at(p, footprint);
+    float depth_there = part * wound.depth;
+    p += depth_there * min(length(p.xz) / (shallow_radius() - depth_there), 1.0) * wound.outward;   // where its image has it
+    Meso straight = Meso(0.0, vec3(0.0), vec3(0.0));
+    if (face != SIDE) straight = straight_at(p, image, footprint);
 #endif
     vec3 position = image_position(p, image);
     float covered = footprint * texels[face];
@@ -78,7 +83,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
         normal = page_normal(place.xy, around);
         float depth = position.z;
 #ifdef MESO
-        depth -= meso.depth;
+        depth -= part * straight.depth;
 #endif
         if (border) sample_border(image, position.xy, place.xy, around, depth * texels[face], albedo, normal);
     } else {
@@ -86,7 +91,10 @@ Surface surface_at(vec3 p, int image, float footprint) {
     }
     normal /= max(length(normal), 1e-6);
 #ifdef MESO
-    normal = normalize(normal + max(dot(normal, meso.outward), 0.0) * meso.gradient);
+    normal += straight_share(normal, straight.outward, wound.outward) * straight.gradient;
+    float deep = length(p.xz) / shallow_radius();
+    vec3 gradient = deep < 1.0 ? deep * wound.gradient + wound.depth / shallow_radius() * wound.outward : wound.gradient;
+    normal = normalize(normal + dot(normal, wound.outward) * gradient);
 #endif
     return Surface(albedo.rgb * albedo.rgb, albedo.a, normal);
 }

@@ -1,42 +1,59 @@
 // Meso-structure: a tiling relief modulates the depth of an object's images before they are warped (Liu et al. 2007,
-// §3.4). Depth is measured as the image does: along the radius on the side, straight on the other faces. Twin: reference/meso.py.
+// §3.4). Twin: reference/meso.py.
+//
+// It winds round the axis and moves all that is at a place toward that, whatever image it is in, so images stay joined.
+// What faces along the axis or round it only slides along itself then: caps and flanks have relief of their own as well,
+// straight below their faces, which is level where they meet others.
 #include "common/faces.glsl"
 uniform sampler2D meso_relief;  // r = metres inward, gb = its slopes to the tile's right and up
 uniform vec2 meso_tile;         // width and height of a tile, metres
 uniform float meso_turn;        // tiles round the side
 uniform float meso_texels;      // per metre
 uniform float meso_height;      // metres; 0 where an object has none
+uniform float meso_fade;        // pixels: relief that covers fewer is not displaced
 
 struct Meso {
     float depth;        // metres
-    vec3 outward;       // from the surface to the face of its image
-    vec3 gradient;      // of the depth over the face, metres per metre
+    vec3 outward;       // what it is below
+    vec3 gradient;      // of the depth, metres per metre
 };
 
-// At p, object frame; footprint: metres over which it is averaged.
-Meso meso_at(vec3 p, int image, float footprint) {
-    Meso meso;
-    vec3 right, up;
-    vec2 uv;
-    float most = meso_height;
-    meso.outward = face_outward(p, image);
-    if (face_of(image) == SIDE) {
-        float radius = past_axis(image) ? -length(p.xz) : length(p.xz);
-        radius = abs(radius) < 1e-6 ? 1e-6 : radius;
-        vec2 axis = meso.outward.xz;
-        right = vec3(axis.y, 0.0, -axis.x) * (meso_turn * meso_tile.x / (TURN * radius));  // seen from outside θ runs left
-        up = vec3(0.0, 1.0, 0.0);
-        uv = vec2(-atan(axis.y, axis.x) / TURN * meso_turn, p.y / meso_tile.y);
-        most = min(most, radius > 0.0 ? 0.5 * radius : cylinder.x + radius);    // what is thin keeps a core
-    } else {
-        bool cap = face_of(image) <= BOTTOM;
-        up = cap ? vec3(0.0, 0.0, -meso.outward.y) : vec3(0.0, 1.0, 0.0);
-        right = cross(up, meso.outward);
-        uv = vec2(dot(p, right), dot(p, up)) / meso_tile;
-        most = min(most, face_reach(face_of(image)) - image_position(p, image).z);  // all surface stays in the cylinder
-    }
+// uv: in tiles, along right and up; footprint: metres over which it is averaged.
+Meso relief_at(vec2 uv, vec3 right, vec3 up, vec3 outward, float footprint) {
     vec3 relief = textureLod(meso_relief, uv, log2(max(footprint * meso_texels, 1.0))).rgb;
-    meso.depth = clamp(relief.r, 0.0, max(most, 0.0));
-    meso.gradient = relief.g * right + relief.b * up;
-    return meso;
+    return Meso(clamp(relief.r, 0.0, meso_height), outward, relief.g * right + relief.b * up);
 }
+
+// Where tiles are as wide as they say; they narrow towards the axis.
+float even_radius() { return meso_turn * meso_tile.x / TURN; }
+// From here on inward the relief becomes shallow with them, and does not reach the axis.
+float shallow_radius() { return max(even_radius() / 3.0, 2.0 * meso_height); }
+
+// Round the axis, at p, object frame; as deep as outside the shallow radius.
+Meso wound_at(vec3 p, float footprint) {
+    float radius = max(length(p.xz), 1e-6);
+    vec2 axis = p.xz / radius;
+    vec3 outward = vec3(axis.x, 0.0, axis.y), right = vec3(axis.y, 0.0, -axis.x);   // seen from outside θ runs left
+    float narrower = even_radius() / radius;
+    vec2 uv = vec2(-atan(axis.y, axis.x) / TURN * meso_turn, p.y / meso_tile.y);
+    return relief_at(uv, right * narrower, vec3(0.0, 1.0, 0.0), outward, footprint * max(narrower, 1.0));
+}
+
+// Below the face of the image, a cap or a flank.
+Meso straight_at(vec3 p, int image, float footprint) {
+    vec3 outward = face_outward(p, image);
+    vec3 up = outward.y != 0.0 ? vec3(0.0, 0.0, -outward.y) : vec3(0.0, 1.0, 0.0), right = cross(up, outward);
+    Meso straight = relief_at(vec2(dot(p, right), dot(p, up)) / meso_tile, right, up, outward, footprint);
+    float most = face_reach(face_of(image)) - image_position(p, image).z;   // all surface stays in the cylinder
+    straight.depth = min(straight.depth, max(most, 0.0));
+    return straight;
+}
+
+// How much of the latter a surface takes: all where it faces straight outward, and the axis not at all. Twin: bake/meso.py.
+float straight_share(vec3 normal, vec3 outward, vec3 from_axis) {
+    float square = (dot(normal, outward) - 0.7) / 0.25, wound = (0.7 - abs(dot(normal, from_axis))) / 0.4;
+    return clamp(square, 0.0, 1.0) * clamp(wound, 0.0, 1.0);
+}
+
+// What part of the depth applies where a pixel covers `footprint` metres.
+float displaced_part(float footprint) { return clamp(meso_height / max(footprint * meso_fade, 1e-9) - 1.0, 0.0, 1.0); }

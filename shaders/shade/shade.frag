@@ -1,7 +1,7 @@
 // Each pixel that shows a depth-image object is shaded once, whatever was drawn there before: deferred texturing, sorted by
 // asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
-// FORWARD: and lit here, in the frame of its object; SHADOWS: the sun casts some; SHOW_TILES: objects with intermediate images are painted, each in a
-// colour of its own.
+// FORWARD: and lit here, in the frame of its object; SHADOWS: the sun casts some.
+// SHOW_TILES: objects with intermediate images are painted, each in a colour of its own.
 #include "common/rotation.glsl"
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
@@ -16,6 +16,11 @@ layout(location = 2) out vec4 lit;
 
 uniform float pixel_angle;      // metres a pixel covers at one metre
 
+// Nobody sees what faces away. Normals do that are blended about outlines, by less than 20°; and those of leaves, whose two
+// sides are one surface where they are simplified, which looks up either: lit so, far trees were dark. Relief that is
+// steeper than it is displaced does as well, and is in its own shade.
+const float AVERTED = 0.35;
+
 in vec3 ray;
 
 layout(location = 0) out vec4 out_albedo;
@@ -29,6 +34,10 @@ void main() {
     vec3 from_viewer = ray * distance_of(visible);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
     Surface surface = surface_at(point, image_of(visible), length(from_viewer) * pixel_angle / viewer.w);
+    vec3 view = normalize(point - viewer.xyz);
+#ifndef MESO
+    if (dot(surface.normal, view) > AVERTED) surface.normal = -surface.normal;
+#endif
 #ifdef SHOW_TILES
     if (object_texel(object_of(visible), LEVEL).y > 0.0) {
         surface.albedo = fract(float(object_of(visible)) * vec3(0.618, 0.414, 0.732));
@@ -40,7 +49,7 @@ void main() {
     out_surface = encode_surface(normal, shininess);
 #ifdef FORWARD
     // Liu et al. 2007, §2.4: light, normal and viewer in the space of the texture, where the sample was warped.
-    vec3 view = normalize(point - viewer.xyz), to_light = rotate_back(rotation, to_sun);
+    vec3 to_light = rotate_back(rotation, to_sun);
     vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light);
 #ifdef SHADOWS
     reflected *= sun_share_at(ray, distance_of(visible), normal);

@@ -138,5 +138,5 @@ def test_keys_name_axis_and_parts_unless_they_are_the_default(tmp_path):
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (np.inf, 0.0, 0.0)])
 def test_no_axis_without_a_direction(axis):
-    with pytest.raises(InputError, match=r"axis: .* must be a direction"):
+    with pytest.raises(InputError, match=r"^axis \(.*\): must be a direction"):
         ModelParams(axis=axis)

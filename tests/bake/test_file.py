@@ -70,6 +70,11 @@ def with_border(baked, **changes):
     return replace(baked, borders=(replace(baked.borders[0], **changes), *baked.borders[1:]))
 
 
+def test_a_name_that_no_file_may_have_is_the_systems_error(tmp_path, baked):
+    with pytest.raises(OSError, match="Cannot open"):
+        write_baked(tmp_path / f"{'x' * 300}.dpci.exr", model_of(baked))
+
+
 def test_what_is_read_is_written_again_to_the_byte(path, tmp_path):
     write_baked(tmp_path / "again.dpci.exr", read_baked(path))
     assert (tmp_path / "again.dpci.exr").read_bytes() == path.read_bytes()

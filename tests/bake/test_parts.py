@@ -134,7 +134,7 @@ def test_files_of_parts_that_do_not_fit_are_refused(tmp_path, parts, message):
         (["--layers", "9"], "--layers 9: must be auto or a whole number from 1 to 8"),
         (
             ["--layers", "auto", "--method", "six-view"],
-            "--layers: auto: method six-view sees one surface per ray; say 1, or use raycast",
+            "--layers auto: method six-view sees one surface per ray; say 1, or use raycast",
         ),
         (["--parts", "17"], "--parts 17: must be auto or a whole number from 1 to 16"),
         (["--parts", "few"], "--parts few: must be auto or a whole number from 1 to 16"),

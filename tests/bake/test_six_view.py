@@ -162,7 +162,7 @@ def test_missing_opengl_is_named(monkeypatch):
 
 
 def test_six_views_make_one_layer():
-    with pytest.raises(InputError, match="layers: 2: method six-view sees one surface per ray"):
+    with pytest.raises(InputError, match="layers 2: method six-view sees one surface per ray"):
         BakeParams(64, 2, "six-view")
 
 
@@ -194,7 +194,7 @@ def test_the_command_bakes_by_six_views(tmp_path, monkeypatch):
         run = CliRunner().invoke
         refused = run(app, ["bake", ball, "--method", "six-view", "--layers", "3"])
         assert (refused.exit_code, refused.stdout, used) == (2, "", [])
-        assert refused.stderr.startswith("--layers: 3: method six-view sees one surface per ray")
+        assert refused.stderr.startswith("--layers 3: method six-view sees one surface per ray")
         assert run(app, ["bake", ball, "--method", "six-view", "--dpci-resolution", "32"]).exit_code == 0
     finally:
         log.handlers, log.propagate, log.level = before

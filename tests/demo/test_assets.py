@@ -88,3 +88,13 @@ def test_the_room_looks_inward() -> None:
     directions = np.concatenate([np.eye(3), -np.eye(3)])
     hit = mesh.ray.intersects_first(np.tile([0.5, 0.5, 0.3], (6, 1)), directions)
     assert (np.einsum("ij,ij->i", mesh.face_normals[hit], directions) < -0.99).all()
+
+
+def test_the_rooms_floor_ends_at_its_walls_only() -> None:
+    mesh = loaded("room")
+    floor = mesh.faces[(mesh.vertices[mesh.faces][..., 1] == 0).all(1) & (mesh.face_normals[:, 1] > 0.99)]
+    place, vertex = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    edges = np.sort(vertex.reshape(-1)[floor[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)], axis=1)
+    edge, uses = np.unique(edges, axis=0, return_counts=True)
+    ends = np.abs(place[edge[uses == 1]][..., [0, 2]]) == 3
+    assert len(floor) == 1920 and ends.all(1).any(1).all()

@@ -91,8 +91,13 @@ def test_unrepresentable_size(tmp_path, scale):
 
 def test_binary_stl_cut_short(tmp_path):
     path = tmp_path / "cut.stl"
-    path.write_bytes(bytes(80) + struct.pack("<I", 10) + bytes(75))
-    assert refusal(path).startswith(f"{path}: ")
+    path.write_bytes(b"caf\xe9".ljust(80) + struct.pack("<I", 10) + bytes(75))
+    assert refusal(path) == f"{path}: neither a whole binary STL file nor one of text"
+
+
+def test_a_missing_buffer_is_told_of_once(caplog):
+    source_files(HOSTILE / "buffer_outside.gltf")  # `load_mesh` refuses the file
+    assert not caplog.records
 
 
 @pytest.mark.parametrize("count", [0, -1, 3 * limits.MAX_MESH_TRIANGLES + 1])

@@ -104,6 +104,7 @@ def test_colour_and_normal_maps_are_resampled_and_turned_up(tmp_path):
         ),
         (np.full((2, 2), -1.0, np.float32), "4 depths are negative (in front of the plane)"),
         (np.full((2, 2), np.nan, np.float32), "no pixel holds a depth"),
+        (np.full((2, 2), 1e10), "no pixel holds a depth"),
         (np.zeros((1, 5), np.float32), "a depth image needs at least 2 × 2 pixels"),
         (np.array([[{}]], object), "cannot be read as an NPY array"),
     ],

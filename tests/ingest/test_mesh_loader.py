@@ -142,6 +142,12 @@ def test_names_in_latin_1(tmp_path):
     (tmp_path / "m.mtl").write_bytes("newmtl grün\nKd 0 1 0\n".encode("latin-1"))
     (tmp_path / "c.obj").write_bytes(f"mtllib m.mtl\nusemtl grün\n{CUBE}".encode("latin-1"))
     assert load_mesh(tmp_path / "c.obj").materials[0].base_colour == (0.0, 1.0, 0.0)
+    box = trimesh.creation.box()
+    (tmp_path / "c.stl").write_bytes(f"solid grün\n{box.export(file_type='stl_ascii')}".encode("latin-1"))
+    (tmp_path / "c.ply").write_bytes(
+        box.export(file_type="ply").replace(b"\nelement", "\ncomment grün\nelement".encode("latin-1"), 1)
+    )
+    assert {len(load_mesh(tmp_path / name).faces) for name in ("c.stl", "c.ply")} == {12}
 
 
 def test_gltf_in_several_files(tmp_path):

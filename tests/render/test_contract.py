@@ -10,7 +10,7 @@ CELL = 0.01
 
 
 def welded(mesh, cell=CELL):
-    return surface_of(*weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), bool), cell))
+    return surface_of(*weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), int), cell))
 
 
 def plane(count=24):
@@ -35,7 +35,7 @@ def test_a_box_is_twelve_triangles():
 
 def test_a_plane_keeps_its_outline():
     point, triangles = plane()
-    surface = contract(surface_of(*weld(point, triangles, np.zeros(len(point), bool), CELL)), 0.05)
+    surface = contract(surface_of(*weld(point, triangles, np.zeros(len(point), int), CELL)), 0.05)
     assert len(surface.triangles) < 0.1 * len(triangles)
     assert np.abs(surface.point[:, 2]).max() < 1e-6
     assert areas(surface).sum() == pytest.approx(4, rel=0.02)
@@ -54,7 +54,7 @@ def test_a_ball_stays_round(tolerance, most, off):
 def test_copies_that_overlap_become_one_surface():
     point, triangles = plane()
     twice = np.concatenate([point, point + 1e-6])
-    yields = np.arange(len(twice)) >= len(point)
-    kept, left = weld(twice, np.concatenate([triangles, triangles + len(point)]), yields, CELL)
+    rank = np.repeat([0, 1], len(point))
+    kept, left = weld(twice, np.concatenate([triangles, triangles + len(point)]), rank, CELL)
     assert len(left) == len(triangles)
-    assert (kept[:, 2] == 0).all()  # those that do not yield
+    assert (kept[:, 2] == 0).all()  # those of the lower rank

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.ndimage import binary_erosion
 
-from depthwalk.bake.images import PAPER_FACES, Face
+from depthwalk.bake.images import Face, face_outward
 from depthwalk.bake.meso import Meso, tiling_slopes
 from depthwalk.errors import InputError
 from depthwalk.ingest.meso import load_meso
-from depthwalk.reference.meso import displaced, place, tilted
+from depthwalk.reference.meso import displaced, tilted, wind
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
 from shapes import ShapeLibrary, bake, joined, mesh_of, scene_of
@@ -24,15 +25,17 @@ def waves(height=0.1, tile=(0.5, 0.4), size=256):
     return Meso(relief.astype(np.float32), tile, height)
 
 
-def egg(u, v, face):
+def egg(u, v, face, radius=0.8):
     """Points and unit normals (n, 3) of a smooth surface over a face."""
 
     def point(u, v):
         if face is Face.SIDE:
-            r = 0.8 + 0.1 * np.sin(u) + 0.15 * v
+            r = radius * (1 + 0.12 * np.sin(u) + 0.18 * v)
             return np.stack([r * np.cos(u), v, r * np.sin(u)], -1)
-        top = 1.5 - 0.2 * u**2 - 0.1 * u * v
-        return np.stack([u, top if face is Face.TOP else -top, v], -1)
+        outward = face_outward(face)
+        across = np.roll(np.abs(outward), 1)
+        out = (1.5 - 0.2 * u**2 - 0.1 * u * v)[:, None] * outward
+        return out + u[:, None] * across + v[:, None] * np.cross(outward, across)
 
     return point(u, v), normals_of(point, u, v, face)
 
@@ -41,19 +44,20 @@ def normals_of(point, u, v, face, step=1e-5):
     along_u = point(u + step, v) - point(u - step, v)
     along_v = point(u, v + step) - point(u, v - step)
     normal = np.cross(along_u, along_v)
-    outward = place(point(u, v), face, waves(), 1.0).outward
+    at = point(u, v)
+    outward = at * [1, 0, 1] if face is Face.SIDE else np.broadcast_to(face_outward(face), at.shape)
     normal *= np.sign(np.einsum("ni,ni->n", normal, outward))[:, None]
     return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("face", PAPER_FACES)
-def test_normals_are_those_of_the_displaced_surface(face):
+@pytest.mark.parametrize(("face", "radius"), [*((face, 0.8) for face in Face), (Face.SIDE, 0.2)])
+def test_normals_are_those_of_the_displaced_surface(face, radius):
     rng = np.random.default_rng(4)
     u, v = rng.uniform(-0.7, 0.7, (2, 400))
     meso = waves(height=0.03)
-    points, normals = egg(u, v, face)
-    moved = displaced(points, face, meso, 1.0)
-    expected = normals_of(lambda u, v: displaced(egg(u, v, face)[0], face, meso, 1.0), u, v, face, 2e-3)
+    points, normals = egg(u, v, face, radius)
+    moved = displaced(points, normals, face, meso, 1.0)
+    expected = normals_of(lambda u, v: displaced(*egg(u, v, face, radius), face, meso, 1.0), u, v, face, 2e-3)
     found = tilted(normals, moved, face, meso, 1.0)
     cosine = np.einsum("ni,ni->n", found, expected)
     assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 2.5
@@ -63,9 +67,19 @@ def test_normals_are_those_of_the_displaced_surface(face):
 
 def test_tiles_meet_round_the_side():
     points = np.array([[-1, 0.3, 1e-7], [-1, 0.3, -1e-7]])
-    uv = place(points, Face.SIDE, waves(), 1.0).uv
+    uv = wind(points, waves(), 1.0).uv
     assert abs(uv[0, 0] - uv[1, 0]) == pytest.approx(13)  # 2π / 0.5, rounded
-    np.testing.assert_allclose(*displaced(points, Face.SIDE, waves(), 1.0), atol=1e-5)
+    np.testing.assert_allclose(*displaced(points, points, Face.SIDE, waves(), 1.0), atol=1e-5)
+
+
+def test_no_place_is_moved_past_another():
+    """Towards the axis distances shrink, but never to nothing."""
+    away = np.geomspace(1e-4, 1, 2000)
+    for angle in np.linspace(0, 2, 7):
+        points = away[:, None] * [np.cos(angle), 0, np.sin(angle)] + [0, angle, 0]
+        moved = displaced(points, points, Face.SIDE, waves(height=0.25), 1.0)
+        steps = np.diff(np.hypot(moved[:, 0], moved[:, 2])) / np.diff(away)
+        assert steps.min() > 0.5 - 1e-6 and steps.max() < 1 + 1e-6
 
 
 def pillar(radius=0.5, columns=512, rows=256, height=2.0, meso=None, cylinder=0.5):
@@ -75,7 +89,7 @@ def pillar(radius=0.5, columns=512, rows=256, height=2.0, meso=None, cylinder=0.
     points = radius * outward + y.reshape(-1, 1) * [0, 1, 0]
     normals = outward
     if meso is not None:
-        points = displaced(points, Face.SIDE, meso, cylinder)
+        points = displaced(points, outward, Face.SIDE, meso, cylinder)
         normals = tilted(outward, points, Face.SIDE, meso, cylinder)
     i, j = np.meshgrid(np.arange(columns), np.arange(rows))
     a = (j * (columns + 1) + i).ravel()
@@ -88,6 +102,10 @@ def pillar(radius=0.5, columns=512, rows=256, height=2.0, meso=None, cylinder=0.
         fan = np.stack([k, k + 1, np.full(columns, columns + 1)], -1)[:, ::turn]
         ends.append(mesh_of(np.concatenate([rim, middle]), fan, np.tile([0, sign, 0], (columns + 2, 1))))
     return joined(tube, *ends)
+
+
+def beside(mesh, metres):
+    return replace(mesh, positions=mesh.positions + np.float32([metres, 0, 0]))
 
 
 @pytest.fixture(scope="module")
@@ -121,6 +139,20 @@ def test_pictures_are_those_of_a_displaced_mesh(studio, pillars, representation)
     assert np.median(off) < 0.004 and np.percentile(off, 95) < 0.02
     assert np.median(np.abs(plain[rows][both] - distance[rows][both])) > 0.03
     assert np.abs(pixels - wanted)[rows][both].mean() < 0.02
+
+
+def test_what_faces_round_the_axis_keeps_its_surface(studio):
+    """A post that stands beside the axis, like an arm: most of what is seen of it from in front faces along θ."""
+    mesh = joined(pillar(0.2), beside(pillar(0.1), 0.6))
+    baked = bake(mesh, 256, 2)
+    library = ShapeLibrary([mesh, mesh], [replace(baked, meso=waves(height=0.03)), baked])
+    for position in ((0.3, 1.2, 2.6), (0.3, 1.2, -2.6), (1.5, 1.8, 2.0)):
+        camera = Camera(position, (0.3, 1, 0), 0.55)
+        relief, _ = picture(studio, library, 0, Representation.DPCI, camera)
+        plain, _ = picture(studio, library, 1, Representation.DPCI, camera)
+        inside = binary_erosion(plain[..., 3] > 0.5, iterations=8)  # as far as 3 cm reach
+        assert inside.sum() > 4000
+        assert (relief[inside, 3] < 0.5).sum() < 0.001 * inside.sum()
 
 
 def test_relief_too_small_to_see_is_shading_only(studio, pillars):

@@ -12,9 +12,9 @@ from depthwalk.render.records import SURFACE_RECORD
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.shading import extents
 from depthwalk.render.view import View
-from depthwalk.scene.arrays import Camera
-from shapes import ShapeLibrary, box, scene_of, sphere
-from stage import OnScreen, view_of
+from depthwalk.scene.arrays import Camera, Representation
+from shapes import ShapeLibrary, box, leaves, scene_of, sphere
+from stage import OnScreen, Stage, view_of
 
 SIZE = (240, 180)
 
@@ -119,6 +119,24 @@ def test_an_asset_alone_looks_as_it_does_among_others(gl_device, monkeypatch, sh
     np.testing.assert_array_equal(*pictures)
     renderer.release()
     scope.release()
+
+
+@pytest.mark.parametrize("mode", ["deferred", "forward"])
+def test_leaves_show_the_side_that_is_seen(studio, mode):
+    """Simplified ones, from all around: no normal faces away, and they are as light as those of the mesh."""
+    library, light = ShapeLibrary([leaves(400, 0.12)], resolution=50), []
+    for representation in (Representation.MESH, Representation.DPCI):
+        scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=representation, sun={"direction": (0, -1, 0)})
+        scene.render.light.mode, scene.render.lod.error = mode, 4.0
+        with Stage(studio, scene, library, sun=False) as stage:
+            for angle in np.arange(8) * np.pi / 4:
+                view = view_of((2.2 * np.sin(angle), 0.8, 2.2 * np.cos(angle)), (0, 0.5, 0))
+                stage.draw(view)
+                sight, there = stage.points() - view.position, stage.points()[..., 1] > -100
+                sight /= np.linalg.norm(sight, axis=-1, keepdims=True)
+                assert there.sum() > 1000 and (stage.normals() * sight).sum(-1)[there].max() < 0.36
+                light.append(stage.lit()[there].mean())
+    assert np.mean(light[8:]) == pytest.approx(np.mean(light[:8]), rel=0.02)
 
 
 @pytest.mark.parametrize("count", [1, 3])

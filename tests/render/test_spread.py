@@ -13,7 +13,7 @@ SIDE = 0.05
 
 
 def welded(mesh):
-    return surface_of(*weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), bool), 1e-5))
+    return surface_of(*weld(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), int), 1e-5))
 
 
 def test_cubes_are_those_that_a_square_meets():

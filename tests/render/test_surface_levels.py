@@ -12,7 +12,7 @@ from depthwalk.render.lod import error_level
 from depthwalk.render.spread import cubes
 from depthwalk.render.step_grids import build_grids
 from depthwalk.render.surface_levels import _bulged, _welded, build_levels
-from shapes import bake, box, joined, leaves, sphere
+from shapes import bake, box, joined, leaves, mesh_of, sphere
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_the_finest_has_the_area_of_the_grids_in_far_fewer_triangles(baked, leve
 
 
 def test_foliage_stays_as_large_as_it_is():
-    foliage = bake(leaves(400, 0.1), 32)
+    foliage = bake(leaves(300, 0.1), 32)
     levels, grids, side = build_levels(foliage), build_grids(foliage), 0.5 * square_texel(foliage)
     full, *fewer = (
         cubes(points(each)[each.drawn(level)].astype(np.float64), side)
@@ -103,6 +103,16 @@ def test_foliage_has_levels_between_its_leaves_and_what_is_welded():
     assert counts[1] > 0.5 * counts[0] and levels.error[0] < 0.25 * square_texel(crown)
 
 
+def test_a_sheet_stays_as_large_as_it_is_where_it_is_welded():
+    corners = np.array([[-0.4, 0, 0], [0.4, 0, 0.1], [0.4, 1, 0.1], [-0.4, 1, 0]])
+    levels = build_levels(bake(mesh_of(corners, np.array([[0, 1, 2], [0, 2, 3]]), np.eye(3)[[2] * 4])))
+    area = [
+        face_normals(points(levels)[levels.drawn(level)].astype(np.float64))[1].sum()
+        for level in range(len(levels.error))
+    ]
+    assert min(area) > 0.98 * 2 * np.hypot(0.8, 0.1)  # of both sides; the finest overlaps itself a little
+
+
 @pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.09, 0), (0.1, 1), (0.5, 2), (100.0, 2)])
 def test_the_coarsest_level_within_the_error_is_drawn(allowed, level):
     error = np.array([[0.0, 0.1, 0.4, np.inf]])
@@ -124,7 +134,7 @@ def test_what_is_welded_is_as_large_as_what_it_stands_for():
     """The mean height of the arcs over a ball's triangles, which are four times as high once it is welded."""
     ball = trimesh.creation.icosphere(subdivisions=5)
     point, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, np.int64)
-    welded = _welded(point, triangles, np.zeros(len(point), bool), 0.1)
+    welded = _welded(point, triangles, np.zeros(len(point), int), 0.1)
     assert len(welded.triangles) < 0.2 * len(triangles)
     inscribed = welded.point / np.linalg.norm(welded.point, axis=1)[:, None]
     volumes = [trimesh.Trimesh(points, welded.triangles, process=False).volume for points in (inscribed, welded.point)]

@@ -25,6 +25,7 @@ from depthwalk.bake.images import (
     face_reach,
     surface_rays,
     texel_centres,
+    with_margins,
 )
 from depthwalk.bake.ownership import Inner, assign_owners, inner_texels, worth_adding, yield_triangles
 from depthwalk.bake.parallel import Map, batches, thread_map
@@ -73,7 +74,7 @@ class BakeParams:
 
     def __post_init__(self) -> None:
         if self.method == "six-view" and self.layers != 1:
-            raise InputError(f"layers: {self.layers}: method six-view sees one surface per ray; say 1, or use raycast")
+            raise InputError(f"layers {self.layers}: method six-view sees one surface per ray; say 1, or use raycast")
 
 
 def bake_object(
@@ -89,7 +90,8 @@ def bake_object(
     Flanks hold only what the others sample badly; six views make none. two_sided: see `RayCaster`; workers: see
     `thread_map`.
     """
-    cylinder, refinements = enclosing_cylinder(mesh.positions), params.refinements
+    cylinder = with_margins(enclosing_cylinder(mesh.positions), params.resolution)
+    refinements = params.refinements
     caster = RayCaster(mesh, two_sided)
     steps = usable_steps((params.resolution, params.resolution))
     images: list[DepthImage] = []

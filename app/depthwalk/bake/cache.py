@@ -21,6 +21,7 @@ def bake_key(source: str, **parameters: object) -> str:
 
 
 def cache_folder() -> Path:
+    """Where all that can be made again is kept, as `docs/baking.md` says; it need not be there."""
     return user_cache_path("depthwalk", appauthor=False) / "baked"
 
 

@@ -8,7 +8,6 @@ EXR counts rows from the top; ours count from the bottom, so rows are flipped he
 """
 
 import contextlib
-import os
 import sys
 import zlib
 from collections.abc import Iterable
@@ -38,6 +37,7 @@ from depthwalk.bake.header import (
 from depthwalk.bake.images import BakedObject, Border, DepthImage, Face
 from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
+from depthwalk.output import save_exr
 
 SUFFIX = ".dpci.exr"
 _LIST_WIDTH = 1024
@@ -48,24 +48,19 @@ Channels = dict[str, NDArray[Any]]
 def write_baked(path: Path, model: BakedModel) -> None:
     """Writes `model` to `path` in one step: a reader sees the old file or the whole new one.
 
-    Raises OSError where the folder cannot be written, InputError where the borders are more than a file may hold.
+    Raises OSError where it cannot be written, InputError where the borders are more than a file may hold.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.exr")
-    try:
-        contents = [_contents(baked) for baked in model.parts]
-        channels = [lists for named in contents for lists in named.values()]
-        check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
-        common = {ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
-        parts = []
-        for number, (baked, named) in enumerate(zip(model.parts, contents, strict=True), 1):
-            prefix = f"part{number}." if len(contents) > 1 else ""
-            header = _header(baked) | common
-            parts += [OpenEXR.Part(header | {"dataWindow": _window(c)}, c, prefix + name) for name, c in named.items()]
-        OpenEXR.File(parts).write(str(temporary))
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    contents = [_contents(baked) for baked in model.parts]
+    channels = [lists for named in contents for lists in named.values()]
+    check_entries(path, sum(lists["used"].size for lists in channels if "used" in lists))
+    common = {ATTRIBUTE + "checksum": _checksum(channels), "displayWindow": _window(channels[0])}
+    parts = []
+    for number, (baked, named) in enumerate(zip(model.parts, contents, strict=True), 1):
+        prefix = f"part{number}." if len(contents) > 1 else ""
+        header = _header(baked) | common
+        parts += [OpenEXR.Part(header | {"dataWindow": _window(c)}, c, prefix + name) for name, c in named.items()]
+    save_exr(path, OpenEXR.File(parts))
 
 
 def read_baked(path: Path) -> BakedModel:

@@ -14,7 +14,7 @@ from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.images import Cylinder, Face
 from depthwalk.errors import InputError
 
-FORMAT_VERSION = 9
+FORMAT_VERSION = 10
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")

@@ -4,7 +4,7 @@ Object frame: the cylinder's axis is +Y through the origin, metres. Row 0 of eve
 (smallest y, or smallest z for the caps). Empty texels have depth +inf.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -76,6 +76,14 @@ def enclosing_cylinder(points: NDArray[np.floating]) -> Cylinder:
     return Cylinder(radius, bottom - slack, top + slack, radius, radius)
 
 
+def with_margins(cylinder: Cylinder, rows: int) -> Cylinder:
+    """`cylinder`, higher by a texel of images of `rows` at either end: no cell lies beyond the centres of their first
+    and last row, so upright walls would end half a texel early. In single precision, as files hold it."""
+    margin = cylinder.height / (rows - 2)
+    higher = replace(cylinder, bottom=cylinder.bottom - margin, top=cylinder.top + margin)
+    return Cylinder(*(float(np.float32(value)) for value in astuple(higher)))
+
+
 @dataclass(frozen=True)
 class DepthImage:
     """One layer of one face.
@@ -140,16 +148,6 @@ class BakedObject:
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     meso: Meso | None = None
-
-    def without_flanks(self) -> "BakedObject":
-        """The paper's faces alone; what a flank owned, each of them keeps."""
-        images = tuple(
-            replace(image, owner=np.where(np.isin(image.owner, FLANKS), np.uint8(image.face), image.owner))
-            for image in self.images
-            if image.face not in FLANKS
-        )
-        borders = tuple(border for border in self.borders if border.face not in FLANKS)
-        return replace(self, images=images, borders=borders)
 
 
 def texel_centres(count: int) -> NDArray[np.float64]:

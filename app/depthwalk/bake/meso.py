@@ -1,6 +1,7 @@
 """Meso-structure: a tiling depth image that modulates the depth of an object's images (Liu et al. 2007, §3.4)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,3 +32,12 @@ def tiling_slopes(depth: NDArray[np.floating], tile: tuple[float, float]) -> NDA
         for axis, extent in ((1, tile[0]), (0, tile[1]))
     ]
     return np.stack(slopes, -1).astype(np.float32)
+
+
+def straight_share(normal: NDArray[np.floating], outward: NDArray[np.floating], from_axis: NDArray[np.floating]) -> Any:
+    """How much (…) of the relief straight below a face surfaces with unit normals (…, 3) take: all where they face
+    `outward` (…, 3), as that does, and none where they face along `from_axis` (…, 3), for they have what winds round
+    the axis."""
+    square = (np.einsum("...i,...i->...", normal, outward) - 0.7) / 0.25
+    wound = np.abs(np.einsum("...i,...i->...", normal, from_axis))
+    return np.clip(square, 0, 1) * np.clip((0.7 - wound) / 0.4, 0, 1)

@@ -39,9 +39,9 @@ class ModelParams(BakeParams):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.parts != "auto" and not 1 <= self.parts <= MAX_DPCI_PARTS:
-            raise InputError(f"parts: {self.parts}: must be 1 to {MAX_DPCI_PARTS}, or auto")
+            raise InputError(f"parts {self.parts}: must be 1 to {MAX_DPCI_PARTS}, or auto")
         if self.axis not in ("auto", *NAMED) and not 0 < np.linalg.norm(np.asarray(self.axis, float)) < np.inf:
-            raise InputError(f"axis: {self.axis}: must be a direction, not all of it 0")
+            raise InputError(f"axis {self.axis}: must be a direction, not all of it 0")
 
 
 def bake_model(

@@ -10,6 +10,8 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
+from depthwalk.commands.console import guarded
+from depthwalk.commands.options import Verbose
 from depthwalk.demo.catalogue import MODELS, TEXTURES
 from depthwalk.demo.market import write_market
 from depthwalk.demo.model import write_ply
@@ -58,13 +60,16 @@ def write_textures(folder: Path, names: list[str]) -> list[str]:
 def generate(folder: Path, names: list[str], assets: int = 300) -> None:
     """Writes the named files, or all that ship and SOURCES.md where no name is given. assets: of the market.
 
-    Raises InputError for an unknown name.
+    Raises InputError for an unknown name, and where the folder cannot be made.
     """
     known = [*MODELS, *TEXTURES, *SPECIMENS, "market"]
     for name in names:
         if name not in known:
             raise InputError(f"no demo file is called {name!r}{suggest(name, known)}")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
     wanted = names or [*MODELS, *TEXTURES]
     models = write_models(folder, [n for n in wanted if n in MODELS])
     textures = write_textures(folder, [n for n in wanted if n in TEXTURES])
@@ -77,19 +82,17 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
         (folder / "SOURCES.md").write_text(HEADER + "".join(models) + TEXTURE_HEADER + "".join(textures), "utf-8")
 
 
+@guarded
 def main(
     outdir: Annotated[Path, typer.Argument(help="Folder to write to")],
     names: Annotated[
         list[str] | None, typer.Argument(help="Only these files, without suffix; specimens; market")
     ] = None,
     assets: Annotated[int, typer.Option(min=1, max=MAX_ASSETS, help="Of the market")] = 300,
+    verbose: Verbose = False,
 ) -> None:
     """Make the demo's meshes and textures anew."""
-    try:
-        generate(outdir, names or [], assets)
-    except InputError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(2) from None
+    generate(outdir, names or [], assets)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bakery import mesh_key, model_params
+from depthwalk.commands.console import guarded
+from depthwalk.commands.options import Verbose
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.resources import scene_root
@@ -61,25 +63,23 @@ def _params(asset: MeshAsset) -> ModelParams:
     return model_params(asset.dpci)
 
 
+@guarded
 def main(
     folder: Annotated[
         Path | None, typer.Argument(help="Existing folder to write to; absent: beside the meshes")
     ] = None,
+    verbose: Verbose = False,
 ) -> None:
     """Bake the depth images of the shipped scenes, a process per core."""
-    try:
-        if folder is not None and not folder.is_dir():
-            raise InputError(f"{folder}: no such folder")
-        assets = baked_assets(demo_scenes())
-        with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-            baked = pool.map(partial(bake_asset, folder=folder), assets)
-            files = list(track(baked, "baking", total=len(assets), console=Console(stderr=True)))
-    except InputError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(2) from None
+    if folder is not None and not folder.is_dir():
+        raise InputError(f"{folder}: no such folder")
+    assets = baked_assets(demo_scenes())
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        baked = pool.map(partial(bake_asset, folder=folder), assets)
+        files = list(track(baked, "baking", total=len(assets), console=Console(stderr=True)))
     for file in files:
-        typer.echo(f"{file}: {file.stat().st_size / 1e6:.2f} MB")
-    typer.echo(f"{len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.2f} MB")
+        print(f"{file}: {file.stat().st_size / 1e6:.2f} MB")
+    print(f"{len(files)} files, {sum(file.stat().st_size for file in files) / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":

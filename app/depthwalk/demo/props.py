@@ -1,5 +1,6 @@
 """Light polygon props: paving, bench, hedge, wall, teapot, room, table, pedestal."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -203,12 +204,15 @@ def pedestal() -> Model:
     )
 
 
+BEYOND = 0.05  # metres by which walls go on behind what they meet: edges that only touch let pixels through
+
+
 def room() -> Model:
     """A room seen from inside, 6 × 3 × 6 m: plank floor, plaster walls, a window in the wall at −z, skirting."""
     walls = [
-        panel([-3, 0, 3], [0, 0, -6], [0, 3, 0], (12, 6)),
-        panel([3, 0, -3], [0, 0, 6], [0, 3, 0], (12, 6)),
-        panel([3, 0, 3], [-6, 0, 0], [0, 3, 0], (12, 6)),
+        panel([-3, 0, 3], [0, 0, -6], [0, 3 + BEYOND, 0], (12, 6)),
+        panel([3, 0, -3], [0, 0, 6], [0, 3 + BEYOND, 0], (12, 6)),
+        panel([3 + BEYOND, 0, 3], [-6 - 2 * BEYOND, 0, 0], [0, 3 + BEYOND, 0], (12, 6)),
         *_opened_wall(),
     ]
     plaster = merged(walls)
@@ -216,20 +220,24 @@ def room() -> Model:
     ceiling = panel([-3, 3, -3], [6, 0, 0], [0, 0, 6], (8, 8)).painted((0.93, 0.92, 0.89))
     skirting = [block([-3, 0, -3], [3, 0.12, -2.97]), block([-3, 0, 2.97], [3, 0.12, 3])]
     skirting += [block([-3, 0, -2.97], [-2.97, 0.12, 2.97]), block([2.97, 0, -2.97], [3, 0.12, 2.97])]
+    shell = merged([*_planks(), plaster, ceiling])
+    shell = replace(shell, positions=shell.positions.round(6))  # what meets has the same vertices, to the bit
     return assembled(
-        shaded(merged([*_planks(), plaster, ceiling]), 0.9, 0.25),
+        shaded(shell, 0.9, 0.25),
         merged(skirting + _window()).painted((0.90, 0.88, 0.83)),
     )
 
 
 def _planks() -> list[Model]:
-    """Floorboards along z, 0.2 m wide, each of two lengths and of its own tone."""
+    """Floorboards along z, 0.2 m wide, each of two lengths and of its own tone; all have vertices at the same z, and so
+    no gaps between them."""
     rng = np.random.default_rng(98)
     boards = []
     for k in range(30):
-        joint = rng.uniform(-1.8, 1.8)
-        for low, high in ((-3.0, joint), (joint, 3.0)):
-            board = panel([-3 + 0.2 * k, 0, low], [0, 0, high - low], [0.2, 0, 0], (8, 2))
+        joint = int(rng.integers(4, 13))
+        for first, last in ((0, joint), (joint, 16)):
+            low, high = (-3 + 0.375 * cut for cut in (first, last))
+            board = panel([-3 + 0.2 * k, 0, low], [0, 0, high - low], [0.2, 0, 0], (last - first, 2))
             boards.append(board.painted(wooden(board, 2, 99 + k).colours * (1 + 0.1 * rng.normal())))
     return boards
 
@@ -238,20 +246,21 @@ OPENING = (-0.9, 0.9, 0.95, 2.35)  # left, right, lower and upper edge, metres
 
 
 def _opened_wall() -> list[Model]:
-    """The wall at z = −3 around the window's opening, and the opening's four inner sides."""
+    """The wall at z = −3 around the window's opening, and the opening's four inner sides, vertex to vertex."""
     left, right, low, high = OPENING
-    width, height = right - left, high - low
+    columns = (-3 - BEYOND, left, 5), (left, right, 4), (right, 3 + BEYOND, 5)  # from, to, cells
+    rows = (0.0, low, 2), (low, high, 3), (high, 3 + BEYOND, 2)
     around = [
-        panel([-3, 0, -3], [left + 3, 0, 0], [0, 3, 0], (5, 6)),
-        panel([right, 0, -3], [3 - right, 0, 0], [0, 3, 0], (5, 6)),
-        panel([left, 0, -3], [width, 0, 0], [0, low, 0], (4, 2)),
-        panel([left, high, -3], [width, 0, 0], [0, 3 - high, 0], (4, 2)),
+        panel([begin, bottom, -3], [end - begin, 0, 0], [0, top - bottom, 0], (across, up))
+        for begin, end, across in columns
+        for bottom, top, up in rows
+        if (begin, bottom) != (left, low)
     ]
     sides = [
-        panel([left, low, -3], [0, height, 0], [0, 0, -0.25], (2, 1)),
-        panel([right, high, -3], [0, -height, 0], [0, 0, -0.25], (2, 1)),
-        panel([left, high, -3], [width, 0, 0], [0, 0, -0.25], (2, 1)),
-        panel([right, low, -3], [-width, 0, 0], [0, 0, -0.25], (2, 1)),
+        panel([left, low, -3], [0, high - low, 0], [0, 0, -0.25], (3, 1)),
+        panel([right, high, -3], [0, low - high, 0], [0, 0, -0.25], (3, 1)),
+        panel([left, high, -3], [right - left, 0, 0], [0, 0, -0.25], (4, 1)),
+        panel([right, low, -3], [left - right, 0, 0], [0, 0, -0.25], (4, 1)),
     ]
     return around + sides
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import BROKEN, open_image
 from depthwalk.ingest.sources import read_bytes
-from depthwalk.limits import MAX_TEXTURE_SIDE
+from depthwalk.limits import MAX_COORDINATE, MAX_TEXTURE_SIDE
 
 _GREY_MODES = ("1", "L", "LA", "I;16", "I;16B", "I;16L", "I", "F")
 _GREY_ALPHA_16 = b"\x10\x04"  # bits per channel and colour type in the header of a PNG
@@ -25,14 +25,15 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     unit:        metres per count; floats without it are metres.
     camera:      the depth is a distance from a camera.
 
-    No depth is where a value is NaN or infinite, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0, as
-    depth cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
+    No depth is where a value is NaN or beyond 1000 km, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0,
+    as depth cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
     """
     values, valid = _read_raw(path)
     if min(values.shape) < 2:
         raise InputError(f"{path}: a depth image needs at least 2 × 2 pixels")
     if values.dtype.kind == "f":
-        metres = _as_float32(values) * np.float32(unit or 1)
+        with np.errstate(over="ignore"):  # what float32 cannot hold is no depth either
+            metres = values.astype(np.float32) * np.float32(unit or 1)
     elif unit is not None:
         metres = values * np.float32(unit)
     elif depth_range is not None and values.dtype.kind == "u":
@@ -40,7 +41,7 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     else:
         needed = "'unit'" if camera else "'unit' or 'range'"
         raise InputError(f"{path}: whole numbers need {needed} to become metres")
-    valid = valid & np.isfinite(metres)
+    valid = valid & np.isfinite(metres) & (metres <= MAX_COORDINATE)  # Blender writes 1e10 for nothing
     if unit is not None or camera:
         valid &= values != 0
     if negative := np.count_nonzero(metres[valid] < 0):
@@ -112,11 +113,6 @@ def _read_picture(path: Path) -> Raw:
     if raw.dtype.kind == "i":  # 16 bits that Pillow has widened
         raw = raw.clip(0, 65535).astype(np.uint16)
     return raw, raw != key if isinstance(key, int) else np.ones(raw.shape, bool)
-
-
-def _as_float32(values: NDArray[np.floating]) -> NDArray[np.float32]:
-    with np.errstate(over="ignore"):  # a double beyond float32 is as good as infinite
-        return values.astype(np.float32)
 
 
 def _check_side(path: Path, shape: tuple[int, ...]) -> None:

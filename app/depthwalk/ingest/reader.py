@@ -14,6 +14,7 @@ from trimesh.resolvers import FilePathResolver
 from trimesh.visual.color import to_rgba
 from trimesh.visual.texture import TextureVisuals
 
+from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf, obj
 from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
@@ -80,6 +81,7 @@ class _Folder(FilePathResolver):
 
     def __init__(self, path: Path, data: bytes) -> None:
         super().__init__(str(path))
+        self.mesh = path
         self.libraries = material_libraries(data, path.parent) if path.suffix.lower() == ".obj" else []
         self.folders = [path.parent, *(library.parent for library in self.libraries)]
         self.defects: list[InputError] = []
@@ -87,7 +89,7 @@ class _Folder(FilePathResolver):
     def get(self, name: str) -> bytes:
         if name == obj.LIBRARY:
             return read_libraries(self.libraries)
-        path = find(texture_name(name), self.folders)
+        path = find(texture_name(name), self.folders, self.mesh)
         if path is None:
             raise FileNotFoundError(name)
         data = read_bytes(path)
@@ -107,16 +109,30 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
     suffix = path.suffix.lower()
     if suffix == ".obj":
         data = obj.prepare_obj(as_utf8(data), path)
+    elif suffix == ".stl":
+        data = _checked_stl(data, path)
+    elif suffix == ".ply":
+        head, mark, body = data.partition(b"end_header")
+        data = b"".join([as_utf8(head), mark, body])
     elif suffix in (".glb", ".gltf"):
         header = gltf.read_header(data, path)
         gltf.check_header(header, path)
         for uri in gltf.external_uris(header, "buffers"):
-            if find(uri, folder.folders, quiet=True) is None:
+            if find(uri, folder.folders) is None:
                 raise InputError(f"{path}: buffer {uri!r} is missing or outside the folder")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.filterwarnings("error", message="string or file could not be read")  # numbers cut short
         return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=folder, process=False)
+
+
+def _checked_stl(data: bytes, path: Path) -> bytes:
+    """The file, in UTF-8 where it is text; trimesh takes for text whatever has not the length of a binary one."""
+    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, 50 bytes a triangle
+        return data
+    if b"facet" not in data.lower():
+        raise InputError(f"{path}: neither a whole binary STL file nor one of text")
+    return as_utf8(data)
 
 
 def _placed(scene: trimesh.Scene, path: Path) -> list[tuple[trimesh.Trimesh, NDArray[np.float64]]]:
@@ -250,6 +266,5 @@ def _file_colours(mesh: trimesh.Trimesh, linear: bool) -> NDArray[np.uint8] | No
     values = np.asarray(values)
     if not linear:
         return to_rgba(np.array(values))[:, :3].astype(np.uint8)
-    unit = np.clip(values[:, :3] / (255.0 if values.dtype == np.uint8 else 1.0), 0.0, 1.0)
-    curve = np.where(unit <= 0.0031308, 12.92 * unit, 1.055 * unit ** (1 / 2.4) - 0.055)
-    return np.round(curve * 255.0).astype(np.uint8)
+    unit = values[:, :3] / (255.0 if values.dtype == np.uint8 else 1.0)
+    return srgb8_from_linear(unit)

@@ -27,9 +27,11 @@ def source_files(path: Path, texture: Path | None = None) -> tuple[Path, ...]:
         case ".obj":
             libraries = material_libraries(data, path.parent)
             folders = [path.parent, *(library.parent for library in libraries)]
-            named = [*libraries, *find_all(_textures_of(libraries), folders)]
+            named = [*libraries, *find_all(_textures_of(libraries), folders, path)]
         case ".gltf" | ".glb":
-            named = find_all(_uris(data, path), [path.parent])
+            buffers, images = _uris(data, path)
+            named = find_all(buffers, [path.parent])  # without one the file is refused when it is read
+            named += find_all(images, [path.parent], path)
         case ".ply":
             header = data[: data.find(b"end_header")]
             comments = re.findall(rb"^comment\s+TextureFile\s+(.+?)\s*$", header, re.MULTILINE | re.IGNORECASE)
@@ -65,7 +67,7 @@ def material_libraries(data: bytes, folder: Path) -> list[Path]:
     libraries: list[Path] = []
     data = as_utf8(data)
     for line in re.findall(rb"^[ \t]*mtllib[ \t]+(.+?)[ \t\r]*$", data, re.MULTILINE):
-        whole = find(text(line), [folder], quiet=True)
+        whole = find(text(line), [folder])
         libraries += [whole] if whole else find_all(text(line).split(), [folder])
     return list(dict.fromkeys(libraries))
 
@@ -75,14 +77,15 @@ def read_libraries(libraries: list[Path]) -> bytes:
     return b"\n".join(as_utf8(read_bytes(library)) for library in libraries)
 
 
-def find_all(names: Iterable[str], folders: list[Path]) -> list[Path]:
-    return [path for path in (find(name, folders) for name in names) if path is not None]
+def find_all(names: Iterable[str], folders: list[Path], mesh: Path | None = None) -> list[Path]:
+    """What `find` finds of `names`."""
+    return [path for path in (find(name, folders, mesh) for name in names) if path is not None]
 
 
-def find(name: str, folders: list[Path], *, quiet: bool = False) -> Path | None:
+def find(name: str, folders: list[Path], mesh: Path | None = None) -> Path | None:
     """The file that a mesh names: in the first of `folders` that has it, else by its last name component.
 
-    None, with a warning logged, where there is none, or only one outside the first folder's tree.
+    None where there is none, or only one outside the first folder's tree; with a warning logged about `mesh`, if given.
     """
     root = folders[0].resolve()
     name = name.strip().replace("\\", "/")  # Windows exporters
@@ -93,8 +96,8 @@ def find(name: str, folders: list[Path], *, quiet: bool = False) -> Path | None:
                 return path
         except (OSError, ValueError):  # a name too long, or with a zero byte
             continue
-    if not quiet:
-        log.warning("%s: %r is missing or outside the folder; ignored", folders[0], name)
+    if mesh is not None:
+        log.warning("%s: %r is missing or outside the folder; ignored", mesh, name)
     return None
 
 
@@ -122,9 +125,10 @@ def _textures_of(libraries: list[Path]) -> list[str]:
     return [texture_name(text(name)) for name in found]
 
 
-def _uris(data: bytes, path: Path) -> list[str]:
+def _uris(data: bytes, path: Path) -> tuple[list[str], list[str]]:
+    """The buffers and the images that a glTF file names."""
     try:
         header = gltf.read_header(data, path)
-        return [*gltf.external_uris(header, "buffers"), *gltf.external_uris(header, "images")]
+        return gltf.external_uris(header, "buffers"), gltf.external_uris(header, "images")
     except (AttributeError, TypeError):
         raise InputError(f"{path}: its glTF header is malformed") from None

@@ -7,41 +7,48 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from depthwalk.bake.images import Face, face_outward
-from depthwalk.bake.meso import Meso
+from depthwalk.bake.meso import Meso, straight_share
 
 Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
 class Placed:
-    """The tile at n points. uv: (n, 2) in tiles; outward: (n, 3), from the surface to the image's face; right, up:
-    (n, 3) metres of the tile per metre on the object, along the tile's axes."""
+    """The tile at n points. uv: (n, 2) in tiles; outward: (n, 3), what its depth is below; right, up: (n, 3) metres of
+    the tile per metre on the object, along the tile's axes."""
 
     uv: Array
     outward: Array
     right: Array
     up: Array
 
+    def relief(self, meso: Meso) -> tuple[Array, Array]:
+        """Depth (n,), metres, and its gradient (n, 3)."""
+        depth, *slopes = relief_at(meso, self.uv).T
+        return depth, slopes[0][:, None] * self.right + slopes[1][:, None] * self.up
 
-def place(points: Array, face: Face, meso: Meso, radius: float) -> Placed:
-    """The tile at points (n, 3), object frame, of an image of `face`; none past the axis. radius: the cylinder's."""
+
+def wind(points: Array, meso: Meso, radius: float) -> Placed:
+    """The tile at points (n, 3), object frame, as it winds round the axis. radius: the cylinder's."""
     x, y, z = points.T
     zero, one = np.zeros_like(x), np.ones_like(x)
-    width, height = meso.tile
-    if face is Face.SIDE:
-        turns = meso.tiles_per_turn(radius)
-        distance = np.hypot(x, z)
-        across = np.stack([z, zero, -x], -1) / distance[:, None]
-        return Placed(
-            np.stack([-np.arctan2(z, x) / (2 * np.pi) * turns, y / height], -1),
-            np.stack([x, zero, z], -1) / distance[:, None],
-            across * (turns * width / (2 * np.pi * distance))[:, None],
-            np.stack([zero, one, zero], -1),
-        )
+    distance = np.hypot(x, z)
+    turns = meso.tiles_per_turn(radius)
+    across = np.stack([z, zero, -x], -1) / distance[:, None]
+    return Placed(
+        np.stack([-np.arctan2(z, x) / (2 * np.pi) * turns, y / meso.tile[1]], -1),
+        np.stack([x, zero, z], -1) / distance[:, None],
+        across * (_even_radius(meso, radius) / distance)[:, None],
+        np.stack([zero, one, zero], -1),
+    )
+
+
+def lay(points: Array, face: Face, meso: Meso) -> Placed:
+    """The tile at points (n, 3), object frame, as a cap or a flank has it by itself."""
     outward = face_outward(face)
     up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # seen from outside
     right = np.cross(up, outward)
-    uv = np.stack([points @ right / width, points @ up / height], -1)
+    uv = np.stack([points @ right / meso.tile[0], points @ up / meso.tile[1]], -1)
     return Placed(uv, *(np.broadcast_to(axis, points.shape) for axis in (outward, right, up)))
 
 
@@ -53,24 +60,41 @@ def relief_at(meso: Meso, uv: Array) -> Array:
     return np.stack(channels, -1)
 
 
-def displaced(points: Array, face: Face, meso: Meso, radius: float) -> Array:
-    """Points (n, 3) moved inward along the direction that `face` measures depth in; not past half of the way to the
-    axis."""
-    placed = place(points, face, meso, radius)
-    depth = relief_at(meso, placed.uv)[:, 0]
-    if face is Face.SIDE:
-        depth = np.minimum(depth, np.hypot(points[:, 0], points[:, 2]) / 2)
-    return points - depth[:, None] * placed.outward
+def displaced(points: Array, normals: Array, face: Face, meso: Meso, radius: float) -> Array:
+    """Points (n, 3), with unit normals (n, 3), moved straight below `face`, a cap or a flank, by their share of that,
+    and then toward the axis, within the shallow radius by less."""
+    if face is not Face.SIDE:
+        straight = lay(points, face, meso)
+        share = straight_share(normals, straight.outward, wind(points, meso, radius).outward)
+        points = points - (share * straight.relief(meso)[0])[:, None] * straight.outward
+    wound = wind(points, meso, radius)
+    depth = wound.relief(meso)[0] * np.minimum(np.hypot(points[:, 0], points[:, 2]) / _shallow_radius(meso, radius), 1)
+    return points - depth[:, None] * wound.outward
 
 
 def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float) -> Array:
     """Unit normals (n, 3) of the displaced surface at displaced points (n, 3), from those of the smooth one.
 
-    The surface is a graph over its face: its normal, scaled to be 1 outward, changes by the gradient of the depth.
+    A displacement of p by −d(p)·o changes normals by the transposed inverse of 1 − o·∇dᵀ: to first order, n + (n·o)·∇d.
     """
-    placed = place(points, face, meso, radius)
-    slope = relief_at(meso, placed.uv)[:, 1:]
-    gradient = slope[:, :1] * placed.right + slope[:, 1:] * placed.up
-    facing = np.maximum(np.einsum("ni,ni->n", normals, placed.outward), 0)
-    changed = normals + facing[:, None] * gradient
+    wound, shallow = wind(points, meso, radius), _shallow_radius(meso, radius)
+    depth, gradient = wound.relief(meso)
+    away = np.hypot(points[:, 0], points[:, 2])
+    if face is not Face.SIDE:
+        before = points + (depth * np.minimum(away / (shallow - depth), 1))[:, None] * wound.outward
+        straight = lay(before, face, meso)
+        share = straight_share(normals, straight.outward, wound.outward)
+        normals = normals + share[:, None] * straight.relief(meso)[1]
+    deep = np.minimum(away / shallow, 1)[:, None]
+    gradient = deep * gradient + np.where(deep < 1, (depth / shallow)[:, None] * wound.outward, 0)
+    changed = normals + np.einsum("ni,ni->n", normals, wound.outward)[:, None] * gradient
     return changed / np.linalg.norm(changed, axis=1, keepdims=True)
+
+
+def _even_radius(meso: Meso, radius: float) -> float:
+    """Where a whole number of tiles goes round the axis, each as wide as it says."""
+    return meso.tiles_per_turn(radius) * meso.tile[0] / (2 * np.pi)
+
+
+def _shallow_radius(meso: Meso, radius: float) -> float:
+    return max(_even_radius(meso, radius) / 3, 2 * meso.height)

@@ -33,6 +33,12 @@ class Bounds(Takes):
         indices = indices[np.argsort(forward[indices], kind="stable")]
         return indices, forward[indices]
 
+    def sphere(self) -> tuple[NDArray[np.float64], float]:
+        """Centre (3,), world, and radius, metres, of a sphere that holds all; there must be one object at least."""
+        reach = self.reach[:, None]
+        middle = (((self.centre - reach).min(0) + (self.centre + reach).max(0)) / 2).astype(float)
+        return middle, float((np.linalg.norm(self.centre - middle, axis=1) + self.reach).max())
+
 
 def object_bounds(objects: Objects, centre: Array, reach: Array) -> Bounds:
     """Of objects whose assets' spheres are `centre` (a, 3) and `reach` (a,), in the assets' frames."""
@@ -53,6 +59,16 @@ def depth_range(forward: Array, reach: Array, ground: tuple[float, float] | None
     far = max(1.01 * farthest, 1e-4)
     near = 0.99 * nearest if np.isfinite(nearest) else far / 2
     return max(near, min(_NEAREST, far / _DEPTH_RATIO)), far
+
+
+def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
+    """Bounds on the distances, metres along the view axis, at which a level square about the origin may be seen.
+
+    height: its y; size: half its side, metres. Of all rays one metre along the axis, the steepest meets it first.
+    """
+    above = abs(float(view.position[1]) - height)
+    steepest = abs(view.axes[2, 1]) + sum(np.abs(view.axes[:2, 1]) * view.half_extent)
+    return above / max(steepest, 1e-6), float(np.linalg.norm(view.position)) + 2 * size + above
 
 
 def outside(viewer: Array, centre: Array, half_height: Array, girth: Array) -> Array:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.normals import doubled_areas
+from depthwalk.render.facets import Facets
 from depthwalk.scene.arrays import Takes
 
 Array = NDArray[np.floating]
@@ -69,13 +70,13 @@ class _Edges(Takes):
     cost: Array
 
 
-def weld(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float) -> tuple[Array, Ints]:
+def weld(point: Array, triangles: Ints, rank: Ints, cell: float) -> tuple[Array, Ints]:
     """Points (m, 3) float64 and the triangles (u, 3) that are left where those of points (n, 3) within a cube of side
-    `cell`, metres, become one: the first that does not yield (n,); but for those that face the other way, as the two
+    `cell`, metres, become one: the first of the least `rank` (n,); but for those that face the other way, as the two
     sides of a leaf. triangles: (t, 3)."""
-    first, number = _groups(cube_keys(point - point.min(0), cell), yields)
+    first, number = _groups(cube_keys(point - point.min(0), cell), rank)
     facing = vertex_directions(point, triangles)
-    first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), yields)
+    first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), rank)
     used, triangles = _renumbered(_distinct(number[triangles]), len(first))
     return point[first[used]].astype(np.float64), triangles
 
@@ -85,15 +86,23 @@ def cube_keys(point: Array, side: float) -> Ints:
     return np.floor(point / side).astype(np.int64) @ (1 << 2 * _BITS, 1 << _BITS, 1)
 
 
-def surface_of(point: Array, triangles: Ints) -> WeldedSurface:
-    """Triangles (t, 3) of points (n, 3), each of which stands for itself as yet."""
-    return WeldedSurface(point, triangles, *_quadrics(point, triangles))
+def surface_of(point: Array, triangles: Ints, facets: Facets | None = None) -> WeldedSurface:
+    """Triangles (t, 3) of points (n, 3), each of which stands for itself as yet.
+
+    facets: n, of the points. Those of a triangle's corners then count for a half, its own plane and those upright on
+    the surface's ends for the other: the former meet in ridges that the latter cut off, but outside of what is round,
+    and the latter within.
+    """
+    quadric, weight = _quadrics(point, triangles)
+    if facets is not None:
+        quadric = (quadric + _facet_quadric(triangles, facets, _normals(point, triangles)[1])) / 2
+    return WeldedSurface(point, triangles, quadric, weight)
 
 
-def _groups(key: Ints, yields: NDArray[np.bool_]) -> tuple[Ints, Ints]:
-    """Points of one `key` (n,) are a group: the first (g,) of each that does not yield (n,), if any, and the group (n,)
-    of each point."""
-    order = np.lexsort((yields, key))
+def _groups(key: Ints, rank: Ints) -> tuple[Ints, Ints]:
+    """Points of one `key` (n,) are a group: the first (g,) of each of the least `rank` (n,), and the group (n,) of
+    each point."""
+    order = np.lexsort((rank, key))
     begins = np.diff(key[order], prepend=-1) > 0
     number = np.empty(len(key), np.int64)
     number[order] = np.cumsum(begins) - 1
@@ -227,6 +236,18 @@ def _quadrics(point: Array, triangles: Ints) -> tuple[Array, Array]:
     upright = outward / np.maximum(length, 1e-30)[:, None]
     _add_planes(quadric, (start, end), upright, point[start], length**2)
     return quadric, weight
+
+
+def _facet_quadric(triangles: Ints, facets: Facets, area: Array) -> Array:
+    """(n, 10) of n vertices, from the facets of all corners of their triangles (t, 3), of areas (t,)."""
+    count = len(facets.point)
+    own, quadric = np.zeros((2, count, len(_PAIRS[0])))
+    _add_planes(own, (np.arange(count),), facets.normal, facets.point, np.ones(count))
+    for column, values in zip(quadric.T, own.T, strict=True):
+        mean = values[triangles].mean(1) * area
+        for corner in triangles.T:
+            column += np.bincount(corner, mean, count)
+    return quadric
 
 
 def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints, Array]:

@@ -86,7 +86,7 @@ class DepthObject:
         self.meso.use(unit)
         program.set(meso_relief=unit, meso_fade=lod.meso_fade, pixel_angle=pixel_angle, **self.geometry, **self.relief)
 
-    def use_surface(self, program: Program, first_unit: int) -> None:
+    def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
         """Binds images and uniforms that `surface_at` reads, to five texture units from `first_unit` on."""
         images: dict[str, moderngl.Texture | moderngl.TextureArray] = {
             "page_normals": self.normals,
@@ -98,7 +98,7 @@ class DepthObject:
         for unit, (name, image) in enumerate(images.items(), first_unit):
             image.use(unit)
             program.set(**{name: unit})
-        program.set(**self.surface, **self.relief)
+        program.set(meso_fade=lod.meso_fade, **self.surface, **self.relief)
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> DepthObject:

@@ -34,7 +34,8 @@ class LodParams(Params):
     )
     magnification: float = param(
         1.0,
-        "Objects that are so near that a texel may cover more than this are drawn as their meshes; 0: never",
+        "Objects that are so near that a texel may cover more than this are drawn as their meshes, into shadow maps as "
+        "well; 0: never",
         unit="pixels",
         ge=0,
         le=1e6,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.cache import cache_folder, make_room
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
+from depthwalk.output import replacing
 from depthwalk.render.footprint import footprint
 from depthwalk.render.grids import Grids
 from depthwalk.render.lod import Case
@@ -54,19 +55,12 @@ class Prepared:
     load: Callable[[], tuple[Grids, Pages]]
 
 
-def as_drawn(baked: BakedObject) -> BakedObject:
-    """`baked` with what of it is drawn."""
-    # Meso-structure winds round the side, and faces lay it along axes of their own: the fewer the better.
-    return baked if baked.meso is None else baked.without_flanks()
-
-
 def prepare(baked: BakedObject, form: Form) -> Prepared:
     """Builds the grids and pages of `baked`."""
-    baked = as_drawn(baked)
     grids = _build(baked, form)
     pages = build_pages(baked, grids)
     size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + pages.bytes_with_mip_maps
-    around = footprint(grids.positions)
+    around = footprint(grids.positions) + (0 if baked.meso is None else baked.meso.height)
     return Prepared(_outline(baked), around, grids.first, grids.count, grids.error, size, lambda: (grids, pages))
 
 
@@ -103,12 +97,8 @@ def keep_prepared(key: str, form: Form, objects: tuple[Prepared, ...]) -> tuple[
         for part in each.load():
             arrays |= {_column(type(part), number, name): value for name, value in _values(part).items()}
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.npz")
-    try:
+    with replacing(path) as temporary:
         np.savez(temporary, **arrays)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
     make_room(path)
     return tuple(replace(each, load=partial(_read, path, number)) for number, each in enumerate(objects))
 

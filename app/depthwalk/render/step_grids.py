@@ -23,6 +23,8 @@ from depthwalk.bake.images import (
     image_points,
     square_texel,
 )
+from depthwalk.bake.meso import straight_share
+from depthwalk.bake.vectors import lengths
 from depthwalk.render.chunks import WHOLE
 from depthwalk.render.coarsen import Surface, coarse_triangles
 from depthwalk.render.grids import BORDER, EASE, EASE_SHIFT, EDGE, FACE_SHIFT, PAST_AXIS, RUNS_PER_CASE, Grids
@@ -33,7 +35,7 @@ _TOLERANCE = 0.07
 # Texels: about how far samples between those of step 2 are off its triangles; step s has s − 1 times that.
 _STEP_ERROR = 0.25
 _BLOCK = 8  # cells; indices run block by block, so that a vertex is shaded about 1.3 times instead of twice
-_EASE_TEXELS = 6  # over which the meso-structure grows from nothing, where another face's samples take over
+_EASE_TEXELS = 6  # over which a face's own meso-structure grows from nothing, where another's samples take over
 
 
 class Run(IntEnum):
@@ -163,9 +165,9 @@ def _face_points(
     image_number = [
         face_number + image.layer + BORDER * (image.owner.ravel() != image.face).astype(np.int64) for image in images
     ]
-    if baked.meso is not None:
+    if baked.meso is not None and images[0].face is not Face.SIDE:
         for number, image in zip(image_number, images, strict=True):
-            number += _ease(image).ravel() << EASE_SHIFT
+            number += _ease(cylinder, image).ravel() << EASE_SHIFT
     shifts, total = [], 0
     for level in range(1 + max(borders, default=-1)):
         shifts.append(total)
@@ -183,20 +185,20 @@ def _face_points(
     return every, _Numbers(samples, shifts + [0] * images[0].depth.size.bit_length())
 
 
-def _ease(image: DepthImage) -> NDArray[np.int64]:
-    """0 to EASE (H, W), by the distance to where the surface leaves this image or another face owns it. Faces lay the
-    meso-structure along axes of their own, so it must be level where they meet."""
+def _ease(cylinder: Cylinder, image: DepthImage) -> NDArray[np.int64]:
+    """0 to EASE (H, W): the share of what is straight below this image, of a plane, less near where the surface leaves
+    that or another face owns it, whose images do not have it."""
     height, width = image.depth.shape
     both = 1 | 1 << 7
     whole = np.zeros((height, width), bool)
-    wide = width if image.face is Face.SIDE else width - 1
-    whole[:-1, :wide] = (image.cells[0] & both == both).reshape(height - 1, wide)
-    inside = whole & np.isfinite(image.depth) & (image.owner == image.face)
-    margin = ((1, 1), (_EASE_TEXELS, _EASE_TEXELS))
-    padded = np.pad(inside, margin, mode="wrap" if image.face is Face.SIDE else "constant")
-    padded[[0, -1]] = False
-    distance = distance_transform_edt(padded)[1:-1, _EASE_TEXELS:-_EASE_TEXELS]
-    return np.round(EASE * np.clip((distance - 1) / _EASE_TEXELS, 0, 1)).astype(np.int64)
+    whole[:-1, :-1] = (image.cells[0] & both == both).reshape(height - 1, width - 1)
+    inside = np.pad(whole & np.isfinite(image.depth) & (image.owner == image.face), 1)
+    distance = distance_transform_edt(inside)[1:-1, 1:-1]
+    near = np.clip((distance - 1) / _EASE_TEXELS, 0, 1)
+    away = np.where(np.isfinite(image.depth)[..., None], image_points(cylinder, image), 0) * [1, 0, 1]
+    from_axis = away / np.maximum(lengths(away), 1e-6)[..., None]
+    share = straight_share(image.normal, face_outward(image.face), from_axis)
+    return np.round(EASE * near * share).astype(np.int64)
 
 
 def _surfaces(cylinder: Cylinder, images: list[DepthImage]) -> list[Surface]:

@@ -21,6 +21,7 @@ from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
 from depthwalk.render.contract import WeldedSurface, contract, surface_of, vertex_directions, weld
+from depthwalk.render.facets import facets_of
 from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids
 from depthwalk.render.lod import Case
 from depthwalk.render.spread import cubes, spread
@@ -57,8 +58,10 @@ def build_levels(baked: BakedObject) -> Grids:
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
     point, yields = grid.positions, grid.vertices[:, 3] & BORDER > 0
     most = _DENSE * baked.images[0].depth.size
+    # Ends of surfaces first, or what is flat would shrink by as much as is welded; what another face owns last.
+    rank = np.where(grid.texels[:, 0] < 0, 0, np.where(yields, 2, 1))
     with thread_map() as each:
-        surfaces = list(_surfaces(point, triangles, yields, square_texel(baked), most, each))
+        surfaces = list(_surfaces(point, triangles, rank, square_texel(baked), most, each))
     if len(surfaces[0][0].triangles) > most:  # foliage
         side = _CUBE * square_texel(baked)
         wanted = cubes(point[triangles], side)
@@ -96,16 +99,15 @@ def _bulged(point: Array, triangles: Ints) -> Array:
 
 
 def _surfaces(
-    point: Array, triangles: Ints, yields: NDArray[np.bool_], texel: float, most: float, each: Map
+    point: Array, triangles: Ints, rank: Ints, texel: float, most: float, each: Map
 ) -> Iterator[tuple[WeldedSurface, float]]:
     """One level after the other, and its tolerance, metres.
 
-    point (n, 3), triangles (t, 3): of the grid; yields (n,): points that lie less surely on the surface; most:
-    triangles, foliage has more.
+    point (n, 3), triangles (t, 3): of the grid; rank (n,): see `weld`; most: triangles, foliage has more.
     """
-    surface = contract(_welded(point, triangles, yields, _SAME * texel), _FINE_TOLERANCES[0] * texel, each)
+    surface = contract(_joined(point, triangles, rank, _SAME * texel), _FINE_TOLERANCES[0] * texel, each)
     arcs = len(surface.triangles) <= most  # leaves that became one are on none
-    coarse = contract(_welded(point, triangles, yields, _WELD * texel, arcs), _FIRST_TOLERANCE * texel, each)
+    coarse = contract(_welded(point, triangles, rank, _WELD * texel, arcs), _FIRST_TOLERANCE * texel, each)
     for tolerance in _FINE_TOLERANCES + _DENSE_TOLERANCES:
         if tolerance > _FINE_TOLERANCES[0]:
             surface = contract(surface, tolerance * texel, each)
@@ -126,9 +128,15 @@ def _surfaces(
         coarse = contract(coarse, _GROWTH * tolerance, each)
 
 
-def _welded(point: Array, triangles: Ints, yields: NDArray[np.bool_], cell: float, arcs: bool = True) -> WeldedSurface:
+def _joined(point: Array, triangles: Ints, rank: Ints, cell: float) -> WeldedSurface:
+    """See `weld`. Bulged, and drawn into the ridges between samples, which are too far apart for that in `_welded`."""
+    point, triangles = weld(point, triangles, rank, cell)
+    return surface_of(_bulged(point, triangles), triangles, facets_of(point, triangles))
+
+
+def _welded(point: Array, triangles: Ints, rank: Ints, cell: float, arcs: bool = True) -> WeldedSurface:
     """See `weld`. Bulged only then, if `arcs`: between what is left they are longer and higher than between samples."""
-    point, triangles = weld(point, triangles, yields, cell)
+    point, triangles = weld(point, triangles, rank, cell)
     return surface_of(_bulged(point, triangles) if arcs else point, triangles)
 
 

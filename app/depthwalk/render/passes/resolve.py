@@ -2,6 +2,7 @@
 
 import moderngl
 
+from depthwalk.gpu.device import ALWAYS
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
 
@@ -45,7 +46,7 @@ class ResolvePass(Pass):
             targets.lighting.depth_mask = True
             targets.lighting.use()
             context.enable_only(moderngl.DEPTH_TEST)
-            context.depth_func = "1"
+            context.depth_func = ALWAYS
             texture.use(0)
             targets.drawn.depth.use(1)
             self._resolve.set(mean_texture=0, depth_samples=1, samples=targets.samples)

@@ -2,6 +2,7 @@
 
 import moderngl
 
+from depthwalk.gpu.device import ALWAYS
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
 
@@ -23,7 +24,7 @@ class SamplePass(Pass):
         context = self.gl.device.context
         targets.one_sample.use()
         context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = "1"
+        context.depth_func = ALWAYS
         drawn = targets.drawn
         for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visible, drawn.depth)):
             texture.use(unit)

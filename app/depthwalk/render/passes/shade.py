@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.gpu.device import ALWAYS
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.antialiasing import covering
@@ -51,7 +52,7 @@ class ShadePass(Pass):
         context = self.gl.device.context
         frame.targets.levels.use()
         context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = "1"  # always
+        context.depth_func = ALWAYS
         low, high = shading.low.min(0), shading.high.max(0)
         self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1, closed=CLOSED)
         self._levels_array.render(moderngl.TRIANGLE_STRIP, vertices=4)
@@ -80,7 +81,7 @@ class ShadePass(Pass):
             asset = frame.assets.depth_object(number)
             variant = *asset.surface_defines, *defines
             program = self._programs[variant]
-            asset.use_surface(program, 2)
+            asset.use_surface(program, 2, frame.settings.lod)
             program.set(**common, low=tuple(low), high=tuple(high))
             for depth in depths:
                 program.set(level=depth)

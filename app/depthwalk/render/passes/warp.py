@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 import moderngl
 import numpy as np
 
-from depthwalk.gpu.device import CLIP_DISTANCES
+from depthwalk.gpu.device import ALWAYS, CLIP_DISTANCES
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
@@ -76,7 +76,7 @@ class WarpPass(Pass):
         self._slots.bind(self._slot_array, 0)
         self._clear.set(atlas_size=frame.targets.atlas_size)
         context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = "1"  # always
+        context.depth_func = ALWAYS
         self._slot_array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(slots))
         context.depth_func = "<"
 
@@ -86,7 +86,7 @@ class WarpPass(Pass):
         for record in range(group.first, group.first + group.count):
             array, ordered, others = indices.get(frame.assets, group, frame.plan.warp.records[record])
             self._instances.bind(array, record)
-            context.depth_func = "1"  # always: the test is off, but λ is written
+            context.depth_func = ALWAYS  # the test is off, but λ is written
             array.render(vertices=ordered, instances=1)
             context.depth_func = "<"
             array.render(vertices=others, first=ordered, instances=1)
