@@ -86,8 +86,7 @@ class Stage(OnScreen):
 
     def maps(self, lamps=False):
         """What maps see, by tile, and their depths, from the pass itself."""
-        held = next(each for each in self.renderer.passes if each.name == "shadows")
-        atlas = held._of_lamps if lamps else held._of_sun
+        atlas = self._atlas(lamps)
         depth = np.frombuffer(atlas.texture.read(), np.float32).reshape(atlas.texture.size[::-1])
         found = {}
         for tile, shown in atlas._held.items():
@@ -95,3 +94,11 @@ class Stage(OnScreen):
             x, y = tile % atlas._columns * side, tile // atlas._columns * side
             found[tile] = shown.view, depth[y : y + side, x : x + side]
         return found
+
+    def shadow_maps(self):
+        """What the sun's maps hold, the nearest first."""
+        return [shown for _, shown in sorted(self._atlas()._held.items())]
+
+    def _atlas(self, lamps=False):
+        held = next(each for each in self.renderer.passes if each.name == "shadows")
+        return held._of_lamps if lamps else held._of_sun

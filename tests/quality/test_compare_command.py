@@ -76,7 +76,7 @@ def test_json_is_as_documented(gl_device, ball, tmp_path):
         (["--set", "camera.fov=1"], "--set camera.fov: camera: unknown key"),
         (
             ["--method", "six-view", "--layers", "2"],
-            "--layers: 2: method six-view sees one surface per ray; say 1, or use raycast",
+            "--layers 2: method six-view sees one surface per ray; say 1, or use raycast",
         ),
         (["--asset-root", "nowhere"], "--asset-root nowhere: no such folder"),
         (["--json", "nowhere/q.json"], "nowhere/q.json: the folder 'nowhere' does not exist"),
@@ -156,7 +156,7 @@ def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball):
             ["--method", "six-view", "--layers", "3"],
             "",
             "",
-            "--layers: 3: method six-view sees one surface per ray; say 1, or use raycast",
+            "--layers 3: method six-view sees one surface per ray; say 1, or use raycast",
         ),
         (["--json", "{d}/scene.yaml"], "", "", "{d}/scene.yaml: would overwrite what is compared, or the other report"),
     ],

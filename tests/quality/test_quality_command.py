@@ -95,26 +95,29 @@ def test_rows_reach_their_goals_or_miss_them():
 
 
 def test_shadows_of_a_ball_are_those_of_its_mesh(gl_device, tiny_scene):
-    (row,) = shadows.examine([load_scene(tiny_scene)], (160, 120), quietly)
-    assert row.subject == "ball" and 0.97 < row.measured == min(row.details.values()) < 1
-    assert len(row.details) == len(shadows.SUNS) and len(row.pictures) == 1
+    """Its images alone are compared, and what is drawn: so near, the mesh itself."""
+    alone, drawn = shadows.examine([load_scene(tiny_scene)], (160, 120), quietly)
+    assert alone.subject == drawn.subject == "ball"
+    assert 0.97 < alone.measured == min(alone.details.values()) < 1 == drawn.measured
+    assert alone.goal == shadows.LEAST_IOU and drawn.goal is None
+    assert all(len(row.details) == len(shadows.SUNS) and len(row.pictures) == 1 for row in (alone, drawn))
 
 
 def test_shadows_of_what_is_large_are_measured_as_well(gl_device, tiny_scene):
     """Many times as large as shadows reach by default."""
     scene = load_scene(tiny_scene)
     large = replace(scene, assets=tuple(replace(each, height=200.0) for each in scene.assets))
-    (row,) = shadows.examine([large], (80, 60), quietly)
-    assert 0.9 < row.measured < 1
+    alone, _ = shadows.examine([large], (80, 60), quietly)
+    assert 0.9 < alone.measured < 1
 
 
 def test_a_ground_without_the_objects_shadow_is_noticed(gl_device, tiny_scene, monkeypatch):
     """The measure itself: of a mesh and of nothing."""
-    pair = shadows._pair
-    lit = np.zeros((60, 80), bool)
-    monkeypatch.setattr(shadows, "_pair", lambda *these: (pair(*these)[0], shadows.Ground(np.ones_like(lit), lit)))
-    (row,) = shadows.examine([load_scene(tiny_scene)], (80, 60), quietly)
-    assert row.measured == 0 and not row.reached
+    grounds = shadows._grounds
+    nothing = shadows.Ground(np.ones((60, 80), bool), np.zeros((60, 80), bool))
+    monkeypatch.setattr(shadows, "_grounds", lambda *these: (grounds(*these)[0], dict.fromkeys(shadows.WAYS, nothing)))
+    alone, drawn = shadows.examine([load_scene(tiny_scene)], (80, 60), quietly)
+    assert alone.measured == drawn.measured == 0 and not alone.reached
 
 
 def test_few_edges_of_closed_meshes_are_drawn(tiny_scene, monkeypatch):

@@ -202,12 +202,22 @@ def test_alpha_is_blurred_with_the_colours(library, gl_device):
     assert part.sum() > 200 and (colour[part][:, :3].max(1) < colour[part][:, 3]).all()
 
 
-def test_the_middles_distance(library, gl_device):
+def test_what_is_where_in_the_picture(library, gl_device):
     with HeadlessRenderer(picket(mode="none"), library, SIZE, Representation.MESH) as headless:
         with headless.device.context:
-            assert headless.renderer.middle_distance() == np.inf
-        headless.draw(View(CAMERA, SIZE))
+            assert headless.renderer.distance_at() == np.inf and headless.renderer.point_at(0.5, 0.5) is None
+        view = View(CAMERA, SIZE)
+        headless.draw(view)
+        for column, row in ((0, 0), (SIZE[0] // 2, SIZE[1] // 2), (SIZE[0] - 1, SIZE[1] - 1), (5, 3 * SIZE[1] // 4)):
+            across, down = (column + 0.5) / SIZE[0], (row + 0.5) / SIZE[1]
+            with headless.device.context:
+                found, point = headless.renderer.distance_at(across, down), headless.renderer.point_at(across, down)
+            expected = headless.linear_image().distance[row, column]
+            assert found == pytest.approx(expected, rel=1e-6)
+            assert (point is None) == np.isinf(expected)
+            if point is not None:
+                x, y, z = view.axes @ (point - view.position)
+                assert z == pytest.approx(found)
+                assert (x / z, y / z) == pytest.approx(view.half_extent * np.array([2 * across - 1, 1 - 2 * down]))
         with headless.device.context:
-            found = headless.renderer.middle_distance()
-        assert found == pytest.approx(headless.linear_image().distance[SIZE[1] // 2 - 1, SIZE[0] // 2], rel=1e-6)
-        assert 3 < found < 4
+            assert 3 < headless.renderer.distance_at() < 4

@@ -64,17 +64,24 @@ def test_each_triangle_is_in_one_patch_of_its_part(mesh):
     parts = Part(0, len(mesh.faces), 0), Part(len(mesh.faces), len(two.faces) - len(mesh.faces), 0)
     meshlets = build_meshlets(replace(two, parts=parts))
     for number, part in enumerate(parts):
-        faces = meshlets.faces[meshlets.part == number].reshape(-1, 3)
-        faces = faces[(faces != 0).any(1)]
-        expected = two.faces[part.first_face : part.first_face + part.face_count]
-        assert sorted(map(tuple, faces)) == sorted(map(tuple, expected))
+        of_part = slice(part.first_face, part.first_face + part.face_count)
+        faces = meshlets.vertices[meshlets.of_parts(parts)[of_part]]
+        assert sorted(map(tuple, faces)) == sorted(map(tuple, two.faces[of_part]))
+        seen = meshlets.vertices[meshlets.faces[meshlets.part == number].reshape(-1, 3)]
+        assert {*map(tuple, seen)} - {(meshlets.vertices[0],) * 3} == {*map(tuple, faces)}  # less what fills them up
     assert (np.diff(meshlets.part) >= 0).all()
+
+
+def test_vertices_lie_in_the_order_of_their_use(mesh, meshlets):
+    _, first = np.unique(meshlets.of_parts(mesh.parts), return_index=True)
+    assert (np.diff(first) > 0).all() and len(first) == len(meshlets.vertices)
 
 
 @pytest.mark.parametrize("solid", [True, False])
 def test_what_can_be_seen_is_drawn(mesh, meshlets, solid):
     kept, needed = 0, 0
-    patch = {tuple(face): row for row, faces in enumerate(meshlets.faces) for face in faces}
+    of_mesh = meshlets.vertices[meshlets.faces]
+    patch = {tuple(face): row for row, faces in enumerate(of_mesh) for face in faces}
     for view in views():
         placed = placed_records(view.position, scene_of(PLACED).objects)[0]
         rows = meshlets.seen(view, placed, solid)

@@ -14,6 +14,7 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.errors import InputError
 from depthwalk.render.bounds import outside
+from depthwalk.render.placed import Uploads
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
@@ -171,6 +172,24 @@ def test_a_walk_does_not_wait_for_meshes(gl_device, ball):
     assert +gl_device.live == +before
 
 
+def test_a_frame_agrees_whether_a_mesh_has_come(gl_device, ball):
+    """Also where it comes between two views of the frame, as of two shadow maps."""
+    library = SlowLibrary([ball], [bake(ball, resolution=32, layers=1)])
+    with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=0.01) as walk:
+        walk.look(NEAR)
+        renderer, mesh = walk.renderer, np.array([0])
+        frame = Uploads(renderer.placed, renderer.assets, 0.01)
+        assert not frame.stand_in(mesh).any()
+        library.may.set()
+        for _ in range(2000):
+            if Uploads(renderer.placed, renderer.assets, 0.01).stand_in(mesh).all():
+                break
+            threading.Event().wait(0.005)
+        else:
+            raise AssertionError("the mesh never came")
+        assert not frame.stand_in(mesh).any()
+
+
 def test_a_mesh_that_cannot_be_read_is_told_of_once(gl_device, ball, caplog):
     library = SlowLibrary([ball], [bake(ball, resolution=32, layers=1)])
     library.broken = True
@@ -202,7 +221,7 @@ def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device, dense):
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0
         for _ in range(2):
-            walk.look(Camera((0, 2, 9), (0, 2, 0), 0.9))
+            walk.look(Camera((0, 2, 10), (0, 2, 0), 0.9))
             assert (walk.counts["dpci"], walk.counts["stand_ins"]) == (1, 0)
     few = ShapeLibrary([sphere(0.5, columns=16, rows=8)], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), few, seconds=None) as walk:

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from depthwalk.errors import InputError
-from depthwalk.limits import MAX_DPCI_LAYERS, MAX_DPCI_PARTS, MAX_FRAMES, MAX_IMAGE_PIXELS, MAX_IMAGE_SIDE
+from depthwalk.limits import (
+    MAX_COORDINATE,
+    MAX_DPCI_LAYERS,
+    MAX_DPCI_PARTS,
+    MAX_FOV,
+    MAX_FRAMES,
+    MAX_IMAGE_PIXELS,
+    MAX_IMAGE_SIDE,
+    MIN_FOV,
+)
 
 if TYPE_CHECKING:  # the scene package takes half a second to import, --help does not need it
     from depthwalk.bake.axis import Axis as BakeAxis
@@ -18,9 +27,6 @@ if TYPE_CHECKING:  # the scene package takes half a second to import, --help doe
     from depthwalk.scene.scene import Scene
 
 Point = tuple[float, float, float]
-
-MIN_ANGLE, MAX_ANGLE = 1.0, 170.0  # as the scene file's camera
-MAX_COORDINATE = 1e6
 
 
 class Method(StrEnum):
@@ -48,7 +54,7 @@ class RepresentationName(StrEnum):
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, or a mesh.", show_default=False)]
-Resolution = Annotated[str, typer.Option("--resolution", metavar="W,H", help="Size of the picture in pixels.")]
+Resolution = Annotated[str, typer.Option("--resolution", metavar="W,H|WxH", help="Size of the picture in pixels.")]
 CameraPosition = Annotated[
     str | None, typer.Option("--camera-position", metavar="X,Y,Z", help="Where the camera stands, metres.")
 ]
@@ -128,8 +134,8 @@ class CameraOptions:
 
 def parse_camera(position: str | None, target: str | None, angle: float | None) -> CameraOptions:
     """The values of the --camera options. Raises InputError."""
-    if angle is not None and not MIN_ANGLE <= angle <= MAX_ANGLE:
-        raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees")
+    if angle is not None and not MIN_FOV <= angle <= MAX_FOV:
+        raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_FOV:g} to {MAX_FOV:g} degrees")
     return CameraOptions(
         _point("--camera-position", position),
         _point("--camera-target", target),
@@ -145,9 +151,9 @@ def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
 
 def parse_resolution(text: str) -> tuple[int, int]:
     """Width and height in pixels. Raises InputError."""
-    parts = text.split(",")
+    parts = text.replace("x", ",").split(",")
     if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
-        raise InputError(f"--resolution {text}: must be W,H, two whole numbers of pixels")
+        raise InputError(f"--resolution {text}: must be W,H or WxH, whole numbers of pixels")
     if any(len(part) > 9 or not 1 <= int(part) <= MAX_IMAGE_SIDE for part in parts):
         raise InputError(f"--resolution {text}: each side must be 1 to {MAX_IMAGE_SIDE} pixels")
     width, height = int(parts[0]), int(parts[1])

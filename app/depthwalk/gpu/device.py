@@ -11,6 +11,7 @@ log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
+ALWAYS = "1"  # the depth function, as moderngl names it
 R8_SNORM = 0x8F94  # GL_R8_SNORM
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
 

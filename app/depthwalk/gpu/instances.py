@@ -27,6 +27,7 @@ class InstanceStream:
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
 
     def upload(self, records: NDArray[np.void]) -> None:
+        """Replaces what the buffer holds by `records` (n,)."""
         room = 2 * max(records.nbytes, 128 * self._stride)
         if records.nbytes > self._buffer.size or _TOO_LARGE * room < self._buffer.size:
             self._scope.free(self._buffer)
@@ -59,6 +60,7 @@ class RecordTexture:
         return self._scope.texture((self.PER_ROW * self._dtype.itemsize // 16, rows), 4, "f4")
 
     def upload(self, records: NDArray[np.void]) -> None:
+        """Replaces what the texture holds by `records` (n,)."""
         rows = -(-len(records) // self.PER_ROW)
         if rows > self._texture.height:
             self._scope.free(self._texture)

@@ -35,6 +35,7 @@ class PassTimers:
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
+        """Time of work that is GL commands, as `kind` says."""
         if self.kind == "gpu":
             query = self._spare.pop() if self._spare else self._context.query(time=True)
             with query:

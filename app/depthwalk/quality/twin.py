@@ -1,12 +1,10 @@
 """One object, drawn as its mesh and as its depth images, from the same views in the same light."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -77,8 +75,7 @@ class TwinRenderer:
     def gpu_bytes(self) -> int:
         """What the depth images occupy on the GPU: buffers and textures, mip-maps included."""
         assets = self._headless.renderer.assets
-        drawn = [assets.depth_object(number) for number in assets.depth_numbers(0)]
-        return sum(_gl_bytes(getattr(part, field.name)) for part in drawn for field in fields(part))
+        return sum(assets.prepared(number).bytes for number in assets.depth_numbers(0))
 
     def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
         self._headless.renderer.placed.representation = representation
@@ -143,18 +140,3 @@ def one_object_scene(settings: RenderSettings, environment: Environment) -> Scen
         camera=None,
         render=settings,
     )
-
-
-def _gl_bytes(value: Any) -> int:
-    """Bytes of a buffer or texture, of a list or dict of them; 0 for anything else."""
-    if isinstance(value, moderngl.Buffer):
-        return int(value.size)
-    if isinstance(value, moderngl.Texture | moderngl.TextureArray):
-        texel = value.components * np.dtype(value.dtype.removeprefix("n").replace("f1", "u1")).itemsize
-        width, height, layers = (*value.size, 1)[:3]
-        mipped = value.filter[0] not in (moderngl.NEAREST, moderngl.LINEAR)
-        chain = max(width, height).bit_length() if mipped else 1
-        return sum(max(1, width >> k) * max(1, height >> k) for k in range(chain)) * layers * texel
-    if isinstance(value, dict):
-        return sum(map(_gl_bytes, value.values()))
-    return sum(map(_gl_bytes, value)) if isinstance(value, list | tuple) else 0

@@ -16,7 +16,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.render.depth_object import DepthObject, upload_depth
 from depthwalk.render.mesh_store import MeshLibrary, MeshStore
 from depthwalk.render.polygons import WHITE
-from depthwalk.render.prepared import Form, Prepared, as_drawn, find_prepared, keep_prepared, prepare
+from depthwalk.render.prepared import Form, Prepared, find_prepared, keep_prepared, prepare
 
 log = logging.getLogger(__name__)
 
@@ -90,7 +90,7 @@ class AssetStore:
     def baked(self, number: int) -> BakedObject:
         """What depth object `number` is made of; read for it."""
         asset = self.asset_of(number)
-        return as_drawn(self._model(asset).parts[number - self._numbers[asset].start])
+        return self._model(asset).parts[number - self._numbers[asset].start]
 
     def depth_object(self, number: int) -> DepthObject:
         if number not in self._depth:

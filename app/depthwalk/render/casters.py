@@ -5,12 +5,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.bounds import Bounds
+from depthwalk.render.bounds import Bounds, object_bounds
 from depthwalk.render.cascades import WORST, Cascade
 from depthwalk.render.frame_plan import AssetTable, Drawing, draw_groups
 from depthwalk.render.lod import Case, affordable_level, error_level
+from depthwalk.render.plan import SceneArrays
 from depthwalk.render.records import placed_records
 from depthwalk.render.spots import Spot
+from depthwalk.render.stand_ins import StandInRule
 from depthwalk.scene.arrays import Objects, Representation
 
 _TIMES = 1, 2, WORST  # the error that is asked for: what it may be, where that would take too many triangles
@@ -74,23 +76,19 @@ def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
 
 
 def shadow_map(
-    view: MapView,
-    rows: Rows,
-    objects: Objects,
-    bounds: Bounds,
-    table: AssetTable,
-    error: float,
-    triangles_per_texel: float,
+    view: MapView, rows: Rows, scene: SceneArrays, rule: StandInRule, triangles_per_texel: float
 ) -> ShadowMap:
-    """The map with the objects `rows` (m,), each at the coarsest level that is off by `error` texels at most, or by
-    `WORST` times as much where that has too many triangles."""
-    placed = objects.take(rows)
-    nearest, middle = (texel / placed.scale for texel in view.texels(bounds.take(rows)))
+    """The map with the objects `rows` (m,), each at the coarsest level that is off by `rule.error` texels at most, or
+    by `WORST` times as much where that has too many triangles. Light is a viewer like any other: where images would
+    only be magnified, and a mesh has not too many triangles, that stands in by the `rule`, whose pixels are texels."""
+    table = scene.table
+    placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
+    nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
     imaged = ~placed.polygonal
-    level = np.where(imaged, _grid_level(nearest, middle, placed, table, error, triangles_per_texel), 0)
+    level = np.where(imaged, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
     thinned = placed.representation == Representation.MESH_LOD
-    level = np.where(thinned, error_level(table.meshes.error[placed.asset], error * nearest), level)
-    case = np.full(len(rows), int(Case.ALL))
+    level = np.where(thinned, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
+    case = np.full(len(placed), int(Case.ALL))
     order = np.lexsort((level, placed.asset))
     grids, meshes = order[imaged[order]], order[~imaged[order]]
     centre = np.array(view.centre)
@@ -102,6 +100,21 @@ def shadow_map(
         ),
         Drawing(placed_records(centre, placed.take(meshes)), draw_groups(table, placed.asset[meshes], level[meshes])),
     )
+
+
+def _cast_as(
+    view: MapView, rows: Rows, scene: SceneArrays, rule: StandInRule, triangles_per_texel: float
+) -> tuple[Objects, Bounds]:
+    """What casts the shadows of the objects `rows` (m,): those that no mesh stands in for, then the meshes. Near a lamp
+    parts of one asset may disagree: then both cast."""
+    objects, bounds, table = scene.objects, scene.bounds, scene.table
+    nearest, middle = (texel / objects.scale[rows] for texel in view.texels(bounds.take(rows)))
+    found = table.stand_ins.allowed(objects.asset[rows], nearest, middle, table.meshes, rule, triangles_per_texel)
+    if not found.any():
+        return objects.take(rows), bounds.take(rows)
+    meshes, others = table.stand_ins.meshes(objects, rows[found]), rows[~found]
+    spheres = object_bounds(meshes, table.centre, table.reach)
+    return Objects.joined([objects.take(others), meshes]), Bounds.joined([bounds.take(others), spheres])
 
 
 def _grid_level(

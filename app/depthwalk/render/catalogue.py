@@ -122,11 +122,10 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         meshes.add(number, some)
     stand_ins = _stand_ins(objects, library, store)
     standing = np.flatnonzero((stand_ins.mesh >= 0) & ~np.isin(stand_ins.mesh, list(details)))
-    for column, of_asset in zip(
-        (centre, half_height, girth), (stand_ins.centre, stand_ins.half_height, stand_ins.girth), strict=True
-    ):
-        column[stand_ins.mesh[standing]] = of_asset[standing]
     bounds = centre, reach, half_height, girth
+    held = stand_ins.centre, np.hypot(stand_ins.half_height, stand_ins.girth), stand_ins.half_height, stand_ins.girth
+    for column, of_asset in zip(bounds, held, strict=True):
+        column[stand_ins.mesh[standing]] = of_asset[standing]
     drawn = index_first, index_count, triangles, error
     return AssetTable(volumes, texel, levels, *bounds, *drawn, meshes, stand_ins)
 

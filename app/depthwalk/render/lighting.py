@@ -38,6 +38,7 @@ class Lighting:
 
 
 def lighting(environment: "Environment") -> Lighting:
+    """The light of an environment's sun, and of its sky or of `ambient:`."""
     to_sun, sun = direction_to_sun(environment), sunlight(environment)
     if environment.sky is not None and environment.sky.light:
         from_below = float(max(to_sun[1], 0)) * sun

@@ -4,13 +4,14 @@ Each has a bounding sphere, and a cone about the normals of its triangles: Shirm
 normals technique for fast processing of curved patches".
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.sampling import face_normals
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.rotation import conjugate, rotate
 from depthwalk.render.view import View
@@ -24,16 +25,23 @@ _TURN = 0.15  # normals that differ by 1 are as far apart as triangles this part
 
 @dataclass(frozen=True)
 class Meshlets:
-    """Of m patches: faces (m, SIZE, 3) uint32, vertices of their triangles, the last of a part filled up with empty
-    ones; part (m,), rising, the mesh's part they belong to; centre (m, 3), radius (m,): bounding spheres, asset frame,
-    metres; axis (m, 3), unit, and sine (m,): cones that hold the normals, 1 where none does."""
+    """Of m patches: vertices (v,), the mesh's, as patches first use them: drivers remember only those of late; faces
+    (m, SIZE, 3) uint32, rows of `vertices`, the last of a part filled up with empty ones; part (m,), rising, the mesh's
+    part they belong to; centre (m, 3), radius (m,): bounding spheres, asset frame, metres; axis (m, 3), unit, and sine
+    (m,): cones that hold the normals, 1 where none does."""
 
+    vertices: NDArray[np.intp]
     faces: NDArray[np.uint32]
     part: NDArray[np.int64]
     centre: Array
     radius: Array
     axis: Array
     sine: Array
+
+    def of_parts(self, parts: Sequence[Part]) -> NDArray[np.uint32]:
+        """All triangles (t, 3), without the empty ones: those of `parts` where these have theirs."""
+        runs = (self.faces[self.part == number].reshape(-1, 3)[: each.face_count] for number, each in enumerate(parts))
+        return np.concatenate(list(runs))
 
     def seen(self, view: View, placed: NDArray[np.void], solid: bool) -> NDArray[np.intp]:
         """Rows (k,) of the meshlets that may be seen, part by part, nearest first.
@@ -92,5 +100,13 @@ def _meshlets(
     axis = np.divide(axis, length, out=np.zeros_like(axis), where=length > 0)
     cosine = np.einsum("mtj,mj->mt", normals[rows], axis).min(1)
     sine = np.where(cosine > 0, np.sqrt(np.maximum(1 - cosine**2, 0)), 1.0)
-    drawn = np.where((np.arange(SIZE) < count[:, None])[..., None], faces[rows], 0).astype(np.uint32)
-    return Meshlets(drawn, part, centre, radius, axis, sine)
+    vertices, used = _by_first_use(faces[rows].ravel())
+    drawn = np.where((np.arange(SIZE) < count[:, None])[..., None], used.reshape(*rows.shape, 3), 0).astype(np.uint32)
+    return Meshlets(vertices, drawn, part, centre, radius, axis, sine)
+
+
+def _by_first_use(indices: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """What occurs (v,) among `indices` (n,), in the order of its first occurrence; and which of it (n,) each is."""
+    known, first, where = np.unique(indices, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return known[order].astype(np.intp), np.argsort(order)[where]

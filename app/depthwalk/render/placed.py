@@ -9,6 +9,7 @@ from depthwalk.render.catalogue import asset_table, place_objects, placed_rows
 from depthwalk.render.cells import Cells, sort_into_cells
 from depthwalk.render.clusters import Clusters, make_clusters
 from depthwalk.render.frame_plan import AssetTable
+from depthwalk.render.plan import SceneArrays
 from depthwalk.render.prepared import Form
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
@@ -67,6 +68,10 @@ class Placed:
             self._clusters = make_clusters(self.cells(), self.bounds(), shareable)
         return self._clusters
 
+    def arrays(self) -> SceneArrays:
+        """All of these at once."""
+        return SceneArrays(self.objects(), self.bounds(), self.table(), self.clusters())
+
     def moved(self, changed: slice | None = None) -> None:
         """To be called after `set_node_transform`, with the slice of the scene's objects that it returned; None: any
         may have moved."""
@@ -105,6 +110,7 @@ class Uploads:
         self._asset, self._meshes = placed.objects().asset, placed.table().meshes
         self._assets, self._seconds = assets, seconds
         self._needed: list[int] = []
+        self._absent: set[int] = set()
         assets.meshes.begin_frame()
 
     def there(self, rows: Rows) -> NDArray[np.bool_]:
@@ -120,9 +126,12 @@ class Uploads:
         return self._assets.stream(self._needed, self._seconds)[asset]
 
     def stand_in(self, meshes: Rows) -> NDArray[np.bool_]:
-        """Whether (n,) the `meshes` (n,), nearest first, may stand in for depth images: the others are being read."""
+        """Whether (n,) the `meshes` (n,), nearest first, may stand in for depth images: the others are being read. One
+        that has not come when it is first asked for has not for this frame, so that all views of a frame agree."""
         numbers, first = np.unique(meshes, return_index=True)
-        there = self._assets.meshes.stand_ins(numbers[np.argsort(first)].tolist(), wait=self._seconds is None)
+        asked = [number for number in numbers[np.argsort(first)].tolist() if number not in self._absent]
+        there = self._assets.meshes.stand_ins(asked, wait=self._seconds is None)
+        self._absent.update(number for number in asked if number not in there)
         for number, levels in there.items():
             self._meshes.add(number, levels)
         return np.isin(meshes, list(there))

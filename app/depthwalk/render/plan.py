@@ -28,7 +28,7 @@ from depthwalk.render.mesh_lod import MeshLodParams, mesh_level
 from depthwalk.render.planes import MIN_PLANE_DISTANCE, nearest_faces, viewer_in_object
 from depthwalk.render.records import placed_records, warp_records
 from depthwalk.render.reuse import Shown, TilePlanner, TileWork
-from depthwalk.render.stand_ins import HasCome
+from depthwalk.render.stand_ins import HasCome, StandInRule
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
@@ -215,8 +215,8 @@ def _may_stand_in(
     view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, has_come: HasCome
 ) -> NDArray[np.bool_]:
     """See `StandIns.near_by`."""
-    table, limit = scene.table, settings.lod.magnification
-    return table.stand_ins.near_by(view, scene.objects, rows, limit, has_come, table.meshes, settings.polygons.error)
+    rule = StandInRule(settings.lod.magnification, has_come, settings.polygons.error)
+    return scene.table.stand_ins.near_by(view, scene.objects, rows, scene.table.meshes, rule)
 
 
 def _all_have(meshes: Rows) -> NDArray[np.bool_]:

@@ -52,15 +52,19 @@ class MeshObject:
 
 
 def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
+    """The materials of `mesh` on the GPU. solid: see `is_solid`."""
     coloured = bool((mesh.colours != 255).any())
     return MeshLook([_upload_material(gl, material, coloured) for material in mesh.materials], solid)
 
 
 def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None) -> MeshObject:
-    vertices = np.zeros(len(mesh.positions), _VERTEX)
-    vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions, mesh.normals, mesh.uv
-    vertices["colour"][:, :3] = mesh.colours
-    indices = gl.buffer(np.ascontiguousarray(mesh.faces, np.uint32))
+    """A level of a mesh on the GPU; look: that of the mesh."""
+    rows = np.arange(len(mesh.positions)) if meshlets is None else meshlets.vertices
+    faces = mesh.faces if meshlets is None else meshlets.of_parts(mesh.parts)
+    vertices = np.zeros(len(rows), _VERTEX)
+    vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions[rows], mesh.normals[rows], mesh.uv[rows]
+    vertices["colour"][:, :3] = mesh.colours[rows]
+    indices = gl.buffer(np.ascontiguousarray(faces, np.uint32))
     return MeshObject(mesh.parts, gl.buffer(vertices.view(np.uint8)), indices, look, meshlets)
 
 

@@ -57,6 +57,8 @@ PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4"
 def warp_records(
     planes: Planes, tiles: Tiles, corners: NDArray[np.integer], atlas_size: tuple[int, int]
 ) -> NDArray[np.void]:
+    """Warp records of n tiles at `corners` (n, 2), texels of the atlas, still without what is added to numbers of
+    images."""
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])

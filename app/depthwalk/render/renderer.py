@@ -11,13 +11,13 @@ from itertools import groupby
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing import geometric, hardware_samples, sample_views, samples
 from depthwalk.render.assets import AssetStore, Library
-from depthwalk.render.bounds import depth_range
+from depthwalk.render.bounds import depth_range, ground_range
 from depthwalk.render.cascades import fit_cascades
 from depthwalk.render.casters import MapView, Shadows, find_casters, shadow_map
 from depthwalk.render.frame import Frame, Pass
@@ -29,6 +29,7 @@ from depthwalk.render.rounds import InSight, Rounds
 from depthwalk.render.shading import shading
 from depthwalk.render.sky import direction_to_sun, sunlight
 from depthwalk.render.spots import assign_tiles, shadowing, spot_of
+from depthwalk.render.stand_ins import StandInRule
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View, view_distance
 from depthwalk.scene.arrays import Camera
@@ -58,7 +59,7 @@ class Renderer:
         except BaseException:
             self.release()
             raise
-        self._warned = False
+        self._told_of_lamps = False
         self.plan: FramePlan | None = None  # of the frame drawn last
         self.view: View | None = None  # of the frame drawn last, near and far plane fitted
 
@@ -109,41 +110,42 @@ class Renderer:
             with self.timers.measure(each.name):
                 each.draw(frame)
 
-    def middle_distance(self) -> float:
-        """Metres along the view axis to what the frame drawn last shows in its middle; +inf where nothing is. Waits
-        for that frame."""
+    def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
+        """Metres along the view axis to what the frame drawn last shows there; +inf where nothing is. Waits for that
+        frame. across, down: parts of the picture's width and height, from its upper left corner."""
         if self.targets is None or self.view is None:
             return float("inf")
         width, height = self.targets.size
-        middle = width // 2, height // 2, 1, 1
-        depth = np.frombuffer(self.targets.gbuffer.read(middle, attachment=-1, dtype="f4"), np.float32)
+        column, row = int(across * width), height - 1 - int(down * height)
+        texel = min(max(column, 0), width - 1), min(max(row, 0), height - 1), 1, 1
+        depth = np.frombuffer(self.targets.gbuffer.read(texel, attachment=-1, dtype="f4"), np.float32)
         return float(view_distance(depth, *self.view.depth_range)[0])
 
-    def frame_all(self, aspect: float, fov: float = np.pi / 3) -> Camera:
-        """A camera that sees every object, from the front and a little above. aspect: width / height of the picture;
-        fov: vertical angle of view, radians."""
+    def point_at(self, across: float, down: float) -> NDArray[np.float64] | None:
+        """What the frame drawn last shows there, (3,), world; None where nothing is. See `distance_at`."""
+        distance = self.distance_at(across, down)
+        if self.view is None or np.isinf(distance):
+            return None
+        return self.view.position + self.view.ray_from_screen @ (2 * across - 1, 1 - 2 * down, 1.0) * distance
+
+    def frame_all(self, aspect: float, fov: float = np.pi / 3, away: ArrayLike = (0.0, 0.25, 1.0)) -> Camera:
+        """A camera that sees every object. aspect: width / height of the picture; fov: vertical angle of view, radians;
+        away: the world direction in which it stands, the default being in front and a little above."""
         bounds = self.placed.bounds()
         if not len(bounds.reach):
             return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
-        reach = bounds.reach[:, None]
-        low, high = (bounds.centre - reach).min(0), (bounds.centre + reach).max(0)
-        middle = (low + high) / 2
-        radius = float((np.linalg.norm(bounds.centre - middle, axis=1) + bounds.reach).max())
+        middle, radius = bounds.sphere()
         narrower = min(fov, 2 * np.arctan(np.tan(fov / 2) * aspect))
-        away = np.array([0.0, 0.25, 1.0]) / np.hypot(0.25, 1.0) * radius / np.sin(narrower / 2)
-        return Camera(tuple(middle + away), tuple(middle), fov)
+        place = middle + np.asarray(away) / np.linalg.norm(away) * radius / np.sin(narrower / 2)
+        return Camera(tuple(place), tuple(middle), fov)
 
     def _fitted(self, view: View, in_sight: InSight) -> View:
         """`view` with near and far plane about what is `in_sight`, and about the ground."""
         if view.near is not None and view.far is not None:
             return view
         ground = self.scene.environment.ground
-        seen = None
-        if ground is not None:
-            above = abs(float(view.position[1]) - ground.height)
-            steepest = max(abs(view.axes[2, 1]) + sum(np.abs(view.axes[:2, 1]) * view.half_extent), 1e-6)
-            seen = above / steepest, float(np.linalg.norm(view.position)) + 2 * ground.size + above
-        near, far = depth_range(in_sight.forward, in_sight.reach, seen)
+        seen_ground = ground_range(view, ground.height, ground.size) if ground is not None else None
+        near, far = depth_range(in_sight.forward, in_sight.reach, seen_ground)
         return replace(view, near=near, far=far)
 
     def _shadows(self, view: View, uploads: Uploads) -> Shadows:
@@ -161,10 +163,11 @@ class Renderer:
         with self.timers.measure_cpu("upload"):
             casters = [rows[uploads.there(rows)] for rows in found]
         with self.timers.measure_cpu("plan"):
-            scene = placed.objects(), placed.bounds(), placed.table()
+            scene = placed.arrays()
             fewer = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
+            rule = StandInRule(self.settings.lod.magnification, uploads.stand_in, params.error)
             maps = [
-                shadow_map(each, rows, *scene, params.error, params.triangles_per_texel * part)
+                shadow_map(each, rows, scene, rule, params.triangles_per_texel * part)
                 for each, rows, part in zip(views, casters, fewer, strict=True)
             ]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
@@ -172,8 +175,8 @@ class Renderer:
 
     def _tell_of_lamps(self, wanted: int, allowed: int) -> None:
         """Warns once that some of the lamps in sight cast no shadows, though they should."""
-        if wanted > allowed > 0 and not self._warned:
-            self._warned = True
+        if wanted > allowed > 0 and not self._told_of_lamps:
+            self._told_of_lamps = True
             log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", wanted, allowed)
 
     def _forget_arrays(self) -> None:

@@ -1,6 +1,6 @@
 """Which intermediate images a frame warps anew, and which it shows as they are."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,40 +103,36 @@ class TilePlanner:
         if cut:
             stale[:] = True
         self._budget -= int(shown.triangles[stale].sum())
-        placed = _place(view, shown, np.flatnonzero(stale), layout, min(cache.atlas_size))
-        found = None if cut else cache.allocate(shown.row[placed.number], placed.tiles.size)
-        if found is None:
-            if not stale.all():
-                stale[:] = True
-                placed = _place(view, shown, np.arange(len(shown)), layout, min(cache.atlas_size))
-            cache.clear()
-            found = cache.pack(placed.tiles.size, roomy=layout.reuse_error > 0)
-        slots, resolution = found
-        tiles = placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None]))
-        cache.store(_kept(view, placed, tiles, slots, resolution, cache.frame))
+        placed, slots = self._store(view, shown, np.flatnonzero(stale), layout, cut)
         error[placed.number] = 0
         stale[placed.number] = False  # what still is stale is out of sight
         row = cache.rows(shown.row)
         drawn = np.flatnonzero((row >= 0) & ~stale)
         aligned = np.zeros(len(shown), bool)
-        aligned[placed.number] = np.isfinite(tiles.pixel[:, 0])
+        aligned[placed.number] = np.isfinite(placed.tiles.pixel[:, 0])
         drawn = np.concatenate([drawn[aligned[drawn]], drawn[~aligned[drawn]]])
         kept, row = cache.tiles, row[drawn]
         composite = kept.record.take(row)  # of records, far quicker than an index
         place_tiles(composite, shown.viewer[drawn], shown.objects.scale[drawn], shown.objects.rotation[drawn])
+        warped = placed.number, placed.planes, placed.tiles, slots, placed.whole
         columns = kept.level[row], kept.case[row], kept.resolution[row], error[drawn]
-        return TileWork(
-            placed.number,
-            placed.planes,
-            tiles,
-            slots,
-            placed.whole,
-            drawn,
-            int(aligned.sum()),
-            composite,
-            *columns,
-            cache.used,
-        )
+        return TileWork(*warped, drawn, int(aligned.sum()), composite, *columns, cache.used)
+
+    def _store(self, view: View, shown: Shown, number: Rows, layout: TileParams, pack: bool) -> tuple["_Placed", Rows]:
+        """Puts those of `number` (n,) that are in sight into the atlas, and tells where and into which slots (k, 4).
+        pack: into an empty one. So it does with all objects where it finds no room for these."""
+        cache = self._cache
+        placed = _place(view, shown, number, layout, min(cache.atlas_size))
+        found = None if pack else cache.allocate(shown.row[placed.number], placed.tiles.size)
+        if found is None:
+            if len(number) < len(shown):
+                placed = _place(view, shown, np.arange(len(shown)), layout, min(cache.atlas_size))
+            cache.clear()
+            found = cache.pack(placed.tiles.size, roomy=layout.reuse_error > 0)
+        slots, resolution = found
+        placed = replace(placed, tiles=placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None])))
+        cache.store(_kept(view, placed, slots, resolution, cache.frame))
+        return placed, slots
 
     def _errors(self, view: View, shown: Shown, layout: TileParams) -> Array:
         """How far off (n,) what is kept shows each object, 1 where as far as allowed; inf where nothing is kept."""
@@ -190,12 +186,13 @@ def _place(view: View, shown: Shown, number: Rows, layout: TileParams, limit: in
     return _Placed(some, number, planes, tiles, seen.whole)
 
 
-def _kept(view: View, placed: _Placed, tiles: Tiles, slots: Rows, resolution: Array, frame: int) -> KeptTiles:
+def _kept(view: View, placed: _Placed, slots: Rows, resolution: Array, frame: int) -> KeptTiles:
+    """What is known of tiles warped now, into `slots` (k, 4) with the part `resolution` (k,) of their texels."""
     shown = placed.shown
     depths = depths_behind(placed.planes, shown.volumes)
     distance = np.linalg.norm(shown.bounds.centre - view.position, axis=1)
     return KeptTiles(
-        tile_records(shown.viewer, placed.planes, depths, tiles, slots[:, :2]),
+        tile_records(shown.viewer, placed.planes, depths, placed.tiles, slots[:, :2]),
         shown.row,
         slots,
         np.full(len(slots), frame),

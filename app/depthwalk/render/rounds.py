@@ -23,7 +23,7 @@ from depthwalk.render.occlusion import (
     outlines,
 )
 from depthwalk.render.placed import Placed, Uploads
-from depthwalk.render.plan import Planner, PlanSettings, SceneArrays
+from depthwalk.render.plan import Planner, PlanSettings
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
@@ -143,7 +143,7 @@ class Rounds:
             numbers = numbers[~unseen]
         with self._timers.measure_cpu("upload"):
             numbers = numbers[clusters.whole(numbers, given.uploads.there)]
-        scene, plan_settings = self._scene(), self._plan_settings(given)
+        scene, plan_settings = self._placed.arrays(), self._plan_settings(given)
         with self._timers.measure_cpu("plan"):
             return self._planner.plan_clusters(given.view, scene, numbers, plan_settings, number)
 
@@ -179,13 +179,9 @@ class Rounds:
 
     def _plan(self, given: _Given, rows: Rows, goes_on: bool, number: int) -> FramePlan:
         """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
-        scene, settings, has_come = self._scene(), self._plan_settings(given), given.uploads.stand_in
+        scene, settings, has_come = self._placed.arrays(), self._plan_settings(given), given.uploads.stand_in
         with self._timers.measure_cpu("plan"):
             return self._planner.plan(given.view, scene, rows, settings, goes_on, number, has_come)
-
-    def _scene(self) -> SceneArrays:
-        placed = self._placed
-        return SceneArrays(placed.objects(), placed.bounds(), placed.table(), placed.clusters())
 
     def _plan_settings(self, given: _Given) -> PlanSettings:
         settings = self._settings

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, square_texel
 from depthwalk.render.bounds import outside
-from depthwalk.render.mesh_lod import MeshLevels, mesh_level
+from depthwalk.render.lod import error_level
+from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import viewer_in_object
 from depthwalk.render.rotation import conjugate, multiply, rotate
 from depthwalk.render.view import View
@@ -16,11 +17,21 @@ from depthwalk.scene.arrays import Objects, Representation
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
-HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), nearest first, to which of them (n,) may be drawn
+HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), those first read first, to which of them (n,) may be drawn
 
 # With so many a walk through the garden takes two cores as long as with images alone; with any number, half as long
 # again.
 _TRIANGLES_PER_PIXEL = 2
+
+
+@dataclass(frozen=True)
+class StandInRule:
+    """When meshes stand in: where a texel may cover more than `magnification` pixels, never where that is 0; those that
+    have come, drawn as coarsely as `error`, in pixels, allows (see `mesh_level`)."""
+
+    magnification: float
+    has_come: HasCome
+    error: float
 
 
 @dataclass(frozen=True)
@@ -65,32 +76,44 @@ class StandIns:
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
 
     def near_by(
-        self,
-        view: View,
-        objects: Objects,
-        rows: Rows,
-        limit: float,
-        has_come: HasCome,
-        levels: MeshLevels,
-        error: float,
+        self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, rule: StandInRule
     ) -> NDArray[np.bool_]:
-        """Whether (m,) a texel of the objects `rows` (m,) of all `objects`, nearest first, may cover more than `limit`
-        pixels, and a mesh that `has_come` may stand in for it and has few triangles for its pixels. error: in pixels,
-        see `mesh_level`. Never, where `limit` is 0. All that show one asset in one place agree."""
+        """For which (m,) of the objects `rows` (m,) of all `objects`, nearest first, a mesh stands in where `view` sees
+        them. All that show one asset in one place agree."""
         found = np.zeros(len(rows), bool)
-        near = self._close(view, objects, rows, limit)  # of few it is asked in earnest
+        near = self._close(view, objects, rows, rule.magnification)  # of few it is asked in earnest
         if not len(near):
             return found
         number = objects.asset[rows[near]]
         meshes = self.placed(objects, rows[near] - self.part[number])
         viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
         nearest = outside(viewer, self.centre[number], self.half_height[number], self.girth[number])
-        magnified = nearest * limit < view.focal_pixels * self.texel[number]
-        magnified[magnified] = has_come(meshes.asset[magnified])
-        level = mesh_level(view, meshes, nearest, levels.error, error)
-        area, middle = 4 * self.girth[number] * self.half_height[number], nearest + self.girth[number]
-        pixels = np.minimum(area * (view.focal_pixels / middle) ** 2, view.size[0] * view.size[1])
-        found[near] = magnified & (levels.triangles[meshes.asset, level] <= _TRIANGLES_PER_PIXEL * pixels)
+        metres = nearest / view.focal_pixels, (nearest + self.girth[number]) / view.focal_pixels
+        most = view.size[0] * view.size[1]
+        found[near] = self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, most)
+        return found
+
+    def allowed(
+        self,
+        number: Rows,
+        nearest: Array,
+        middle: Array,
+        levels: MeshLevels,
+        rule: StandInRule,
+        triangles_per_pixel: float,
+        most: float = np.inf,
+    ) -> NDArray[np.bool_]:
+        """For which (m,) of the depth objects `number` (m,) a mesh stands in, which has no more triangles than so many
+        for each of its pixels. nearest, middle: what a pixel covers (m,), metres in the frames of the objects, where
+        they are nearest and about their middle; most: pixels that any may cover."""
+        coarse = (self.mesh[number] >= 0) & (nearest * rule.magnification < self.texel[number])
+        some = np.flatnonzero(coarse) if rule.magnification else np.zeros(0, np.intp)
+        some = some[rule.has_come(self.mesh[number[some]])]
+        number, mesh = number[some], self.mesh[number[some]]
+        level = error_level(levels.error[mesh], rule.error * nearest[some])
+        pixels = np.minimum(4 * self.girth[number] * self.half_height[number] / middle[some] ** 2, most)
+        found = np.zeros(len(coarse), bool)
+        found[some] = levels.triangles[mesh, level] <= triangles_per_pixel * pixels
         return found
 
     def _close(self, view: View, objects: Objects, rows: Rows, limit: float) -> Rows:
