@@ -2,7 +2,7 @@
 `depthwalk --help` waits for no graphics library, and `depthwalk check` for no window's and no GL context."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -45,6 +45,9 @@ from depthwalk.commands.options import (
     representation,
 )
 from depthwalk.errors import InputError
+
+if TYPE_CHECKING:
+    from depthwalk.scene.scene import Scene
 
 app = typer.Typer(
     name="depthwalk",
@@ -115,14 +118,19 @@ def view(
     from depthwalk.commands import walk
     from depthwalk.scene.path import load_path
 
-    loaded = open_scene(scene or walk.garden(), asset_root, settings)
+    first = scene or walk.garden()
+
+    def read(file: Path) -> "Scene":
+        return open_scene(file, asset_root, settings if file == first else None)
+
     shown = walk.Walk(
-        loaded,
+        read(first),
         load_path(path) if path else None,
         size,
         representation(representation_name),
         camera,
         fullscreen,
+        read,
     )
     reason = walk.open_walk(shown)
     if reason is not None:
@@ -136,7 +144,7 @@ def render(
     scene: SceneArgument,
     out: Annotated[
         str,
-        typer.Option("-o", "--output", metavar="OUT", help="PNG, EXR or MP4 file; may hold {frame:4}; - is stdout."),
+        typer.Option("-o", "--output", metavar="OUT", help="PNG, JPEG, EXR or MP4; may hold {frame:4}; - is stdout."),
     ],
     path: PathOption = None,
     frames: Frames = None,
@@ -180,7 +188,12 @@ def bake(
     ] = None,
     dpci_resolution: Annotated[
         int,
-        typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
+        typer.Option(
+            metavar="N",
+            min=limits.MIN_DPCI_RESOLUTION,
+            max=limits.MAX_DPCI_RESOLUTION,
+            help="Side of an image, texels.",
+        ),
     ] = 512,
     layers: Layers = None,
     method: Annotated[

@@ -53,6 +53,7 @@ def compare(
     dpci_resolution: Annotated[
         int | None,
         typer.Option(
+            metavar="N",
             min=limits.MIN_DPCI_RESOLUTION,
             max=limits.MAX_DPCI_RESOLUTION,
             help="Side of an image, texels.",
@@ -106,7 +107,7 @@ def compare(
 @guarded
 def quality(
     scenes: Annotated[
-        list[Path] | None, typer.Argument(metavar="SCENE...", help="Scene files; room and garden, if absent.")
+        list[Path] | None, typer.Argument(metavar="SCENE", help="Scene files; room and garden, if absent.")
     ] = None,
     only: Annotated[
         str | None, typer.Option(metavar="PART,...", help="Of antialiasing, dof, shadows, edges.", show_default="all")

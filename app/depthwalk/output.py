@@ -1,32 +1,43 @@
-"""Pictures to files: PNG, OpenEXR and MP4. A file appears whole or not at all."""
+"""Files that appear whole or not at all; pictures as PNG, JPEG, OpenEXR and MP4."""
 
+import errno
 import io
 import os
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 
-if TYPE_CHECKING:  # writing a file needs no GL
+if TYPE_CHECKING:  # writing a file needs no GL, and most commands write no OpenEXR
+    import OpenEXR
+
     from depthwalk.headless import LinearImage
 
+_QUALITY = 95  # of JPEG, in per cent
 _CRF = 18  # x264's quality; visually lossless
 
 
 def check_folder(path: Path) -> None:
-    """Makes sure that `path` can be written. Raises InputError."""
+    """Makes sure that `path` can be written, by a try: what a system forbids shows nowhere else. Raises InputError."""
     folder = path.parent
-    if not folder.is_dir():
-        raise InputError(f"{path}: the folder {str(folder)!r} does not exist")
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder")
-    if not os.access(folder, os.W_OK):
-        raise InputError(f"{path}: the folder {str(folder)!r} is not writable")
+    try:
+        if not folder.is_dir():
+            raise InputError(f"{path}: the folder {str(folder)!r} does not exist")
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder")
+        _temporary(path).touch()
+        _temporary(path).unlink()
+    except ValueError:  # a null character
+        raise InputError(f"{path}: no file can have that name") from None
+    except OSError as error:
+        named = error.errno == errno.ENAMETOOLONG
+        why = "the name is too long" if named else f"the folder {str(folder)!r} is not writable"
+        raise InputError(f"{path}: {why}") from None
 
 
 @contextmanager
@@ -35,21 +46,35 @@ def replacing(path: Path) -> Iterator[Path]:
 
     The name ends like `path`: writers choose the format by it.
     """
-    temporary = path.with_name(f".{os.getpid()}-{path.name}")
+    temporary = _temporary(path)
     try:
         yield temporary
         os.replace(temporary, path)
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # what went wrong is told already
+            temporary.unlink(missing_ok=True)
         raise
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f".{os.getpid()}-{path.name}")
 
 
 def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
     """The PNG file of an sRGB picture (H, W, 3) or (H, W, 4), row 0 at the top."""
+    return _picture_bytes(pixels, "PNG", compress_level=4)
+
+
+def jpeg_bytes(pixels: NDArray[np.uint8]) -> bytes:
+    """The JPEG file of an sRGB picture (H, W, 3), row 0 at the top."""
+    return _picture_bytes(pixels, "JPEG", quality=_QUALITY, subsampling="4:4:4")
+
+
+def _picture_bytes(pixels: NDArray[np.uint8], form: str, **options: Any) -> bytes:
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, "PNG", compress_level=4)
+    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, form, **options)
     return stream.getvalue()
 
 
@@ -60,14 +85,22 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_exr(path: Path, image: "LinearImage") -> None:
-    """R, G, B (linear), A and Z (metres along the view axis, +inf where nothing is), all float."""
+    """R, G, B (linear), A and Z (metres along the view axis, +inf where nothing is), all float. Raises OSError."""
     import OpenEXR
 
     channels = {name: np.ascontiguousarray(image.colour[..., c]) for c, name in enumerate("RGBA")}
     channels["Z"] = np.ascontiguousarray(image.distance)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with replacing(path) as temporary, OpenEXR.File(header, channels) as file:
-        file.write(str(temporary))
+    save_exr(path, OpenEXR.File(header, channels))
+
+
+def save_exr(path: Path, file: "OpenEXR.File") -> None:
+    """Writes a whole OpenEXR file. Raises OSError."""
+    with replacing(path) as temporary:
+        try:
+            file.write(str(temporary))
+        except RuntimeError as error:  # so the binding calls what the system refuses
+            raise OSError(str(error)) from None
 
 
 @contextmanager

@@ -17,13 +17,15 @@ def data_root() -> Path:
 
 
 def shader_root() -> Path:
+    """The shaders, a folder per pass. Raises FileNotFoundError."""
     return data_root() / "shaders"
 
 
 def scene_root() -> Path:
+    """The shipped scenes, with `paths` through them. Raises FileNotFoundError."""
     return data_root() / "scenes"
 
 
 def asset_root() -> Path:
-    """Meshes and textures of the shipped scenes; every scene may name them."""
+    """Meshes and textures of the shipped scenes; every scene may name them. Raises FileNotFoundError."""
     return data_root() / "assets"

@@ -1,13 +1,19 @@
 """Bad input: exit code 2, one exact line on stderr, nothing on stdout, nothing written."""
 
+import sys
+
 import pytest
 from PIL import Image
 
 # Arguments of `render SCENE`, with {d} for the folder of the scene; the message.
 RENDER = {
     "no comma": (
-        ["-o", "{d}/a.png", "--resolution", "96x64"],
-        "--resolution 96x64: must be W,H, two whole numbers of pixels",
+        ["-o", "{d}/a.png", "--resolution", "96 64"],
+        "--resolution 96 64: must be W,H or WxH, whole numbers of pixels",
+    ),
+    "one too many": (
+        ["-o", "{d}/a.png", "--resolution", "96x64,32"],
+        "--resolution 96x64,32: must be W,H or WxH, whole numbers of pixels",
     ),
     "zero": (["-o", "{d}/a.png", "--resolution", "0,64"], "--resolution 0,64: each side must be 1 to 16384 pixels"),
     "huge": (
@@ -46,8 +52,20 @@ RENDER = {
     ),
     "asset root": (["-o", "{d}/a.png", "--asset-root", "{d}/none"], "--asset-root {d}/none: no such folder"),
     "no folder": (["-o", "{d}/none/a.png"], "{d}/none/a.png: the folder '{d}/none' does not exist"),
+    "no name for a file": (
+        ["-o", "{d}/" + "a" * 300 + ".png"],
+        "{d}/" + "a" * 300 + ".png: the name is too long",
+    ),
     "folder": (["-o", "{d}/sub.png"], "{d}/sub.png: is a folder"),
-    "suffix": (["-o", "{d}/a.jpg"], "{d}/a.jpg: must end in .png, .exr, .mp4, or be - for a PNG on standard output"),
+    "suffix": (
+        ["-o", "{d}/a.gif"],
+        "{d}/a.gif: must end in .png, .jpg, .jpeg, .exr, .mp4, or be - for a PNG on standard output",
+    ),
+    "no name": (["-o", ""], "-o: is empty; name a file, or - for a PNG on standard output"),
+    "clear jpeg": (
+        ["-o", "{d}/a.JPG", "--no-background"],
+        "{d}/a.JPG: --no-background: a JPEG has no alpha; write .png or .exr",
+    ),
     "braces": (
         ["-o", "{d}/a{{number}}.png"],
         "{d}/a{{number}}.png: {{number}} is unknown; {{frame}} and {{frame:4}} stand for the frame's number",
@@ -177,3 +195,12 @@ def test_wrong_usage_exits_with_2(run, arguments):
     assert result.exit_code == 2
     assert "Error: " in result.stderr and result.stdout == ""
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc")
+@pytest.mark.parametrize("command", [("render", "{scene}", "-o"), ("bake", "{mesh}", "-o")])
+def test_a_folder_that_takes_no_file_whoever_asks(run, tiny_scene, command):
+    mesh = next(tiny_scene.parent.glob("*.ply"))
+    name = "/proc/a.png" if command[0] == "render" else "/proc/a.dpci.exr"
+    result = run(*(part.format(scene=tiny_scene, mesh=mesh) for part in command), name)
+    assert (result.exit_code, result.stderr) == (2, f"{name}: the folder '/proc' is not writable\n")

@@ -42,6 +42,16 @@ def test_png_with_background_has_no_alpha(run, tiny_scene, tmp_path):
     assert listing(tmp_path) == ["a.png", "scene"]
 
 
+@pytest.mark.parametrize("name", ["a.jpg", "a.JPEG"])
+def test_a_jpeg_shows_the_same(run, tiny_scene, tmp_path, name):
+    for each in ("a.png", name):
+        assert run("render", tiny_scene, "-o", tmp_path / each, "--resolution", "96x64").exit_code == 0
+    with Image.open(tmp_path / name) as picture:
+        assert (picture.format, picture.mode, picture.size) == ("JPEG", "RGB", (96, 64))
+        off = np.asarray(picture, int) - read_png(tmp_path / "a.png")[1]
+    assert np.sqrt((off**2).mean()) < 3
+
+
 def test_png_without_background_is_clear_where_nothing_is(run, tiny_scene, tmp_path):
     run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
     mode, pixels = read_png(tmp_path / "a.png")

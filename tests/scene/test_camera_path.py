@@ -125,7 +125,7 @@ def test_a_single_keyframe_holds(tmp_path: Path) -> None:
             "- {time: 1, position: [0, 0, 0], target: [0, 0, 1]}\n",
             "5:10: keyframes[1].time: must be later than the keyframe before (1 s)",
         ),
-        ("keyframes: []\n", "2:12: keyframes: list should have at least 1 item after validation, not 0, not a list"),
+        ("keyframes: []\n", "2:12: keyframes: must hold at least 1, not 0"),
         (
             "fps: 1000\nkeyframes:\n- {time: 100000, position: [0, 0, 0], target: [0, 0, 1]}\n",
             "2:6: fps: the path has 100000001 frames; the limit is 1000000",

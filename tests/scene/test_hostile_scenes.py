@@ -94,6 +94,9 @@ MESSAGES = {
     "no-dpci": [
         "7:36: objects[1].representation: 'dpci' is not possible, asset 'plain' has no dpci",
     ],
+    "no-file-name": [
+        "3:9: assets.box.mesh: must be the name of a file, not null",
+    ],
     "no-kind": [
         "6:5: objects[0]: needs exactly one of 'asset', 'grid', 'group', 'places', 'scatter'",
     ],
@@ -181,6 +184,14 @@ def test_file_too_large(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         load_scene(path)
     assert str(caught.value) == f"{path}:1:1: the file is larger than 16 MiB"
+
+
+def test_a_picture(tmp_path: Path) -> None:
+    path = tmp_path / "picture.png"
+    path.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    with pytest.raises(InputError) as caught:
+        load_scene(path)
+    assert str(caught.value) == f"{path}:1:1: binary, not UTF-8 text; scenes and camera paths are YAML"
 
 
 def test_no_such_file() -> None:

@@ -20,7 +20,7 @@ def scene_of(folder, item):
 
 
 def test_text_names_its_columns_in_any_order(tmp_path):
-    (tmp_path / "a.csv").write_text("\ufeffyaw, z,x,y\r\n90,3,1,2\r\n-45,6,4,5e0\r\n", "utf-8")
+    (tmp_path / "a.csv").write_text("\ufeffyaw, z,x,y\r\n90,3,1,2\r\n-45,6,4,5e0\r\n\r\n", "utf-8")
     read = read_places(tmp_path / "a.csv")
     np.testing.assert_array_equal(read.position, [[1, 2, 3], [4, 5, 6]])
     np.testing.assert_allclose(read.yaw, np.radians([90, -45]), rtol=1e-6)

@@ -2,9 +2,24 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from depthwalk.scene.arrays import Camera
-from depthwalk.walk.controls import EYE_HEIGHT, FAST, LONGEST_STEP, MAX_PITCH, SPEED_RANGE, TAP, HeldKeys, Move, Walker
+from depthwalk.walk.controls import (
+    EYE_HEIGHT,
+    FAST,
+    LONGEST_STEP,
+    MAX_PITCH,
+    SPEED_RANGE,
+    TAP,
+    HeldKeys,
+    Move,
+    Walker,
+    direction,
+    heading,
+    natural_speed,
+)
 
 AHEAD = Camera((1.0, 2.0, 3.0), (1.0, 2.0, 0.0), 1.0)
 
@@ -120,6 +135,18 @@ def test_the_wheel_multiplies_the_speed_and_turns_back():
     assert walker.speed == SPEED_RANGE[1]
     walker.change_speed(-1000)
     assert walker.speed == SPEED_RANGE[0]
+
+
+@pytest.mark.parametrize(
+    ("radius", "speed"), [(0.05, 0.02), (1.0, 0.4), (10.0, 3.0), (150.0, 3.0), (5000.0, 10_000 / 120), (1e9, 10_000.0)]
+)
+def test_a_scene_is_crossed_neither_in_no_time_nor_in_hours(radius, speed):
+    assert natural_speed(radius) == pytest.approx(speed)
+
+
+@given(st.floats(-3.14, 3.14), st.floats(-1.5, 1.5))
+def test_a_heading_is_that_of_its_direction(yaw, pitch):
+    assert heading(direction(yaw, pitch)) == pytest.approx((yaw, pitch), abs=1e-6)
 
 
 @pytest.mark.parametrize("target", [(4.0, 2.0, -3.0), (1.0, 8.0, 2.0), (-3.0, -1.0, 9.0)])

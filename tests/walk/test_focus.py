@@ -47,7 +47,7 @@ def test_a_lens_has_ends(distance, reached):
 
 def walk(distance, **dof):
     settings = SimpleNamespace(dof=DofParams(**dof))
-    renderer = SimpleNamespace(settings=settings, middle_distance=lambda: distance)
+    renderer = SimpleNamespace(settings=settings, distance_at=lambda: distance)
     return State(SimpleNamespace(environment=Environment()), renderer, Walker.at(HOME), HOME)
 
 

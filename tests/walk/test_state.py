@@ -1,24 +1,45 @@
+import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from depthwalk.render.bounds import Bounds
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.environment import Environment, GroundParams
-from depthwalk.scene.path import CameraPath
+from depthwalk.scene.environment import Environment, GroundParams, WalkParams
+from depthwalk.scene.path import CameraPath, load_path
 from depthwalk.walk.controls import EYE_HEIGHT, Move, Walker
 from depthwalk.walk.playback import Playback
-from depthwalk.walk.state import FrameTimes, State
+from depthwalk.walk.state import Mode, State
+from depthwalk.walk.times import FrameTimes
 
 HOME = Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0)
+
+
+class FakeRenderer:
+    """Shows one ball of radius 2 about (0, 1, 0); where a test says what is seen, at that point."""
+
+    def __init__(self, seen=None):
+        bounds = Bounds(np.array([[0.0, 1.0, 0.0]]), np.array([2.0]))
+        self.placed = SimpleNamespace(representation=None, bounds=lambda: bounds)
+        self.seen = seen
+
+    def distance_at(self, across=0.5, down=0.5):
+        return float("inf") if self.seen is None else math.dist(self.seen, HOME.position)
+
+    def point_at(self, across, down):
+        return None if self.seen is None else np.array(self.seen, float)
+
+    def frame_all(self, aspect, fov=1.0, away=(0, 0, 1)):
+        return Camera(tuple(np.add((0, 1, 0), 9 * np.array(away) / np.linalg.norm(away))), (0, 1, 0), fov)
 
 
 def state(path=True, **environment):
     views = np.array([(0, 0, 0, 0, 0, -1), (10, 0, 0, 10, 0, -1)], float)
     track = CameraPath(30.0, "step", np.array([0.0, 2.0]), views, np.array([0.5, 0.8]))
-    scene = SimpleNamespace(environment=Environment(**environment))
-    renderer = SimpleNamespace(placed=SimpleNamespace(representation=None))
-    return State(scene, renderer, Walker.at(HOME), HOME, Playback(track) if path else None)
+    scene = SimpleNamespace(environment=Environment(**environment), walk=WalkParams(), path=Path("scene.yaml"))
+    return State(scene, FakeRenderer(), Walker.at(HOME), HOME, Playback(track) if path else None)
 
 
 def test_a_path_leads_the_camera_until_a_key_takes_over():
@@ -78,3 +99,143 @@ def test_frame_times_are_smoothed_over_half_a_second():
         times.add(seconds)
     assert times.smoothed == pytest.approx(0.15)
     assert times.milliseconds == pytest.approx([9000, 100, 200, 100, 200, 100])
+
+
+def look(camera):
+    difference = np.subtract(camera.target, camera.position)
+    return difference / np.linalg.norm(difference)
+
+
+def test_orbit_begins_with_the_same_view_about_what_is_in_the_middle():
+    walk = state(path=False)
+    walk.renderer.seen = (0.0, 1.0, 2.0)
+    walk.toggle_orbit()
+    assert walk.mode is Mode.ORBIT
+    assert walk.camera.position == HOME.position and walk.camera.target == pytest.approx((0, 1, 2))
+    walk.look(100, 30)
+    assert math.dist(walk.camera.position, (0, 1, 2)) == pytest.approx(3) and walk.camera.position[0] < -1
+    assert walk.camera.target == pytest.approx((0, 1, 2))
+    before = walk.camera
+    walk.toggle_orbit()
+    assert walk.mode is Mode.FLY
+    assert walk.camera.position == before.position and look(walk.camera) == pytest.approx(look(before))
+
+
+def test_orbit_before_the_sky_is_about_all_objects_or_as_far():
+    walk = state(path=False)
+    walk.toggle_orbit()
+    assert walk.camera.target == pytest.approx((0, 1, 0))
+    away = state(path=False)
+    away.walker.place(Camera((0, 1, 5), (0, 1, 9), 1.0))
+    away.toggle_orbit()
+    assert away.camera.target == pytest.approx((0, 1, 7))
+
+
+def test_keys_take_the_target_along():
+    walk = state(path=False)
+    walk.toggle_orbit()
+    walk.held.press(Move.RIGHT)
+    for _ in range(20):
+        walk.advance(0.05)
+        walk.look(0, 1)  # does not brake
+    moved = walk.camera.target[0]
+    assert walk.walker.speed * 0.8 < moved < walk.walker.speed
+    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(5)
+    assert walk.walker.camera.position == walk.camera.position
+
+
+def test_the_wheel_nears_in_orbit_and_speeds_up_else():
+    walk = state(path=False)
+    speed = walk.walker.speed
+    walk.wheel(1)
+    assert walk.walker.speed > speed and walk.camera.position == HOME.position
+    walk.toggle_orbit()
+    walk.wheel(1)
+    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(4.5)
+    assert walk.walker.speed < 1.3 * speed
+
+
+def test_turning_to_a_target_takes_a_moment():
+    walk = state(path=False)
+    walk.renderer.seen = (2.0, 1.0, 1.0)
+    walk.turn_about(0.7, 0.5)
+    walk.advance(0.02)
+    assert 0.1 < walk.camera.target[0] < 1.9 and walk.camera.position == HOME.position
+    for _ in range(60):
+        walk.advance(0.02)
+    assert walk.camera.target == (2, 1, 1) and walk.camera.position == HOME.position and walk.mode is Mode.ORBIT
+    walk.renderer.seen = None
+    walk.turn_about(0.1, 0.1)
+    walk.advance(0.02)
+    assert walk.camera.target == (2, 1, 1) and "Nothing" in walk.toast
+
+
+@pytest.mark.parametrize("orbit", [False, True])
+def test_framing_all_keeps_the_direction(orbit):
+    walk = state()
+    walk.toggle_path()
+    walk.advance(0.1)
+    if orbit:
+        walk.toggle_orbit()
+    walk.look(50, 20)
+    before = look(walk.camera)
+    walk.frame_all(1.5)
+    assert look(walk.camera) == pytest.approx(before) and not walk.playback.playing
+    assert np.add(walk.camera.position, 9 * before) == pytest.approx([0, 1, 0])
+
+
+def test_a_path_that_plays_in_orbit_leaves_the_target_as_far():
+    walk = state()
+    walk.toggle_orbit()
+    walk.toggle_path()
+    walk.advance(0.5)
+    walk.look(10, 0)
+    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(5)
+
+
+def test_home_is_home_in_orbit_too():
+    walk = state(path=False)
+    walk.toggle_orbit()
+    walk.look(300, 40)
+    walk.pan(0.3, 0.2)
+    walk.go_home()
+    assert walk.camera == HOME
+
+
+def test_a_mesh_alone_is_turned_about_and_a_scene_walked_through():
+    walk = state()
+    walk.arrive()
+    assert walk.mode is Mode.FLY and walk.walker.speed == pytest.approx(4 / 5)  # 4 m across, in 5 s
+    walk.scene.path, walk.scene.walk = Path("bust.OBJ"), WalkParams(speed=7.0)
+    walk.arrive()
+    assert walk.mode is Mode.ORBIT and walk.camera == HOME and walk.walker.speed == 7
+
+
+def test_what_is_recorded_is_saved_and_played(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    walk = state(path=False)
+    walk.toggle_recording()
+    walk.held.press(Move.FORWARD)
+    for _ in range(50):
+        walk.advance(0.04)
+        walk.record(0.04)
+    end = walk.camera
+    walk.toggle_recording()
+    (file,) = tmp_path.iterdir()
+    assert file.name in walk.toast and walk.recorder is None
+    path = load_path(file)
+    assert path.times[-1] == pytest.approx(49 * 0.04)
+    assert path.sample(9.0).position == pytest.approx(end.position, abs=1e-6)
+    walk.toggle_path()
+    assert walk.playback.playing and walk.camera.position == pytest.approx((0, 1, 5 - 0.12), abs=0.1)
+
+
+def test_a_recording_that_cannot_be_saved_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("depthwalk.walk.recorder.Path.cwd", lambda: tmp_path / "gone")
+    monkeypatch.setattr("depthwalk.walk.recorder.user_documents_path", lambda: tmp_path / "gone too")
+    walk = state(path=False)
+    walk.toggle_recording()
+    walk.record(0.1)
+    walk.record(0.1)
+    walk.toggle_recording()
+    assert "gone too" in walk.toast and walk.playback is None

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -34,10 +35,13 @@ objects:
   - {asset: crate, position: [0.8, 0, 0], yaw: 30}
 environment: {sky: {}, ground: {}}
 camera: {position: [0, 1.2, 6], target: [0, 0.8, 0], fov: 50}
+walk: {speed: 3}
 """
 DRIVER = """
-import json, sys
+import json, signal, sys
+from pathlib import Path
 import depthwalk.walk.app as app
+import glfw
 from depthwalk.library import SceneLibrary
 from depthwalk.scene.loader import load_scene
 
@@ -47,10 +51,18 @@ class Watched(app.Device):
         self.max_samples = min(self.max_samples, int(sys.argv[2]))
         devices.append(self)
 
+def drop_by_signal(window, action):
+    on_files_dropped(window, action)
+    dropped = glfw.set_drop_callback(window._window, None)
+    signal.signal(signal.SIGUSR1, lambda *_: dropped(None, 1, [Path("dropped").read_bytes()]))
+
 devices = []
 app.Device = Watched
+on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
 scene = load_scene(sys.argv[1])
-app.run(scene, SceneLibrary(scene.assets), size=(480, 360))
+quick = {"assets.model.dpci.resolution": "64"}
+read = lambda file: load_scene(file, overrides=quick if file.suffix == ".ply" else {})
+app.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read)
 print(json.dumps([device.live for device in devices]))
 """
 
@@ -133,6 +145,18 @@ class User:
                     return found.split()[0]
             time.sleep(0.1)
         raise AssertionError("no window")
+
+    def drop(self, file):
+        (self.folder / "dropped").write_text(str(file))
+        self.program.process.send_signal(signal.SIGUSR1)
+
+    def wait_for_title(self, text):
+        end = time.monotonic() + 60
+        search = ["xdotool", "search", "--onlyvisible", "--name", f"^{text}"]
+        while subprocess.run(search, env=self.environment, capture_output=True, timeout=20).returncode:
+            self.program.check_running()
+            assert time.monotonic() < end, text
+            time.sleep(0.1)
 
     def screenshot(self, size=None):
         """The next screenshot, taken again until it is of `size`: (H, W, 3) int, and its Camera."""
@@ -225,7 +249,7 @@ def test_a_key_focuses_on_what_is_in_the_middle(display, scene_file, tmp_path, m
         user = User(environment, tmp_path, program)
         user.find_window()
         user.screenshot()  # it shows the scene
-        user.do("key", "z", "key", "f", "sleep", 4)
+        user.do("key", "z", "key", "l", "sleep", 4)
         focused, camera = user.screenshot()
     pictures = {}
     for mode in ("gather", "none"):
@@ -238,6 +262,52 @@ def test_a_key_focuses_on_what_is_in_the_middle(display, scene_file, tmp_path, m
     assert crate.sum() > 1000
     off = [np.abs(picture - pictures["none"])[crate].mean() for picture in (pictures["gather"], focused)]
     assert off[1] < 1 < 0.5 * off[0]
+
+
+@linux
+def test_files_are_dropped_and_read_again(display, scene_file, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    (tmp_path / "bad.yaml").write_text("version: 1\nobjects: [{asset: ball}]\n")
+    (tmp_path / "broken.ply").write_text("no mesh")
+    with Program(scene_file, tmp_path, environment) as program:
+        user = User(environment, tmp_path, program)
+        user.find_window()
+        _, start = user.screenshot()
+        user.do("key", "z")
+        for bad in ("bad.yaml", "broken.ply", "gone.yaml"):
+            user.drop(tmp_path / bad)
+            time.sleep(1)
+        picture, camera = user.screenshot()
+        assert camera == start
+        assert np.abs(picture - headless_picture(scene_file, start, (480, 360))).mean() < 1
+
+        user.drop(tmp_path / "ball.ply")
+        user.wait_for_title("ball.ply")
+        user.do("mousemove", 240, 180, "mousedown", 1, "mousemove_relative", 90, 0, "sleep", 0.3, "mouseup", 1)
+        _, turned = user.screenshot()
+        assert turned.target == pytest.approx((0, 0.8, 0), abs=0.02)  # the ball's middle
+        assert turned.position[0] < -0.2
+
+        user.drop(scene_file)
+        user.wait_for_title("scene.yaml")
+        user.do("keydown", "d", "sleep", 0.3, "keyup", "d", "sleep", 0.3)
+        scene_file.write_text(SCENE.replace("position: [0.8, 0, 0]", "position: [0.8, 0, 2]"))
+        user.do("key", "r", "sleep", 4)
+        picture, moved = user.screenshot()
+        assert moved.position[0] > 0.2
+        assert np.abs(picture - headless_picture(scene_file, moved, (480, 360))).mean() < 1
+
+        path = tmp_path / "path.yaml"
+        path.write_text("version: 1\nkeyframes: [{time: 0, position: [0, 9, 9], target: [0, 0, 0]}]\n")
+        user.drop(path)
+        user.do("sleep", 1, "key", "p", "sleep", 0.5)
+        assert user.screenshot()[1].position == (0, 9, 9)
+        user.do("key", "Escape")
+        (live,) = program.end()
+    assert not any(live.values())
 
 
 @linux

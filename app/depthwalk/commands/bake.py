@@ -12,6 +12,7 @@ from depthwalk.bake.parts import ModelParams
 from depthwalk.bakery import Baked, Job, Kept, Stage, bake_all
 from depthwalk.commands.console import live_options, log, show_progress
 from depthwalk.errors import InputError
+from depthwalk.limits import MAX_COORDINATE
 from depthwalk.output import check_folder
 from depthwalk.scene.scene import MeshAsset
 
@@ -38,8 +39,8 @@ def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
 
 def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: float | None) -> MeshAsset:
     """The asset that a scene file with the same values describes: both have the same key. Raises InputError."""
-    if height is not None and not 0 < height <= 1e6:
-        raise InputError(f"--height {height:g}: must be above 0 and at most 1000000 metres")
+    if height is not None and not 0 < height <= MAX_COORDINATE:
+        raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
     return MeshAsset(mesh.stem, mesh, texture, up, height, dpci=None)
 
 

@@ -17,7 +17,7 @@ from depthwalk.errors import InputError
 
 log = logging.getLogger("depthwalk")
 
-OK, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+FAILURE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 Report = Callable[[str, str], None]  # what is worked on, which stage of it
 Command = TypeVar("Command", bound=Callable[..., None])

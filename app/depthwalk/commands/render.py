@@ -15,13 +15,14 @@ from depthwalk.errors import InputError
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.ingest.sources import source_files
 from depthwalk.library import SceneLibrary
-from depthwalk.output import check_folder, png_bytes, video, write_bytes, write_exr
+from depthwalk.output import check_folder, jpeg_bytes, png_bytes, video, write_bytes, write_exr
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Asset, DepthImageAsset, Scene
 
-SUFFIXES = (".png", ".exr", ".mp4")
+JPEG = (".jpg", ".jpeg")
+SUFFIXES = (".png", *JPEG, ".exr", ".mp4")
 _FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
 
 Take = Callable[[HeadlessRenderer], None]  # writes the frame that the renderer drew last
@@ -54,15 +55,18 @@ class Output:
 def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[Path]) -> None:
     """Makes sure that `frames` frames can go to `output` without touching any of `inputs`. Raises InputError."""
     name = output.name
+    if not name:
+        raise InputError("-o: is empty; name a file, or - for a PNG on standard output")
     if output.suffix not in SUFFIXES:
         raise InputError(f"{name}: must end in {', '.join(SUFFIXES)}, or be - for a PNG on standard output")
     if braces := re.search(r"\{[^}]*\}", _FRAME.sub("", name)):
         raise InputError(f"{name}: {braces[0]} is unknown; {{frame}} and {{frame:4}} stand for the frame's number")
+    if output.transparent and output.suffix in (*JPEG, ".mp4"):
+        kind = "video" if output.suffix == ".mp4" else "JPEG"
+        raise InputError(f"{name}: --no-background: a {kind} has no alpha; write .png or .exr")
     if output.suffix == ".mp4":
         if not has_path:
             raise InputError(f"{name}: a video needs --path")
-        if output.transparent:
-            raise InputError(f"{name}: --no-background: a video has no alpha; write .png or .exr")
         if output.is_series:
             raise InputError(f"{name}: a video is one file, without {{frame}}")
     elif frames > 1 and not output.is_series:
@@ -163,7 +167,8 @@ def _write_still(headless: HeadlessRenderer, output: Output, frame: int) -> None
     if output.suffix == ".exr":
         write_exr(output.file(frame), headless.linear_image())
     else:
-        picture = png_bytes(headless.pixels()[..., : 4 if output.transparent else 3])
+        encode = jpeg_bytes if output.suffix in JPEG else png_bytes
+        picture = encode(headless.pixels()[..., : 4 if output.transparent else 3])
         if output.to_stdout:
             sys.stdout.buffer.write(picture)
             return

@@ -1,6 +1,7 @@
 """`depthwalk view` and `depthwalk demo`: the window, and what is done where there is no display."""
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from depthwalk.errors import InputError
 from depthwalk.library import SceneLibrary
 from depthwalk.resources import scene_root
 from depthwalk.scene.arrays import Representation
+from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 
@@ -21,7 +23,7 @@ STILLS = 6
 @dataclass(frozen=True)
 class Walk:
     """What to show. size: (width, height), pixels; representation: None leaves it to the scene; camera: what to change
-    about the scene's, or about the one that sees all of it."""
+    about the scene's, or about the one that sees all of it; read: as `walk.run` takes it."""
 
     scene: Scene
     path: CameraPath | None
@@ -29,6 +31,7 @@ class Walk:
     representation: Representation | None
     camera: CameraOptions = field(default_factory=CameraOptions)
     fullscreen: bool = False
+    read: Callable[[Path], Scene] = load_scene
 
 
 def garden() -> Path:
@@ -55,6 +58,7 @@ def open_walk(walk: Walk) -> str | None:
             size=walk.size,
             representation=walk.representation,
             first_camera=walk.camera.apply,
+            read=walk.read,
         )
     except NoDisplay as error:
         return str(error)

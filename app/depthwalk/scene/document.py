@@ -85,6 +85,8 @@ def _read_text(path: Path) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if b"\0" in data:  # a picture, say, or depth images
+            raise located(str(path), 0, 0, "binary, not UTF-8 text; scenes and camera paths are YAML") from None
         before = data[: error.start].decode("utf-8-sig", errors="replace")
         raise _at_offset(str(path), before, f"not UTF-8 text (byte 0x{data[error.start]:02x})") from None
 

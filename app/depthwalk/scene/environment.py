@@ -1,10 +1,11 @@
-"""What surrounds the objects: `environment:` and `camera:` of the scene file. Colours in sRGB, angles in degrees."""
+"""What surrounds the objects: `environment:`, `camera:` and `walk:` of the scene file. Colours in sRGB, angles in
+degrees."""
 
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from depthwalk.limits import MAX_LIGHTS
+from depthwalk.limits import MAX_FOV, MAX_LIGHTS, MIN_FOV
 from depthwalk.params import param
 from depthwalk.scene.fields import Colour, Coordinate, FileParams, FilePath, Length, Vector
 
@@ -15,6 +16,7 @@ def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
     return value
 
 
+MIN_SPEED, MAX_SPEED = 0.001, 10_000.0  # m/s
 MAX_SHADOW_ANGLE = 150  # degrees: beyond, a flat map has few texels left for the middle of the cone
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
@@ -105,10 +107,22 @@ class CameraParams(FileParams):
 
     position: Vector = param(..., "Where it stands", unit="m")
     target: Vector = param(..., "What it looks at", unit="m")
-    fov: float = param(60.0, "Vertical angle of view", unit="degrees", ge=1, le=170)
+    fov: float = param(60.0, "Vertical angle of view", unit="degrees", ge=MIN_FOV, le=MAX_FOV)
 
     @model_validator(mode="after")
     def _looks_somewhere(self) -> Self:
         if self.position == self.target:
             raise ValueError("'target' must be elsewhere than 'position'")
         return self
+
+
+class WalkParams(FileParams):
+    """How the window's viewer moves."""
+
+    speed: float | None = param(
+        None,
+        "Speed at the start; absent: 3 m/s, unless crossing the objects would take less than 5 s or more than 2 min",
+        unit="m/s",
+        ge=MIN_SPEED,
+        le=MAX_SPEED,
+    )

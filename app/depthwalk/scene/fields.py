@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema
 
+from depthwalk.limits import MAX_COORDINATE
 from depthwalk.params import Params
 from depthwalk.scene.validate import shown
 
-MAX_COORDINATE = 1e6  # metres; float32 positions still resolve 6 cm there
 MIN_SCALE, MAX_SCALE = 1e-4, 1e4
 
 

@@ -55,6 +55,7 @@ def load_scene(
         environment=environment,
         camera=camera_from(file.camera) if file.camera else None,
         render=file.render,
+        walk=file.walk,
     )
 
 

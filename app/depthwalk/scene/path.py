@@ -72,6 +72,11 @@ class CameraPath:
         x, y, z, u, v, w = (float(value) for value in view)
         return Camera((x, y, z), (u, v, w), fov)
 
+    def curve(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Views (n, 6) and angles (n,) of a smooth path at `times` (n,), each between its first and its last keyframe,
+        of which it must have two."""
+        return self._view_curve(times), self._fov_curve(times)
+
     @cached_property
     def _view_curve(self) -> CubicHermiteSpline:
         """Catmull–Rom for uneven times: tangents by second-order differences, C1."""
@@ -102,6 +107,29 @@ def load_path(path: Path) -> CameraPath:
     views = np.array([(*key.position, *key.target) for key in file.keyframes])
     fovs = np.radians([key.fov for key in file.keyframes])
     return CameraPath(file.fps, file.interpolation, times, views, fovs)
+
+
+def is_path_file(path: Path) -> bool:
+    """Whether that is a camera path, not a scene. Raises InputError where it is no YAML at all."""
+    return read_document(path).holds(("keyframes",))
+
+
+def path_text(path: CameraPath) -> str:
+    """The path file that `load_path` reads as `path`, numbers to nine digits."""
+    header = f"version: 1\nfps: {_number(path.fps)}\ninterpolation: {path.interpolation}\nkeyframes:\n"
+    keys = zip(path.times, path.views[:, :3], path.views[:, 3:], np.degrees(path.fovs), strict=True)
+    return header + "".join(
+        f"  - {{time: {_number(time)}, position: {_vector(eye)}, target: {_vector(target)}, fov: {_number(fov)}}}\n"
+        for time, eye, target, fov in keys
+    )
+
+
+def _vector(values: NDArray[np.float64]) -> str:
+    return f"[{', '.join(map(_number, values))}]"
+
+
+def _number(value: float) -> str:
+    return f"{value:.9g}"
 
 
 def _frame_count(fps: float, last: float) -> int:

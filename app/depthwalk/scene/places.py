@@ -1,7 +1,6 @@
 """Files of places, as other programs export them: where the instances of a `places` item stand within their node."""
 
 import csv
-import io
 import re
 import warnings
 from pathlib import Path
@@ -10,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, suggest
-from depthwalk.limits import MAX_INSTANCES, MAX_PLACES_BYTES
-from depthwalk.scene.fields import MAX_COORDINATE, MAX_SCALE, MIN_SCALE
+from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_PLACES_BYTES
+from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
 from depthwalk.scene.similarity import Similarity
 
 _COLUMNS = "x", "y", "z", "yaw", "scale"  # metres, degrees; the first three must be there
@@ -68,21 +67,22 @@ def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
             raise InputError(f"{path}:1: unknown column {name[:40]!r}{suggest(name, list(_COLUMNS))}")
     if len(set(names)) < len(names) or not set(_COLUMNS[:3]) <= set(names):
         raise InputError(f"{path}:1: the first line must name the columns x, y, z, and may name yaw, scale, once each")
-    _check_count(path, body.count("\n"))
-    return names, _numbers(path, body, len(names)), 2
+    lines = body.rstrip().splitlines()
+    _check_count(path, len(lines))
+    return names, _numbers(path, lines, len(names)), 2
 
 
-def _numbers(path: Path, body: str, columns: int) -> NDArray[np.float64]:
-    """The lines of `body`, the second and all that follow of the file, as (n, columns)."""
+def _numbers(path: Path, lines: list[str], columns: int) -> NDArray[np.float64]:
+    """The second line of the file and all that follow as (n, columns)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # there are no lines
         try:
-            values = np.loadtxt(io.StringIO(body), delimiter=",", comments=None, ndmin=2).reshape(-1, columns)
-            if len(values) == len(body.splitlines()):
+            values = np.loadtxt(lines, delimiter=",", comments=None, ndmin=2).reshape(-1, columns)
+            if len(values) == len(lines):
                 return values
         except (ValueError, OverflowError):
             pass
-    for line, text in enumerate(body.splitlines(), 2):
+    for line, text in enumerate(lines, 2):
         fields = text.split(",")
         if len(fields) != columns:
             raise InputError(

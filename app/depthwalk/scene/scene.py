@@ -1,6 +1,6 @@
 """A loaded scene: assets, the node table, and the objects it flattens into."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Camera, Objects
-from depthwalk.scene.environment import Environment
+from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.schema import DpciParams, IntrinsicsParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
 
@@ -91,6 +91,7 @@ class Scene:
     environment: Environment
     camera: Camera | None
     render: RenderSettings
+    walk: WalkParams = field(default_factory=WalkParams)
 
 
 def set_node_transform(

@@ -6,6 +6,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, WithJso
 
 from depthwalk.limits import (
     MAX_ASSETS,
+    MAX_COORDINATE,
     MAX_DPCI_LAYERS,
     MAX_DPCI_PARTS,
     MAX_DPCI_RESOLUTION,
@@ -14,9 +15,8 @@ from depthwalk.limits import (
 )
 from depthwalk.params import param
 from depthwalk.render.settings import RenderSettings
-from depthwalk.scene.environment import CameraParams, Environment
+from depthwalk.scene.environment import CameraParams, Environment, WalkParams
 from depthwalk.scene.fields import (
-    MAX_COORDINATE,
     Coordinate,
     Extent,
     FileParams,
@@ -260,4 +260,5 @@ class SceneFile(FileParams):
     objects: list[ItemParams] = Field([], description="The nodes of the scene graph")
     environment: Environment = Field(default_factory=Environment, description="Sky, ground and lights")
     camera: CameraParams | None = param(None, "First view; absent frames the objects")
+    walk: WalkParams = Field(default_factory=WalkParams, description="How the window's viewer moves")
     render: RenderSettings = Field(default_factory=RenderSettings, description="How the picture is made")

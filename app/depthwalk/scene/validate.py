@@ -144,6 +144,12 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
             return source.error(loc, detail["msg"])
         case "no_kind" | "model_type" | "model_attributes_type" | "dict_type":
             return source.error(loc, f"must be a mapping of keys, not {shown(value)}")
+        case "path_type":
+            return source.error(loc, f"must be the name of a file, not {shown(value)}")
+        case "too_short" | "too_long":
+            least, most = (detail["ctx"].get(name) for name in ("min_length", "max_length"))
+            bound = f"at least {least}" if most is None else f"at most {most}"
+            return source.error(loc, f"must hold {bound}, not {len(value)}")
         case "value_error" | "assertion_error":
             return source.error(loc, detail["msg"].split(", ", 1)[1])
     message = detail["msg"].split(", unable")[0].replace("Input should be", "must be")

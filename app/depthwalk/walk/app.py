@@ -2,10 +2,8 @@
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
@@ -14,26 +12,24 @@ from depthwalk.render.antialiasing import hardware_samples
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.path import CameraPath
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.lone_mesh import is_mesh_file
+from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import hud
 from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
+from depthwalk.walk.loading import LoadingScreen, Stopped
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.panel import draw_atlas, draw_panel
 from depthwalk.walk.playback import Playback
-from depthwalk.walk.screenshot import save_screenshot
+from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.state import State
-from depthwalk.walk.window import Window, open_window
+from depthwalk.walk.window import Window, on_files_dropped, open_window
 
-_LINES = 8  # of the progress of loading
 _UPLOADING = 0.008  # s of a frame, for assets that come into sight
 _IDLE = 0.05  # s between looks at a window that shows nothing
-
-
-class _Closed(Exception):
-    """The window was closed while something was loading."""
 
 
 def run(
@@ -45,22 +41,24 @@ def run(
     size: tuple[int, int] = (1280, 720),
     representation: Representation | None = None,
     first_camera: Callable[[Camera], Camera] = lambda camera: camera,
+    read: Callable[[Path], Scene] = load_scene,
 ) -> None:
     """Open a window on `scene` and return when the user closes it.
 
     library: the scene's assets, loaded here while their progress is shown; path: played by P; size: of the window,
     (width, height); representation: of all objects, None as the scene says; first_camera: makes the first camera of the
-    scene's, or of the one that sees every object.
+    scene's, or of the one that sees every object; read: reads the scene's file again, and those that are dropped on the
+    window, and may raise InputError.
     Raises NoDisplay where no window can be opened, InputError for assets that cannot be used.
     """
-    window = open_window(f"{scene.path.name} \u2013 depthwalk", size, fullscreen)
+    window = open_window(_title(scene), size, fullscreen)
     report = library.report
     try:
-        walk = _Walk(window, scene, library)
+        walk = _Walk(window, library, read)
         try:
-            walk.load(path, representation, first_camera)
+            walk.start(scene, path, representation, first_camera)
             walk.loop()
-        except _Closed:
+        except Stopped:
             pass
         finally:
             walk.release()
@@ -69,49 +67,102 @@ def run(
         window.destroy()
 
 
+def _title(scene: Scene) -> str:
+    return f"{scene.path.name} \u2013 depthwalk"
+
+
 class _Walk:
     """Owns what lives as long as the window."""
 
-    def __init__(self, window: Window, scene: Scene, library: SceneLibrary) -> None:
-        self._window, self._scene, self._library = window, scene, library
+    def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
+        self._window, self._library, self._read = window, library, read
         self._device = Device(window.ctx)
         self._overlay = Overlay(self._device)
         self._releases: list[Callable[[], None]] = [self._overlay.release]
-        self._progress: list[str] = []
+        self._loading = LoadingScreen(window, self._overlay, library.report)
         window.key_event_func = self._close_by_escape  # until there is an `Input`
-        self._report = library.report
-        library.report = self._show_progress
+        on_files_dropped(window, self._drop)
         self._screenshot_wanted = False
+        self._wanted: Path | None = None  # to be shown next
         self._then = time.perf_counter()
 
-    def load(
+    def start(
         self,
+        scene: Scene,
         path: CameraPath | None,
         representation: Representation | None,
         first_camera: Callable[[Camera], Camera],
     ) -> None:
         """Reads, bakes and uploads what the first frame needs."""
-        self._draw_progress()
-        renderer = Renderer(self._device, self._scene, self._library)
-        self._releases.append(renderer.release)
-        renderer.placed.representation = representation
-        renderer.remembers = True
-        renderer.placed.table()
+        self._renderer = self._load(scene, self._library, representation)
+        self._releases.append(lambda: self._renderer.release())
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
-        width, height = self._window.size
-        home = first_camera(self._scene.camera or renderer.frame_all(width / max(height, 1)))
+        home = first_camera(scene.camera or self._renderer.frame_all(self._aspect))
         playback = Playback(path) if path is not None else None
-        self._state = State(self._scene, renderer, Walker.at(home), home, playback)
+        self._state = State(scene, self._renderer, Walker.at(home), home, playback)
+        self._state.arrive()
         self._input = Input(self._window, self._state, self._actions())
+        self._loading.end()
         self._state.tell("H shows the keys")
+
+    def _load(self, scene: Scene, library: SceneLibrary, representation: Representation | None) -> Renderer:
+        """A renderer that knows the assets. Raises InputError, Stopped."""
+        self._loading.begin(scene.path.name)
+        library.report = self._loading.report
+        renderer = Renderer(self._device, scene, library)
+        try:
+            renderer.placed.representation = representation
+            renderer.remembers = True
+            renderer.placed.table()
+        except BaseException:
+            renderer.release()
+            raise
+        return renderer
+
+    def _open(self, file: Path) -> None:
+        """Takes a camera path, or shows a scene or a mesh. Where the file cannot be used, all stays as it is."""
+        self._wanted, start = None, time.perf_counter()
+        try:
+            if not is_mesh_file(file) and is_path_file(file):
+                self._state.playback = Playback(load_path(file))
+                self._state.tell(f"P plays {file.name}")
+            else:
+                self._show(self._read(file))
+        except InputError as error:
+            self._state.tell(str(error))
+        except Stopped:
+            if self._window.is_closing:
+                raise
+            self._state.tell(f"{file.name}: loading was stopped")
+        self._loading.end()
+        self._then += time.perf_counter() - start  # no time passes for the viewer meanwhile
+
+    def _show(self, scene: Scene) -> None:
+        """Another scene, or what has become of this one, which keeps camera and path. Raises InputError."""
+        state, again = self._state, scene.path == self._state.scene.path
+        library = self._library.sibling(scene.assets)
+        renderer = self._load(scene, library, self._renderer.placed.representation if again else None)
+        state.end_recording()
+        self._renderer.release()
+        self._library, self._renderer = library, renderer
+        state.scene, state.renderer = scene, renderer
+        state.home = scene.camera or renderer.frame_all(self._aspect)
+        if not again:
+            state.playback = None
+            state.arrive()
+        self._window.title = _title(scene)
+        state.tell(f"{scene.path.name}, read again" if again else scene.path.name)
 
     def loop(self) -> None:
         self._then = time.perf_counter()
         while not self._window.is_closing:
+            if self._wanted is not None:
+                self._open(self._wanted)
             now = time.perf_counter()
             dt, self._then = now - self._then, now
             self._state.advance(dt)
+            self._state.record(dt)
             self._state.pull_focus(dt)
             if min(*self._window.size, *self._window.buffer_size) > 0:
                 self._state.times.add(dt)
@@ -119,6 +170,14 @@ class _Walk:
             else:  # minimised
                 time.sleep(_IDLE)
             self._window.swap_buffers()
+        if self._state.recorder is not None:
+            self._state.end_recording()
+            print(self._state.toast)
+
+    @property
+    def _aspect(self) -> float:
+        width, height = self._window.size
+        return width / max(height, 1)
 
     def release(self) -> None:
         for release in reversed(self._releases):
@@ -133,12 +192,17 @@ class _Walk:
         return {
             "ESCAPE": self._escape,
             "C": lambda: self._input.capture(not self._input.captured),
-            "F": state.focus,
+            "F": lambda: state.frame_all(self._aspect),
             "F12": self._want_screenshot,
             "G": state.toggle_walking,
             "H": toggle("help"),
+            "HOME": state.go_home,
+            "K": state.toggle_recording,
+            "L": state.focus,
+            "O": state.toggle_orbit,
             "P": state.toggle_path,
-            "R": state.go_home,
+            "R": self._want_again,
+            "T": lambda: state.turn_about(*self._input.pointer),
             "TAB": toggle("panel"),
             "Z": toggle("hud"),
             "NUMBER_1": lambda: state.represent(None),
@@ -147,7 +211,9 @@ class _Walk:
         }
 
     def _escape(self) -> None:
-        if self._input.captured:
+        if self._loading.busy:
+            self._loading.stop()
+        elif self._input.captured:
             self._input.capture(False)
         else:
             self._window.close()
@@ -158,6 +224,13 @@ class _Walk:
 
     def _want_screenshot(self) -> None:
         self._screenshot_wanted = True
+
+    def _want_again(self) -> None:
+        self._wanted = self._state.scene.path
+
+    def _drop(self, files: list[Path]) -> None:
+        """Of several files, the first."""
+        self._wanted = files[0]
 
     def _draw(self, dt: float) -> None:
         self._load_missing()
@@ -190,7 +263,7 @@ class _Walk:
         except InputError as error:
             self._state.tell(str(error))
             renderer.settings.aa = "none"
-        self._progress.clear()
+        self._loading.end()
         self._then += time.perf_counter() - start  # no time passes for the viewer meanwhile
 
     def _widgets(self) -> None:
@@ -214,36 +287,7 @@ class _Walk:
 
     def _take_screenshot(self, camera: Camera) -> None:
         try:
-            file = save_screenshot(self._read_window(), self._scene.path, camera)
+            file = save_screenshot(read_window(self._window), self._state.scene.path, camera)
             self._state.tell(f"Saved {file}")
         except OSError as error:
             self._state.tell(f"Screenshot failed: {error}")
-
-    def _read_window(self) -> NDArray[np.uint8]:
-        """What the window shows, (H, W, 3), top row first. The screen's own size is that of its making."""
-        width, height = self._window.buffer_size
-        data = self._window.fbo.read(viewport=(0, 0, width, height), components=3, alignment=1)
-        _ = self._device.context.error  # moderngl also asks for an attachment, which a window's buffer has not
-        return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1]
-
-    def _show_progress(self, name: str, stage: str) -> None:
-        """The library's report. Raises _Closed when the user closes the window meanwhile."""
-        self._report(name, stage)
-        self._progress = [*self._progress[1 - _LINES :], f"{name}: {stage} \u2026"]
-        self._draw_progress()
-        if self._window.is_closing:
-            raise _Closed
-
-    def _draw_progress(self) -> None:
-        size = self._window.buffer_size
-        if min(*self._window.size, *size) > 0:
-            screen = self._window.fbo
-            screen.viewport = (0, 0, *size)
-            for _ in range(2):  # imgui measures a window in one frame and places it by that in the next
-                screen.use()
-                screen.clear(0.05, 0.055, 0.065, 1.0)
-                self._overlay.draw(screen, self._window.size, size, 1 / 60, self._progress_widgets)
-        self._window.swap_buffers()
-
-    def _progress_widgets(self) -> None:
-        hud.draw_progress(f"Loading {self._scene.path.name}", self._progress)

@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import MAX_SPEED, MIN_SPEED
 
 EYE_HEIGHT = 1.7  # metres above the ground, walking
 MAX_PITCH = math.radians(89.0)
 RADIANS_PER_PIXEL = math.radians(0.12)
 SPEED_PER_NOTCH = 1.2  # factor, per notch of the wheel
-SPEED_RANGE = 0.05, 200.0  # m/s
+SPEED_RANGE = MIN_SPEED, MAX_SPEED
+_SPEED = 3.0  # m/s, of people in a hurry
+_CROSSING = 5.0, 120.0  # s, that it takes to cross a scene at its natural speed
 FAST = 4.0  # factor while Shift is held
 LONGEST_STEP = 1.0  # s: after a stop (a moved window, a sleeping computer) the camera must not leap
 TAP = 0.08  # s: taken for a key whose press and release arrive together; the events carry no times
@@ -73,7 +76,7 @@ class Walker:
     yaw: float
     pitch: float
     fov: float
-    speed: float = 3.0
+    speed: float = _SPEED
     walking: bool = False
     velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
@@ -86,10 +89,7 @@ class Walker:
     def place(self, camera: Camera) -> None:
         """Stand still where `camera` is; speed and mode stay."""
         self.position = np.array(camera.position, float)
-        look = np.subtract(camera.target, camera.position)
-        if np.hypot(look[0], look[2]) > 1e-9:
-            self.yaw = math.atan2(-look[0], -look[2])
-        self.pitch = _clamp(math.atan2(look[1], math.hypot(look[0], look[2])), -MAX_PITCH, MAX_PITCH)
+        self.yaw, self.pitch = heading(np.subtract(camera.target, camera.position), self.yaw)
         self.fov = camera.fov
         self.velocity = np.zeros(3)
 
@@ -97,7 +97,7 @@ class Walker:
     def camera(self) -> Camera:
         """The target is one metre ahead."""
         x, y, z = self.position.tolist()
-        u, v, w = (self.position + self._forward(self.pitch)).tolist()
+        u, v, w = (self.position + direction(self.yaw, self.pitch)).tolist()
         return Camera((x, y, z), (u, v, w), self.fov)
 
     def look(self, right: float, down: float) -> None:
@@ -128,14 +128,32 @@ class Walker:
         right, up, ahead = shares[0::2] - shares[1::2]
         if self.walking:
             up = 0.0
-        forward = self._forward(0.0 if self.walking else self.pitch)
+        forward = direction(self.yaw, 0.0 if self.walking else self.pitch)
         sideways = np.array([math.cos(self.yaw), 0.0, -math.sin(self.yaw)])
-        direction = right * sideways + up * np.array([0.0, 1.0, 0.0]) + ahead * forward
-        return direction / max(1.0, float(np.linalg.norm(direction)))
+        wanted = right * sideways + up * np.array([0.0, 1.0, 0.0]) + ahead * forward
+        return wanted / max(1.0, float(np.linalg.norm(wanted)))
 
-    def _forward(self, pitch: float) -> NDArray[np.float64]:
-        level = math.cos(pitch)
-        return np.array([-math.sin(self.yaw) * level, math.sin(pitch), -math.cos(self.yaw) * level])
+
+def natural_speed(radius: float) -> float:
+    """The speed, m/s, that suits a scene whose objects are within a sphere of `radius`, metres: that of people, unless
+    they would cross it in no time, or take forever."""
+    fastest, slowest = (_clamp(2 * radius / seconds, *SPEED_RANGE) for seconds in _CROSSING)
+    return _clamp(_SPEED, slowest, fastest)
+
+
+def direction(yaw: float, pitch: float) -> NDArray[np.float64]:
+    """The unit vector (3,) of who looks there, world."""
+    level = math.cos(pitch)
+    return np.array([-math.sin(yaw) * level, math.sin(pitch), -math.cos(yaw) * level])
+
+
+def heading(look: NDArray[np.float64], yaw: float = 0.0) -> tuple[float, float]:
+    """Yaw and pitch of a look along `look` (3,), world; `yaw` is that of a look straight up or down. The pitch is
+    within MAX_PITCH."""
+    level = math.hypot(look[0], look[2])
+    if level > 1e-9:
+        yaw = math.atan2(-look[0], -look[2])
+    return yaw, _clamp(math.atan2(look[1], level), -MAX_PITCH, MAX_PITCH)
 
 
 def _clamp(value: float, low: float, high: float) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from imgui_bundle import imgui
 
+from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 
 _MARGIN = 10.0
@@ -27,14 +28,22 @@ _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side
 _HELP = (
     ("W A S D", "move"),
     ("E / Q", "up / down"),
+    ("Shift", "fast"),
     ("Right drag", "look around"),
     ("Click or C", "capture the mouse; Esc lets go"),
-    ("Wheel", "speed"),
-    ("Shift", "fast"),
+    ("Wheel", "speed; in orbit: nearer / farther"),
     ("G", "walk / fly"),
-    ("R", "back to the scene's camera"),
+    ("O", "orbit: turn about a target / fly"),
+    ("Drag", "in orbit: turn; by the middle or with Shift: pan"),
+    ("Double click", "in orbit: turn about what is there"),
+    ("T", "orbit about what is under the mouse"),
+    ("F", "see all objects"),
+    ("Home", "back to the scene's camera"),
     ("P", "play / stop the path"),
-    ("F", "focus on what is in the middle (depth of field)"),
+    ("K", "record a path / save it"),
+    ("L", "focus on what is in the middle (depth of field)"),
+    ("R", "read the scene file again"),
+    ("Drop a file", "show that scene or mesh; take that path"),
     ("1 2 3", "representation: scene, dpci, mesh"),
     ("Tab", "panel"),
     ("Z", "figures"),
@@ -67,7 +76,7 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
 
 
 def draw_crosshair() -> None:
-    """The middle of the window, where F focuses."""
+    """The middle of the window, where L focuses."""
     display = imgui.get_io().display_size
     x, y = display.x / 2, display.y / 2
     canvas, colour = imgui.get_background_draw_list(), imgui.get_color_u32((1.0, 1.0, 1.0, 0.6))
@@ -157,19 +166,27 @@ def _draw_viewer(state: State) -> None:
     x, y, z = walker.position
     imgui.separator()
     rows = [
-        ("mode", f"{'walk' if walker.walking else 'fly'}, {walker.speed:.3g} m/s"),
+        ("mode", _mode(state)),
         ("position", f"{x:.2f}  {y:.2f}  {z:.2f}"),
         ("looks", f"yaw {math.degrees(walker.yaw):z.0f}\u00b0, pitch {math.degrees(walker.pitch):z.0f}\u00b0"),
     ]
     playback = state.playback
     if playback is not None:
         rows.append(("path", f"{'playing' if playback.playing else 'P plays'}, {playback.time:.1f} s"))
+    if state.recorder is not None:
+        rows.append(("recording", f"{state.recorder.seconds:.1f} s, K saves it"))
     _table("viewer", rows)
     imgui.separator()
     imgui.push_text_wrap_pos(_WIDTH)
     imgui.text_colored(_DIM, state.renderer.device.renderer)
     imgui.pop_text_wrap_pos()
     imgui.text_colored(_DIM, "H help   Tab panel   Z hides this")
+
+
+def _mode(state: State) -> str:
+    if state.turned is not None:
+        return f"orbit, {distance(state.turned):.3g} m"
+    return f"{state.mode.name.lower()}, {state.walker.speed:.3g} m/s"
 
 
 def _begin(name: str, place: tuple[float, float], pivot: tuple[float, float], alpha: float = 0.82) -> None:

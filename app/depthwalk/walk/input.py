@@ -1,13 +1,14 @@
 """Events of the window: to imgui where it wants them, else to the walk."""
 
+import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 from imgui_bundle import imgui
 
 from depthwalk.walk.controls import Move
 from depthwalk.walk.panel import Area
-from depthwalk.walk.state import State
+from depthwalk.walk.state import Mode, State
 from depthwalk.walk.window import Window
 
 _MOVES = {"D": Move.RIGHT, "A": Move.LEFT, "E": Move.UP, "Q": Move.DOWN, "W": Move.FORWARD, "S": Move.BACK}
@@ -30,7 +31,9 @@ _IMGUI_KEYS = {
     "Z": imgui.Key.z,
 }
 _NOWHERE = -3.4028234663852886e38  # −FLT_MAX, imgui's sign for "no mouse"
-_LEFT, _RIGHT = 1, 2  # moderngl-window's mouse buttons
+_LEFT, _RIGHT, _MIDDLE = 1, 2, 3  # moderngl-window's mouse buttons
+_DOUBLE_CLICK = 0.4  # s between its presses, and ...
+_STEADY = 4.0  # ... window coordinates between their places
 
 
 class Input:
@@ -46,8 +49,9 @@ class Input:
         self._shifts = {keys.LEFT_SHIFT, keys.RIGHT_SHIFT}
         self._areas: list[Area] = []
         self._busy = False
-        self._dragging = False
+        self._drag: tuple[int, Literal["look", "pan"]] | None = None  # by which button, and what it does
         self._last: tuple[float, float] | None = None  # where the mouse was; None after a jump
+        self._click: tuple[float, float, float] | None = None  # place and time of the last that may become a double one
         window.key_event_func = self._on_key
         window.mouse_position_event_func = self._on_mouse
         window.mouse_drag_event_func = self._on_mouse
@@ -67,6 +71,15 @@ class Input:
         if on:
             self._state.tell("The mouse turns the view; Esc lets it go")
             self._io.add_mouse_pos_event(_NOWHERE, _NOWHERE)
+
+    @property
+    def pointer(self) -> tuple[float, float]:
+        """Where the mouse is, in parts of the window's width and height from its upper left corner; in the middle where
+        it is hidden."""
+        if self.captured or self._last is None:
+            return 0.5, 0.5
+        width, height = self._window.size
+        return self._last[0] / max(width, 1), self._last[1] / max(height, 1)
 
     def set_areas(self, areas: list[Area]) -> None:
         """Tells what the widgets cover; to be called within every frame of imgui.
@@ -105,8 +118,13 @@ class Input:
 
     def _on_mouse(self, x: float, y: float, dx: float, dy: float) -> None:
         # Own differences: moderngl-window's leap when the mouse is let go.
-        if self._last is not None and (self.captured or self._dragging):
-            self._state.look(x - self._last[0], y - self._last[1])
+        if self._last is not None and (self.captured or self._drag):
+            right, down = x - self._last[0], y - self._last[1]
+            if self._drag and self._drag[1] == "pan":
+                height = max(self._window.size[1], 1)
+                self._state.pan(right / height, down / height)
+            else:
+                self._state.look(right, down)
         self._last = x, y
         if not self.captured:
             self._io.add_mouse_pos_event(x, y)
@@ -120,18 +138,34 @@ class Input:
         self._io.add_mouse_button_event(button - 1, True)
         if self._over_widgets(*self._last):
             return
-        if button == _RIGHT:
-            self._dragging = True
-        elif button == _LEFT:
-            self.capture(True)
+        if self._state.mode is not Mode.ORBIT:
+            if button == _RIGHT:
+                self._drag = button, "look"
+            elif button == _LEFT:
+                self.capture(True)
+        elif button == _LEFT and self._is_double(*self._last):
+            self._state.turn_about(*self.pointer)
+        elif button == _LEFT and not self._state.fast:  # Shift is not held
+            self._drag = button, "look"
+        elif button in (_LEFT, _MIDDLE, _RIGHT):
+            self._drag = button, "pan"
+
+    def _is_double(self, x: float, y: float) -> bool:
+        """Whether a click there, now, is the second of a double one."""
+        before, now = self._click, time.monotonic()
+        if before is None or now - before[2] > _DOUBLE_CLICK or abs(x - before[0]) + abs(y - before[1]) > _STEADY:
+            self._click = x, y, now
+            return False
+        self._click = None
+        return True
 
     def _on_release(self, x: float, y: float, button: int) -> None:
         self._io.add_mouse_button_event(button - 1, False)
-        if button == _RIGHT:
-            self._dragging = False
+        if self._drag and self._drag[0] == button:
+            self._drag = None
 
     def _on_wheel(self, right: float, up: float) -> None:
         if not self.captured and self._over_widgets(*(self._last or (0.0, 0.0))):
             self._io.add_mouse_wheel_event(right, up)
         else:
-            self._state.change_speed(up)
+            self._state.wheel(up)

@@ -11,11 +11,12 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import draw_group
 from depthwalk.walk.playback import Playback
-from depthwalk.walk.state import State, representation_name
+from depthwalk.walk.state import Mode, State, representation_name
 
 _WIDTH = 340.0
 _MARGIN = 10.0
 _CHOICES: tuple[Representation | None, ...] = (None, *Representation)
+_MODES = tuple(Mode)
 _SUN_MAX = 5.0  # the slider's end; Ctrl+click takes more
 
 
@@ -78,7 +79,9 @@ def _draw_view(state: State) -> None:
         state.represent(_CHOICES[index])
     _, state.atlas = imgui.checkbox("show intermediate images", state.atlas)
     walker = state.walker
-    _, walker.walking = imgui.checkbox("walk on the ground", walker.walking)
+    changed, index = imgui.combo("mode", _MODES.index(state.mode), [mode.value for mode in _MODES])
+    if changed:
+        state.set_mode(_MODES[index])
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.always_clamp
     _, walker.speed = imgui.slider_float("speed", walker.speed, *SPEED_RANGE, "%.3g m/s", flags)
 

@@ -2,10 +2,7 @@
 
 import json
 import math
-from datetime import datetime
-from itertools import count
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +11,8 @@ from PIL.PngImagePlugin import PngInfo
 from platformdirs import user_pictures_path
 
 from depthwalk.scene.arrays import Camera
+from depthwalk.walk.files import save_new
+from depthwalk.walk.window import Window
 
 
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:
@@ -25,33 +24,16 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
     """
     folders = [folder] if folder is not None else [Path.cwd(), user_pictures_path()]
     info = _describe(scene, camera)
-    for candidate in folders:
-        try:
-            return _write_new(candidate, Image.fromarray(np.ascontiguousarray(pixels)), info)
-        except OSError as error:
-            failure = error
-    raise failure
+    image = Image.fromarray(np.ascontiguousarray(pixels))
+    return save_new(".png", lambda file: image.save(file, "PNG", pnginfo=info), folders)
 
 
-def _write_new(folder: Path, image: Image.Image, info: PngInfo) -> Path:
-    """The whole picture under a name that was free. A name is taken by an empty file, for a moment only: where there
-    are no hard links, no move of a file refuses to overwrite."""
-    stem = f"depthwalk-{datetime.now():%Y%m%d-%H%M%S}"
-    with TemporaryDirectory(prefix=".depthwalk-", dir=folder) as temporary:
-        whole = Path(temporary) / "picture.png"
-        image.save(whole, "PNG", pnginfo=info)
-        for number in count(1):
-            path = folder / (f"{stem}.png" if number == 1 else f"{stem}-{number}.png")
-            try:
-                path.open("xb").close()
-            except FileExistsError:
-                continue
-            try:
-                return whole.replace(path)
-            except BaseException:
-                path.unlink()
-                raise
-    raise AssertionError("numbers do not end")
+def read_window(window: Window) -> NDArray[np.uint8]:
+    """What the window shows, (H, W, 3), top row first. The screen's own size is that of its making."""
+    width, height = window.buffer_size
+    data = window.fbo.read(viewport=(0, 0, width, height), components=3, alignment=1)
+    _ = window.ctx.error  # moderngl also asks for an attachment, which a window's buffer has not
+    return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1]
 
 
 def _describe(scene: Path, camera: Camera) -> PngInfo:

@@ -3,10 +3,15 @@ lets go of keys when the focus goes; moderngl-window's pyglet window fails in fu
 
 import re
 import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from imgui_bundle import imgui as _imgui  # noqa: F401 - first: it names the GLFW library that both then share
 
 # isort: split
+import glfw
+
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", PendingDeprecationWarning)  # moderngl-window imports PyGLM by its old name
     import moderngl_window.context.glfw.window as glfw_window
@@ -34,3 +39,13 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
             window.size = size  # on a scaled desktop GLFW made it larger, which moderngl-window has not noticed
     window.exit_key = None  # Esc releases the mouse first
     return window
+
+
+def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:
+    """Has `action` called with the files that are dropped on the window; moderngl-window hands on those of pyglet's
+    windows alone."""
+
+    def dropped(handle: Any, names: Any) -> None:
+        action([Path(name) for name in names])
+
+    glfw.set_drop_callback(window._window, dropped)  # type: ignore[arg-type] # the stubs know one file only

@@ -1,0 +1,61 @@
+import threading
+from types import SimpleNamespace
+
+import pytest
+
+from depthwalk.walk.loading import LoadingScreen, Stopped
+
+
+class FakeWindow(SimpleNamespace):
+    """Counts what it shows."""
+
+    def __init__(self):
+        screen = SimpleNamespace(use=lambda: None, clear=lambda *colour: None)
+        super().__init__(size=(64, 48), buffer_size=(64, 48), fbo=screen, is_closing=False, shown=0)
+
+    def swap_buffers(self):
+        self.shown += 1
+
+
+def loading(drawn):
+    told = []
+    window = FakeWindow()
+    overlay = SimpleNamespace(draw=lambda *arguments: drawn.append(threading.current_thread()))
+    return window, told, LoadingScreen(window, overlay, lambda *line: told.append(line))
+
+
+def test_each_stage_is_told_and_shown():
+    window, told, screen = loading(drawn := [])
+    screen.begin("scene.yaml")
+    screen.report("bust", "reading")
+    assert told == [("bust", "reading")] and window.shown == 2 and drawn
+
+
+def test_who_closes_the_window_ends_the_loading():
+    window, _, screen = loading([])
+    window.is_closing = True
+    with pytest.raises(Stopped):
+        screen.report("bust", "reading")
+
+
+def test_what_is_stopped_ends_at_its_next_stage():
+    _, told, screen = loading([])
+    screen.begin("scene.yaml")
+    screen.report("bust", "reading")
+    screen.stop()
+    with pytest.raises(Stopped):
+        screen.report("bust", "side")
+    screen.end()
+    assert not screen.busy
+    screen.begin("other.yaml")
+    screen.report("bust", "reading")
+    assert screen.busy and len(told) == 3
+
+
+def test_a_thread_that_reads_beside_the_frames_touches_no_window():
+    window, told, screen = loading(drawn := [])
+    window.is_closing = True
+    thread = threading.Thread(target=screen.report, args=("bust", "reading"))
+    thread.start()
+    thread.join()
+    assert told == [("bust", "reading")] and window.shown == 0 and not drawn
