@@ -66,8 +66,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
 #ifdef MESO
     float part = displaced_part(footprint);
     Meso wound = wound_at(p, footprint);
-    float depth_there = part * wound.depth;
-    p += depth_there * min(length(p.xz) / (shallow_radius() - depth_there), 1.0) * wound.outward;   // where its image has it
+    p += wound_out(p, part * wound.depth) * wound.outward;      // where its image has it
     Meso straight = Meso(0.0, vec3(0.0), vec3(0.0));
     if (face != SIDE) straight = straight_at(p, image, footprint);
 #endif
@@ -92,9 +91,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     normal /= max(length(normal), 1e-6);
 #ifdef MESO
     normal += straight_share(normal, straight.outward, wound.outward) * straight.gradient;
-    float deep = length(p.xz) / shallow_radius();
-    vec3 gradient = deep < 1.0 ? deep * wound.gradient + wound.depth / shallow_radius() * wound.outward : wound.gradient;
-    normal = normalize(normal + dot(normal, wound.outward) * gradient);
+    normal = normalize(normal + dot(normal, wound.outward) * wound_gradient(p, wound));
 #endif
     return Surface(albedo.rgb * albedo.rgb, albedo.a, normal);
 }

@@ -12,5 +12,5 @@ vec3 displaced(vec3 p, int image, float ease, float distance) {
         p -= ease * part * straight.depth * straight.outward;
     }
     Meso wound = wound_at(p, seen);
-    return p - part * wound.depth * min(length(p.xz) / shallow_radius(), 1.0) * wound.outward;
+    return p - wound_in(p, part * wound.depth) * wound.outward;
 }

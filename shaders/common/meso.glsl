@@ -39,6 +39,17 @@ Meso wound_at(vec3 p, float footprint) {
     return relief_at(uv, right * narrower, vec3(0.0, 1.0, 0.0), outward, footprint * max(narrower, 1.0));
 }
 
+// Within the shallow radius a point is moved in proportion to how far it is from the axis. p: the point; depth: `part` of
+// the relief's there. How far inward it goes,
+float wound_in(vec3 p, float depth) { return depth * min(length(p.xz) / shallow_radius(), 1.0); }
+// how far out again, p being where it went,
+float wound_out(vec3 p, float depth) { return depth * min(length(p.xz) / (shallow_radius() - depth), 1.0); }
+// and the gradient of that way at p.
+vec3 wound_gradient(vec3 p, Meso wound) {
+    float deep = length(p.xz) / shallow_radius();
+    return deep < 1.0 ? deep * wound.gradient + wound.depth / shallow_radius() * wound.outward : wound.gradient;
+}
+
 // Below the face of the image, a cap or a flank.
 Meso straight_at(vec3 p, int image, float footprint) {
     vec3 outward = face_outward(p, image);

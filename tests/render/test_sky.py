@@ -38,7 +38,7 @@ def drawn(gl_device, fragment, defines, view, **values):
     scope.framebuffer([out]).use()
     gl_device.context.enable_only(moderngl.NOTHING)
     program.set(ray_from_screen=matrix_bytes(view.ray_from_screen), **values)
-    scope.vertex_array(program.gl, []).render(moderngl.TRIANGLES, vertices=3)
+    program.fill()
     found = np.frombuffer(out.read(), np.float32).reshape(-1, 4)
     scope.release()
     column, row = np.meshgrid(*((np.arange(pixels) + 0.5) / pixels * 2 - 1 for pixels in view.size))
@@ -186,7 +186,7 @@ def test_tones_are_their_twins(gl_device, tone, exposure):
     gl_device.context.enable_only(moderngl.NOTHING)
     scope.texture(SIZE, 4, "f4", light.tobytes()).use(0)
     program.set(lit_texture=0, exposure=2.0**exposure)
-    scope.vertex_array(program.gl, []).render(moderngl.TRIANGLES, vertices=3)
+    program.fill()
     found = np.frombuffer(out.read(), np.uint8).reshape(-1, 4) / 255
     scope.release()
     straight = light[..., :3] / light[..., 3:]
@@ -205,7 +205,7 @@ def test_light_is_encoded_as_for_any_screen(gl_device):
     gl_device.context.enable_only(moderngl.NOTHING)
     scope.texture(SIZE, 4, "f4", np.column_stack([light, light, light, 0 * light + 1]).tobytes()).use(0)
     program.set(lit_texture=0, exposure=1.0)
-    scope.vertex_array(program.gl, []).render(moderngl.TRIANGLES, vertices=3)
+    program.fill()
     found = np.frombuffer(out.read(), np.float32).reshape(-1, 4)
     scope.release()
     np.testing.assert_allclose(found[:, 1], srgb_from_linear(light), atol=5e-5)

@@ -32,7 +32,8 @@ class Run:
     """The measured frames of one representation.
 
     frame_ms: from the call to the finished picture, by the clock; frame_times: the same, frame by frame.
-    passes_ms: each pass by name, timed as `Report.timer` says; counts: what was drawn, mean over the frames.
+    passes_ms: each pass by name, in frames whose passes were timed, as `Report.timer` says; counts: what was drawn,
+    mean over all frames.
     """
 
     representation: str
@@ -47,8 +48,9 @@ class Run:
 class Report:
     """A benchmark as `bench --json` stores it (without `frame_times`).
 
-    commit: of the checkout that ran, else None; renderer: the GL driver's name; timer: "finish" where each pass is
-    drained and clocked, "gpu" where timer queries measure it; resolution: width, height; path: None for a still camera.
+    commit: of the checkout that ran, else None; renderer: the GL driver's name; timer: "finish" where each pass of
+    every eighth frame is drained and clocked, "gpu" where timer queries measure all; resolution: width, height; path:
+    None for a still camera.
     """
 
     version: str
@@ -75,33 +77,33 @@ def measure(
     timers = headless.renderer.timers
     frame_times: list[float] = []
     counts: list[dict[str, int | float]] = []
-    passes: list[dict[str, float]] = []
-    late = timers.pending  # frames drawn before, whose times arrive first
+    passes: dict[int, dict[str, float]] = {}  # by the number of the frame
 
     def draw(camera: Camera) -> float:
         start = time.perf_counter()
         headless.draw(View(camera, headless.size))
         finish()
         elapsed = (time.perf_counter() - start) * 1e3
-        if timers.milliseconds:
-            passes.append(timers.milliseconds)
+        passes[timers.of_frame] = timers.milliseconds
         return elapsed
 
     for _ in range(warmup):
         draw(cameras[0])
+    first, end = timers.frame, timers.frame + len(cameras)
+    timers.time_next()
     for camera in cameras:
         frame_times.append(draw(camera))
         assert headless.renderer.plan is not None  # `draw` made it
         counts.append(headless.renderer.plan.counts)
         advance()
-    first, wanted = late + warmup, late + warmup + len(cameras)
-    while len(passes) < wanted:  # queries arrive in order but some frames late: draw on until the last frame's are here
+    while timers.awaited(end - 1):
         draw(cameras[-1])
+    timed = [passes[number] for number in range(first, end) if number in passes]
     return Run(
         name,
         len(cameras),
         spread(frame_times),
-        {key: spread(column) for key, column in _columns(passes[first:wanted]).items()},
+        {key: spread(column) for key, column in _columns(timed).items()},
         {key: round(float(np.mean(column)), 3) for key, column in _columns(counts).items()},
         tuple(frame_times),
     )

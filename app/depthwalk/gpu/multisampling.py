@@ -17,7 +17,7 @@ def sample_offsets(device: Device, samples: int) -> NDArray[np.float64]:
         program = Program(scope, "common/fullscreen.vert", f"sample/{shader}.frag")
         scope.framebuffer([target]).use()
         drawn.use(0)
-        scope.vertex_array(program.gl, []).render(moderngl.TRIANGLES, vertices=3)
+        program.fill()
     offsets = np.frombuffer(row.read(), np.float32).reshape(samples, 2) - 0.5
     scope.release()
     return offsets.astype(np.float64)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import Any, TypeVar
 
 import moderngl
@@ -66,6 +67,7 @@ class Program:
 
     def __init__(self, scope: Scope, vertex: str, fragment: str, defines: Iterable[str] = ()) -> None:
         preamble = _PREAMBLE + "".join(f"#define {name} 1\n" for name in defines)
+        self._scope = scope
         stages = Source(vertex, preamble), Source(fragment, preamble)
         try:
             self.gl: moderngl.Program = scope.program(stages[0].text, stages[1].text)
@@ -86,6 +88,19 @@ class Program:
                     uniform.value = value
             elif name not in self._declared:
                 raise KeyError(f"no uniform {name!r} in this program")
+
+    @cached_property
+    def array(self) -> moderngl.VertexArray:
+        """One without vertices, for vertex shaders that make them of their numbers."""
+        return self._scope.vertex_array(self.gl, [])
+
+    def fill(self) -> None:
+        """Draws one triangle over all of the picture; with common/fullscreen.vert or far_plane.vert."""
+        self.array.render(moderngl.TRIANGLES, vertices=3)
+
+    def rectangles(self, count: int = 1) -> None:
+        """Draws as many, of four vertices each."""
+        self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
 
 class Variants(dict[tuple[str, ...], T]):

@@ -20,7 +20,6 @@ class DepthCells:
         cells = -(-size[0] // self.side), -(-size[1] // self.side)
         shaders = "common/fullscreen.vert", "occlusion/farthest.frag"
         self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines))
-        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
         self._texture = self.gl.texture(cells, 1, "f4")
         self._framebuffer = self.gl.framebuffer([self._texture])
 
@@ -33,7 +32,7 @@ class DepthCells:
         defines = targets.defines
         samples = {"samples": targets.samples} if defines else {}
         self._programs[defines].set(depth_texture=0, side=self.side, **samples)
-        self._arrays[defines].render(moderngl.TRIANGLES, vertices=3)
+        self._programs[defines].fill()
         width, height = self._texture.size
         return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
 

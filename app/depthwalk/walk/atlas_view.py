@@ -17,7 +17,6 @@ class AtlasView:
         self._context = device.context
         self.gl = device.scope("atlas view")
         self._program = Program(self.gl, "common/fullscreen.vert", "imgui/atlas.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
         self.texture = self.gl.texture(_SIZE, 4)
         self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
         self.aspect = 1.0
@@ -32,7 +31,7 @@ class AtlasView:
         self._context.enable_only(moderngl.NOTHING)
         targets.atlas_depth.use(0)
         self._program.set(atlas_depth=0, used=(right / targets.atlas_size[0], top / targets.atlas_size[1]))
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        self._program.fill()
 
     def release(self) -> None:
         self.gl.release()

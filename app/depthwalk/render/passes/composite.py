@@ -34,7 +34,6 @@ class CompositePass(Pass):
     def setup(self) -> None:
         shaders = "composite/composite.vert", "composite/composite.frag"
         self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
-        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
         self._instances = InstanceStream(self.gl, COMPOSITE_RECORD)
 
     def draw(self, frame: Frame) -> None:
@@ -54,12 +53,12 @@ class CompositePass(Pass):
 
     def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int, **uniforms: object) -> None:
         if count:
-            program, array = self._programs[defines], self._arrays[defines]
+            program = self._programs[defines]
             near, far = frame.view.depth_range
             clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
             depth_from_inverse = far / (far - near), near * far / (far - near)
             program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_number)
             program.set(pixel_angle=1 / frame.view.focal_pixels)
             program.set(clip_from_eye=clip_from_eye, depth_from_inverse=depth_from_inverse, **uniforms)
-            self._instances.bind(array, first)
-            array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
+            self._instances.bind(program.array, first)
+            program.rectangles(count)

@@ -15,7 +15,6 @@ class CoveragePass(Pass):
 
     def setup(self) -> None:
         self._program = Program(self.gl, "common/rectangle.vert", "coverage/coverage.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
 
     def draw(self, frame: Frame) -> None:
         targets, shading = frame.targets, frame.shading
@@ -31,5 +30,5 @@ class CoveragePass(Pass):
         self._program.set(lit_texture=0, visible_texture=1, depth_texture=2)
         self._program.set(depth_range=frame.view.depth_range, pixel_angle=1 / frame.view.focal_pixels)
         self._program.set(level=CLOSED, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
-        self._array.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        self._program.rectangles()
         context.depth_func = "<"

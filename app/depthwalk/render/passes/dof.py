@@ -30,7 +30,6 @@ class DofPass(Pass):
             name: Program(self.gl, "common/fullscreen.vert", f"dof/{name}.frag")
             for name in ("tiles", "spread", "gather", "blur", "paper", "scaled")
         }
-        self._arrays = {name: self.gl.vertex_array(made.gl, []) for name, made in self._programs.items()}
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -107,7 +106,7 @@ class DofPass(Pass):
 
     def _fill(self, program: str, **uniforms: object) -> None:
         self._programs[program].set(**uniforms)
-        self._arrays[program].render(moderngl.TRIANGLES, vertices=3)
+        self._programs[program].fill()
 
     def _picture(
         self, name: str, size: tuple[int, int], components: int

@@ -18,7 +18,6 @@ class FogPass(Pass):
     def setup(self) -> None:
         shaders = "common/far_plane.vert", "fog/fog.frag"
         self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
-        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
 
     def draw(self, frame: Frame) -> None:
         fog = frame.environment.fog
@@ -44,5 +43,5 @@ class FogPass(Pass):
             transparent=int(frame.transparent),
             **values,
         )
-        self._arrays[defines].render(moderngl.TRIANGLES, vertices=3)
+        self._programs[defines].fill()
         frame.targets.lit.color_mask = True, True, True, True

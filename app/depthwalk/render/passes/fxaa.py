@@ -21,7 +21,6 @@ class FxaaPass(Pass):
 
     def setup(self) -> None:
         self._program = Program(self.gl, "common/fullscreen.vert", "fxaa/fxaa.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
 
     def draw(self, frame: Frame) -> None:
         if frame.settings.aa != "fxaa":
@@ -30,4 +29,4 @@ class FxaaPass(Pass):
         frame.targets.lit.use()
         self.gl.device.context.enable_only(moderngl.NOTHING)
         self._program.set(lit_texture=0, contrast=frame.settings.fxaa.contrast)
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        self._program.fill()

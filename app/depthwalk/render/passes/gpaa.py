@@ -39,7 +39,6 @@ class GpaaPass(Pass):
     def setup(self) -> None:
         self._edge = Program(self.gl, "gpaa/edge.vert", "gpaa/edge.frag")
         self._lines = InstanceStream(self.gl, LINE_RECORD)
-        self._line = self.gl.vertex_array(self._edge.gl, [])
         self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and case
 
     def draw(self, frame: Frame) -> None:
@@ -58,8 +57,8 @@ class GpaaPass(Pass):
         least_fold = float(np.cos(np.radians(frame.settings.gpaa.crease)))
         self._edge.set(screen_size=frame.view.size, least_fold=least_fold)
         self._lines.upload(lines)
-        self._lines.bind(self._line, 0)
-        self._line.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(lines))
+        self._lines.bind(self._edge.array, 0)
+        self._edge.rectangles(len(lines))
 
     def _outlines(self, frame: Frame) -> NDArray[np.void]:
         """LINE_RECORDs of all that is drawn as triangles; depth images tell by themselves what they cover."""

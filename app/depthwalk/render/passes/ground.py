@@ -17,7 +17,6 @@ class GroundPass(Pass):
 
     def setup(self) -> None:
         self._program = Program(self.gl, "ground/ground.vert", "ground/ground.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
         self._texture = self.gl.srgb_texture((1, 1), b"\xff" * 4)
         self._mean = np.ones(3, np.float32)
         self._path: Path | None = None
@@ -48,4 +47,4 @@ class GroundPass(Pass):
             mean=tuple(self._mean.tolist()),
             tile=ground.tile,
         )
-        self._array.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        self._program.rectangles()

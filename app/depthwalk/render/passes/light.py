@@ -38,8 +38,6 @@ class LightPass(Pass):
         vertex = "common/far_plane.vert"
         self._light = Variants(lambda defines: Program(self.gl, vertex, "light/light.frag", defines))
         self._sky = Variants(lambda defines: Program(self.gl, vertex, "light/sky.frag", defines))
-        self._light_arrays = Variants(lambda defines: self.gl.vertex_array(self._light[defines].gl, []))
-        self._sky_arrays = Variants(lambda defines: self.gl.vertex_array(self._sky[defines].gl, []))
         self._records = RecordTexture(self.gl, LAMP_RECORD)
         self._lists = RecordTexture(self.gl, NUMBERS_RECORD)
         self._cells = RecordTexture(self.gl, NUMBERS_RECORD)
@@ -83,7 +81,7 @@ class LightPass(Pass):
             **lighting(frame.environment).uniforms(),
             **values,
         )
-        self._light_arrays[defines].render(moderngl.TRIANGLES, vertices=3)
+        self._light[defines].fill()
 
     def _lamps(self, frame: Frame) -> dict[str, Any]:
         """Uploads those in sight; the uniforms that tell of them, none where none is."""
@@ -129,4 +127,4 @@ class LightPass(Pass):
                 "pixel_angle": 1 / frame.view.focal_pixels,
             }
         self._sky[defines].set(ray_from_screen=matrix_bytes(frame.view.ray_from_screen), **sky.uniforms(), **values)
-        self._sky_arrays[defines].render(moderngl.TRIANGLES, vertices=3)
+        self._sky[defines].fill()

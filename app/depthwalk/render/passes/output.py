@@ -26,7 +26,6 @@ class OutputPass(Pass):
     def setup(self) -> None:
         shaders = "common/fullscreen.vert", "output/output.frag"
         self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
-        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
 
     def draw(self, frame: Frame) -> None:
         frame.screen.use()
@@ -37,4 +36,4 @@ class OutputPass(Pass):
         settings = frame.settings.output
         defines = (settings.tone.upper(), *(("SUPERSAMPLED",) if finer > 1 else ()))
         self._programs[defines].set(lit_texture=0, samples=finer, exposure=2.0**settings.exposure)
-        self._arrays[defines].render(moderngl.TRIANGLES, vertices=3)
+        self._programs[defines].fill()

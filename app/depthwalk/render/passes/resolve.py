@@ -16,8 +16,6 @@ class ResolvePass(Pass):
     def setup(self) -> None:
         self._add = Program(self.gl, "common/fullscreen.vert", "resolve/add.frag")
         self._resolve = Program(self.gl, "common/fullscreen.vert", "resolve/resolve.frag")
-        self._add_array = self.gl.vertex_array(self._add.gl, [])
-        self._resolve_array = self.gl.vertex_array(self._resolve.gl, [])
         self._mean: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None  # of the samples so far
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -41,7 +39,7 @@ class ResolvePass(Pass):
         context.blend_func = moderngl.ONE, moderngl.ONE
         targets.lit_texture.use(0)
         self._add.set(lit_texture=0, samples=targets.samples)
-        self._add_array.render(moderngl.TRIANGLES, vertices=3)
+        self._add.fill()
         if frame.sample == targets.samples - 1:
             targets.lighting.depth_mask = True
             targets.lighting.use()
@@ -50,5 +48,5 @@ class ResolvePass(Pass):
             texture.use(0)
             targets.drawn.depth.use(1)
             self._resolve.set(mean_texture=0, depth_samples=1, samples=targets.samples)
-            self._resolve_array.render(moderngl.TRIANGLES, vertices=3)
+            self._resolve.fill()
             context.depth_func = "<"

@@ -15,7 +15,6 @@ class SamplePass(Pass):
 
     def setup(self) -> None:
         self._program = Program(self.gl, "common/fullscreen.vert", "sample/sample.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
 
     def draw(self, frame: Frame) -> None:
         targets = frame.targets
@@ -30,5 +29,5 @@ class SamplePass(Pass):
             texture.use(unit)
         names = "albedo_samples", "surface_samples", "visible_samples", "depth_samples"
         self._program.set(number=frame.sample, **{name: unit for unit, name in enumerate(names)})
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        self._program.fill()
         context.depth_func = "<"

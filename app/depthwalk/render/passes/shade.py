@@ -25,11 +25,9 @@ class ShadePass(Pass):
 
     def setup(self) -> None:
         self._levels = Program(self.gl, "common/rectangle.vert", "shade/levels.frag")
-        self._levels_array = self.gl.vertex_array(self._levels.gl, [])
         self._programs = Variants(
             lambda defines: Program(self.gl, "common/rectangle.vert", "shade/shade.frag", defines)
         )
-        self._arrays = Variants(lambda defines: self.gl.vertex_array(self._programs[defines].gl, []))
         self._objects = RecordTexture(self.gl, SURFACE_RECORD)
 
     def draw(self, frame: Frame) -> None:
@@ -55,7 +53,7 @@ class ShadePass(Pass):
         context.depth_func = ALWAYS
         low, high = shading.low.min(0), shading.high.max(0)
         self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1, closed=CLOSED)
-        self._levels_array.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        self._levels.rectangles()
 
     def _shade(
         self, frame: Frame, shading: Shading, target: moderngl.Framebuffer, test: str, levels: NDArray[np.floating]
@@ -85,7 +83,7 @@ class ShadePass(Pass):
             program.set(**common, low=tuple(low), high=tuple(high))
             for depth in depths:
                 program.set(level=depth)
-                self._arrays[variant].render(moderngl.TRIANGLE_STRIP, vertices=4)
+                program.rectangles()
         context.depth_func = "<"
 
 

@@ -26,7 +26,6 @@ class SmaaPass(Pass):
     def setup(self) -> None:
         shaders = (f"smaa/{step}.frag" for step in ("edges", "weights", "blend"))
         self._programs = [Program(self.gl, "common/fullscreen.vert", shader) for shader in shaders]
-        self._arrays = [self.gl.vertex_array(program.gl, []) for program in self._programs]
         self._own: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []  # edges and weights, from first use on
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -50,6 +49,6 @@ class SmaaPass(Pass):
         blend.set(lit_texture=0, weight_texture=2)
         for _, own in self._own:
             own.clear()
-        for array, target in zip(self._arrays, (*(own for _, own in self._own), frame.targets.lit), strict=True):
+        for program, target in zip(self._programs, (*(own for _, own in self._own), frame.targets.lit), strict=True):
             target.use()
-            array.render(moderngl.TRIANGLES, vertices=3)
+            program.fill()

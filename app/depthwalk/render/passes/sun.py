@@ -15,7 +15,6 @@ class SunPass(Pass):
 
     def setup(self) -> None:
         self._program = Program(self.gl, "common/far_plane.vert", "sun/sun.frag")
-        self._array = self.gl.vertex_array(self._program.gl, [])
 
     def draw(self, frame: Frame) -> None:
         targets, settings, view = frame.targets, frame.settings, frame.view
@@ -32,4 +31,4 @@ class SunPass(Pass):
             ray_from_screen=matrix_bytes(view.ray_from_screen),
             **targets.sun_maps.use(2, view, settings.shadows, settings.lod),
         )
-        self._array.render(moderngl.TRIANGLES, vertices=3)
+        self._program.fill()

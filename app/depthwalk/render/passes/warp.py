@@ -41,7 +41,6 @@ class WarpPass(Pass):
         self._instances = InstanceStream(self.gl, WARP_RECORD)
         self._clear = Program(self.gl, "warp/clear.vert", "warp/clear.frag")
         self._slots = InstanceStream(self.gl, _SLOT)
-        self._slot_array = self.gl.vertex_array(self._clear.gl, [])
 
     def draw(self, frame: Frame) -> None:
         context = self.gl.device.context
@@ -73,11 +72,11 @@ class WarpPass(Pass):
         slots = np.zeros(len(frame.plan.cleared), _SLOT)
         slots["slot"] = frame.plan.cleared
         self._slots.upload(slots)
-        self._slots.bind(self._slot_array, 0)
+        self._slots.bind(self._clear.array, 0)
         self._clear.set(atlas_size=frame.targets.atlas_size)
         context.enable_only(moderngl.DEPTH_TEST)
         context.depth_func = ALWAYS
-        self._slot_array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(slots))
+        self._clear.rectangles(len(slots))
         context.depth_func = "<"
 
     def _draw_in_order(self, frame: Frame, group: Group, indices: OrderedIndices) -> None:

@@ -1,0 +1,64 @@
+"""Time per pass, and that it is taken of few frames where taking it costs time."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from depthwalk.gpu.timers import PassTimers
+
+
+class Clocked:
+    """A context that counts how often it is drained, and whose queries know their own numbers, in nanoseconds."""
+
+    def __init__(self):
+        self.drained, self.queries = 0, 0
+
+    def finish(self):
+        self.drained += 1
+
+    def query(self, time):
+        self.queries += 1
+        return Query(1e6 * self.queries)
+
+
+class Query:
+    def __init__(self, elapsed):
+        self.elapsed = elapsed
+
+    def __enter__(self):
+        pass
+
+    def __exit__(self, *error):
+        pass
+
+
+@pytest.fixture
+def context():
+    return Clocked()
+
+
+def draw(timers):
+    with timers.measure_cpu("plan"):
+        pass
+    for name in ("warp", "light", "warp"):
+        with timers.measure(name):
+            pass
+    timers.end_frame()
+    return timers.of_frame
+
+
+def test_software_rasterisers_are_drained_in_few_frames(context):
+    timers = PassTimers(SimpleNamespace(context=context, software=True))
+    assert timers.kind == "finish"
+    assert [draw(timers) for _ in range(10)] == [0] * 8 + [8] * 2
+    assert context.drained == 2 * 3 and set(timers.milliseconds) == {"plan", "warp", "light"}
+    timers.time_next()
+    assert draw(timers) == 10 and not timers.awaited(10)
+    assert [draw(timers) for _ in range(8)] == [10] * 7 + [18]
+
+
+def test_queries_are_read_some_frames_later(context):
+    timers = PassTimers(SimpleNamespace(context=context, software=False))
+    assert [draw(timers) for _ in range(7)] == [-1] * 4 + [0, 1, 2]
+    assert timers.awaited(6) and not timers.awaited(2) and context.drained == 0
+    assert timers.milliseconds["warp"] == 7 + 9 and context.queries == 3 * 5  # the third frame's; used again
