@@ -52,7 +52,7 @@ def test_foliage_stays_as_large_as_it_is():
         for each, level in ((grids, 0), *((levels, level) for level in range(6)))
     )
     assert min(fewer) > 0.95 * full
-    assert len(levels.drawn(1)) < 0.2 * len(levels.drawn(0))
+    assert len(levels.drawn(2)) < 0.2 * len(levels.drawn(0))
 
 
 def test_triangles_share_vertices(levels):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds, object_bounds
-from depthwalk.render.cascades import WORST, Cascade
+from depthwalk.render.cascades import Cascade
 from depthwalk.render.frame_plan import AssetTable, Drawing, draw_groups
 from depthwalk.render.lod import Case, affordable_level, error_level
 from depthwalk.render.plan import SceneArrays
@@ -14,8 +14,6 @@ from depthwalk.render.records import placed_records
 from depthwalk.render.spots import Spot
 from depthwalk.render.stand_ins import StandInRule
 from depthwalk.scene.arrays import Objects, Representation
-
-_TIMES = 1, 2, WORST  # the error that is asked for: what it may be, where that would take too many triangles
 
 Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
@@ -79,8 +77,8 @@ def shadow_map(
     view: MapView, rows: Rows, scene: SceneArrays, rule: StandInRule, triangles_per_texel: float
 ) -> ShadowMap:
     """The map with the objects `rows` (m,), each at the coarsest level that is off by `rule.error` texels at most, or
-    by `WORST` times as much where that has too many triangles. Light is a viewer like any other: where images would
-    only be magnified, and a mesh has not too many triangles, that stands in by the `rule`, whose pixels are texels."""
+    at the finest that has no more triangles than it may. Light is a viewer like any other: where images would only be
+    magnified, and a mesh has not too many triangles, that stands in by the `rule`, whose pixels are texels."""
     table = scene.table
     placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
@@ -120,13 +118,10 @@ def _cast_as(
 def _grid_level(
     nearest: Array, middle: Array, placed: Objects, table: AssetTable, error: float, triangles_per_texel: float
 ) -> NDArray[np.int64]:
-    """The level (n,) of depth images: the coarsest that is off by so many texels at most, or by more of them, if it has
-    no more triangles than it may. nearest, middle: what a texel covers (n,), metres in the frames of the objects."""
-    errors, triangles, rows = table.error[placed.asset], table.triangles[placed.asset], np.arange(len(placed))
+    """The level (n,) of depth images: the coarsest that is off by so many texels at most, or the finest that has no
+    more triangles than it may, if that is coarser. nearest, middle: what a texel covers (n,), metres in the frames of
+    the objects."""
     texels = table.area[placed.asset] / middle**2
-    affordable = affordable_level(triangles, texels, triangles_per_texel)
-    allowed = [error * times * nearest for times in _TIMES]
-    levels = np.stack([error_level(errors, each) for each in allowed])
-    fits = (levels >= affordable) & (errors[:, 0] <= np.stack(allowed))
-    coarse = np.maximum(levels[0], np.minimum(affordable, table.levels[placed.asset]))
-    return np.where(fits.any(0), levels[fits.argmax(0), rows], coarse)
+    affordable = affordable_level(table.triangles[placed.asset], texels, triangles_per_texel)
+    allowed = error_level(table.error[placed.asset], error * nearest)
+    return np.maximum(allowed, np.minimum(affordable, table.levels[placed.asset]))

@@ -29,6 +29,9 @@ from depthwalk.render.step_grids import build_grids
 
 _SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
 _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
+_BETWEEN = (
+    0.5  # texels, of one more of what is dense: of that the second has a sixth of the triangles, or there is none
+)
 _DENSE_TOLERANCES = 1.0, 1.4  # texels, of more such where all others have far fewer triangles, as of foliage
 _DENSE = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
 _CUBE = 0.5  # texels: foliage is made to meet as many cubes of this side as it did
@@ -106,9 +109,11 @@ def _surfaces(
     point (n, 3), triangles (t, 3): of the grid; rank (n,): see `weld`; most: triangles, foliage has more.
     """
     surface = contract(_joined(point, triangles, rank, _SAME * texel), _FINE_TOLERANCES[0] * texel, each)
-    arcs = len(surface.triangles) <= most  # leaves that became one are on none
+    dense = len(surface.triangles) > most
+    arcs = not dense  # leaves that became one are on none
     coarse = contract(_welded(point, triangles, rank, _WELD * texel, arcs), _FIRST_TOLERANCE * texel, each)
-    for tolerance in _FINE_TOLERANCES + _DENSE_TOLERANCES:
+    between = (_BETWEEN,) if dense else ()
+    for tolerance in sorted(_FINE_TOLERANCES + between + _DENSE_TOLERANCES):
         if tolerance > _FINE_TOLERANCES[0]:
             surface = contract(surface, tolerance * texel, each)
         # Leaves of a texel's size go from the one as they are contracted, and hold together in the other.
