@@ -230,6 +230,26 @@ def test_what_is_recorded_is_saved_and_played(tmp_path, monkeypatch):
     assert walk.playback.playing and walk.camera.position == pytest.approx((0, 1, 5 - 0.12), abs=0.1)
 
 
+@pytest.mark.parametrize("name", ["scene.yaml", "other.yaml"])
+def test_another_scene_ends_the_recording_and_tells_where_it_is(tmp_path, monkeypatch, name):
+    """It begins at home; the same, read again, goes on where one is, with the path."""
+    monkeypatch.chdir(tmp_path)
+    walk = state()
+    walk.toggle_recording()
+    walk.held.press(Move.FORWARD)
+    for _ in range(9):
+        walk.advance(0.1)
+        walk.record(0.1)
+    before, home = walk.camera, Camera((7, 8, 9), (0, 0, 0), 1.0)
+    scene = SimpleNamespace(environment=Environment(), walk=WalkParams(speed=2.0), path=Path(name), camera=home)
+    walk.show(scene, FakeRenderer(), 1.5)
+    (file,) = tmp_path.iterdir()
+    assert file.name in walk.toast and walk.recorder is None and walk.home == home
+    again = name == "scene.yaml"
+    assert walk.camera.position == (before.position if again else home.position)
+    assert (walk.playback is not None) == again and (walk.walker.speed == 2) == (not again)
+
+
 def test_a_recording_that_cannot_be_saved_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr("depthwalk.walk.recorder.Path.cwd", lambda: tmp_path / "gone")
     monkeypatch.setattr("depthwalk.walk.recorder.user_documents_path", lambda: tmp_path / "gone too")

@@ -19,6 +19,7 @@ from depthwalk.library import SceneLibrary
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.path import load_path
 from depthwalk.walk import NoDisplay
 from depthwalk.walk.window import open_window
 
@@ -55,6 +56,7 @@ def drop_by_signal(window, action):
     on_files_dropped(window, action)
     dropped = glfw.set_drop_callback(window._window, None)
     signal.signal(signal.SIGUSR1, lambda *_: dropped(None, 1, [Path("dropped").read_bytes()]))
+    signal.signal(signal.SIGUSR2, lambda *_: window.close())
 
 devices = []
 app.Device = Watched
@@ -115,10 +117,10 @@ class Program:
             raise AssertionError(self.process.communicate()[1])
 
     def end(self):
-        """What it printed, once it ended well."""
+        """What it printed last, once it ended well."""
         output, errors = self.process.communicate(timeout=10)
         assert self.process.returncode == 0, errors
-        return json.loads(output)
+        return json.loads(output.splitlines()[-1])
 
 
 class User:
@@ -219,14 +221,19 @@ def test_a_walk_with_keys_and_mouse(display, scene_file, tmp_path, monkeypatch):
     assert live["texture"] == 0 and not any(live.values())
 
 
+def write_many(scene_file):
+    """A scene that takes a while to load."""
+    many = [f"ball{k}: {{mesh: ball.ply, height: {1 + k}, dpci: {{resolution: 128}}}}" for k in range(100)]
+    seen = [f"{{asset: ball{k}}}" for k in range(100)]
+    scene_file.write_text(f"version: 1\nassets: {{{', '.join(many)}}}\nobjects: [{', '.join(seen)}]\n")
+
+
 @linux
 def test_escape_ends_the_loading(display, scene_file, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("DISPLAY", display)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    many = [f"ball{k}: {{mesh: ball.ply, height: {1 + k}, dpci: {{resolution: 128}}}}" for k in range(100)]
-    seen = [f"{{asset: ball{k}}}" for k in range(100)]
-    scene_file.write_text(f"version: 1\nassets: {{{', '.join(many)}}}\nobjects: [{', '.join(seen)}]\n")
+    write_many(scene_file)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     with Program(scene_file, tmp_path, environment) as program:
         user = User(environment, tmp_path, program)
@@ -235,6 +242,30 @@ def test_escape_ends_the_loading(display, scene_file, tmp_path, monkeypatch):
         (live,) = program.end()
     assert not any(live.values())
     assert len(list((tmp_path / "cache").rglob("*.exr"))) < 90  # of 100 bakes
+
+
+@linux
+def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(
+    display, scene_file, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    write_many(many := tmp_path / "many.yaml")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with Program(scene_file, tmp_path, environment) as program:
+        user = User(environment, tmp_path, program)
+        user.find_window()
+        user.screenshot()  # it shows the scene
+        user.do("key", "k", "sleep", 1)
+        user.drop(many)
+        time.sleep(2)
+        program.process.send_signal(signal.SIGUSR2)
+        (live,) = program.end()
+    assert not any(live.values())
+    (recorded,) = tmp_path.glob("depthwalk-*.yaml")
+    assert len(load_path(recorded).times) > 1
+    assert len(list((tmp_path / "cache").rglob("*.exr"))) < 90  # it was loading
 
 
 @linux

@@ -140,39 +140,38 @@ class _Walk:
 
     def _show(self, scene: Scene) -> None:
         """Another scene, or what has become of this one, which keeps camera and path. Raises InputError."""
-        state, again = self._state, scene.path == self._state.scene.path
-        library = self._library.sibling(scene.assets)
+        again, library = scene.path == self._state.scene.path, self._library.sibling(scene.assets)
         renderer = self._load(scene, library, self._renderer.placed.representation if again else None)
-        state.end_recording()
+        self._state.show(scene, renderer, self._aspect)
         self._renderer.release()
         self._library, self._renderer = library, renderer
-        state.scene, state.renderer = scene, renderer
-        state.home = scene.camera or renderer.frame_all(self._aspect)
-        if not again:
-            state.playback = None
-            state.arrive()
         self._window.title = _title(scene)
-        state.tell(f"{scene.path.name}, read again" if again else scene.path.name)
 
     def loop(self) -> None:
+        """Draws frames until the window closes, while something loads perhaps; saves what was being recorded."""
         self._then = time.perf_counter()
-        while not self._window.is_closing:
-            if self._wanted is not None:
-                self._open(self._wanted)
-            now = time.perf_counter()
-            dt, self._then = now - self._then, now
-            self._state.advance(dt)
-            self._state.record(dt)
-            self._state.pull_focus(dt)
-            if min(*self._window.size, *self._window.buffer_size) > 0:
-                self._state.times.add(dt)
-                self._draw(dt)
-            else:  # minimised
-                time.sleep(_IDLE)
-            self._window.swap_buffers()
-        if self._state.recorder is not None:
-            self._state.end_recording()
-            print(self._state.toast)
+        try:
+            while not self._window.is_closing:
+                self._step()
+        finally:
+            if self._state.recorder is not None:
+                self._state.end_recording()
+                print(self._state.toast)
+
+    def _step(self) -> None:
+        if self._wanted is not None:
+            self._open(self._wanted)
+        now = time.perf_counter()
+        dt, self._then = now - self._then, now
+        self._state.advance(dt)
+        self._state.record(dt)
+        self._state.pull_focus(dt)
+        if min(*self._window.size, *self._window.buffer_size) > 0:
+            self._state.times.add(dt)
+            self._draw(dt)
+        else:  # minimised
+            time.sleep(_IDLE)
+        self._window.swap_buffers()
 
     @property
     def _aspect(self) -> float:

@@ -95,6 +95,17 @@ class State:
         self.turned = self.home if is_mesh_file(self.scene.path) else None
         self._place(self.home)
 
+    def show(self, scene: Scene, renderer: Renderer, aspect: float) -> None:
+        """Another scene, or what has become of this one, which keeps camera and path. aspect: see `frame_all`."""
+        again = scene.path == self.scene.path
+        self.tell(f"{scene.path.name}, read again" if again else scene.path.name)
+        self.end_recording()  # which tells more
+        self.scene, self.renderer = scene, renderer
+        self.home = scene.camera or renderer.frame_all(aspect)
+        if not again:
+            self.playback = None
+            self.arrive()
+
     def advance(self, dt: float) -> None:
         """dt: seconds since the last frame. Moving takes the camera over from a path that plays."""
         held = self.held.take(dt)
@@ -252,7 +263,7 @@ class State:
             self.tell(f"Recording failed: {error}")
             return
         self.playback = Playback(path)
-        self.tell(f"Saved {file}: {recorder.seconds:.1f} s in {len(path.times)} keyframes; P plays it")
+        self.tell(f"Saved {file}: {recorder.seconds:.1f} s in {len(path.times)} keyframes")
 
     def focus(self) -> None:
         """Turn the lens to what is in the middle of the window."""
