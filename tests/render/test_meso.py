@@ -60,7 +60,7 @@ def test_normals_are_those_of_the_displaced_surface(face, radius):
     expected = normals_of(lambda u, v: displaced(*egg(u, v, face, radius), face, meso, 1.0), u, v, face, 2e-3)
     found = tilted(normals, moved, face, meso, 1.0)
     cosine = np.einsum("ni,ni->n", found, expected)
-    assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 2.5
+    assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 1.5
     tilt = np.einsum("ni,ni->n", normals, expected)
     assert np.degrees(np.arccos(np.clip(tilt, -1, 1))).max() > 10
 

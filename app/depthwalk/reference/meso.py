@@ -79,13 +79,13 @@ def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float)
     """
     wound, shallow = wind(points, meso, radius), _shallow_radius(meso, radius)
     depth, gradient = wound.relief(meso)
-    away = np.hypot(points[:, 0], points[:, 2])
+    out = depth * np.minimum(np.hypot(points[:, 0], points[:, 2]) / (shallow - depth), 1)
+    before = points + out[:, None] * wound.outward
     if face is not Face.SIDE:
-        before = points + (depth * np.minimum(away / (shallow - depth), 1))[:, None] * wound.outward
         straight = lay(before, face, meso)
         share = straight_share(normals, straight.outward, wound.outward)
         normals = normals + share[:, None] * straight.relief(meso)[1]
-    deep = np.minimum(away / shallow, 1)[:, None]
+    deep = np.minimum(np.hypot(before[:, 0], before[:, 2]) / shallow, 1)[:, None]
     gradient = deep * gradient + np.where(deep < 1, (depth / shallow)[:, None] * wound.outward, 0)
     changed = normals + np.einsum("ni,ni->n", normals, wound.outward)[:, None] * gradient
     return changed / np.linalg.norm(changed, axis=1, keepdims=True)
