@@ -80,11 +80,8 @@ Surface surface_at(vec3 p, int image, float footprint) {
     if (covered < 1.0 || border && lod == 0.0) {
         vec4 around[4];
         normal = page_normal(place.xy, around);
-        float depth = position.z;
-#ifdef MESO
-        depth -= part * straight.depth;
-#endif
-        if (border) sample_border(image, position.xy, place.xy, around, depth * texels[face], albedo, normal);
+        // A face's own relief has eased out at borders, so depth there is what is stored.
+        if (border) sample_border(image, position.xy, place.xy, around, position.z * texels[face], albedo, normal);
     } else {
         normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;
     }

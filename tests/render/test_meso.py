@@ -12,9 +12,10 @@ from depthwalk.bake.meso import Meso, tiling_slopes
 from depthwalk.errors import InputError
 from depthwalk.ingest.meso import load_meso
 from depthwalk.reference.meso import displaced, tilted, wind
+from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
-from shapes import ShapeLibrary, bake, joined, mesh_of, scene_of
+from shapes import ShapeLibrary, bake, box, joined, mesh_of, scene_of
 
 
 def waves(height=0.1, tile=(0.5, 0.4), size=256):
@@ -153,6 +154,23 @@ def test_what_faces_round_the_axis_keeps_its_surface(studio):
         inside = binary_erosion(plain[..., 3] > 0.5, iterations=8)  # as far as 3 cm reach
         assert inside.sum() > 4000
         assert (relief[inside, 3] < 0.5).sum() < 0.001 * inside.sum()
+
+
+def test_what_lies_below_an_edge_has_its_own_colour(studio):
+    """A blue step on a red base; the relief is level, and eases out towards where they meet."""
+    red, blue = {"colour": (255, 20, 20)}, {"colour": (20, 20, 255)}
+    mesh = joined(box(1, 0.3, 1, (0, 0.15, 0), **red), box(0.5, 0.06, 0.5, (0, 0.33, 0), **blue))
+    level = np.zeros((8, 8, 3), np.float32) + np.float32([0.06, 0, 0])
+    library = ShapeLibrary([mesh], [replace(bake(mesh, 128, 3), meso=Meso(level, (0.5, 0.5), 0.06))])
+    camera = Camera((0.7, 1.6, 0.9), (0, 0.2, 0), 0.7)
+    colour, metres = picture(studio, library, 0, Representation.DPCI, camera)
+    height, width = metres.shape
+    down, across = np.mgrid[:height, :width] + 0.5
+    view = View(camera, (width, height))
+    rays = np.stack([2 * across / width - 1, 1 - 2 * down / height, np.ones_like(across)], -1) @ view.ray_from_screen.T
+    y = 1.6 + rays[..., 1] * metres
+    bluish = colour[..., 2] > colour[..., 0]
+    assert (bluish & (y < 0.297)).sum() < 0.008 * bluish.sum()
 
 
 def test_relief_too_small_to_see_is_shading_only(studio, pillars):
