@@ -1,10 +1,11 @@
 """Meso-structure: a tiling depth image that modulates the depth of an object's images (Liu et al. 2007, §3.4)."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Meso:
         return max(1, round(2 * np.pi * radius / self.tile[0]))
 
 
-def tiling_slopes(depth: NDArray[np.floating], tile: tuple[float, float]) -> NDArray[np.float32]:
+def tiling_slopes(depth: Array, tile: tuple[float, float]) -> NDArray[np.float32]:
     """Central differences (H, W, 2) of a tile's depth (H, W), to the right and upward, across its edges."""
     slopes = [
         (np.roll(depth, -1, axis) - np.roll(depth, 1, axis)) * (depth.shape[axis] / (2 * extent))
@@ -34,10 +35,10 @@ def tiling_slopes(depth: NDArray[np.floating], tile: tuple[float, float]) -> NDA
     return np.stack(slopes, -1).astype(np.float32)
 
 
-def straight_share(normal: NDArray[np.floating], outward: NDArray[np.floating], from_axis: NDArray[np.floating]) -> Any:
+def straight_share(normal: Array, outward: Array, from_axis: Array) -> Array:
     """How much (…) of the relief straight below a face surfaces with unit normals (…, 3) take: all where they face
     `outward` (…, 3), as that does, and none where they face along `from_axis` (…, 3), for they have what winds round
     the axis."""
     square = (np.einsum("...i,...i->...", normal, outward) - 0.7) / 0.25
     wound = np.abs(np.einsum("...i,...i->...", normal, from_axis))
-    return np.clip(square, 0, 1) * np.clip((0.7 - wound) / 0.4, 0, 1)
+    return np.asarray(np.clip(square, 0, 1) * np.clip((0.7 - wound) / 0.4, 0, 1))

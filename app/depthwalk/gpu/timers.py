@@ -26,7 +26,7 @@ class PassTimers:
         self.milliseconds: dict[str, float] = {}
         self.frame, self.of_frame = 0, -1
         self._next = 0  # frame to be drained
-        self._frame: list[tuple[str, float | moderngl.Query]] = []
+        self._measured: list[tuple[str, float | moderngl.Query]] = []
         self._pending: deque[tuple[int, list[tuple[str, float | moderngl.Query]]]] = deque()
         self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one
 
@@ -39,7 +39,7 @@ class PassTimers:
         """Time of work that issues no GL commands, by the clock."""
         start = time.perf_counter()
         yield
-        self._frame.append((name, (time.perf_counter() - start) * 1e3))
+        self._measured.append((name, (time.perf_counter() - start) * 1e3))
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
@@ -48,13 +48,13 @@ class PassTimers:
             query = self._spare.pop() if self._spare else self._context.query(time=True)
             with query:
                 yield
-            self._frame.append((name, query))
+            self._measured.append((name, query))
             return
         start = time.perf_counter()
         yield
         if self._drains:
             self._context.finish()
-            self._frame.append((name, (time.perf_counter() - start) * 1e3))
+            self._measured.append((name, (time.perf_counter() - start) * 1e3))
 
     @property
     def _drains(self) -> bool:
@@ -67,9 +67,9 @@ class PassTimers:
     def end_frame(self) -> None:
         """Publishes the times of this frame, or on a GPU of one a few frames ago."""
         if self.kind == "gpu" or self._drains:
-            self._pending.append((self.frame, self._frame))
+            self._pending.append((self.frame, self._measured))
             self._next = self.frame + _EVERY
-        self._frame = []
+        self._measured = []
         self.frame += 1
         if self._pending and (self.kind == "finish" or len(self._pending) > _FRAMES_IN_FLIGHT):
             self._publish()

@@ -101,7 +101,8 @@ def _grounds(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tupl
     view = View(camera, headless.size, (HEIGHT - RISE - 2) * radius, (HEIGHT + 1) * radius)
     mesh = _ground(headless, view, ground, Representation.MESH)
     ways = {}
-    for way, lod.magnification in WAYS.items():
+    for way, magnification in WAYS.items():
+        lod.magnification = magnification
         ways[way] = _ground(headless, view, ground, Representation.DPCI)
     return mesh, ways
 

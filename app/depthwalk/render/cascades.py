@@ -13,7 +13,7 @@ from depthwalk.render.view import View
 Array = NDArray[np.floating]
 
 MOST = 4  # cascades; as in shaders/common/sun_maps.glsl
-WORST = 4.0  # times the error that is asked for: so far may be off what has no more triangles than it may
+WORST = 4.0  # times the error that is asked for: so far is taken to be off what has no more triangles than it may
 MOST_LAMPS = 16  # with a map at a time
 DEPTH = 1.5  # of a map, in widths: along the light it need not move as often; as in shaders/common/sun_maps.glsl
 _STEPS = 4  # a map's centre moves by this part of the radius of its slice, sideways
@@ -50,7 +50,7 @@ class ShadowParams(Params):
 
     @property
     def worst_error(self) -> float:
-        """Texels by which geometry may be off that would need too many triangles else."""
+        """Texels by which geometry is taken to be off, as all that `error` asks for may be too many triangles."""
         return WORST * self.error
 
 

@@ -47,9 +47,8 @@ def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> ND
     normal = np.repeat(image.normal[row, column], _RAYS, axis=0)
     start = np.repeat(image_points(baked.cylinder, image)[row, column], _RAYS, axis=0) + square_texel(baked) * normal
     random = np.random.default_rng(0).normal(size=normal.shape).astype(np.float32)
-    escaped = caster.escapes(
-        start, normal + 0.98 * random / lengths(random)[:, None]
-    )  # by the cosine, nearly; none is 0
+    # Nearly by the cosine: of length 1 the random part could cancel the normal.
+    escaped = caster.escapes(start, normal + 0.98 * random / lengths(random)[:, None])
     block = np.repeat(row // BLOCK * columns + column // BLOCK, _RAYS)
     free, cast = (
         9 * uniform_filter(np.bincount(block, weights, rows * columns).reshape(rows, columns), 3, mode="constant")

@@ -29,9 +29,7 @@ from depthwalk.render.step_grids import build_grids
 
 _SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
 _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
-_BETWEEN = (
-    0.5  # texels, of one more of what is dense: of that the second has a sixth of the triangles, or there is none
-)
+_BETWEEN = 0.5  # texels, of one more of what is dense, of which the second has a sixth of the triangles, or is none
 _DENSE_TOLERANCES = 1.0, 1.4  # texels, of more such where all others have far fewer triangles, as of foliage
 _DENSE = 2.5  # triangles per texel of an image: more than are drawn where a texel is a pixel
 _CUBE = 0.5  # texels: foliage is made to meet as many cubes of this side as it did
