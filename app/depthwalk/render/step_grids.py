@@ -186,8 +186,8 @@ def _face_points(
 
 
 def _ease(cylinder: Cylinder, image: DepthImage) -> NDArray[np.int64]:
-    """0 to EASE (H, W): the share of what is straight below this image, of a plane, less near where the surface leaves
-    that or another face owns it, whose images do not have it."""
+    """0 to EASE (H, W): the `straight_share` of the samples of a cap or a flank, less near where the surface leaves the
+    image, or another face owns it, whose images do not have that relief."""
     height, width = image.depth.shape
     both = 1 | 1 << 7
     whole = np.zeros((height, width), bool)
