@@ -112,8 +112,9 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
     elif suffix == ".stl":
         data = _checked_stl(data, path)
     elif suffix == ".ply":
-        head, mark, body = data.partition(b"end_header")
-        data = b"".join([as_utf8(head), mark, body])
+        head = data[: data.find(b"end_header")]
+        if (readable := as_utf8(head)) is not head:  # else not: a copy takes as much memory as the file
+            data = readable + data[len(head) :]
     elif suffix in (".glb", ".gltf"):
         header = gltf.read_header(data, path)
         gltf.check_header(header, path)
