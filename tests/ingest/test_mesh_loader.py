@@ -276,6 +276,17 @@ def test_link_that_leads_outside_is_ignored(tmp_path, caplog):
     assert mesh.materials[0].texture is None
 
 
+@pytest.mark.parametrize(("colour", "base"), [("", 0.8), (" 0.2 0.4 0.6", 1.0)])
+def test_texture_coordinates_alone_darken_nothing(tmp_path, colour, base):
+    lines = TETRAHEDRON.splitlines()
+    text = "\n".join(line + colour if line.startswith("v ") else line for line in lines)
+    faces = "\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 1/1 4/3 3/2\nf 2/1 3/2 4/3\n"
+    mesh = load_mesh(written(tmp_path, "t.obj", text + faces))
+    assert np.isfinite(mesh.uv).all()
+    assert [(material.base_colour, material.texture) for material in mesh.materials] == [((base,) * 3, None)]
+    assert set(mesh.colours.ravel().tolist()) == ({51, 102, 153} if colour else {255})
+
+
 def test_explicit_texture(tmp_path):
     Image.new("RGB", (3, 2), (1, 2, 3)).save(tmp_path / "p.png")
     path = written(tmp_path, "t.obj", TWO)

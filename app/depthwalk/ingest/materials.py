@@ -17,9 +17,14 @@ def convert_material(material: Any, name: str) -> Material | None:
     """The Phong material for one of trimesh's, None where the file gave none. Raises InputError for its texture."""
     if isinstance(material, PBRMaterial):
         return _from_pbr(material, name)
-    if isinstance(material, SimpleMaterial) and (material.name or material.image is not None):
+    if isinstance(material, SimpleMaterial) and not _is_stand_in(material) and (material.name or material.image):
         return _from_mtl(material, name)
     return None
+
+
+def _is_stand_in(material: SimpleMaterial) -> bool:
+    """Whether it is the grey picture, read from no file, that trimesh gives texture coordinates without a material."""
+    return material.image is not None and material.image.format is None
 
 
 def _from_mtl(material: SimpleMaterial, name: str) -> Material:
