@@ -191,7 +191,8 @@ def test_a_picture(tmp_path: Path) -> None:
     path.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
     with pytest.raises(InputError) as caught:
         load_scene(path)
-    assert str(caught.value) == f"{path}:1:1: binary, not UTF-8 text; scenes and camera paths are YAML"
+    told = "binary, not UTF-8 text; scenes and camera paths are YAML, meshes end in .obj, .ply, .stl, .glb, .gltf"
+    assert str(caught.value) == f"{path}:1:1: {told}"
 
 
 def test_no_such_file() -> None:

@@ -64,7 +64,10 @@ def test_a_hundred_thousand_places_load_in_seconds(tmp_path):
     ("text", "complaint"),
     [
         ("", ":1: the first line must name the columns x, y, z, and may name yaw, scale, once each"),
-        ("1,2,3\n", ":1: unknown column '1'"),
+        (
+            "1,2,3\n",
+            ":1: unknown column '1': the first line must name the columns x, y, z, and may name yaw, scale, once each",
+        ),
         ("x,y,z,yaws\n", ":1: unknown column 'yaws'; did you mean 'yaw'?"),
         ("x,y,x,z\n", ":1: the first line must name the columns x, y, z, and may name yaw, scale, once each"),
         ("x,y,z\n1,2,3\n\n4,5,6\n", ":3: has 0 columns, the first line 3"),

@@ -13,6 +13,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.sources import MESH_SUFFIXES
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
 
 Loc = tuple[str | int, ...]
@@ -86,7 +87,9 @@ def _read_text(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         if b"\0" in data:  # a picture, say, or depth images
-            raise located(str(path), 0, 0, "binary, not UTF-8 text; scenes and camera paths are YAML") from None
+            meshes = ", ".join(MESH_SUFFIXES)
+            message = f"binary, not UTF-8 text; scenes and camera paths are YAML, meshes end in {meshes}"
+            raise located(str(path), 0, 0, message) from None
         before = data[: error.start].decode("utf-8-sig", errors="replace")
         raise _at_offset(str(path), before, f"not UTF-8 text (byte 0x{data[error.start]:02x})") from None
 

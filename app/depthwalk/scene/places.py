@@ -62,11 +62,12 @@ def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
     except (OSError, ValueError):
         raise InputError(f"{path}: cannot be read as UTF-8 text") from None
     names = tuple(name.strip() for name in next(csv.reader([head]), []))
+    rule = ": the first line must name the columns x, y, z, and may name yaw, scale, once each"
     for name in names:
         if name not in _COLUMNS:
-            raise InputError(f"{path}:1: unknown column {name[:40]!r}{suggest(name, list(_COLUMNS))}")
+            raise InputError(f"{path}:1: unknown column {name[:40]!r}{suggest(name, list(_COLUMNS)) or rule}")
     if len(set(names)) < len(names) or not set(_COLUMNS[:3]) <= set(names):
-        raise InputError(f"{path}:1: the first line must name the columns x, y, z, and may name yaw, scale, once each")
+        raise InputError(f"{path}:1{rule}")
     lines = body.rstrip().splitlines()
     _check_count(path, len(lines))
     return names, _numbers(path, lines, len(names)), 2

@@ -105,7 +105,7 @@ class DpciParams(FileParams):
 class MeshAssetParams(FileParams):
     """An asset read from a mesh file."""
 
-    mesh: FilePath = param(..., "Mesh file, relative to the scene file")
+    mesh: FilePath = param(..., "OBJ, PLY, STL, GLB or glTF file, relative to the scene file")
     texture: FilePath | None = param(None, "Colour image, where the mesh file names none")
     up: Literal["y", "z"] = param("y", "The file's upward axis")
     height: Length | None = param(None, "Height the asset is scaled to; absent keeps the file's size", unit="m")
