@@ -2,6 +2,7 @@
 
 import errno
 import io
+import logging
 import os
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
@@ -17,6 +18,8 @@ if TYPE_CHECKING:  # writing a file needs no GL, and most commands write no Open
     import OpenEXR
 
     from depthwalk.headless import LinearImage
+
+log = logging.getLogger(__name__)
 
 _QUALITY = 95  # of JPEG, in per cent
 _CRF = 18  # x264's quality; visually lossless
@@ -107,14 +110,18 @@ def save_exr(path: Path, file: "OpenEXR.File") -> None:
 def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[Generator[None, NDArray[np.uint8], None]]:
     """An MP4 (H.264) file at `path`, which takes frames (H, W, 3) uint8, sRGB, through `send`.
 
-    size: (width, height), pixels; an odd side is scaled to the next even one, as the format demands.
+    size: (width, height), pixels; an odd side is scaled to the next even one, as the format demands, with a warning.
     Raises OSError where the encoder fails.
     """
     import imageio_ffmpeg
 
+    width, height = (side + side % 2 for side in size)
+    if (width, height) != size:
+        log.warning("%s: the sides of a video are even; scaled to %d,%d", path, width, height)
+    filters = ["-vf", f"scale={width}:{height}", "-crf", str(_CRF)]
     with replacing(path) as temporary:
         writer = imageio_ffmpeg.write_frames(
-            str(temporary), size, fps=fps, macro_block_size=2, quality=None, output_params=["-crf", str(_CRF)]
+            str(temporary), size, fps=fps, macro_block_size=1, quality=None, output_params=filters
         )
         writer.send(None)
         try:

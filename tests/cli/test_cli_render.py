@@ -155,6 +155,16 @@ def test_an_existing_file_is_replaced(run, tiny_scene, tmp_path):
     assert read_png(tmp_path / "a.png")[1].shape == (64, 96, 3)
 
 
+def test_mp4_of_odd_sides_says_what_it_is_scaled_to(run, tiny_scene, tmp_path):
+    out = tmp_path / "a.mp4"
+    walk = tiny_scene.with_name("walk.yaml")
+    result = run("render", tiny_scene, "-o", out, "--path", walk, "--resolution", "63,47")
+    assert (result.exit_code, result.stdout) == (0, f"{out}\n"), result.stderr
+    assert result.stderr == f"{out}: the sides of a video are even; scaled to 64,48\n"
+    shown = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(out)], capture_output=True)
+    assert re.search(rb"Video: h264 .* 64x48, .* 1 fps", shown.stderr)
+
+
 @pytest.mark.parametrize("name", ["a.mp4", "a{frame}.png"])
 def test_an_error_on_the_way_leaves_no_partial_file(run, tiny_scene, tmp_path, monkeypatch, name):
     drawn = []
