@@ -21,7 +21,7 @@ from depthwalk.bake.file import write_baked
 from depthwalk.bake.parallel import default_workers
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.errors import InputError
-from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.sources import source_hash
 from depthwalk.output import check_folder
 from depthwalk.scene.scene import MeshAsset
@@ -97,6 +97,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
             shutil.copyfile(kept_file(key), staged)
             return Kept(job.out, cached=True)
     mesh = load_mesh(job.spec.mesh, texture=job.spec.texture, up=job.spec.up, height=job.spec.height)
+    check_height(mesh, job.spec.mesh)
     clock.start("structure")  # what rays are cast against
     model = bake_model(mesh, job.params, key, clock.start, workers)
     clock.start("write")

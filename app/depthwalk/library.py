@@ -20,7 +20,7 @@ from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.bakery import Job, bake_all, mesh_key, model_params
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import PlanarImage, load_texture
-from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.meso import load_meso
 from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_range_image
@@ -157,6 +157,7 @@ class SceneLibrary:
     def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams, key: str) -> BakedModel:
         # Not by `mesh`, which would keep for good what may be drawn by its depth images only.
         mesh = self._meshes.get(asset) or self._read_mesh(spec)
+        check_height(mesh, spec.mesh)
         return bake_model(mesh, params, key, lambda stage: self.report(spec.name, stage))
 
     def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedModel]) -> BakedModel:
@@ -202,6 +203,13 @@ class SceneLibrary:
 def read_mesh(spec: MeshAsset) -> Mesh:
     """The mesh in the asset's frame. Raises InputError."""
     return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
+
+
+def read_body(spec: MeshAsset) -> Mesh:
+    """As `read_mesh`, of an asset that is to have depth images. Raises InputError where they could not show it."""
+    mesh = read_mesh(spec)
+    check_height(mesh, spec.mesh)
+    return mesh
 
 
 def read_meso(meso: MesoParams) -> Meso:

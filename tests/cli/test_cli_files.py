@@ -34,6 +34,21 @@ def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
     assert 40 <= height <= 48  # in the sphere about its cylinder, that just fits
 
 
+def test_what_lies_level_is_drawn_as_polygons(run, tmp_path):
+    """And baked nowhere; what is flat and stands has depth images."""
+    floor, out = tmp_path / "floor.obj", tmp_path / "floor.png"
+    floor.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")
+    refusal = f"{floor}: lies level; draw it as polygons, without 'dpci' or by --representation mesh\n"
+    drawn = "render", floor, "-o", out, "--resolution", "96,64", "--no-background"
+    for arguments in (("check", floor), ("bake", floor), ("compare", floor), drawn):
+        result = run(*arguments)
+        assert (result.exit_code, result.stderr) == (2, refusal)
+    wall = "--set", "assets.model.up=z", "--set", "assets.model.dpci={resolution: 32, layers: 1}"
+    for arguments in ("--representation", "mesh"), wall:
+        assert run(*drawn, *arguments).exit_code == 0
+        assert (np.asarray(Image.open(out))[..., 3] == 255).mean() > 0.05
+
+
 def test_scenes_and_paths_are_told_apart(run, tiny_scene):
     walk = tiny_scene.with_name("walk.yaml")
     for arguments, message in (

@@ -32,7 +32,6 @@ MESSAGES = {
     "no_data.gltf": "no_data.gltf: accessors[0]: sparse, compressed or empty data is not supported",
     "no_faces.obj": "no_faces.obj: no faces",
     "not_finite.obj": "not_finite.obj: 2 of 4 vertices have NaN or infinite coordinates",
-    "plane.obj": "plane.obj: flat: all its points lie in one plane",
     "truncated.glb": "truncated.glb: truncated: 24 of 65535 bytes",
     "truncated.gltf": "truncated.gltf: its glTF header is not JSON: Expecting value: line 1 column 42 (char 41)",
     "truncated.ply": "truncated.ply: truncated: 2 of 4 PLY face elements",

@@ -12,7 +12,7 @@ from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.loader import check_height, load_mesh
 
 MODELS = Path(__file__).parents[3] / "shared" / "scenes" / "models"
 CUBE = """
@@ -314,3 +314,18 @@ def test_real_models_keep_their_triangles_and_load_fast(name, up, degenerate):
     assert mesh.bounds[0][1] == 0 and mesh.bounds[1][1] == pytest.approx(2.0)
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-6)
     assert (np.einsum("ij,ij->i", mesh.normals[mesh.faces[:, 0]], face_normals(mesh)) > 0).mean() > 0.99
+
+
+def test_what_lies_level_has_no_height(tmp_path):
+    """It is drawn, and neither scaled to a height nor baked; what is flat and stands is like anything else."""
+    path = tmp_path / "floor.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")
+    floor = load_mesh(path)
+    assert np.ptp(floor.positions, axis=0).tolist() == [1, 0, 1]
+    with pytest.raises(InputError, match="lies level: it cannot be given a height"):
+        load_mesh(path, height=2.0)
+    with pytest.raises(InputError, match="lies level; draw it as polygons"):
+        check_height(floor, path)
+    wall = load_mesh(path, up="z")
+    check_height(wall, path)
+    assert np.ptp(wall.positions, axis=0).tolist() == [1, 1, 0]

@@ -7,7 +7,7 @@ from pathlib import Path
 from depthwalk.bake.planar import range_mesh
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture
-from depthwalk.library import complaints_about, read_mesh, read_meso, read_range_image, read_relief
+from depthwalk.library import complaints_about, read_body, read_mesh, read_meso, read_range_image, read_relief
 from depthwalk.scene.document import read_document
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.lone_mesh import is_mesh_file
@@ -49,7 +49,7 @@ def _reads(scene: Scene) -> Iterator[Callable[[], object]]:
     """What reads the scene's files, each as drawing it would."""
     for asset in scene.assets:
         if isinstance(asset, MeshAsset):
-            yield partial(read_mesh, asset)
+            yield partial(read_mesh if asset.dpci is None else read_body, asset)
             if asset.dpci is not None and asset.dpci.meso is not None:
                 yield partial(read_meso, asset.dpci.meso)
         elif asset.intrinsics is None:

@@ -20,7 +20,7 @@ from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import GpuError
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.library import read_mesh
+from depthwalk.library import read_body, read_mesh
 from depthwalk.output import check_folder, write_bytes
 from depthwalk.params import Params
 from depthwalk.quality.advise import Recommendation, recommend
@@ -127,7 +127,7 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
     spec = subject.spec
     with asset_progress() as report, tempfile.TemporaryDirectory() as folder:
         report(spec.name, "reading")
-        mesh = read_mesh(spec)
+        mesh = read_body(spec)
         report(spec.name, "baking")
         file = Path(folder) / f"compared{SUFFIX}"
         bake = measured_bake(spec, subject.params, file)

@@ -14,7 +14,7 @@ from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.ingest.normals import doubled_areas, row_ids, split_at_creases
 from depthwalk.ingest.reader import Soup, read_soup
 
-FLAT = 1e-6  # thickness over extent below which a mesh counts as flat
+LEVEL = 1e-6  # height over extent below which a mesh has none
 SMALLEST, LARGEST = 1e-15, 1e15  # extents whose squares float32 can hold
 
 
@@ -97,16 +97,25 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
     if up == "z":
         positions = positions[:, [0, 2, 1]] * [1, 1, -1]
     low, high = positions.min(axis=0), positions.max(axis=0)
-    centred = positions - positions.mean(axis=0)
-    thickness = np.sqrt(np.maximum(np.linalg.eigvalsh(centred.T @ centred / len(centred)), 0.0))
-    if thickness[0] < FLAT * thickness[2]:
-        raise InputError(f"{path}: flat: all its points lie in one plane")
+    if height is not None and _level(positions):
+        raise InputError(f"{path}: lies level: it cannot be given a height")
     base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
     scale = 1.0 if height is None else height / (high[1] - low[1])
     placed = (positions - base) * scale
     if not SMALLEST < (largest := float(np.ptp(placed, axis=0).max())) < LARGEST:
         raise InputError(f"{path}: its extent of {largest:g} m at that height is out of range")
     return placed
+
+
+def check_height(mesh: Mesh, path: Path) -> None:
+    """Raises InputError where `mesh`, of the file `path`, lies level: its depth images would have no side."""
+    if _level(mesh.positions):
+        raise InputError(f"{path}: lies level; draw it as polygons, without 'dpci' or by --representation mesh")
+
+
+def _level(positions: NDArray[np.floating]) -> bool:
+    extent = np.ptp(positions, axis=0)
+    return bool(extent[1] < LEVEL * extent.max())
 
 
 def _vertices(soup: Soup) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
