@@ -52,8 +52,8 @@ its asset has them, else as a `mesh`; `dmesh` warps the same depth samples strai
 Any value can be replaced from the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
 
 A mesh in place of a scene file is a scene with the asset `model`, which has `dpci`, on the origin and nothing around:
-`depthwalk view bust.obj --set assets.model.up=z`. What lies level, as a floor of one plane, has no side that depth images could
-show: `--representation mesh` draws it.
+`depthwalk view bust.obj --set assets.model.up=z`. What lies level, as a floor of one plane, has no side that depth
+images could show: `--representation mesh` draws it.
 """
 _PATH = """## Path files
 
