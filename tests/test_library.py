@@ -3,7 +3,7 @@
 import gc
 import weakref
 
-import depthwalk.library
+import depthwalk.bakery
 from depthwalk.library import SceneLibrary
 from depthwalk.scene.loader import load_scene
 
@@ -17,8 +17,8 @@ def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene, tmp_path, monkeypatch):
         read.append(weakref.ref(mesh))
         return mesh
 
-    load_mesh = depthwalk.library.load_mesh
-    monkeypatch.setattr(depthwalk.library, "load_mesh", watched)
+    load_mesh = depthwalk.bakery.load_mesh
+    monkeypatch.setattr(depthwalk.bakery, "load_mesh", watched)
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.baked(0) is not None
     gc.collect()
@@ -31,7 +31,7 @@ def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.mesh(0) is not None
-    monkeypatch.setattr(depthwalk.library, "load_mesh", None)  # reading once more would fail
+    monkeypatch.setattr(depthwalk.bakery, "load_mesh", None)  # reading once more would fail
     assert library.baked(0) is not None
 
 

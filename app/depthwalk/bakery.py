@@ -22,6 +22,7 @@ from depthwalk.bake.parallel import default_workers
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.sources import source_hash
 from depthwalk.output import check_folder
 from depthwalk.scene.scene import MeshAsset
@@ -96,8 +97,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         if has_key(kept_file(key), key):
             shutil.copyfile(kept_file(key), staged)
             return Kept(job.out, cached=True)
-    mesh = load_mesh(job.spec.mesh, texture=job.spec.texture, up=job.spec.up, height=job.spec.height)
-    check_height(mesh, job.spec.mesh)
+    mesh = read_body(job.spec)
     clock.start("structure")  # what rays are cast against
     model = bake_model(mesh, job.params, key, clock.start, workers)
     clock.start("write")
@@ -105,6 +105,18 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     seconds = clock.stop()
     images = sum(len(part.images) for part in model.parts)
     return Baked(job.out, len(mesh.faces), len(model.parts), images, seconds, staged.stat().st_size)
+
+
+def read_mesh(spec: MeshAsset) -> Mesh:
+    """The mesh in the asset's frame. Raises InputError."""
+    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
+
+
+def read_body(spec: MeshAsset) -> Mesh:
+    """As `read_mesh`, of an asset that is to have depth images. Raises InputError where they could not show it."""
+    mesh = read_mesh(spec)
+    check_height(mesh, spec.mesh)
+    return mesh
 
 
 def model_params(dpci: DpciParams) -> ModelParams:

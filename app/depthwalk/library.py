@@ -17,10 +17,10 @@ from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
-from depthwalk.bakery import Job, bake_all, mesh_key, model_params
+from depthwalk.bakery import Job, bake_all, mesh_key, model_params, read_mesh
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import PlanarImage, load_texture
-from depthwalk.ingest.loader import check_height, load_mesh
+from depthwalk.ingest.loader import check_height
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.ingest.meso import load_meso
 from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_range_image
@@ -198,18 +198,6 @@ class SceneLibrary:
         self.report(spec.name, "resampling")
         with complaints_about(spec.depth):
             return BakedModel((bake_range(image, key),))
-
-
-def read_mesh(spec: MeshAsset) -> Mesh:
-    """The mesh in the asset's frame. Raises InputError."""
-    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
-
-
-def read_body(spec: MeshAsset) -> Mesh:
-    """As `read_mesh`, of an asset that is to have depth images. Raises InputError where they could not show it."""
-    mesh = read_mesh(spec)
-    check_height(mesh, spec.mesh)
-    return mesh
 
 
 def read_meso(meso: MesoParams) -> Meso:

@@ -80,7 +80,8 @@ class LateTimers:
     """Publishes a frame's times, its number, `lag` frames later, as timer queries do; of each `every`-th frame."""
 
     def __init__(self, lag, every):
-        self.lag, self.every, self.frame, self.of_frame, self.milliseconds = lag, every, 0, -1, {}
+        self.lag, self.every, self.milliseconds = lag, every, {}
+        self.frame, self.of_frame, self.next = 0, -1, 0
 
     def time_next(self):
         self.next = self.frame
@@ -90,7 +91,7 @@ class LateTimers:
 
     def draw(self, view):
         published = self.frame - self.lag
-        if published >= 0 and (published - getattr(self, "next", 0)) % self.every == 0:
+        if published >= 0 and (published - self.next) % self.every == 0:
             self.of_frame, self.milliseconds = published, {"warp": float(published)}
         self.frame += 1
 

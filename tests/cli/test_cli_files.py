@@ -122,7 +122,7 @@ def test_check_bakes_nothing_and_keeps_no_mesh(run, tiny_scene, tmp_path, monkey
         alive.append(weakref.ref(mesh))
         return mesh
 
-    monkeypatch.setattr("depthwalk.library.load_mesh", watched)
+    monkeypatch.setattr("depthwalk.bakery.load_mesh", watched)
     result = run("check", tiny_scene)
     assert (result.exit_code, len(alive)) == (0, 4), result.stderr
     assert not cache.exists()

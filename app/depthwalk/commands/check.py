@@ -5,9 +5,10 @@ from functools import partial
 from pathlib import Path
 
 from depthwalk.bake.planar import range_mesh
+from depthwalk.bakery import read_body, read_mesh
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture
-from depthwalk.library import complaints_about, read_body, read_mesh, read_meso, read_range_image, read_relief
+from depthwalk.library import complaints_about, read_meso, read_range_image, read_relief
 from depthwalk.scene.document import read_document
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.lone_mesh import is_mesh_file

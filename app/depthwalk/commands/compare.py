@@ -12,7 +12,7 @@ from pydantic import Field
 import depthwalk
 from depthwalk.bake.file import SUFFIX, read_baked, read_header
 from depthwalk.bake.parts import ModelParams
-from depthwalk.bakery import mesh_key
+from depthwalk.bakery import mesh_key, read_body, read_mesh
 from depthwalk.bench.measure import commit
 from depthwalk.commands.console import asset_progress, frame_progress, log
 from depthwalk.commands.render import asset_files
@@ -20,7 +20,6 @@ from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import GpuError
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.library import read_body, read_mesh
 from depthwalk.output import check_folder, write_bytes
 from depthwalk.params import Params
 from depthwalk.quality.advise import Recommendation, recommend

@@ -14,11 +14,10 @@ from rich.progress import track
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.bakery import mesh_key, model_params
+from depthwalk.bakery import mesh_key, model_params, read_body
 from depthwalk.commands.console import guarded
 from depthwalk.commands.options import Verbose
 from depthwalk.errors import InputError
-from depthwalk.ingest.loader import load_mesh
 from depthwalk.resources import scene_root
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
@@ -52,7 +51,7 @@ def baked_key(asset: MeshAsset) -> str:
 def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
     """Bakes `asset`, in one thread, to a file in `folder`, or beside its mesh, and returns which. Raises InputError,
     OSError."""
-    mesh = load_mesh(asset.mesh, texture=asset.texture, up=asset.up, height=asset.height)
+    mesh = read_body(asset)
     file = sidecar(asset.mesh if folder is None else folder / asset.mesh.name)
     write_baked(file, bake_model(mesh, _params(asset), baked_key(asset), workers=1))
     return file

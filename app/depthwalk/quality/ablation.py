@@ -20,11 +20,11 @@ from depthwalk import limits
 from depthwalk.bake.baker import Refinements
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
+from depthwalk.bakery import read_mesh
 from depthwalk.bench.measure import commit
 from depthwalk.commands.console import guarded
 from depthwalk.commands.options import Quiet, Verbose
 from depthwalk.errors import InputError
-from depthwalk.library import read_mesh
 from depthwalk.output import check_folder, write_bytes
 from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES, summarise

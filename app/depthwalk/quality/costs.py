@@ -9,7 +9,7 @@ from pathlib import Path
 
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.library import read_mesh
+from depthwalk.bakery import read_mesh
 from depthwalk.scene.scene import MeshAsset
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from depthwalk.library import Report, read_mesh
+from depthwalk.bakery import read_mesh
+from depthwalk.library import Report
 from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FEW, Sphere, bounding_sphere, view_of
 from depthwalk.render.edges import Edges, build_edges

@@ -108,8 +108,8 @@ def _surfaces(
     """
     surface = contract(_joined(point, triangles, rank, _SAME * texel), _FINE_TOLERANCES[0] * texel, each)
     dense = len(surface.triangles) > most
-    arcs = not dense  # leaves that became one are on none
-    coarse = contract(_welded(point, triangles, rank, _WELD * texel, arcs), _FIRST_TOLERANCE * texel, each)
+    welded = _welded(point, triangles, rank, _WELD * texel, arcs=not dense)  # leaves that became one are on none
+    coarse = contract(welded, _FIRST_TOLERANCE * texel, each)
     between = (_BETWEEN,) if dense else ()
     for tolerance in sorted(_FINE_TOLERANCES + between + _DENSE_TOLERANCES):
         if tolerance > _FINE_TOLERANCES[0]:
