@@ -1,10 +1,12 @@
 // The picture at the far plane, where a test for GREATER passes surfaces and one for EQUAL what is left.
 uniform mat3 ray_from_screen;
 
+out vec2 uv;                // over the picture, 0 to 1
 out vec3 ray;               // world, from the viewer to one metre along the view axis
 
 void main() {
     vec2 at = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0;
+    uv = at * 0.5 + 0.5;
     ray = ray_from_screen * vec3(at, 1.0);
     gl_Position = vec4(at, 1.0, 1.0);
 }

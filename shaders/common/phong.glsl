@@ -1,7 +1,12 @@
 // What a surface sends to the viewer of the light that falls on it. Twin: reference/light.py.
 uniform vec3 to_sun;        // world
 uniform vec3 sun;           // linear, on a white surface that faces it
-uniform vec3 ambient[9];    // light from everywhere: a polynomial of the normal, see render/lighting.py
+// Light from everywhere: a polynomial of the normal, see render/lighting.py. UPRIGHT: of its y alone.
+#ifdef UPRIGHT
+uniform vec3 ambient[3];
+#else
+uniform vec3 ambient[9];
+#endif
 
 // Of light of strength 1 (Phong 1975). view: from the viewer; all vectors of unit length, in any one frame.
 vec3 phong(vec3 albedo, float specular, float shininess, vec3 normal, vec3 view, vec3 to_light) {
@@ -12,8 +17,10 @@ vec3 phong(vec3 albedo, float specular, float shininess, vec3 normal, vec3 view,
 
 // On a white surface; n: world.
 vec3 everywhere(vec3 n) {
-    vec3 level = ambient[0] + n.x * ambient[1] + n.y * ambient[2] + n.z * ambient[3];
-    vec3 curved = n.x * n.y * ambient[4] + n.y * n.z * ambient[5] + n.z * n.x * ambient[6];
-    curved += (3.0 * n.y * n.y - 1.0) * ambient[7] + (n.x * n.x - n.z * n.z) * ambient[8];
-    return max(level + curved, 0.0);
+    vec3 shown = ambient[0] + n.y * ambient[1] + (3.0 * n.y * n.y - 1.0) * ambient[2];
+#ifndef UPRIGHT
+    shown += n.x * ambient[3] + n.z * ambient[4] + (n.x * n.x - n.z * n.z) * ambient[5];
+    shown += n.x * n.y * ambient[6] + n.y * n.z * ambient[7] + n.z * n.x * ambient[8];
+#endif
+    return max(shown, 0.0);
 }

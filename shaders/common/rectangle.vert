@@ -4,10 +4,12 @@ uniform vec2 low;           // corners, −1 to 1
 uniform vec2 high;
 uniform mat3 ray_from_screen;
 
+out vec2 uv;                // over the picture, 0 to 1
 out vec3 ray;               // world, from the viewer to one metre along the view axis
 
 void main() {
     vec2 at = mix(low, high, vec2(gl_VertexID & 1, gl_VertexID >> 1));
+    uv = at * 0.5 + 0.5;
     ray = ray_from_screen * vec3(at, 1.0);
     gl_Position = vec4(at, 2.0 * level - 1.0, 1.0);
 }

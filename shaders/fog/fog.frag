@@ -12,6 +12,7 @@ uniform float falloff;      // metres over which it thins to 1/e above that
 uniform float viewer_y;
 uniform int transparent;    // where nothing is, no fog either
 
+in vec2 uv;
 in vec3 ray;
 layout(location = 0) out vec4 lit;
 
@@ -32,7 +33,7 @@ float fog_to_sky(vec3 direction) {
 }
 
 void main() {
-    float depth = texelFetch(depth_texture, ivec2(gl_FragCoord.xy), 0).r;
+    float depth = texture(depth_texture, uv).r;
     bool sky = depth == 1.0;
     if (sky && transparent != 0) discard;
     vec3 direction = normalize(ray);

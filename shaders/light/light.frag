@@ -10,25 +10,25 @@
 uniform sampler2D albedo_texture;
 uniform sampler2D surface_texture;
 
+in vec2 uv;
 in vec3 ray;
 layout(location = 0) out vec4 lit;
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec4 stored = texelFetch(albedo_texture, pixel, 0);
-    vec4 surface = texelFetch(surface_texture, pixel, 0);
+    vec4 stored = texture(albedo_texture, uv);
+    vec4 surface = texture(surface_texture, uv);
 #ifdef FORWARD
     if (surface.z == LIT) discard;
 #endif
 #ifdef LAMPS
-    if (texelFetch(depth_texture, pixel, 0).r == 1.0) discard;
+    if (texture(depth_texture, uv).r == 1.0) discard;
 #endif
     vec3 albedo = decode_albedo(stored), normal = normal_from_octahedron(surface.xy), view = normalize(ray);
     float shininess = surface.z * MAX_SHININESS;
-    vec3 direct = sun * sun_share(pixel);
+    vec3 direct = sun * sun_share(uv);
     vec3 colour = albedo * everywhere(normal) + direct * phong(albedo, stored.a, shininess, normal, view, to_sun);
 #ifdef LAMPS
-    float away = distance_at(pixel);
+    float away = distance_of(texture(depth_texture, uv).r);
     colour += of_lamps(ray * away, away, albedo, stored.a, shininess, normal, view);
 #endif
     lit = vec4(colour, 1.0);

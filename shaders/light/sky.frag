@@ -1,4 +1,4 @@
-// Where nothing is, the sky or the plain background.
+// The sky or the plain background.
 // TRANSPARENT: nothing is left; DISC: with the sun's disc.
 #include "common/sky.glsl"
 #ifdef DISC

@@ -4,11 +4,11 @@ uniform sampler2D lit_texture;
 uniform float exposure;
 uniform int samples;    // per pixel, along either axis
 
+in vec2 uv;
 layout(location = 0) out vec4 screen;
 
 // What the screen shows of a texel, linear, not premultiplied. What is too bright is white before it is averaged.
-vec4 shown_at(ivec2 texel) {
-    vec4 lit = texelFetch(lit_texture, texel, 0);
+vec4 shown_of(vec4 lit) {
     return vec4(clamp(tone(exposure * lit.rgb / max(lit.a, 1e-4)), 0.0, 1.0), lit.a);
 }
 
@@ -20,16 +20,16 @@ vec3 encode(vec3 c) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
 #ifdef SUPERSAMPLED
     vec4 sum = vec4(0.0);
     for (int k = 0; k < samples * samples; ++k) {
-        vec4 shown = shown_at(pixel * samples + ivec2(k % samples, k / samples));
+        ivec2 texel = ivec2(gl_FragCoord.xy) * samples + ivec2(k % samples, k / samples);
+        vec4 shown = shown_of(texelFetch(lit_texture, texel, 0));
         sum += vec4(shown.rgb * shown.a, shown.a);
     }
     vec4 shown = vec4(sum.rgb / max(sum.a, 1e-4), sum.a / float(samples * samples));
 #else
-    vec4 shown = shown_at(pixel);
+    vec4 shown = shown_of(texture(lit_texture, uv));
 #endif
     screen = vec4(encode(shown.rgb), shown.a);
 }

@@ -3,7 +3,9 @@
 #include "shade/objects.glsl"
 uniform float closed;       // what is added to the depths of pixels that one object covers whole
 
+in vec2 uv;
+
 void main() {
-    uvec2 visible = texelFetch(visible_texture, ivec2(gl_FragCoord.xy), 0).xy;
+    uvec2 visible = texture(visible_texture, uv).xy;
     gl_FragDepth = object_texel(object_of(visible), LEVEL).x - (open_of(visible) > 0.0 ? closed : 0.0);
 }

@@ -21,14 +21,14 @@ uniform float pixel_angle;      // metres a pixel covers at one metre
 // steeper than it is displaced does as well, and is in its own shade.
 const float AVERTED = 0.35;
 
+in vec2 uv;
 in vec3 ray;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    uvec2 visible = texelFetch(visible_texture, pixel, 0).xy;
+    uvec2 visible = texture(visible_texture, uv).xy;
     vec4 viewer = object_texel(object_of(visible), VIEWER);     // w: the object's scale
     vec4 rotation = object_texel(object_of(visible), ROTATION);
     vec3 from_viewer = ray * distance_of(visible);

@@ -4,11 +4,11 @@
 #include "common/sun_maps.glsl"
 uniform sampler2D surface_texture;
 
+in vec2 uv;
 in vec3 ray;
 layout(location = 0) out float share;
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec3 normal = normal_from_octahedron(texelFetch(surface_texture, pixel, 0).xy);
-    share = sun_share_at(ray, distance_at(pixel), normal);
+    vec3 normal = normal_from_octahedron(texture(surface_texture, uv).xy);
+    share = sun_share_at(ray, distance_of(texture(depth_texture, uv).r), normal);
 }

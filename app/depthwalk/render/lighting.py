@@ -17,6 +17,8 @@ Array = NDArray[np.floating]
 
 GROUND = 0.2  # part of the light that ground sends back, for the light from below: grass and soil
 _STEPS = 48  # of the sphere, from pole to pole
+_UPRIGHT = 3  # of the polynomials: those of y alone
+_NOTHING = 1e-6  # of the strongest: what no picture shows
 
 
 @dataclass(frozen=True)
@@ -28,13 +30,22 @@ class Lighting:
     sun: Array
     ambient: Array
 
+    @property
+    def defines(self) -> tuple[str, ...]:
+        """Those of shaders/common/phong.glsl. Most skies are alike all around, which is a third of the arithmetic."""
+        return ("UPRIGHT",) if self._upright else ()
+
     def uniforms(self) -> dict[str, Any]:
-        """Those of shaders/common/phong.glsl."""
+        """Those of shaders/common/phong.glsl, with `defines`."""
         return {
             "to_sun": tuple(self.to_sun.tolist()),
             "sun": tuple(self.sun.tolist()),
-            "ambient": [tuple(each) for each in self.ambient.tolist()],
+            "ambient": [tuple(each) for each in self.ambient[: _UPRIGHT if self._upright else None].tolist()],
         }
+
+    @property
+    def _upright(self) -> bool:
+        return bool(np.abs(self.ambient[_UPRIGHT:]).max() <= _NOTHING * np.abs(self.ambient).max())
 
 
 def lighting(environment: "Environment") -> Lighting:
@@ -46,7 +57,7 @@ def lighting(environment: "Environment") -> Lighting:
         return Lighting(to_sun, sun, skylight(sky_of(environment), (x, y, z)))
     ambient = np.zeros((9, 3))
     constant = linear_from_srgb(environment.ambient.colour) * environment.ambient.intensity
-    ambient[0], ambient[2] = 0.75 * constant, 0.25 * constant  # a little less from below
+    ambient[0], ambient[1] = 0.75 * constant, 0.25 * constant  # a little less from below
     return Lighting(to_sun, sun, ambient)
 
 
@@ -61,9 +72,9 @@ def skylight(sky: Sky, ground_sun: Triple) -> Array:
 
 
 def polynomials(normal: Array) -> Array:
-    """Spherical harmonics up to the second order, not normalised, (n, 9), of normals (n, 3)."""
+    """Spherical harmonics up to the second order, not normalised, (n, 9), of normals (n, 3); those of y alone first."""
     x, y, z = normal.T
-    return np.column_stack([np.ones_like(x), x, y, z, x * y, y * z, z * x, 3 * y * y - 1, x * x - z * z])
+    return np.column_stack([np.ones_like(x), y, 3 * y * y - 1, x, z, x * x - z * z, x * y, y * z, z * x])
 
 
 def irradiance(radiance: Array) -> Array:
@@ -76,7 +87,7 @@ def irradiance(radiance: Array) -> Array:
     direction, weight = sphere_directions()
     basis = polynomials(direction)
     square = weight * (basis**2).sum(0)
-    counts = np.array([1, *[2 / 3] * 3, *[1 / 4] * 5])
+    counts = np.array([1, 2 / 3, 1 / 4, 2 / 3, 2 / 3, *[1 / 4] * 4])
     return (counts / square * weight)[:, None] * (basis.T @ radiance)
 
 

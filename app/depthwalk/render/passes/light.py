@@ -43,18 +43,15 @@ class LightPass(Pass):
         self._cells = RecordTexture(self.gl, NUMBERS_RECORD)
 
     def draw(self, frame: Frame) -> None:
-        context = self.gl.device.context
         frame.targets.lighting.depth_mask = False
-        self._draw_surfaces(frame)
-        frame.targets.lighting.use()
-        context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = "=="
         self._draw_sky(frame)
-        context.depth_func = "<"
+        self._draw_surfaces(frame)
+        self.gl.device.context.depth_func = "<"
 
     def _draw_surfaces(self, frame: Frame) -> None:
         context = self.gl.device.context
-        defines: tuple[str, ...] = ("FORWARD",) if frame.settings.light.mode == "forward" else ()
+        light = lighting(frame.environment)
+        defines = (*light.defines, *(("FORWARD",) if frame.settings.light.mode == "forward" else ()))
         values = self._lamps(frame) if frame.environment.lights else {}
         if values:  # they ask how far a pixel is: the depth buffer is read, and so cannot be tested against
             defines += ("LAMPS",)
@@ -78,7 +75,7 @@ class LightPass(Pass):
             albedo_texture=0,
             surface_texture=1,
             ray_from_screen=matrix_bytes(frame.view.ray_from_screen),
-            **lighting(frame.environment).uniforms(),
+            **light.uniforms(),
             **values,
         )
         self._light[defines].fill()
@@ -114,6 +111,16 @@ class LightPass(Pass):
         }
 
     def _draw_sky(self, frame: Frame) -> None:
+        """Over all: software rasterisers take three times as long to test before they write half floats. But `shade` has
+        lit what it draws before, where that lights it."""
+        context = self.gl.device.context
+        if frame.settings.light.mode == "forward":
+            frame.targets.lighting.use()
+            context.enable_only(moderngl.DEPTH_TEST)
+            context.depth_func = "=="
+        else:
+            frame.targets.lit.use()
+            context.enable_only(moderngl.NOTHING)
         sky, params, values = sky_of(frame.environment), frame.environment.sky, {}
         defines = (*sky.defines, "TRANSPARENT") if frame.transparent else sky.defines
         if params is not None and params.sun_size > 0:

@@ -92,10 +92,11 @@ def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     settings, maps = frame.settings, frame.targets.sun_maps
     if settings.light.mode == "deferred":
         return (), {}
-    light = lighting(frame.environment).uniforms()
+    light = lighting(frame.environment)
+    defines, values = ("FORWARD", *light.defines), light.uniforms()
     if maps is None:
-        return ("FORWARD",), light
-    return ("FORWARD", "SHADOWS"), light | maps.use(7, frame.view, settings.shadows, settings.lod)
+        return defines, values
+    return (*defines, "SHADOWS"), values | maps.use(7, frame.view, settings.shadows, settings.lod)
 
 
 def _alone(frame: Frame, shading: Shading) -> bool:
