@@ -5,7 +5,8 @@
 //
 // ALIGNED: the tile's texels are the picture's pixels. Then w is the plane's distance along the view axis, so λ/w is 1 over
 // the surface's: its depth is affine in what the tile stores, and there is nothing to resample.
-// PARTIAL: texels are half a pixel wide and tell what part of it is covered.
+// STEPS: of the search for λ, where the viewer has moved. PARTIAL: texels are half a pixel wide and tell what part of it is
+// covered.
 #include "common/per_sample.glsl"
 #include "common/visible.glsl"
 
@@ -52,17 +53,16 @@ float between(float one, float other) {
     return abs(one - other) <= reach(farther) ? farther : 1.0;
 }
 
-// An empty texel between two of one surface is a crack, where one image's samples end and another's begin; between two
-// surfaces it is a gap. Gives the farther depth and moves `nearest` there, or 1 where there is no crack.
-// before, after: the four depths from `nearest` − 1 and from `nearest` on.
-float across_crack(inout ivec2 nearest, vec4 before, vec4 after) {
-    if (objects > 1u) return 1.0;       // between two of them is no crack
-    vec2 corner = vec2(nearest) - tile.xy;
-    bvec2 inside = bvec2(corner.x >= 1.0 && corner.x + 2.0 <= tile.z, corner.y >= 1.0 && corner.y + 2.0 <= tile.w);
+// Empty texels between two of one surface are a crack, where one image's samples end and another's begin; between two
+// surfaces they are a gap. From `low` to `high`, which are beside each other or the same; gives the farther depth beyond them
+// and moves `nearest` there, or 1 where there is no crack. before, after: the four depths from `low` − 1 and from `high` on.
+float across_crack(ivec2 low, ivec2 high, vec4 before, vec4 after, out ivec2 nearest) {
+    vec2 first = vec2(low) - tile.xy, last = vec2(high) - tile.xy;
+    bvec2 inside = bvec2(first.x >= 1.0 && last.x + 2.0 <= tile.z, first.y >= 1.0 && last.y + 2.0 <= tile.w);
     float across = inside.x ? between(before.x, after.z) : 1.0;
     float along = inside.y ? between(before.z, after.x) : 1.0;
-    if (across <= along) nearest.x += before.x > after.z ? -1 : 1;
-    else nearest.y += before.z > after.x ? -1 : 1;
+    if (across <= along) nearest = before.x > after.z ? low - ivec2(1, 0) : high + ivec2(1, 0);
+    else nearest = before.z > after.x ? low - ivec2(0, 1) : high + ivec2(0, 1);
     return min(across, along);
 }
 
@@ -76,36 +76,15 @@ float inverse_distance(out ivec2 nearest, out float open) {
     open = 0.0;
     nearest = ivec2(gl_FragCoord.xy) + texel_from_pixel;
     vec4 before = four_depths(nearest - 1), after = four_depths(nearest);
-    float stored = after.w < 1.0 ? after.w : across_crack(nearest, before, after);
+    float stored = after.w;
+    if (stored == 1.0 && objects == 1u) stored = across_crack(nearest, nearest, before, after, nearest);
     return (1.0 - stored) / nearest_distance;
 }
 #else
-uniform int steps;                  // of the search for λ, where the viewer has moved
-
 PER_SAMPLE in vec3 texel_near;
 PER_SAMPLE in vec3 texel_far;
 flat in float least;
 flat in vec3 parallax;
-
-float depth_within(ivec2 texel) {
-    vec2 corner = vec2(texel) - tile.xy;
-    bool inside = all(greaterThanEqual(corner, vec2(0.0))) && all(lessThan(corner, tile.zw));
-    return inside ? texelFetch(atlas_depth, texel, 0).r : 1.0;
-}
-
-#ifdef PARTIAL
-// As `across_crack`, where all four texels from `low` on are empty, `nearest` among them: of texels half a pixel wide a
-// crack takes two.
-float across_wide_crack(ivec2 low, inout ivec2 nearest) {
-    ivec2 before = low - 1, after = low + 2;
-    float left = depth_within(ivec2(before.x, nearest.y)), right = depth_within(ivec2(after.x, nearest.y));
-    float below = depth_within(ivec2(nearest.x, before.y)), above = depth_within(ivec2(nearest.x, after.y));
-    float across = between(left, right), along = between(below, above);
-    if (across <= along) nearest.x = left > right ? before.x : after.x;
-    else nearest.y = below > above ? before.y : after.y;
-    return min(across, along);
-}
-#endif
 
 // Stored depth at `texel`, between the four texels around it, 1 outside the silhouette, which runs where half of the
 // weight is on empty texels; `nearest` is the texel that owns the result. Where PARTIAL, that of the front surface, and
@@ -122,15 +101,14 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     open = 0.0;
 #ifdef PARTIAL
     float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
-    if (front == 1.0) {
-        nearest = ivec2(floor(position + 0.5));
-        return across_wide_crack(low, nearest);
-    }
+    if (front == 1.0)   // of texels half a pixel wide a crack takes two
+        return across_crack(low, low + 1, four_depths(low - 1), four_depths(low + 1), nearest);
     weight *= step(depth - front, vec4(reach(front)));
 #else
     if (dot(weight, vec4(1.0)) < 0.5) {
-        nearest = ivec2(floor(position + 0.5));
-        return across_crack(nearest, four_depths(nearest - 1), four_depths(nearest));
+        if (objects > 1u) return 1.0;       // between two of them is no crack
+        ivec2 here = ivec2(floor(position + 0.5));
+        return across_crack(here, here, four_depths(here - 1), four_depths(here), nearest);
     }
 #endif
     // The heaviest that is not empty; of equals exactly one.
@@ -149,11 +127,10 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
 // Homogeneous texel of the tile where the present ray meets the surface. A step takes λ from where the last one led.
 vec3 surface_texel() {
     vec3 at = mix(texel_far, texel_near, parallax.y);
-    for (int k = 0; k < steps && parallax.z > 0.0; ++k) {
+    for (int k = 0; k < STEPS; ++k) {
         ivec2 texel = ivec2(tile.xy + clamp(at.xy / at.z, vec2(0.0), tile.zw - 1.0));
         float stored = texelFetch(atlas_depth, texel, 0).r;
-        if (stored == 1.0) break;
-        at = mix(texel_far, texel_near, (1.0 - stored) * at.z / least);
+        if (stored < 1.0 && parallax.z > 0.0) at = mix(texel_far, texel_near, (1.0 - stored) * at.z / least);
     }
     return at;
 }

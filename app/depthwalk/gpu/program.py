@@ -62,11 +62,11 @@ class Source:
 class Program:
     """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`.
 
-    defines: names that the shaders may ask for by #ifdef.
+    defines: names that the shaders may ask for by #ifdef, which stand for 1 or, written NAME=VALUE, for that.
     """
 
     def __init__(self, scope: Scope, vertex: str, fragment: str, defines: Iterable[str] = ()) -> None:
-        preamble = _PREAMBLE + "".join(f"#define {name} 1\n" for name in defines)
+        preamble = _PREAMBLE + "".join("#define {} {}\n".format(*f"{each}=1".split("=")[:2]) for each in defines)
         self._scope = scope
         stages = Source(vertex, preamble), Source(fragment, preamble)
         try:

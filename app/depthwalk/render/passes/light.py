@@ -111,8 +111,8 @@ class LightPass(Pass):
         }
 
     def _draw_sky(self, frame: Frame) -> None:
-        """Over all: software rasterisers take three times as long to test before they write half floats. But `shade` has
-        lit what it draws before, where that lights it."""
+        """Over all: software rasterisers take three times as long to test before they write half floats. In forward
+        mode `shade` has lit what it draws before."""
         context = self.gl.device.context
         if frame.settings.light.mode == "forward":
             frame.targets.lighting.use()
