@@ -8,7 +8,7 @@ import typer
 
 from depthwalk import limits
 from depthwalk.cli_measures import bench, compare, quality
-from depthwalk.commands.console import BAD_INPUT, guarded
+from depthwalk.commands.console import BAD_INPUT, OneLineGroup, guarded
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="depthwalk",
+    cls=OneLineGroup,
     help="Walk through scenes too heavy to draw, by depth images warped on the GPU.",
     no_args_is_help=True,
     add_completion=False,

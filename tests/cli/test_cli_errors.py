@@ -1,5 +1,6 @@
 """Bad input: exit code 2, one exact line on stderr, nothing on stdout, nothing written."""
 
+import re
 import sys
 
 import pytest
@@ -88,7 +89,7 @@ RENDER = {
         ["-o", "{d}/a{{frame}}.png", "--path", "{d}/walk.yaml", "--camera-position", "0,0,1"],
         "--path: already says where the camera is; leave out the --camera options",
     ),
-    "no path file": (["-o", "{d}/a.mp4", "--path", "{d}/none.yaml"], "{d}/none.yaml: No such file or directory"),
+    "no path file": (["-o", "{d}/a.mp4", "--path", "{d}/none.yaml"], "{d}/none.yaml: no such file"),
     "over depth images": (
         ["-o", "{d}/ball.dpci.exr"],
         "{d}/ball.dpci.exr: would overwrite what is rendered; choose another name",
@@ -193,8 +194,8 @@ def test_a_broken_mesh_is_the_users_input(run, tiny_scene, tmp_path):
 def test_wrong_usage_exits_with_2(run, arguments):
     result = run(*arguments)
     assert result.exit_code == 2
-    assert "Error: " in result.stderr and result.stdout == ""
-    assert "Traceback" not in result.stderr
+    assert result.stderr.count("\n") == 1 and result.stdout == ""
+    assert re.match(r"depthwalk( \w+)?: .* \(depthwalk.* --help tells more\)", result.stderr)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="/proc")

@@ -70,7 +70,7 @@ def test_check_lists_every_error_of_every_file(run, tiny_scene, tmp_path):
     assert result.stderr.splitlines() == [
         f"{bad}:4:10: render.lood: unknown key; did you mean 'lod'?",
         f"{walk}:2:33: keyframes[0].position: must be [x, y, z]",
-        f"{tmp_path / 'none.yaml'}: No such file or directory",
+        f"{tmp_path / 'none.yaml'}: no such file",
     ]
 
 

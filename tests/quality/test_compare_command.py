@@ -170,7 +170,7 @@ def test_wrong_scenes_and_options_with_them_are_refused_in_one_line(tiny_scene, 
 
 def test_a_scene_that_is_missing_is_named(tmp_path):
     result = run("compare", tmp_path / "none.yaml")
-    assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'none.yaml'}: No such file or directory\n")
+    assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'none.yaml'}: no such file\n")
 
 
 def test_a_bake_is_measured_in_a_process_of_its_own(ball, tmp_path):

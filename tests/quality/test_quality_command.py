@@ -64,7 +64,7 @@ def test_the_scenes_that_ship_are_examined_by_default():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["none.yaml"], "none.yaml: No such file or directory"),
+        (["none.yaml"], "none.yaml: no such file"),
         (["--only", "edges,blur"], "--only blur: must be one of antialiasing, dof, shadows, edges"),
         (["--resolution", "32,400"], "--resolution 32,400: each side must be 64 to 1024 pixels"),
         (["--json", "nowhere/a.json"], "nowhere/a.json: the folder 'nowhere' does not exist"),

@@ -136,7 +136,7 @@ def test_a_single_keyframe_holds(tmp_path: Path) -> None:
         ),
         (
             "keyframes:\n- {tiem: 0, position: [0, 0, 0], target: [0, 0, 1]}\n",
-            "3:3: keyframes[0]: missing key 'time'\n3:4: keyframes[0].tiem: unknown key; did you mean 'time'?",
+            "3:4: keyframes[0].tiem: unknown key; did you mean 'time'?",
         ),
     ],
 )

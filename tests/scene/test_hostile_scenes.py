@@ -85,6 +85,9 @@ MESSAGES = {
     "misspelt-render": [
         "6:9: render.lod.bais: unknown key; did you mean 'bias'?",
     ],
+    "misspelt-version": [
+        "1:1: verson: unknown key; did you mean 'version'?",
+    ],
     "misspelt-top": [
         "5:1: objets: unknown key; did you mean 'objects'?",
     ],
@@ -198,7 +201,7 @@ def test_a_picture(tmp_path: Path) -> None:
 def test_no_such_file() -> None:
     with pytest.raises(InputError) as caught:
         load_scene("nowhere.yaml")
-    assert str(caught.value) == "nowhere.yaml: No such file or directory"
+    assert str(caught.value) == "nowhere.yaml: no such file"
 
 
 def test_null_character_in_the_path() -> None:

@@ -29,6 +29,13 @@ def test_set_reaches_the_mesh(ball):
         load_scene(ball, (), {"assets.model.heigth": "3"})
 
 
+def test_a_mesh_format_that_is_not_read_is_no_scene(tmp_path):
+    file = tmp_path / "model.DAE"
+    file.write_text("<COLLADA/>")
+    with pytest.raises(InputError, match=r"model\.DAE: '\.dae' is not a mesh format \(use \.obj, .*\)$"):
+        load_scene(file)
+
+
 @pytest.mark.parametrize("name", ["it's: #1.ply", 'a "b" {c}.PLY', "köper.ply"])
 def test_any_name_will_do(ball, name):
     named = ball.rename(ball.with_name(name))

@@ -89,6 +89,11 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
         ("render", "{lod: {bais: 1}}", "--set render: lod.bais: unknown key; did you mean 'bias'?"),
         ("objects.0.scale", "-1", "--set objects.0.scale: must be at least 0.0001, not -1"),
         ("objects.7.scale", "1", "--set objects.7.scale: objects has no item '7', it has 1"),
+        (
+            "assets.bakd.height",
+            "2",
+            "--set assets.bakd.height: assets.bakd: needs exactly one of 'mesh', 'depth_image'; did you mean 'baked'?",
+        ),
         ("objects.0.asset", "bakd", "--set objects.0.asset: unknown asset 'bakd'; did you mean 'baked'?"),
         ("version.minor", "1", "--set version.minor: version is 1, it has no keys"),
         ("camera.fov", "60", "--set camera.fov: camera: missing key 'position'"),

@@ -52,6 +52,15 @@ def test_what_is_stopped_ends_at_its_next_stage():
     assert screen.busy and len(told) == 3
 
 
+def test_what_begins_without_a_title_can_be_stopped_too():
+    _, _, screen = loading([])
+    screen.report("bust", "side")  # a bake for another representation
+    assert screen.busy
+    screen.stop()
+    with pytest.raises(Stopped):
+        screen.report("bust", "caps")
+
+
 def test_a_thread_that_reads_beside_the_frames_touches_no_window():
     window, told, screen = loading(drawn := [])
     window.is_closing = True

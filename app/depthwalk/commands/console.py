@@ -12,6 +12,7 @@ from types import FrameType
 from typing import Any, NoReturn, TypeVar
 
 import typer
+import typer.core
 
 from depthwalk.errors import InputError
 
@@ -21,6 +22,29 @@ FAILURE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 Report = Callable[[str, str], None]  # what is worked on, which stage of it
 Command = TypeVar("Command", bound=Callable[..., None])
+
+_UsageError: Any = typer.BadParameter.__base__  # of the click that this typer brings along
+
+
+class OneLineGroup(typer.core.TyperGroup):
+    """Commands that tell a mistake in their options, too, in one line with exit code 2."""
+
+    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+        try:
+            code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # never by place
+        except _UsageError as error:
+            if not standalone_mode:
+                raise
+            if error.ctx is None or "\n" in error.format_message():  # the help, for who said nothing
+                error.show()
+            else:
+                command = error.ctx.command_path
+                message = error.format_message().removesuffix(".")
+                print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
+            code = BAD_INPUT
+        if standalone_mode:
+            sys.exit(code)
+        return code
 
 
 def guarded(command: Command) -> Command:

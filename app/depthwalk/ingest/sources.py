@@ -14,6 +14,20 @@ from depthwalk.limits import MAX_MESH_BYTES
 log = logging.getLogger(__name__)
 
 MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf")
+OTHER_MESH_SUFFIXES = (
+    ".3ds",
+    ".3mf",
+    ".blend",
+    ".dae",
+    ".fbx",
+    ".off",
+    ".usd",
+    ".usda",
+    ".usdc",
+    ".usdz",
+    ".wrl",
+    ".x3d",
+)
 
 
 def source_files(path: Path, texture: Path | None = None) -> tuple[Path, ...]:

@@ -30,8 +30,16 @@ class Source:
                 rest = label(loc[len(place) :])
                 return InputError(f"--set {key}: {rest}: {message}" if rest else f"--set {key}: {message}")
             if place[: len(loc)] == loc and not self.document.holds(loc):
-                return InputError(f"--set {key}: {label(loc)}: {message}")
+                return InputError(f"--set {key}: {label(loc)}: {message}{self._beside(loc)}")
         return self.document.error(loc, message, at_key=at_key)
+
+    def _beside(self, loc: Loc) -> str:
+        """Which key of the file's text somebody may have meant who made another at `loc`."""
+        among = self.document.value
+        for part in loc[:-1]:
+            among = among[part]
+        keys = among if isinstance(among, dict) else ()
+        return suggest(str(loc[-1]), [key for key in keys if self.document.holds((*loc[:-1], key))])
 
 
 def check_model(
@@ -135,6 +143,9 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
         case "extra_forbidden":
             return source.error(loc, f"unknown key{suggest(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
         case "missing":
+            for key in (set(value) - set(_keys_at(schema, loc[:-1]))) if isinstance(value, dict) else ():
+                if hint := suggest(key, [str(loc[-1])]):
+                    return source.error((*loc[:-1], key), f"unknown key{hint}", at_key=True)
             return source.error(loc[:-1], f"missing key {loc[-1]!r}")
         case "no_kind" if isinstance(value, dict):
             known = _keys_at(schema, loc)

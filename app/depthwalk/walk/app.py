@@ -225,7 +225,8 @@ class _Walk:
         self._screenshot_wanted = True
 
     def _want_again(self) -> None:
-        self._wanted = self._state.scene.path
+        if not self._loading.busy:  # with another scene, which this one would follow
+            self._wanted = self._state.scene.path
 
     def _drop(self, files: list[Path]) -> None:
         """Of several files, the first."""
@@ -247,14 +248,17 @@ class _Walk:
             self._take_screenshot(camera)
 
     def _load_missing(self) -> None:
-        """Loads what a newly chosen representation needs; goes back to the scene's own where that fails, and to no
-        anti-aliasing where the machine has not what was chosen."""
+        """Loads what a newly chosen representation needs; goes back to the scene's own where that fails or is stopped,
+        and to no anti-aliasing where the machine has not what was chosen."""
         start = time.perf_counter()
         renderer = self._state.renderer
         try:
             renderer.placed.table()
-        except InputError as error:
-            self._state.tell(str(error))
+        except (InputError, Stopped) as error:
+            if self._window.is_closing:
+                raise
+            self._loading.end()
+            self._state.tell(str(error) or "Loading was stopped")
             renderer.placed.representation = None
             renderer.placed.table()
         try:

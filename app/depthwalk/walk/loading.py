@@ -15,7 +15,8 @@ class Stopped(Exception):
 
 
 class LoadingScreen:
-    """The progress of loading. told: the report that is told of it as well."""
+    """The progress of loading. told: the report that is told of it as well; busy: something loads for which the frames
+    wait."""
 
     def __init__(self, window: Window, overlay: Overlay, told: Report) -> None:
         self._window, self._overlay, self._told = window, overlay, told
@@ -47,6 +48,7 @@ class LoadingScreen:
         self._told(name, stage)
         if threading.current_thread() is not threading.main_thread():
             return
+        self.busy = True
         self._lines = [*self._lines[1 - _LINES :], f"{name}: {stage} \u2026"]
         self._draw()
         if self._stopped or self._window.is_closing:
