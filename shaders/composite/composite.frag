@@ -54,8 +54,9 @@ float between(float one, float other) {
 }
 
 // Empty texels between two of one surface are a crack, where one image's samples end and another's begin; between two
-// surfaces they are a gap. From `low` to `high`, which are beside each other or the same; gives the farther depth beyond them
-// and moves `nearest` there, or 1 where there is no crack. before, after: the four depths from `low` − 1 and from `high` on.
+// surfaces they are a gap. From `low` to `high`, which are the same or, each in its row and column, beside each other; gives
+// the farther depth beyond them and moves `nearest` there, or 1 where there is no crack. before, after: the four depths from
+// `low` − 1 and from `high` on.
 float across_crack(ivec2 low, ivec2 high, vec4 before, vec4 after, out ivec2 nearest) {
     vec2 first = vec2(low) - tile.xy, last = vec2(high) - tile.xy;
     bvec2 inside = bvec2(first.x >= 1.0 && last.x + 2.0 <= tile.z, first.y >= 1.0 && last.y + 2.0 <= tile.w);
@@ -101,8 +102,10 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
     open = 0.0;
 #ifdef PARTIAL
     float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
-    if (front == 1.0)   // of texels half a pixel wide a crack takes two
-        return across_crack(low, low + 1, four_depths(low - 1), four_depths(low + 1), nearest);
+    if (front == 1.0) {     // of texels half a pixel wide a crack takes two
+        ivec2 high = min(low + 1, ivec2(tile.xy + tile.zw) - 1);
+        return across_crack(low, high, four_depths(low - 1), four_depths(high), nearest);
+    }
     weight *= step(depth - front, vec4(reach(front)));
 #else
     if (dot(weight, vec4(1.0)) < 0.5) {
@@ -127,10 +130,10 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float open) {
 // Homogeneous texel of the tile where the present ray meets the surface. A step takes λ from where the last one led.
 vec3 surface_texel() {
     vec3 at = mix(texel_far, texel_near, parallax.y);
-    for (int k = 0; k < STEPS; ++k) {
+    if (parallax.z > 0.0) for (int k = 0; k < STEPS; ++k) {
         ivec2 texel = ivec2(tile.xy + clamp(at.xy / at.z, vec2(0.0), tile.zw - 1.0));
         float stored = texelFetch(atlas_depth, texel, 0).r;
-        if (stored < 1.0 && parallax.z > 0.0) at = mix(texel_far, texel_near, (1.0 - stored) * at.z / least);
+        if (stored < 1.0) at = mix(texel_far, texel_near, (1.0 - stored) * at.z / least);
     }
     return at;
 }

@@ -183,6 +183,7 @@ def test_a_broken_mesh_is_the_users_input(run, tiny_scene, tmp_path):
     [
         ["render"],
         ["render", "s.yaml"],
+        ["render", "s.yaml", "-o"],
         ["rendr"],
         ["check"],
         ["render", "s.yaml", "-o", "a.png", "--representation", "x"],

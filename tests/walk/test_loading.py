@@ -3,6 +3,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from depthwalk.scene.arrays import Representation
+from depthwalk.walk.app import _Walk
 from depthwalk.walk.loading import LoadingScreen, Stopped
 
 
@@ -68,3 +70,26 @@ def test_a_thread_that_reads_beside_the_frames_touches_no_window():
     thread.start()
     thread.join()
     assert told == [("bust", "reading")] and window.shown == 0 and not drawn
+
+
+def test_a_stopped_bake_leads_back_to_what_was_shown():
+    """However impatient its user is, a window that showed meshes shows them again, and stays open."""
+    window, _, screen = loading([])
+    baked, told = [], []
+
+    def table():
+        if placed.representation is None:
+            baked.append("bust")
+            screen.report("bust", "side")
+            screen.stop()
+            screen.report("bust", "caps")
+
+    placed = SimpleNamespace(representation=None, table=table)
+    renderer = SimpleNamespace(placed=placed, settings=SimpleNamespace(aa="none"))
+    walk = object.__new__(_Walk)
+    walk._window, walk._loading, walk._device, walk._then = window, screen, None, 0.0
+    walk._state = SimpleNamespace(renderer=renderer, tell=told.append)
+    walk._represented = Representation.MESH
+    walk._load_missing()
+    assert placed.representation is Representation.MESH and baked == ["bust"]
+    assert told == ["Loading was stopped"] and not screen.busy

@@ -35,11 +35,11 @@ class OneLineGroup(typer.core.TyperGroup):
         except _UsageError as error:
             if not standalone_mode:
                 raise
-            if error.ctx is None or "\n" in error.format_message():  # the help, for who said nothing
+            if type(error).__name__ == "NoArgsIsHelpError":  # for who said nothing
                 error.show()
             else:
-                command = error.ctx.command_path
-                message = error.format_message().removesuffix(".")
+                command = error.ctx.command_path if error.ctx else "depthwalk"
+                message = " ".join(error.format_message().split()).removesuffix(".")
                 print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
             code = BAD_INPUT
         if standalone_mode:

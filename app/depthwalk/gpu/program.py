@@ -66,7 +66,8 @@ class Program:
     """
 
     def __init__(self, scope: Scope, vertex: str, fragment: str, defines: Iterable[str] = ()) -> None:
-        preamble = _PREAMBLE + "".join("#define {} {}\n".format(*f"{each}=1".split("=")[:2]) for each in defines)
+        pairs = (each.partition("=") for each in defines)
+        preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
         self._scope = scope
         stages = Source(vertex, preamble), Source(fragment, preamble)
         try:

@@ -143,8 +143,9 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
         case "extra_forbidden":
             return source.error(loc, f"unknown key{suggest(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
         case "missing":
-            for key in (set(value) - set(_keys_at(schema, loc[:-1]))) if isinstance(value, dict) else ():
-                if hint := suggest(key, [str(loc[-1])]):
+            known = _keys_at(schema, loc[:-1])
+            for key in value if isinstance(value, dict) else ():
+                if key not in known and (hint := suggest(key, [str(loc[-1])])):
                     return source.error((*loc[:-1], key), f"unknown key{hint}", at_key=True)
             return source.error(loc[:-1], f"missing key {loc[-1]!r}")
         case "no_kind" if isinstance(value, dict):

@@ -94,7 +94,7 @@ class _Walk:
         first_camera: Callable[[Camera], Camera],
     ) -> None:
         """Reads, bakes and uploads what the first frame needs."""
-        self._renderer = self._load(scene, self._library, representation)
+        self._renderer, self._represented = self._load(scene, self._library, representation), representation
         self._releases.append(lambda: self._renderer.release())
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
@@ -145,6 +145,7 @@ class _Walk:
         self._state.show(scene, renderer, self._aspect)
         self._renderer.release()
         self._library, self._renderer = library, renderer
+        self._represented = renderer.placed.representation
         self._window.title = _title(scene)
 
     def loop(self) -> None:
@@ -248,7 +249,7 @@ class _Walk:
             self._take_screenshot(camera)
 
     def _load_missing(self) -> None:
-        """Loads what a newly chosen representation needs; goes back to the scene's own where that fails or is stopped,
+        """Loads what a newly chosen representation needs; goes back to the one before where that fails or is stopped,
         and to no anti-aliasing where the machine has not what was chosen."""
         start = time.perf_counter()
         renderer = self._state.renderer
@@ -257,10 +258,10 @@ class _Walk:
         except (InputError, Stopped) as error:
             if self._window.is_closing:
                 raise
-            self._loading.end()
             self._state.tell(str(error) or "Loading was stopped")
-            renderer.placed.representation = None
-            renderer.placed.table()
+            renderer.placed.representation = self._represented
+            self._load_anyway(renderer)
+        self._represented = renderer.placed.representation
         try:
             hardware_samples(renderer.settings, self._device)
         except InputError as error:
@@ -268,6 +269,18 @@ class _Walk:
             renderer.settings.aa = "none"
         self._loading.end()
         self._then += time.perf_counter() - start  # no time passes for the viewer meanwhile
+
+    def _load_anyway(self, renderer: Renderer) -> None:
+        """Loads what the frames cannot do without, however often somebody wants to stop that but by closing the window.
+        Raises InputError, Stopped."""
+        while True:
+            self._loading.end()
+            try:
+                renderer.placed.table()
+                return
+            except Stopped:
+                if self._window.is_closing:
+                    raise
 
     def _widgets(self) -> None:
         state = self._state
