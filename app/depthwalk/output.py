@@ -4,6 +4,7 @@ import errno
 import io
 import logging
 import os
+import tempfile
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -33,8 +34,9 @@ def check_folder(path: Path) -> None:
             raise InputError(f"{path}: the folder {str(folder)!r} does not exist")
         if path.is_dir():
             raise InputError(f"{path}: is a folder")
-        _temporary(path).touch()
-        _temporary(path).unlink()
+        with suppress(FileNotFoundError):
+            os.lstat(_temporary(path))  # which no name survives that a file cannot have
+        tempfile.TemporaryFile(dir=folder).close()  # without a name: nothing stays where somebody interrupts
     except ValueError:  # a null character
         raise InputError(f"{path}: no file can have that name") from None
     except OSError as error:
