@@ -35,7 +35,7 @@ def check_folder(path: Path) -> None:
         if path.is_dir():
             raise InputError(f"{path}: is a folder")
         with suppress(FileNotFoundError):
-            os.lstat(_temporary(path))  # which no name survives that a file cannot have
+            os.lstat(_temporary(path))  # fails for names that no file can have
         tempfile.TemporaryFile(dir=folder).close()  # without a name: nothing stays where somebody interrupts
     except ValueError:  # a null character
         raise InputError(f"{path}: no file can have that name") from None

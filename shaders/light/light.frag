@@ -21,14 +21,15 @@ void main() {
     if (surface.z == LIT) discard;
 #endif
 #ifdef LAMPS
-    if (texture(depth_texture, uv).r == 1.0) discard;
+    float depth = texture(depth_texture, uv).r;
+    if (depth == 1.0) discard;
 #endif
     vec3 albedo = decode_albedo(stored), normal = normal_from_octahedron(surface.xy), view = normalize(ray);
     float shininess = surface.z * MAX_SHININESS;
     vec3 direct = sun * sun_share(uv);
     vec3 colour = albedo * everywhere(normal) + direct * phong(albedo, stored.a, shininess, normal, view, to_sun);
 #ifdef LAMPS
-    float away = distance_of(texture(depth_texture, uv).r);
+    float away = distance_of(depth);
     colour += of_lamps(ray * away, away, albedo, stored.a, shininess, normal, view);
 #endif
     lit = vec4(colour, 1.0);

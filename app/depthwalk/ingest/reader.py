@@ -21,8 +21,8 @@ from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.sources import (
-    MESH_SUFFIXES,
     as_utf8,
+    check_suffix,
     find,
     material_libraries,
     read_bytes,
@@ -54,9 +54,8 @@ class Soup:
 
 def read_soup(path: Path) -> Soup:
     """All triangles of a file, its scene graph flattened. Raises InputError, `path: defect`."""
+    check_suffix(path)
     suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
     data = read_bytes(path)
     if not data:
         raise InputError(f"{path}: empty file")

@@ -30,6 +30,13 @@ OTHER_MESH_SUFFIXES = (
 )
 
 
+def check_suffix(path: Path) -> None:
+    """Raises InputError where the file's name is not that of a mesh that can be read."""
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
+
+
 def source_files(path: Path, texture: Path | None = None) -> tuple[Path, ...]:
     """Every file that determines the mesh: itself, an explicit texture, and what the files name and the folder holds.
 

@@ -1,7 +1,7 @@
 """Light of sun and sky as the shaders take it."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,7 +43,7 @@ class Lighting:
             "ambient": [tuple(each) for each in self.ambient[: _UPRIGHT if self._upright else None].tolist()],
         }
 
-    @property
+    @cached_property
     def _upright(self) -> bool:
         return bool(np.abs(self.ambient[_UPRIGHT:]).max() <= _NOTHING * np.abs(self.ambient).max())
 

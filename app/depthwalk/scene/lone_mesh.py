@@ -4,16 +4,15 @@ import json
 from pathlib import Path
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.sources import MESH_SUFFIXES, OTHER_MESH_SUFFIXES
+from depthwalk.ingest.sources import MESH_SUFFIXES, OTHER_MESH_SUFFIXES, check_suffix
 from depthwalk.scene.document import Document, parse_document
 
 
 def is_mesh_file(path: Path) -> bool:
     """Whether the file's name is that of a mesh. Raises InputError where it is that of one which is not read."""
-    suffix = path.suffix.lower()
-    if suffix in OTHER_MESH_SUFFIXES:
-        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
-    return suffix in MESH_SUFFIXES
+    if path.suffix.lower() in OTHER_MESH_SUFFIXES:
+        check_suffix(path)
+    return path.suffix.lower() in MESH_SUFFIXES
 
 
 def mesh_document(path: Path) -> Document:

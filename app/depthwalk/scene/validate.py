@@ -143,17 +143,11 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
         case "extra_forbidden":
             return source.error(loc, f"unknown key{suggest(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
         case "missing":
-            known = _keys_at(schema, loc[:-1])
-            for key in value if isinstance(value, dict) else ():
-                if key not in known and (hint := suggest(key, [str(loc[-1])])):
-                    return source.error((*loc[:-1], key), f"unknown key{hint}", at_key=True)
-            return source.error(loc[:-1], f"missing key {loc[-1]!r}")
+            misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], schema, source)
+            return misspelt or source.error(loc[:-1], f"missing key {loc[-1]!r}")
         case "no_kind" if isinstance(value, dict):
-            known = _keys_at(schema, loc)
-            for key in value:
-                if key not in known and (hint := suggest(key, known)):
-                    return source.error((*loc, key), f"unknown key{hint}", at_key=True)
-            return source.error(loc, detail["msg"])
+            misspelt = _misspelt(value, loc, _keys_at(schema, loc), schema, source)
+            return misspelt or source.error(loc, detail["msg"])
         case "no_kind" | "model_type" | "model_attributes_type" | "dict_type":
             return source.error(loc, f"must be a mapping of keys, not {shown(value)}")
         case "path_type":
@@ -167,6 +161,17 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
     message = detail["msg"].split(", unable")[0].replace("Input should be", "must be")
     message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
     return source.error(loc, f"{message[0].lower()}{message[1:]}, not {shown(value)}")
+
+
+def _misspelt(
+    value: dict[str, Any], loc: Loc, meant: list[str], schema: dict[str, Any], source: Source
+) -> InputError | None:
+    """The complaint about the first unknown key of mapping `value` at `loc` that looks like one of those `meant`."""
+    known = _keys_at(schema, loc)
+    for key in value:
+        if key not in known and (hint := suggest(key, meant)):
+            return source.error((*loc, key), f"unknown key{hint}", at_key=True)
+    return None
 
 
 def _keys_at(schema: dict[str, Any], loc: Loc) -> list[str]:

@@ -94,7 +94,7 @@ class _Walk:
         first_camera: Callable[[Camera], Camera],
     ) -> None:
         """Reads, bakes and uploads what the first frame needs."""
-        self._renderer, self._represented = self._load(scene, self._library, representation), representation
+        self._renderer = self._load(scene, self._library, representation)
         self._releases.append(lambda: self._renderer.release())
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
@@ -118,6 +118,7 @@ class _Walk:
         except BaseException:
             renderer.release()
             raise
+        self._represented = representation
         return renderer
 
     def _open(self, file: Path) -> None:
@@ -145,7 +146,6 @@ class _Walk:
         self._state.show(scene, renderer, self._aspect)
         self._renderer.release()
         self._library, self._renderer = library, renderer
-        self._represented = renderer.placed.representation
         self._window.title = _title(scene)
 
     def loop(self) -> None:
