@@ -10,7 +10,7 @@ from depthwalk.reference import dof as twin
 from depthwalk.render.lens import DISC, circle_radius, gaussian, largest_radius, lens_points, lens_views
 from depthwalk.render.passes.dof import TILE
 from depthwalk.render.settings import RenderSettings
-from depthwalk.render.view import View
+from depthwalk.render.view import View, matrix_array
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, scene_of, sphere
 
@@ -97,7 +97,7 @@ def test_from_all_over_the_lens_points_appear_aside_by_their_circle():
     distance = (middle - view.position) @ view.axes[2]
 
     def pixels(seen):
-        clip = np.column_stack([middle - seen.position, np.zeros(3)]) @ seen.clip_from_eye.T
+        clip = np.column_stack([middle - seen.position, np.zeros(3)]) @ matrix_array(seen.clip_from_eye).T
         return clip[:, :2] / clip[:, 3:] / 2 * SIZE
 
     for seen, point in zip(lens_views(view, lens), lens_points(9), strict=True):

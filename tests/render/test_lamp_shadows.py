@@ -11,6 +11,7 @@ from depthwalk.render.bounds import Bounds
 from depthwalk.render.casters import find_casters
 from depthwalk.render.lamps import lamps_in_sight
 from depthwalk.render.spots import NEAR, assign_tiles, shadowing, spot_of
+from depthwalk.render.view import matrix_array
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.environment import LampParams
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
@@ -156,7 +157,7 @@ def test_casters_are_all_that_reach_into_the_pyramid():
     direction = rng.normal(size=(4000, 200, 3))
     direction *= np.cbrt(rng.uniform(0, 1, (4000, 200, 1))) / np.linalg.norm(direction, axis=-1, keepdims=True)
     point = bounds.centre[:, None] + bounds.reach[:, None, None] * direction - np.array(spot.centre)
-    clip = point @ spot.clip_from_centre[:, :3].T + spot.clip_from_centre[:, 3]
+    clip = np.pad(point, ((0, 0), (0, 1)), constant_values=1) @ matrix_array(spot.clip_from_centre).T
     within = (np.abs(clip[..., :3]) < clip[..., 3:]).all(-1).any(1)
     large = bounds.reach > 0.1
     assert found[within & large].all() and within.sum() > 100

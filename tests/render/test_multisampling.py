@@ -12,7 +12,7 @@ from depthwalk.headless import HeadlessRenderer
 from depthwalk.render.antialiasing import MULTISAMPLING, hardware_samples, sample_views
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.settings import RenderSettings
-from depthwalk.render.view import View
+from depthwalk.render.view import View, matrix_array
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, scene_of
 
@@ -39,7 +39,7 @@ def offsets(gl_device):
 
 def pixels(view, points):
     """Where `points` (n, 3), world, are in the picture (n, 2), y upward."""
-    clip = np.pad(points - view.position, ((0, 0), (0, 1)), constant_values=1) @ view.clip_from_eye.T
+    clip = np.pad(points - view.position, ((0, 0), (0, 1)), constant_values=1) @ matrix_array(view.clip_from_eye).T
     return (clip[:, :2] / clip[:, 3:] + 1) / 2 * SIZE
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyglm import glm
 
 from depthwalk.reference.shadows import lifted, light_share
 from depthwalk.reference.warp import warp
@@ -14,6 +15,7 @@ from depthwalk.render.cascades import DEPTH, Cascade, ShadowParams, fit_cascades
 from depthwalk.render.casters import find_casters
 from depthwalk.render.footprint import box_footprint
 from depthwalk.render.planes import Volumes, choose_planes
+from depthwalk.render.view import matrix_array
 from depthwalk.scene.arrays import Representation
 from shapes import ShapeLibrary, box, joined, leaves, scene_of, sphere
 from stage import Stage, view_of
@@ -25,7 +27,7 @@ GROUND = {"ground": {"height": 0.0}, "sun": {"direction": SUN}}
 
 def in_light(cascade, points):
     """Points (n, 3) across a map and towards the light, −1 to 1 within it."""
-    return (points - np.array(cascade.centre)) @ cascade.clip_from_centre[:3, :3].T * [1, 1, -1]
+    return (points - np.array(cascade.centre)) @ matrix_array(glm.dmat3(cascade.clip_from_centre)).T * [1, 1, -1]
 
 
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)

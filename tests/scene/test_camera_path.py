@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from depthwalk.errors import InputError
+from depthwalk.render.view import matrix_array
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import clip_from_view, view_from_world
 from depthwalk.scene.path import CameraPath, load_path
@@ -38,7 +39,7 @@ def keyframes(scale: float = 1) -> str:
     ],
 )
 def test_view_is_a_rotation_that_looks_at_the_target(position: tuple[float, ...], target: tuple[float, ...]) -> None:
-    view = view_from_world(Camera(position, target, 1.0))  # type: ignore[arg-type]
+    view = matrix_array(view_from_world(Camera(position, target, 1.0)))  # type: ignore[arg-type]
     np.testing.assert_allclose(view[:3, :3] @ view[:3, :3].T, np.eye(3), atol=1e-12)
     assert np.linalg.det(view[:3, :3]) == pytest.approx(1)
     np.testing.assert_allclose(view @ [*position, 1], [0, 0, 0, 1], atol=1e-9)
@@ -47,19 +48,19 @@ def test_view_is_a_rotation_that_looks_at_the_target(position: tuple[float, ...]
 
 
 def test_up_stays_up() -> None:
-    view = view_from_world(Camera((3, 2, 5), (0, 1, 0), 1.0))
+    view = matrix_array(view_from_world(Camera((3, 2, 5), (0, 1, 0), 1.0)))
     assert (view @ [0, 1, 0, 0])[1] > 0.9
     assert (view @ [0, 1, 0, 0])[0] == pytest.approx(0)
 
 
 def test_straight_down_has_minus_z_on_top() -> None:
-    view = view_from_world(Camera((0, 5, 0), (0, 0, 0), 1.0))
+    view = matrix_array(view_from_world(Camera((0, 5, 0), (0, 0, 0), 1.0)))
     np.testing.assert_allclose(view @ [0, 0, -1, 0], [0, 1, 0, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize("far", [100.0, math.inf])
 def test_clip_planes_and_angle(far: float) -> None:
-    clip = clip_from_view(math.radians(60), 1.5, 0.1, far)
+    clip = matrix_array(clip_from_view(math.radians(60), 1.5, 0.1, far))
     near_point = clip @ [0, 0, -0.1, 1]
     assert near_point[2] / near_point[3] == pytest.approx(-1)
     far_point = clip @ [0, 0, -min(far, 1e12), 1]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyglm import glm
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import clip_from_view, view_from_world
@@ -26,7 +27,7 @@ def cameras(draw):
 
 def on_screen(camera, point):
     """Where a square picture shows `point`, −1 to 1, up and to the right."""
-    x, y, _, w = clip_from_view(camera.fov, 1.0, 1e-3, 1e6) @ view_from_world(camera) @ [*point, 1.0]
+    x, y, _, w = clip_from_view(camera.fov, 1.0, 1e-3, 1e6) * view_from_world(camera) * glm.dvec4(*point, 1)
     return np.array([x, y]) / w
 
 
@@ -84,7 +85,7 @@ def test_another_distance_is_the_same_view(camera, metres):
 
 @pytest.mark.parametrize("frames", [1, 7])
 def test_aiming_takes_as_long_at_any_rate(frames):
-    camera, point = BEFORE, np.array([2.0, 1.0, 1.0])
+    camera, point = BEFORE, glm.dvec3(2, 1, 1)
     for _ in range(frames):
         camera, arrived = orbit.aim(camera, point, 0.14 / frames)
         assert not arrived

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pyglm import glm
 
 from depthwalk.render.bounds import Bounds
 from depthwalk.scene.arrays import Camera, Representation
@@ -29,7 +30,7 @@ class FakeRenderer:
         return float("inf") if self.seen is None else math.dist(self.seen, HOME.position)
 
     def point_at(self, across, down):
-        return None if self.seen is None else np.array(self.seen, float)
+        return None if self.seen is None else glm.dvec3(*self.seen)
 
     def frame_all(self, aspect, fov=1.0, away=(0, 0, 1)):
         return Camera(tuple(np.add((0, 1, 0), 9 * np.array(away) / np.linalg.norm(away))), (0, 1, 0), fov)

@@ -124,7 +124,7 @@ def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None
 def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:
     """Which points (n, 3) of the surface at least one of the 42 views sees."""
     sphere = bounding_sphere(mesh)
-    viewers = np.asarray(sphere.centre) + 4 * sphere.radius * np.stack([away(viewpoint) for viewpoint in SPHERE])
+    viewers = np.asarray(sphere.centre) + 4 * sphere.radius * np.array([away(viewpoint) for viewpoint in SPHERE])
     ray = (points[None] - viewers[:, None]).reshape(-1, 3)
     length = np.linalg.norm(ray, axis=1)
     met = caster.first(np.repeat(viewers, len(points), axis=0), ray / length[:, None]).distance

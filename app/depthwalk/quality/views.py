@@ -1,8 +1,10 @@
 """Where the measured pictures are taken from: 42 views on a sphere, and a few from close by."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from pyglm import glm
 
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.view import View
@@ -59,17 +61,15 @@ def bounding_sphere(mesh: Mesh) -> Sphere:
 
 def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View:
     """The view of an object from `viewpoint`; size: (width, height), pixels."""
-    fov = np.radians(FOV)
-    shorter = np.tan(fov / 2) * min(1.0, size[0] / size[1])
-    distance = sphere.radius * (CLOSE if viewpoint.close else 1 / np.sin(np.arctan(FILL * shorter)))
-    position = np.asarray(sphere.centre) + distance * away(viewpoint)
+    fov = math.radians(FOV)
+    shorter = math.tan(fov / 2) * min(1.0, size[0] / size[1])
+    distance = sphere.radius * (CLOSE if viewpoint.close else 1 / math.sin(math.atan(FILL * shorter)))
+    position = glm.dvec3(*sphere.centre) + away(viewpoint) * distance
     # Planes by the object's size, not in metres: the depth buffer is as fine for a coin as for a cathedral.
     near, far = 0.02 * distance, distance + 4 * sphere.radius
-    return View(Camera(tuple(position.tolist()), sphere.centre, float(fov)), size, float(near), float(far))
+    return View(Camera(position.to_tuple(), sphere.centre, fov), size, near, far)
 
 
-def away(viewpoint: Viewpoint) -> np.ndarray:
-    """The unit vector (3,) float64 from the object toward the viewer."""
-    elevation, azimuth = np.radians([viewpoint.elevation, viewpoint.azimuth])
-    level = np.cos(elevation)
-    return np.array([level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)])
+def away(viewpoint: Viewpoint) -> glm.dvec3:
+    """Return the unit vector from the object towards the viewer, world."""
+    return glm.euclidean(glm.radians(glm.dvec2(viewpoint.elevation, viewpoint.azimuth)))

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.casters import MapView
+from depthwalk.render.view import matrix_array
 
 Array = NDArray[np.floating]
 
@@ -18,7 +19,8 @@ def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filte
 def light_share(depth: Array, view: MapView, point: Array, filter_width: int) -> Array:
     """What part of the light (n,) reaches points (n, 3), world, moved as by `lifted`; NaN outside the map. depth:
     (resolution, resolution), row 0 at the bottom."""
-    clip = (point - np.array(view.centre)) @ view.clip_from_centre[:, :3].T + view.clip_from_centre[:, 3]
+    clip_from_centre = matrix_array(view.clip_from_centre)
+    clip = (point - np.array(view.centre)) @ clip_from_centre[:, :3].T + clip_from_centre[:, 3]
     at = clip[:, :3] / clip[:, 3:] / 2 + 0.5
     taps = np.arange(filter_width - 1) - 0.5 * filter_width + 1
     x, y = np.meshgrid(taps, taps)

@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.params import Params, param
 from depthwalk.render.bounds import Bounds
-from depthwalk.render.view import View
+from depthwalk.render.view import View, matrix_array
 
 Array = NDArray[np.floating]
 
@@ -76,11 +77,9 @@ class Cascade:
         return x, y, z, 0.0
 
     @cached_property
-    def clip_from_centre(self) -> NDArray[np.float64]:
-        """(4, 4), of world vectors from the centre."""
-        clip = np.eye(4)
-        clip[:3, :3] = self.axes * np.array([[1.0], [1.0], [-1 / DEPTH]]) / self.half
-        return clip
+    def clip_from_centre(self) -> glm.dmat4:
+        """The orthographic projection of world vectors from the centre to clip coordinates."""
+        return glm.scale(glm.dvec3(1, 1, -1 / DEPTH) / self.half) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
         """Which spheres (n,) may cast a shadow within the map: those that meet the prism from its far side towards the
@@ -96,12 +95,13 @@ class Cascade:
 
 
 def light_axes(to_sun: Array) -> NDArray[np.float64]:
-    """Rows right, up and towards the sun (3, 3), unit. to_sun: (3,), of any length."""
-    toward = np.asarray(to_sun, float) / np.linalg.norm(to_sun)
-    least = np.eye(3)[np.argmin(np.abs(toward))]
-    right = np.cross(least, toward)
-    right /= np.linalg.norm(right)
-    return np.array([right, np.cross(toward, right), toward])
+    """Return the axes in which a light's shadow map lies: rows right, up and towards the light (3, 3), unit, world.
+
+    The coordinate axis farthest from the light's direction points up in the map. to_sun: (3,), of any length.
+    """
+    up = glm.dvec3()
+    up[int(np.argmin(np.abs(to_sun)))] = 1
+    return matrix_array(glm.dmat3(glm.lookAt(glm.dvec3(), -glm.dvec3(*to_sun), up)))
 
 
 def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Cascade, ...]:
@@ -119,6 +119,7 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
     begin = max(_stepped(near, np.floor, 4.0), _FIRST * distance)
     ends = split_distances(begin, distance, params.cascades, params.split)
     spread = float(np.square(view.half_extent).sum())
+    light_from_world, forward = glm.dmat3(axes), glm.dvec3(view.axes[2])
     cascades = []
     for first, last in zip([0.0, *ends[:-1].tolist()], ends.tolist(), strict=True):
         along = min(last, (first + last) / 2 * (1 + spread))
@@ -127,10 +128,10 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
         half = radius + step / 2
         texel = 2 * half / params.resolution
         sideways = max(np.floor(step / texel), 1.0) * texel
-        steps = np.array([sideways, sideways, 2 * (DEPTH * half - radius)])
-        middle = axes @ (view.position + along * view.axes[2])
-        centre = np.round(middle / steps) * steps @ axes
-        cascades.append(Cascade((float(centre[0]), float(centre[1]), float(centre[2])), half, axes, params.resolution))
+        steps = glm.dvec3(sideways, sideways, 2 * (DEPTH * half - radius))
+        middle = light_from_world * (glm.dvec3(view.position) + forward * along)
+        centre = (glm.round(middle / steps) * steps) * light_from_world  # a row vector is turned back
+        cascades.append(Cascade(centre.to_tuple(), half, axes, params.resolution))
     return tuple(cascades)
 
 

@@ -38,7 +38,7 @@ class ShadowMap:
         mine, its = self.view, other.view
         return (
             (mine.centre, mine.resolution) == (its.centre, its.resolution)
-            and np.array_equal(mine.clip_from_centre, its.clip_from_centre)
+            and mine.clip_from_centre == its.clip_from_centre
             and all(
                 drawing.groups == before.groups and np.array_equal(drawing.records, before.records)
                 for drawing, before in ((self.grids, other.grids), (self.meshes, other.meshes))

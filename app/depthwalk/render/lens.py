@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.params import Params, param
 from depthwalk.render.view import View
@@ -80,10 +81,9 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
         yield view
         return
     for offset in lens_radius(lens) * lens_points(lens.samples):
-        aside = offset @ view.axes[:2]
-        position, target = (tuple((point + aside).tolist()) for point in (view.camera.position, view.camera.target))
-        camera = replace(view.camera, position=position, target=target)
-        yield replace(view, camera=camera, shear=tuple((offset / lens.focus_distance).tolist()))
+        camera = view.camera.moved(glm.dvec3(offset @ view.axes[:2]))
+        right, up = (offset / lens.focus_distance).tolist()
+        yield replace(view, camera=camera, shear=(right, up))
 
 
 def gaussian() -> NDArray[np.float64]:

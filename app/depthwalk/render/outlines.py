@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from depthwalk.render.edges import Edges
 from depthwalk.render.rotation import matrices
-from depthwalk.render.view import View
+from depthwalk.render.view import View, matrix_array
 
 DENSEST = 0.5  # pixels of outline per pixel of the faces seen: where there are more, several share each pixel
 _AT_ONCE = 1 << 22  # faces × objects whose orientation is held at a time
@@ -103,7 +103,7 @@ def _clip_points(
     edges: Edges, view: View, placed: NDArray[np.void], turns: NDArray[np.floating]
 ) -> NDArray[np.float32]:
     """Clip coordinates (n, v, 4) of all points of n objects, whose rotations are `turns` (n, 3, 3)."""
-    clip_from_eye = view.clip_from_eye.T  # for rows (x, y, z, 1) from the left
+    clip_from_eye = matrix_array(view.clip_from_eye).T  # for rows (x, y, z, 1) from the left
     clip_from_object = turns.transpose(0, 2, 1) @ clip_from_eye[:3] * placed["scale"][:, None, None]
     clip: NDArray[np.float32] = edges.points @ clip_from_object.astype(np.float32)
     clip += (placed["origin"] @ clip_from_eye[:3] + clip_from_eye[3]).astype(np.float32)[:, None]

@@ -5,13 +5,15 @@ wireframe is off. Depth function LESS, counter-clockwise faces are front.
 """
 
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
 
 import moderngl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
@@ -36,6 +38,8 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
 log = logging.getLogger(__name__)
+
+_IN_FRONT = glm.dvec3(0, 0.25, 1)  # the direction from which all is seen, a little from above
 
 
 class Renderer:
@@ -121,23 +125,24 @@ class Renderer:
         depth = np.frombuffer(self.targets.gbuffer.read(texel, attachment=-1, dtype="f4"), np.float32)
         return float(view_distance(depth, *self.view.depth_range)[0])
 
-    def point_at(self, across: float, down: float) -> NDArray[np.float64] | None:
-        """What the frame drawn last shows there, (3,), world; None where nothing is. See `distance_at`."""
+    def point_at(self, across: float, down: float) -> glm.dvec3 | None:
+        """Return the world point that the frame drawn last shows there; None where nothing is. See `distance_at`."""
         distance = self.distance_at(across, down)
         if self.view is None or np.isinf(distance):
             return None
-        return self.view.position + self.view.ray_from_screen @ (2 * across - 1, 1 - 2 * down, 1.0) * distance
+        return self.view.unproject(across, down, distance)
 
-    def frame_all(self, aspect: float, fov: float = np.pi / 3, away: ArrayLike = (0.0, 0.25, 1.0)) -> Camera:
+    def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = _IN_FRONT) -> Camera:
         """A camera that sees every object. aspect: width / height of the picture; fov: vertical angle of view, radians;
         away: the world direction in which it stands, the default being in front and a little above."""
         bounds = self.placed.bounds()
         if not len(bounds.reach):
             return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
         middle, radius = bounds.sphere()
-        narrower = min(fov, 2 * np.arctan(np.tan(fov / 2) * aspect))
-        place = middle + np.asarray(away) / np.linalg.norm(away) * radius / np.sin(narrower / 2)
-        return Camera(tuple(place), tuple(middle), fov)
+        narrower = min(fov, 2 * math.atan(math.tan(fov / 2) * aspect))
+        target = glm.dvec3(middle)
+        place = target + glm.normalize(away) * (radius / math.sin(narrower / 2))
+        return Camera(place.to_tuple(), target.to_tuple(), fov)
 
     def _fitted(self, view: View, in_sight: InSight) -> View:
         """`view` with near and far plane about what is `in_sight`, and about the ground."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.render.bounds import Bounds
@@ -50,11 +51,9 @@ class Spot:
         return 0.0, 0.0, 0.0, 1.0
 
     @cached_property
-    def clip_from_centre(self) -> NDArray[np.float64]:
-        """(4, 4), of world vectors from the lamp."""
-        turned = np.eye(4)
-        turned[:3, :3] = self.axes
-        return clip_from_view(self.angle, 1.0, NEAR * self.reach, self.reach) @ turned
+    def clip_from_centre(self) -> glm.dmat4:
+        """The projection of world vectors from the lamp to clip coordinates."""
+        return clip_from_view(self.angle, 1.0, NEAR * self.reach, self.reach) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
         """Which spheres (n,) may cast a shadow within the pyramid: those that reach into it."""

@@ -1,12 +1,13 @@
 """The scene's objects as a structure of arrays: what every stage after the loader works on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 
 
 class Representation(IntEnum):
@@ -77,8 +78,25 @@ class Objects(Takes):
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera. position, target: (3,) metres, world; fov: vertical angle in radians."""
+    """Describe a pinhole camera in plain numbers, as scene files hold it.
+
+    Attributes
+    ----------
+    position : where the camera stands, metres, world.
+    target : a point in the middle of the picture, metres, world.
+    fov : vertical angle of view, radians.
+    """
 
     position: tuple[float, float, float]
     target: tuple[float, float, float]
     fov: float
+
+    @property
+    def look(self) -> glm.dvec3:
+        """The vector from the camera to its target, metres, world."""
+        return glm.dvec3(*self.target) - glm.dvec3(*self.position)
+
+    def moved(self, shift: glm.dvec3) -> "Camera":
+        """Return the camera and its target moved by `shift`, metres, world."""
+        position, target = ((glm.dvec3(*point) + shift).to_tuple() for point in (self.position, self.target))
+        return replace(self, position=position, target=target)

@@ -1,44 +1,50 @@
-"""The camera's matrices. Column vectors: `clip_from_view @ view_from_world @ world point`. All (4, 4) float64."""
+"""Compute the two matrices of a camera: from world to view coordinates, and from view to clip coordinates.
+
+A matrix is a `glm.dmat4` and multiplies column vectors: `clip_from_view * view_from_world * world_point`. View
+coordinates are OpenGL's: x to the right, y up, the camera looking along −z, in metres.
+"""
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
+from pyglm import glm
 
-from depthwalk.render.rotation import cross
 from depthwalk.scene.arrays import Camera
 
-_UP, _SOUTH = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-_LOOK = np.array([0.0, 0.0, -1.0])  # where a camera looks whose target is its position
+_UP = glm.dvec3(0, 1, 0)
+_SOUTH = glm.dvec3(0, 0, 1)
+_AHEAD = glm.dvec3(0, 0, -1)  # where a camera looks whose target is its position
+_VERTICAL = 1e-6  # sine of the angle to the vertical below which no direction of the picture is "up"
 
 
-def view_from_world(camera: Camera) -> NDArray[np.float64]:
-    """The rigid transform into the camera's frame: x right, y up, looking along −z.
+def view_from_world(camera: Camera) -> glm.dmat4:
+    """Return the rigid transform from world to view coordinates.
 
-    Straight up and down, the top of the picture lies towards +z and −z of the world.
+    The top of the picture is the side towards +y. Where the camera looks straight up it is the side towards +z, and
+    where it looks straight down the side towards −z.
     """
-    eye = np.asarray(camera.position, float)
-    forward = _direction(np.asarray(camera.target, float) - eye)
-    right = cross(forward, _UP)
-    if np.linalg.norm(right) < 1e-6:  # no direction of the picture is "up": choose
-        right = cross(forward, forward[1] * _SOUTH)
-    right = _direction(right)
-    view = np.eye(4)
-    view[:3, :3] = right, cross(right, forward), -forward
-    view[:3, 3] = -view[:3, :3] @ eye
-    return view
+    eye, look = glm.dvec3(*camera.position), camera.look
+    forward = glm.normalize(look) if glm.length(look) > 0 else _AHEAD
+    vertical = math.hypot(forward.x, forward.z) < _VERTICAL
+    turned = glm.lookAt(glm.dvec3(), forward, forward.y * _SOUTH if vertical else _UP)
+    return turned * glm.translate(-eye)
 
 
-def clip_from_view(fov: float, aspect: float, near: float, far: float) -> NDArray[np.float64]:
-    """OpenGL's perspective: depth −1 at `near`, 1 at `far`.
+def clip_from_view(fov: float, aspect: float, near: float, far: float) -> glm.dmat4:
+    """Return OpenGL's perspective projection, which gives depth −1 at `near` and 1 at `far`.
 
-    fov: vertical angle, radians; aspect: width / height; near, far: metres, 0 < near < far, far may be inf.
+    It is written out because `glm.perspective` has single precision only.
+
+    Parameters
+    ----------
+    fov : vertical angle of view, radians.
+    aspect : width over height of the picture.
+    near, far : metres along the view axis, 0 < near < far; `far` may be infinite.
     """
     focal = 1 / math.tan(fov / 2)
-    a, b = (-1.0, -2 * near) if math.isinf(far) else ((far + near) / (near - far), 2 * far * near / (near - far))
-    return np.array([[focal / aspect, 0, 0, 0], [0, focal, 0, 0], [0, 0, a, b], [0, 0, -1, 0]], float)
-
-
-def _direction(vector: NDArray[np.floating]) -> NDArray[np.floating]:
-    length = float(np.linalg.norm(vector))
-    return vector / length if length > 0 else _LOOK
+    scale, shift = -1.0, -2 * near
+    if not math.isinf(far):
+        scale, shift = (far + near) / (near - far), 2 * far * near / (near - far)
+    return glm.dmat4(focal / aspect, 0, 0, 0,
+                     0, focal, 0, 0,
+                     0, 0, scale, -1,
+                     0, 0, shift, 0)  # fmt: skip

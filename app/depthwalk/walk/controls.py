@@ -1,15 +1,14 @@
-"""From keys, wheel and mouse to a camera. Pure mathematics: no window, no clock.
+"""Move a camera by keys, wheel and mouse; nothing here knows of a window or a clock.
 
 Motion is integrated in closed form, so that a second of it ends at the same place at 3 and at 300 frames a second.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-import numpy as np
-from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import MAX_SPEED, MIN_SPEED
@@ -28,7 +27,7 @@ _RESPONSE = 14.0  # 1/s: how fast velocity and walking height follow what is ask
 
 
 class Move(IntEnum):
-    """What a key asks for; opposite moves are neighbours."""
+    """Name what a key asks for; opposite moves are neighbours."""
 
     RIGHT = 0
     LEFT = 1
@@ -39,7 +38,7 @@ class Move(IntEnum):
 
 
 class HeldKeys:
-    """How long each move was asked for within a frame."""
+    """Measure how long each move was asked for within a frame."""
 
     def __init__(self) -> None:
         self._down: set[Move] = set()
@@ -47,16 +46,18 @@ class HeldKeys:
         self._fresh: set[Move] = set()
 
     def press(self, move: Move) -> None:
+        """Note that a key for `move` went down."""
         self._down.add(move)
         self._fresh.add(move)
 
     def release(self, move: Move) -> None:
+        """Note that it came up; where that is in the frame of its press, the move counts for TAP seconds."""
         if move in self._fresh:
             self._tapped.add(move)
         self._down.discard(move)
 
     def take(self, dt: float) -> dict[Move, float]:
-        """Seconds, 0 to dt, that each move was held in the last dt seconds; starts the next frame."""
+        """Return the seconds, 0 to `dt`, that each move was held in the last `dt` seconds; start the next frame."""
         held = {move: min(dt, TAP) for move in self._tapped} | dict.fromkeys(self._down, dt)
         self._tapped.clear()
         self._fresh.clear()
@@ -65,96 +66,112 @@ class HeldKeys:
 
 @dataclass
 class Walker:
-    """A viewer who walks or flies.
+    """Hold a viewer who walks or flies.
 
-    position: (3,) float64, metres, world; yaw: radians about +Y, 0 looks along −z, positive to the left; pitch: radians
-    above the horizon; fov: vertical angle, radians; speed: m/s; walking: eyes EYE_HEIGHT above the ground, else flying;
-    velocity: (3,) m/s, world.
+    Attributes
+    ----------
+    position : of the eyes, metres, world.
+    yaw : radians about +Y, positive to the left; 0 looks along −z.
+    pitch : radians above the horizon, within MAX_PITCH.
+    fov : vertical angle of view, radians.
+    speed : m/s.
+    walking : whether the eyes stay EYE_HEIGHT above the ground; else the viewer flies.
+    velocity : m/s, world.
     """
 
-    position: NDArray[np.float64]
+    position: glm.dvec3
     yaw: float
     pitch: float
     fov: float
     speed: float = _SPEED
     walking: bool = False
-    velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    velocity: glm.dvec3 = field(default_factory=glm.dvec3)
 
     @classmethod
     def at(cls, camera: Camera) -> "Walker":
-        walker = cls(np.zeros(3), 0.0, 0.0, camera.fov)
+        """Return a viewer who stands still where `camera` is."""
+        walker = cls(glm.dvec3(), 0.0, 0.0, camera.fov)
         walker.place(camera)
         return walker
 
     def place(self, camera: Camera) -> None:
         """Stand still where `camera` is; speed and mode stay."""
-        self.position = np.array(camera.position, float)
-        self.yaw, self.pitch = heading(np.subtract(camera.target, camera.position), self.yaw)
+        self.position = glm.dvec3(*camera.position)
+        self.yaw, self.pitch = heading(camera.look, self.yaw)
         self.fov = camera.fov
-        self.velocity = np.zeros(3)
+        self.velocity = glm.dvec3()
 
     @property
     def camera(self) -> Camera:
-        """The target is one metre ahead."""
-        x, y, z = self.position.tolist()
-        u, v, w = (self.position + direction(self.yaw, self.pitch)).tolist()
-        return Camera((x, y, z), (u, v, w), self.fov)
+        """What the viewer sees through; the target is one metre ahead."""
+        ahead = self.position + direction(self.yaw, self.pitch)
+        return Camera(self.position.to_tuple(), ahead.to_tuple(), self.fov)
 
     def look(self, right: float, down: float) -> None:
         """Turn by a motion of the mouse, in pixels."""
         self.yaw = math.remainder(self.yaw - right * RADIANS_PER_PIXEL, math.tau)
-        self.pitch = _clamp(self.pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
+        self.pitch = glm.clamp(self.pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
 
     def change_speed(self, notches: float) -> None:
-        self.speed = _clamp(self.speed * SPEED_PER_NOTCH**notches, *SPEED_RANGE)
+        """Multiply the speed by SPEED_PER_NOTCH for each notch of the wheel, within SPEED_RANGE."""
+        self.speed = glm.clamp(self.speed * SPEED_PER_NOTCH**notches, *SPEED_RANGE)
 
     def advance(self, held: Mapping[Move, float], dt: float, *, fast: bool = False, ground: float = 0.0) -> None:
-        """Move for `dt` seconds, each move being held for `held[move]` of them, on the ground at y = `ground`."""
+        """Move for `dt` seconds.
+
+        Parameters
+        ----------
+        held : seconds, 0 to `dt`, for which each move is asked for.
+        dt : seconds; of more than LONGEST_STEP, only that is moved.
+        fast : whether to move FAST times as fast.
+        ground : the ground's y, metres, on which a walking viewer stands.
+        """
         if dt <= 0:
             return
-        seconds = np.array([min(held.get(move, 0.0), dt) for move in Move])
         step = min(dt, LONGEST_STEP)
-        wanted = self._direction(seconds / dt) * self.speed * (FAST if fast else 1.0)
+        wanted = self._direction([min(held.get(move, 0.0), dt) / dt for move in Move])
+        wanted *= self.speed * (FAST if fast else 1.0)
         decay = math.exp(-_RESPONSE * step)
         excess = self.velocity - wanted  # fades: v(t) = wanted + excess · e^(−kt), and the path is its integral
         self.position = self.position + wanted * step + excess * ((1 - decay) / _RESPONSE)
         self.velocity = wanted + excess * decay
         if self.walking:
             eye = ground + EYE_HEIGHT
-            self.position[1] = eye + (self.position[1] - eye) * decay
+            self.position.y = eye + (self.position.y - eye) * decay
 
-    def _direction(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The world direction of moves held for these shares of the frame (6,): at most of length 1."""
-        right, up, ahead = shares[0::2] - shares[1::2]
-        if self.walking:
-            up = 0.0
-        forward = direction(self.yaw, 0.0 if self.walking else self.pitch)
-        sideways = np.array([math.cos(self.yaw), 0.0, -math.sin(self.yaw)])
-        wanted = right * sideways + up * np.array([0.0, 1.0, 0.0]) + ahead * forward
-        return wanted / max(1.0, float(np.linalg.norm(wanted)))
+    def _direction(self, shares: Sequence[float]) -> glm.dvec3:
+        """Return the world direction, of length 1 at most, of moves that are held for these shares of the frame."""
+        right, left, up, down, ahead, back = shares
+        pitch, lift = (0.0, 0.0) if self.walking else (self.pitch, up - down)
+        wanted = orientation(self.yaw, pitch) * glm.dvec3(right - left, 0, back - ahead) + glm.dvec3(0, lift, 0)
+        return wanted / max(1.0, glm.length(wanted))
 
 
 def natural_speed(radius: float) -> float:
-    """The speed, m/s, that suits a scene whose objects are within a sphere of `radius`, metres: that of people, unless
-    they would cross it in no time, or take forever."""
-    fastest, slowest = (_clamp(2 * radius / seconds, *SPEED_RANGE) for seconds in _CROSSING)
-    return _clamp(_SPEED, slowest, fastest)
+    """Return the speed, m/s, that suits a scene whose objects are within a sphere of `radius`, metres.
+
+    It is that of people, unless they would cross the scene in no time, or take forever.
+    """
+    fastest, slowest = (glm.clamp(2 * radius / seconds, *SPEED_RANGE) for seconds in _CROSSING)
+    return glm.clamp(_SPEED, slowest, fastest)
 
 
-def direction(yaw: float, pitch: float) -> NDArray[np.float64]:
-    """The unit vector (3,) of who looks there, world."""
-    level = math.cos(pitch)
-    return np.array([-math.sin(yaw) * level, math.sin(pitch), -math.cos(yaw) * level])
+def orientation(yaw: float, pitch: float) -> glm.dquat:
+    """Return the rotation that takes the axes of a viewer who looks along −z to those of one who looks there."""
+    return glm.dquat(glm.dvec3(pitch, yaw, 0))
 
 
-def heading(look: NDArray[np.float64], yaw: float = 0.0) -> tuple[float, float]:
-    """Yaw and pitch of a look along `look` (3,), world; `yaw` is that of a look straight up or down. The pitch is
-    within MAX_PITCH."""
-    level = math.hypot(look[0], look[2])
+def direction(yaw: float, pitch: float) -> glm.dvec3:
+    """Return the unit vector along which somebody looks, world."""
+    return orientation(yaw, pitch) * glm.dvec3(0, 0, -1)
+
+
+def heading(look: glm.dvec3, yaw: float = 0.0) -> tuple[float, float]:
+    """Return the yaw and the pitch, radians, of a look along `look`, world, of any length.
+
+    `yaw` is that of a look straight up or down, which has none of its own. The pitch is within MAX_PITCH.
+    """
+    level = math.hypot(look.x, look.z)
     if level > 1e-9:
-        yaw = math.atan2(-look[0], -look[2])
-    return yaw, _clamp(math.atan2(look[1], level), -MAX_PITCH, MAX_PITCH)
-
-
-def _clamp(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
+        yaw = math.atan2(-look.x, -look.z)
+    return yaw, glm.clamp(math.atan2(look.y, level), -MAX_PITCH, MAX_PITCH)

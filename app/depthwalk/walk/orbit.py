@@ -1,10 +1,12 @@
-"""Turning about what a camera looks at: from camera to camera. Pure mathematics: no window, no clock."""
+"""Turn a camera about its target, move it sideways and bring it nearer.
+
+Each function takes a camera and returns another; none knows of a window or a clock.
+"""
 
 import math
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import view_from_world
@@ -18,56 +20,58 @@ _ARRIVED = 1e-3  # of the distance
 
 
 def turn(camera: Camera, right: float, down: float) -> Camera:
-    """Go round the target, so that what is seen follows a drag of the mouse, in pixels."""
-    yaw, pitch = heading(_look(camera))
-    pitch = min(max(pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH), MAX_PITCH)
-    look = direction(yaw - right * RADIANS_PER_PIXEL, pitch)
-    return replace(camera, position=_point(np.subtract(camera.target, distance(camera) * look)))
+    """Turn `camera` about its target so that the picture follows a drag of the mouse.
+
+    right, down: the drag, pixels. The pitch stays within MAX_PITCH, the distance stays as it is.
+    """
+    yaw, pitch = heading(camera.look)
+    pitch = glm.clamp(pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
+    return _from_target(camera, direction(yaw - right * RADIANS_PER_PIXEL, pitch) * distance(camera))
 
 
 def pan(camera: Camera, right: float, down: float) -> Camera:
-    """Move camera and target sideways, so that what is seen at the target's distance follows a drag of the mouse, in
-    heights of the picture."""
-    sideways, up, _ = view_from_world(camera)[:3, :3]
+    """Move camera and target sideways so that what is as far as the target follows a drag of the mouse.
+
+    right, down: the drag, in heights of the picture.
+    """
     height = 2 * distance(camera) * math.tan(camera.fov / 2)
-    return move(camera, (down * up - right * sideways) * height)
+    # A row vector times a rotation is turned by its inverse: from view to world.
+    return camera.moved(glm.dvec3(-right, down, 0) * height * glm.dmat3(view_from_world(camera)))
 
 
 def dolly(camera: Camera, notches: float) -> Camera:
-    """Go nearer to the target by notches of the wheel, or farther away."""
-    wanted = min(max(distance(camera) * CLOSER_PER_NOTCH**notches, DISTANCE_RANGE[0]), DISTANCE_RANGE[1])
-    look = _look(camera)
-    return replace(camera, position=_point(np.subtract(camera.target, look * (wanted / np.linalg.norm(look)))))
+    """Bring `camera` nearer to its target by notches of the wheel, or farther away where they are negative.
 
-
-def move(camera: Camera, shift: NDArray[np.float64]) -> Camera:
-    """Camera and target moved by `shift` (3,), metres, world."""
-    return replace(camera, position=_point(camera.position + shift), target=_point(camera.target + shift))
+    The distance stays within DISTANCE_RANGE.
+    """
+    wanted = glm.clamp(distance(camera) * CLOSER_PER_NOTCH**notches, *DISTANCE_RANGE)
+    return _from_target(camera, glm.normalize(camera.look) * wanted)
 
 
 def with_distance(camera: Camera, metres: float) -> Camera:
-    """The same view, its target at that distance; as near and as far as targets may be."""
-    look = _look(camera)
-    metres = min(max(metres, DISTANCE_RANGE[0]), DISTANCE_RANGE[1])
-    return replace(camera, target=_point(camera.position + look * (metres / np.linalg.norm(look))))
+    """Return the same view with its target at that distance, which is held within DISTANCE_RANGE."""
+    look = glm.normalize(camera.look) * glm.clamp(metres, *DISTANCE_RANGE)
+    return replace(camera, target=(glm.dvec3(*camera.position) + look).to_tuple())
 
 
-def aim(camera: Camera, point: NDArray[np.float64], dt: float) -> tuple[Camera, bool]:
-    """Look towards `point` (3,), world, for `dt` seconds; and whether it is reached."""
-    left = np.subtract(camera.target, point) * math.exp(-dt / _AIMING)
-    arrived = bool(np.linalg.norm(left) < _ARRIVED * np.linalg.norm(camera.position - point))
-    return replace(camera, target=_point(point if arrived else point + left)), arrived
+def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
+    """Turn `camera` towards `point`, world, for `dt` seconds.
+
+    Returns
+    -------
+    The camera, and whether `point` is its target by now. What is left to turn decays exponentially, so that it takes as
+    long at any frame rate.
+    """
+    left = (glm.dvec3(*camera.target) - point) * math.exp(-dt / _AIMING)
+    arrived = glm.length(left) < _ARRIVED * glm.distance(glm.dvec3(*camera.position), point)
+    return replace(camera, target=(point if arrived else point + left).to_tuple()), arrived
 
 
 def distance(camera: Camera) -> float:
-    """Metres from the camera to its target."""
-    return math.dist(camera.position, camera.target)
+    """Return the metres from `camera` to its target."""
+    return glm.length(camera.look)
 
 
-def _look(camera: Camera) -> NDArray[np.float64]:
-    return np.subtract(camera.target, camera.position)
-
-
-def _point(vector: NDArray[np.floating]) -> tuple[float, float, float]:
-    x, y, z = vector.tolist()
-    return x, y, z
+def _from_target(camera: Camera, look: glm.dvec3) -> Camera:
+    """Place `camera` so that its target is at `look` from it."""
+    return replace(camera, position=(glm.dvec3(*camera.target) - look).to_tuple())

@@ -1,9 +1,7 @@
 """The panel: representation, path, sun, one section per group of render settings, intermediate images."""
 
-import math
-
-import numpy as np
 from imgui_bundle import imgui
+from pyglm import glm
 
 from depthwalk.params import Params
 from depthwalk.render.antialiasing import PictureParams
@@ -100,14 +98,11 @@ def _draw_environment(state: State) -> None:
     """The sun by where it stands, not by where its light goes; sky and fog, where the scene has them."""
     environment = state.scene.environment
     sun, ambient = environment.sun, environment.ambient
-    x, y, z = -np.asarray(sun.direction, float) / np.linalg.norm(sun.direction)
-    azimuth, elevation = math.degrees(math.atan2(x, z)), math.degrees(math.asin(float(np.clip(y, -1, 1))))
+    elevation, azimuth, _ = glm.degrees(glm.polar(-glm.dvec3(*sun.direction)))
     turned, azimuth = imgui.slider_float("sun azimuth", azimuth, -180, 180, "%.0f\u00b0")
     raised, elevation = imgui.slider_float("sun elevation", elevation, -89, 89, "%.0f\u00b0")
     if turned or raised:
-        a, e = math.radians(azimuth), math.radians(elevation)
-        level = math.cos(e)
-        sun.direction = (-math.sin(a) * level, -math.sin(e), -math.cos(a) * level)
+        sun.direction = (-glm.euclidean(glm.radians(glm.dvec2(elevation, azimuth)))).to_tuple()
     for label, light in (("sun intensity", sun), ("ambient intensity", ambient)):
         changed, intensity = imgui.slider_float(label, light.intensity, 0.0, _SUN_MAX, "%.2f")
         if changed:

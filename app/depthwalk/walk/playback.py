@@ -1,4 +1,4 @@
-"""A camera path being played."""
+"""Play a camera path in the window."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,15 @@ from depthwalk.scene.path import CameraPath
 
 @dataclass
 class Playback:
-    """time: seconds into the path; it advances while `playing`."""
+    """Hold where a camera path is being played.
+
+    Attributes
+    ----------
+    path : the path.
+    time : seconds into the path.
+    playing : whether `time` advances.
+    loop : whether the path starts again at its end.
+    """
 
     path: CameraPath
     time: float = 0.0
@@ -22,16 +30,17 @@ class Playback:
 
     @property
     def camera(self) -> Camera:
+        """The path's camera at `time`."""
         return self.path.sample(self.time)
 
     def toggle(self) -> None:
-        """Stop; or play on, from the start where the end was reached."""
+        """Stop the path or play on; from the start where the end was reached."""
         self.playing = not self.playing
         if self.playing and self.time >= self.duration:
             self.time = 0.0
 
     def advance(self, dt: float) -> None:
-        """Play `dt` seconds on; at the end start again, or stop there."""
+        """Play `dt` seconds on. At its end the path starts again where it loops, and stops where not."""
         if not self.playing:
             return
         self.time += dt

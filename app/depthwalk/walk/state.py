@@ -6,6 +6,7 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
+from pyglm import glm
 
 from depthwalk.errors import InputError
 from depthwalk.render.renderer import Renderer
@@ -51,7 +52,7 @@ class State:
     panel: bool = False
     help: bool = False
     atlas: bool = False
-    _aimed: NDArray[np.float64] | None = None  # where the next target is
+    _aimed: glm.dvec3 | None = None  # where the next target is
     _toast: str = ""
     _toast_end: float = 0.0
 
@@ -120,7 +121,7 @@ class State:
         self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
         if self.turned is not None:
             shift = self.walker.position - before
-            self._turn_to(orbit.move(self.turned, shift))
+            self._turn_to(self.turned.moved(shift))
             if self._aimed is not None:
                 self._aimed = self._aimed + shift
                 camera, arrived = orbit.aim(self.turned, self._aimed, dt)
@@ -198,7 +199,7 @@ class State:
         self._take_over()
         camera = self.camera
         self.walker.walking = False
-        self._place(self.renderer.frame_all(aspect, camera.fov, np.subtract(camera.position, camera.target)))
+        self._place(self.renderer.frame_all(aspect, camera.fov, -camera.look))
 
     def go_home(self) -> None:
         self._take_over()
@@ -230,8 +231,8 @@ class State:
     def _distance_to_all(self) -> float:
         """Metres along the view axis to the middle of all objects; what they reach, where that is behind."""
         middle, radius = self.extent
-        look = np.subtract(self.camera.target, self.camera.position)
-        ahead = float((middle - self.camera.position) @ look / np.linalg.norm(look))
+        camera = self.camera
+        ahead = glm.dot(glm.dvec3(middle) - glm.dvec3(*camera.position), glm.normalize(camera.look))
         return ahead if ahead > 0 else radius
 
     def toggle_recording(self) -> None:
