@@ -1,4 +1,4 @@
-"""The lens that a picture is taken through: how far off focus a distance is, and views from all over the lens."""
+"""Model the lens of a picture: how blurred a distance is, and the views from points all over the lens."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,7 +22,7 @@ DISC = (
 
 
 class DofParams(Params):
-    """A thin lens, behind which the sensor is as high as the camera's angle of view asks."""
+    """Describe a thin lens, behind which the sensor is as high as the camera's angle of view asks."""
 
     mode: Literal["none", "paper", "gather", "accumulate"] = param(
         "none",
@@ -48,35 +48,48 @@ class DofParams(Params):
 
 
 def lens_radius(lens: DofParams) -> float:
-    """Of the lens, metres."""
+    """Return the radius of the lens, metres: half of focal length over f-number."""
     return lens.focal_length / lens.f_number / 2000
 
 
 def circle_radius(lens: DofParams, view: View, distance: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Radius of the circle of confusion, pixels, of points at `distance`, metres along the view axis, +inf allowed;
-    negative before the focus.
+    """Return how large points appear that are out of focus: the radius of their circle of confusion, pixels.
 
     Huang et al. 2008, formulas (1) and (2): C = |V_d − V_f| · D / V_d with V = f·d / (d − f). Over V_f, the distance of
     the sensor, that is D · |1/d_f − 1/d|: an angle, which is why the sensor's size is not needed.
+
+    Parameters
+    ----------
+    lens : the lens; its focus distance is where the radius is 0.
+    view : the view, whose picture gives the pixels.
+    distance : metres along the view axis, of any shape; +inf is allowed.
+
+    Returns
+    -------
+    Pixels, of the shape of `distance`; negative before the focus distance.
     """
     return lens_radius(lens) * view.focal_pixels * (1 / lens.focus_distance - 1 / distance)
 
 
 def largest_radius(lens: DofParams, view: View) -> float:
-    """Of circles of confusion, pixels, where the mode limits them."""
+    """Return the largest radius of a circle of confusion, pixels, in the modes that limit it."""
     return lens.largest / 200 * view.size[1]
 
 
 def lens_points(count: int) -> NDArray[np.float64]:
-    """Points (count, 2) spread evenly over the unit disc (Vogel 1979), from the rim to the middle, the last."""
+    """Return points (count, 2) spread evenly over the unit disc (Vogel 1979); the first is on the rim, the last in the
+    middle."""
     order = np.arange(count)[::-1]
     radius, angle = np.sqrt(order / max(count - 1, 1)), order * GOLDEN_ANGLE
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
 
 
 def lens_views(view: View, lens: DofParams) -> Iterator[View]:
-    """What a frame consists of: `view`, or where the mode accumulates, it from points of the lens, the middle last.
-    What lies at the focus distance stays where it is in the picture."""
+    """Yield the views whose pictures make up a frame.
+
+    They are `view` alone, or, where the mode accumulates, `view` from points of the lens, its middle last. Each is
+    sheared so that what lies at the focus distance stays where it is in the picture.
+    """
     if lens.mode != "accumulate":
         yield view
         return
@@ -87,6 +100,9 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
 
 
 def gaussian() -> NDArray[np.float64]:
-    """Weights (7,) by the distance in pixels of the 13 × 13 kernel that is the product of both directions."""
+    """Return the weights of a Gaussian of 3 pixels' deviation: (7,), by the distance in pixels from the middle.
+
+    The 13 weights of a direction have the sum 1; the blur's 13 × 13 kernel is the product of both directions.
+    """
     weights = np.exp(-0.5 * (np.arange(7) / 3) ** 2)
     return weights / (2 * weights.sum() - weights[0])

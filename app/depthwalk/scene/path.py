@@ -1,4 +1,7 @@
-"""Camera paths: keyframes over time, `version: 1`, `fps`, `interpolation`, `keyframes`."""
+"""Read, write and sample camera paths.
+
+A path file holds `version: 1`, `fps`, `interpolation` and `keyframes`, each the camera at one moment.
+"""
 
 import math
 from dataclasses import dataclass
@@ -25,13 +28,13 @@ _ROUNDING = 1e-9  # a frame's time k / fps may miss its keyframe by this
 
 
 class KeyframeParams(CameraParams):
-    """The camera at one moment."""
+    """Describe the camera at one moment."""
 
     time: float = param(..., "When", unit="s", ge=0, le=1e6)
 
 
 class PathFile(FileParams):
-    """A path file as it is written."""
+    """Describe a path file as it is written."""
 
     version: Version = param(..., "Version of the format")
     fps: float = param(30.0, "Frames per second", unit="1/s", ge=0.001, le=1000)
@@ -43,11 +46,15 @@ class PathFile(FileParams):
 
 @dataclass(frozen=True)
 class CameraPath:
-    """A camera over time, k keyframes.
+    """Hold a camera over time, by k keyframes.
 
-    fps: frames per second; interpolation: "smooth" or "step".
-    times: (k,) float64, seconds, ascending; views: (k, 6) float64, position and target, metres, world;
-    fovs: (k,) float64, vertical, radians.
+    Attributes
+    ----------
+    fps : frames per second.
+    interpolation : "smooth", a curve through the keyframes, or "step", which holds each until the next.
+    times : (k,) float64, seconds, ascending.
+    views : (k, 6) float64, position and target, metres, world.
+    fovs : (k,) float64, vertical angles of view, radians.
     """
 
     fps: float
@@ -57,11 +64,11 @@ class CameraPath:
     fovs: NDArray[np.float64]
 
     def frames(self) -> list[float]:
-        """Times of the frames: frame k at k / fps, from 0 to the last keyframe."""
+        """Return the times of the frames, seconds: frame k at k / fps, from 0 to the last keyframe."""
         return [k / self.fps for k in range(_frame_count(self.fps, self.times[-1]))]
 
     def sample(self, time: float) -> Camera:
-        """The camera at `time` seconds; before the first and after the last keyframe it stands still."""
+        """Return the camera at `time` seconds; before the first and after the last keyframe it stands still."""
         k = int(np.searchsorted(self.times, time + _ROUNDING, side="right")) - 1
         last = len(self.times) - 1
         if self.interpolation == "step" or k < 0 or k >= last:
@@ -73,18 +80,26 @@ class CameraPath:
         return Camera((x, y, z), (u, v, w), fov)
 
     def curve(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Views (n, 6) and angles (n,) of a smooth path at `times` (n,), each between its first and its last keyframe,
-        of which it must have two."""
+        """Sample a smooth path of two keyframes or more at many times at once.
+
+        Parameters
+        ----------
+        times : (n,) seconds, each from the first to the last keyframe.
+
+        Returns
+        -------
+        The views (n, 6) and the angles of view (n,), as the attributes of those names.
+        """
         return self._view_curve(times), self._fov_curve(times)
 
     @cached_property
     def _view_curve(self) -> CubicHermiteSpline:
-        """Catmull–Rom for uneven times: tangents by second-order differences, C1."""
+        """The Catmull–Rom spline for uneven times: continuous velocity, tangents by second-order differences."""
         return CubicHermiteSpline(self.times, self.views, np.gradient(self.views, self.times, axis=0))
 
     @cached_property
     def _fov_curve(self) -> PchipInterpolator:
-        """Monotone between keyframes: an overshoot could leave the range of a lens."""
+        """A curve that is monotone between keyframes: an overshoot could leave the range of a lens."""
         return PchipInterpolator(self.times, self.fovs)
 
 
@@ -110,12 +125,12 @@ def load_path(path: Path) -> CameraPath:
 
 
 def is_path_file(path: Path) -> bool:
-    """Whether that is a camera path, not a scene. Raises InputError where it is no YAML at all."""
+    """Return whether `path` is a camera path, not a scene. Raises InputError where it is no YAML at all."""
     return read_document(path).holds(("keyframes",))
 
 
 def path_text(path: CameraPath) -> str:
-    """The path file that `load_path` reads as `path`, numbers to nine digits."""
+    """Return the text of the file that `load_path` reads as `path`, numbers to nine digits."""
     header = f"version: 1\nfps: {_number(path.fps)}\ninterpolation: {path.interpolation}\nkeyframes:\n"
     keys = zip(path.times, path.views[:, :3], path.views[:, 3:], np.degrees(path.fovs), strict=True)
     return header + "".join(
