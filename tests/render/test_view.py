@@ -11,7 +11,6 @@ from pyglm import glm
 
 from depthwalk.render.view import View, matrix_array, matrix_bytes, view_distance
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.camera import view_from_world
 
 coordinate = st.floats(-1000, 1000)
 point = st.tuples(coordinate, coordinate, coordinate)
@@ -85,18 +84,6 @@ def test_shear_moves_what_is_ahead_by_its_distance(view, distance):
     np.testing.assert_allclose(
         view.axes @ (ahead - view.position), (right * distance, up * distance, distance), atol=1e-7
     )
-
-
-@given(point, st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-9, 9)))
-def test_the_camera_is_found_again_in_its_matrix(position, look):
-    target = tuple(np.add(position, look).tolist())
-    camera = Camera(position, target, 1.0)
-    world_from_view = glm.inverse(view_from_world(camera))
-    np.testing.assert_allclose(world_from_view[3].xyz, position, atol=1e-9)
-    distance = glm.length(camera.look)
-    if distance > 0:
-        found = world_from_view * glm.dvec4(0, 0, -distance, 1)
-        np.testing.assert_allclose(found.xyz, target, atol=1e-8)
 
 
 def test_a_camera_keeps_double_precision():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyglm import glm
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.controls import (
@@ -19,6 +20,7 @@ from depthwalk.walk.controls import (
     direction,
     heading,
     natural_speed,
+    orientation,
 )
 
 AHEAD = Camera((1.0, 2.0, 3.0), (1.0, 2.0, 0.0), 1.0)
@@ -147,6 +149,23 @@ def test_a_scene_is_crossed_neither_in_no_time_nor_in_hours(radius, speed):
 @given(st.floats(-3.14, 3.14), st.floats(-1.5, 1.5))
 def test_a_heading_is_that_of_its_direction(yaw, pitch):
     assert heading(direction(yaw, pitch)) == pytest.approx((yaw, pitch), abs=1e-6)
+
+
+@given(st.floats(-7, 7), st.floats(-1.5, 1.5))
+def test_who_looks_there_has_level_shoulders_and_the_head_up(yaw, pitch):
+    right, up, back = np.array([orientation(yaw, pitch) * glm.dvec3(*axis) for axis in np.eye(3)])
+    np.testing.assert_allclose(right, (math.cos(yaw), 0, -math.sin(yaw)), atol=1e-12)
+    ahead = -math.sin(yaw) * math.cos(pitch), math.sin(pitch), -math.cos(yaw) * math.cos(pitch)
+    np.testing.assert_allclose(-back, ahead, atol=1e-12)
+    np.testing.assert_allclose(up, np.cross(back, right), atol=1e-12)
+    np.testing.assert_allclose(direction(yaw, pitch), ahead, atol=1e-12)
+
+
+@given(st.floats(-3, 3), st.floats(-1.5, 1.5), st.lists(st.sampled_from(Move), max_size=6, unique=True))
+def test_no_keys_are_faster_than_one(yaw, pitch, moves):
+    walker = Walker(glm.dvec3(), yaw, pitch, 1.0)
+    walker.advance(dict.fromkeys(moves, 0.1), 0.1)
+    assert glm.length(walker.velocity) <= walker.speed * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("target", [(4.0, 2.0, -3.0), (1.0, 8.0, 2.0), (-3.0, -1.0, 9.0)])

@@ -22,7 +22,7 @@ DISC = (
 
 
 class DofParams(Params):
-    """Describe a thin lens, behind which the sensor is as high as the camera's angle of view asks."""
+    """A thin lens, behind which the sensor is as high as the camera's angle of view asks."""
 
     mode: Literal["none", "paper", "gather", "accumulate"] = param(
         "none",

@@ -133,8 +133,14 @@ class Renderer:
         return self.view.unproject(across, down, distance)
 
     def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = _IN_FRONT) -> Camera:
-        """A camera that sees every object. aspect: width / height of the picture; fov: vertical angle of view, radians;
-        away: the world direction in which it stands, the default being in front and a little above."""
+        """Return a camera that sees every object.
+
+        Parameters
+        ----------
+        aspect : width over height of the picture.
+        fov : vertical angle of view, radians.
+        away : the world direction, of any length, from the objects to the camera.
+        """
         bounds = self.placed.bounds()
         if not len(bounds.reach):
             return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)

@@ -1,4 +1,4 @@
-"""Camera matrices and camera paths."""
+"""Camera paths: files, frames and curves."""
 
 import math
 from pathlib import Path
@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.render.view import matrix_array
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.camera import clip_from_view, view_from_world
 from depthwalk.scene.path import CameraPath, load_path
 
 KEYS = [(0, 3, 1), (1, -2, 4), (2, 0.5, 7), (3, 5, -1)]
@@ -25,48 +23,6 @@ def keyframes(scale: float = 1) -> str:
         f"  - {{time: {t * scale}, position: [{x}, 1, {z}], target: [0, {x}, 0], fov: {40 + 5 * t}}}\n"
         for t, x, z in KEYS
     )
-
-
-@pytest.mark.parametrize(
-    ("position", "target"),
-    [
-        ((3, 2, 5), (0, 1, 0)),
-        ((0, 5, 0), (0, 0, 0)),
-        ((0, -5, 0), (0, 0, 0)),
-        ((1, 2, 3), (1, 2, 3)),
-        ((0, 1, 0), (1e-9, 5, 0)),
-        ((1e6, 1, 1e6), (1e6, 1, 1e6 - 1)),
-    ],
-)
-def test_view_is_a_rotation_that_looks_at_the_target(position: tuple[float, ...], target: tuple[float, ...]) -> None:
-    view = matrix_array(view_from_world(Camera(position, target, 1.0)))  # type: ignore[arg-type]
-    np.testing.assert_allclose(view[:3, :3] @ view[:3, :3].T, np.eye(3), atol=1e-12)
-    assert np.linalg.det(view[:3, :3]) == pytest.approx(1)
-    np.testing.assert_allclose(view @ [*position, 1], [0, 0, 0, 1], atol=1e-9)
-    distance = math.dist(position, target)
-    np.testing.assert_allclose(view @ [*target, 1], [0, 0, -distance, 1], atol=1e-6)
-
-
-def test_up_stays_up() -> None:
-    view = matrix_array(view_from_world(Camera((3, 2, 5), (0, 1, 0), 1.0)))
-    assert (view @ [0, 1, 0, 0])[1] > 0.9
-    assert (view @ [0, 1, 0, 0])[0] == pytest.approx(0)
-
-
-def test_straight_down_has_minus_z_on_top() -> None:
-    view = matrix_array(view_from_world(Camera((0, 5, 0), (0, 0, 0), 1.0)))
-    np.testing.assert_allclose(view @ [0, 0, -1, 0], [0, 1, 0, 0], atol=1e-12)
-
-
-@pytest.mark.parametrize("far", [100.0, math.inf])
-def test_clip_planes_and_angle(far: float) -> None:
-    clip = matrix_array(clip_from_view(math.radians(60), 1.5, 0.1, far))
-    near_point = clip @ [0, 0, -0.1, 1]
-    assert near_point[2] / near_point[3] == pytest.approx(-1)
-    far_point = clip @ [0, 0, -min(far, 1e12), 1]
-    assert far_point[2] / far_point[3] == pytest.approx(1)
-    edge = clip @ [1.5 * math.tan(math.radians(30)), math.tan(math.radians(30)), -1, 1]
-    np.testing.assert_allclose(edge[:2] / edge[3], [1, 1])
 
 
 def test_step_at_one_frame_a_second_is_the_keyframes(tmp_path: Path) -> None:
