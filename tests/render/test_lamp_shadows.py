@@ -157,7 +157,8 @@ def test_casters_are_all_that_reach_into_the_pyramid():
     direction = rng.normal(size=(4000, 200, 3))
     direction *= np.cbrt(rng.uniform(0, 1, (4000, 200, 1))) / np.linalg.norm(direction, axis=-1, keepdims=True)
     point = bounds.centre[:, None] + bounds.reach[:, None, None] * direction - np.array(spot.centre)
-    clip = np.pad(point, ((0, 0), (0, 1)), constant_values=1) @ matrix_array(spot.clip_from_centre).T
+    clip_from_centre = matrix_array(spot.clip_from_centre)
+    clip = point @ clip_from_centre[:, :3].T + clip_from_centre[:, 3]
     within = (np.abs(clip[..., :3]) < clip[..., 3:]).all(-1).any(1)
     large = bounds.reach > 0.1
     assert found[within & large].all() and within.sum() > 100
