@@ -75,7 +75,7 @@ class Cache:
         except _DAMAGE as error:
             if not path.exists():  # removed by another process: readers may say so in their own way
                 raise FileNotFoundError(f"{path}: no such file") from error
-            reason = str(error).removeprefix(f"{path}: ")
+            reason = str(error).removeprefix(f"{path}: ").removeprefix(f"damaged {self.content}: ")
             log.warning("%s: damaged %s, to be made again (%s)", path, self.content, reason)
             with contextlib.suppress(OSError):  # what makes it again replaces it
                 path.unlink(missing_ok=True)

@@ -9,7 +9,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from fractions import Fraction
@@ -31,6 +33,7 @@ log = logging.getLogger(__name__)
 _QUALITY = 95  # of JPEG, in per cent
 _CRF = 18  # x264's quality; visually lossless
 _STAGING = ".bake-"  # before the number of the process that makes the folder
+_PATIENCE = 5  # seconds for the last words of an encoder that has ended
 _STALE = 86_400  # seconds, after which what a process that is gone has left may be removed
 
 
@@ -182,19 +185,17 @@ class VideoEncoder:
         source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", str(_ratio(fps))]
         picture = ["-vf", f"scale={scaled[0]}:{scaled[1]}", "-c:v", "h264", "-pix_fmt", "yuv420p", "-crf", str(_CRF)]
         program = [imageio_ffmpeg.get_ffmpeg_exe(), "-nostdin", "-y", "-v", "warning"]
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115 - a pipe would have to be emptied all the time
-        try:
-            # Ctrl-C is for this program, which then ends the encoder.
-            self._process = subprocess.Popen(
-                [*program, *source, "-i", "pipe:0", "-an", *picture, str(path)],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-                stderr=self._said,
-                **_own_group(),
-            )
-        except BaseException:
-            self._said.close()
-            raise
+        # Ctrl-C is for this program, which then ends the encoder.
+        self._process = subprocess.Popen(
+            [*program, *source, "-i", "pipe:0", "-an", *picture, str(path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            **_own_group(),
+        )
+        self._said: deque[bytes] = deque(maxlen=10)  # the last lines; in no file, which a full disk would not take
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
 
     def send(self, frame: NDArray[np.uint8]) -> None:
         """Hand over the next frame (H, W, 3), sRGB, row 0 at the top. Raises OSError where the encoder has ended."""
@@ -207,9 +208,8 @@ class VideoEncoder:
             assert self._process.stdin is not None
             self._process.stdin.close()
         status = self._process.wait()
-        self._said.seek(0)
-        lines = self._said.read().decode("utf-8", "replace").split("\n")
-        said = [line.strip() for line in lines if line.strip()]
+        self._listener.join(_PATIENCE)
+        said = [line.decode("utf-8", "replace").strip() for line in self._said if line.strip()]
         if not status:
             for line in said:
                 log.info("video encoder: %s", line)
@@ -225,7 +225,11 @@ class VideoEncoder:
         with suppress(OSError):  # frames that nobody takes any more
             assert self._process.stdin is not None
             self._process.stdin.close()
-        self._said.close()
+
+    def _listen(self) -> None:
+        assert self._process.stderr is not None
+        with self._process.stderr as lines:
+            self._said.extend(lines)
 
 
 @contextmanager
