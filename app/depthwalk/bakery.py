@@ -7,7 +7,6 @@ import os
 import queue
 import shutil
 import signal
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -16,15 +15,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from depthwalk.bake.cache import bake_key, has_key, kept_file
+from depthwalk.bake.cache import BAKED, bake_key, find_cached, read_model
 from depthwalk.bake.file import write_baked
+from depthwalk.bake.levels import FEWEST, RATIOS
 from depthwalk.bake.parallel import default_workers
 from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.cache import forget
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.ingest.sources import source_hash
-from depthwalk.output import check_folder
+from depthwalk.ingest.sources import Sources, source_hash
+from depthwalk.output import check_folder, staging_folder
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.scene.schema import DpciParams
 
@@ -35,7 +36,8 @@ Stage = Callable[[int, str], None]  # number of the job, what is being done
 
 @dataclass(frozen=True)
 class Job:
-    """A mesh to bake and the file to bake it to. anew: also where that file is there already."""
+    """A mesh to bake and the file to bake it to. anew: also where that file is there already; what the cache holds of
+    the mesh is then made anew, too."""
 
     spec: MeshAsset
     params: ModelParams
@@ -89,15 +91,20 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     is called with the name of each stage. workers: see `thread_map`. Raises InputError."""
     clock = _Stopwatch(stage)
     clock.start("read")
-    key = mesh_key(job.spec, job.params)
+    sources = Sources()
+    source = source_hash(job.spec.mesh, job.spec.texture, sources)
+    key = mesh_key(job.spec, job.params, source)
     check_folder(job.out)
-    if not job.anew:
-        if has_key(job.out, key):
-            return Kept(job.out, cached=False)
-        if has_key(kept_file(key), key):
-            shutil.copyfile(kept_file(key), staged)
-            return Kept(job.out, cached=True)
-    mesh = read_body(job.spec)
+    if job.anew:
+        forget(key)
+        forget(levels_key(job.spec, source))
+    elif read_model(job.out, key) is not None:  # as a whole: pixels may be damaged under a header that is not
+        return Kept(job.out, cached=False)
+    elif find_cached(key) is not None:
+        shutil.copyfile(BAKED.file(key), staged)
+        return Kept(job.out, cached=True)
+    mesh = read_body(job.spec, sources)
+    del sources  # no file's bytes are needed any more
     clock.start("structure")  # what rays are cast against
     model = bake_model(mesh, job.params, key, clock.start, workers)
     clock.start("write")
@@ -107,14 +114,21 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     return Baked(job.out, len(mesh.faces), len(model.parts), images, seconds, staged.stat().st_size)
 
 
-def read_mesh(spec: MeshAsset) -> Mesh:
-    """The mesh in the asset's frame. Raises InputError."""
-    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height)
+def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
+    """The mesh in the asset's frame. sources: where its files are read from. Raises InputError."""
+    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, sources=sources)
 
 
-def read_body(spec: MeshAsset) -> Mesh:
+def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
+    """The mesh in the asset's frame, and the `source_hash` of the bytes that it was read from. Raises InputError."""
+    sources = Sources()
+    mesh = read_mesh(spec, sources)
+    return mesh, source_hash(spec.mesh, spec.texture, sources)
+
+
+def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
     """As `read_mesh`, of an asset that is to have depth images. Raises InputError where they could not show it."""
-    mesh = read_mesh(spec)
+    mesh = read_mesh(spec, sources)
     check_height(mesh, spec.mesh)
     return mesh
 
@@ -124,19 +138,25 @@ def model_params(dpci: DpciParams) -> ModelParams:
     return ModelParams(dpci.resolution, dpci.layers, dpci.method, parts=dpci.parts, axis=dpci.axis)
 
 
-def mesh_key(spec: MeshAsset, params: ModelParams) -> str:
-    """The key of a mesh asset's depth images."""
+def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) -> str:
+    """The key of a mesh asset's depth images. source: the `source_hash` of what they are baked from; None: of what its
+    files hold now. Raises InputError."""
     # Defaults go without saying: files baked before there was a choice keep their keys.
     default = ModelParams()
     chosen = {name: getattr(params, name) for name in ("method", "parts", "axis")}
     return bake_key(
-        source_hash(spec.mesh, spec.texture),
+        source or source_hash(spec.mesh, spec.texture),
         up=spec.up,
         height=spec.height,
         resolution=params.resolution,
         layers=params.layers,
         **{name: value for name, value in chosen.items() if value != getattr(default, name)},
     )
+
+
+def levels_key(spec: MeshAsset, source: str) -> str:
+    """The key of a mesh asset's simplified levels. source: the `source_hash` of the mesh that they are made of."""
+    return bake_key(source, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
 
 
 class _Stopwatch:
@@ -163,9 +183,9 @@ class _Stopwatch:
 @contextlib.contextmanager
 def _staging(out: Path) -> Iterator[Path]:
     """A file name in a new folder beside `out`, on the same disk. The folder vanishes with whatever a killed worker
-    left in it."""
+    left in it; where this process is killed, the next bake to the same place removes it."""
     try:
-        folder = tempfile.TemporaryDirectory(prefix=".bake-", dir=out.parent)
+        folder = staging_folder(out.parent)
     except OSError:  # no such folder as the mesh's own, say: its job will tell
         yield out.with_name(f".{out.name}")
         return

@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.cache import bake_key, find_baked, has_key, keep_baked, kept_file, make_room, sidecar
+from depthwalk.bake.cache import BAKED, bake_key, find_baked, has_key, keep_baked, sidecar
 from depthwalk.bake.level_file import find_levels, keep_levels
-from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
+from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
-from depthwalk.bakery import Job, bake_all, mesh_key, model_params, read_mesh
+from depthwalk.bakery import Job, bake_all, levels_key, mesh_key, model_params, read_hashed
+from depthwalk.cache import make_room
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import PlanarImage, load_texture
 from depthwalk.ingest.loader import check_height
@@ -30,12 +31,17 @@ from depthwalk.scene.schema import MesoParams
 
 log = logging.getLogger(__name__)
 
+_READINGS = 3  # of a range image that changes meanwhile
+
 Report = Callable[[str, str], None]  # asset's name, what is being done
 
 
 class SceneLibrary:
     """`baked`, `mesh` and `mesh_levels` by asset number; each is made once. Depth images are read anew where they are
     asked for again: the renderer keeps what it needs of them. Raises InputError for files that cannot be used.
+
+    What is kept in the cache has the key of the bytes that it was made of: where a file was replaced after its asset's
+    key was first asked for, `key` is that of the new one from when it is baked.
 
     report: told what is being done; may be replaced. processes: bake that many missing assets at a time, None: as many
     as there are cores. Only programs may say so whose main module can be imported again: processes do.
@@ -52,7 +58,7 @@ class SceneLibrary:
         self.report = report
         self._keys: dict[int, str] = {}
         self._unkept: dict[str, BakedModel] = {}  # by key: what could not be stored
-        self._meshes: dict[int, Mesh | None] = {}
+        self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of what it was read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
@@ -110,21 +116,26 @@ class SceneLibrary:
             if isinstance(spec, MeshAsset) and spec.dpci is not None:
                 params = model_params(spec.dpci)
                 key = mesh_key(spec, params)
-                if not (has_key(sidecar(spec.mesh), key) or has_key(kept_file(key), key)):
-                    jobs[key] = Job(spec, params, kept_file(key))
+                if not (has_key(sidecar(spec.mesh), key) or has_key(BAKED.file(key), key)):
+                    jobs[key] = Job(spec, params, BAKED.file(key))
         return list(jobs.values())
 
     def mesh(self, asset: int) -> Mesh | None:
+        spec = self._assets[asset]
+        if isinstance(spec, DepthImageAsset):
+            return None
         if asset not in self._meshes:
-            spec = self._assets[asset]
-            self._meshes[asset] = None if isinstance(spec, DepthImageAsset) else self._read_mesh(spec)
-        return self._meshes[asset]
+            self._meshes[asset] = self._read_mesh(spec)
+        return self._meshes[asset][0]
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         """The mesh and its simplified levels, finest first; none where the asset has no mesh."""
         if asset not in self._levels:
             spec, mesh = self._assets[asset], self.mesh(asset)
-            self._levels[asset] = self._make_levels(spec, mesh) if isinstance(spec, MeshAsset) and mesh else ()
+            if isinstance(spec, MeshAsset) and mesh is not None:
+                self._levels[asset] = self._make_levels(spec, *self._meshes[asset])
+            else:
+                self._levels[asset] = ()
         return self._levels[asset]
 
     def forget_mesh(self, asset: int) -> None:
@@ -135,30 +146,37 @@ class SceneLibrary:
     def texture(self, path: Path) -> NDArray[np.uint8]:
         return load_texture(path)
 
-    def _read_mesh(self, spec: MeshAsset) -> Mesh:
+    def _read_mesh(self, spec: MeshAsset) -> tuple[Mesh, str]:
         self.report(spec.name, "reading")
-        return read_mesh(spec)
+        return read_hashed(spec)
 
     def baked(self, asset: int) -> BakedModel | None:
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
-            return self._bake_image(spec)
+            return self._bake_image(asset, spec)
         if spec.dpci is None:
             return None
         params = model_params(spec.dpci)
         key = self.key(asset) or mesh_key(spec, params)
         self.report(spec.name, "depth images")
-        baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, spec, params, key))
+        baked = self._baked_once(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, spec, params))
         if spec.dpci.meso is None:
             return baked
         meso = read_meso(spec.dpci.meso)
         return BakedModel(tuple(replace(part, meso=meso) for part in baked.parts))
 
-    def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams, key: str) -> BakedModel:
+    def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams) -> BakedModel:
         # Not by `mesh`, which would keep for good what may be drawn by its depth images only.
-        mesh = self._meshes.get(asset) or self._read_mesh(spec)
+        mesh, source = self._meshes.get(asset) or self._read_mesh(spec)
         check_height(mesh, spec.mesh)
+        key = mesh_key(spec, params, source)
+        self._note_key(asset, key)
         return bake_model(mesh, params, key, lambda stage: self.report(spec.name, stage))
+
+    def _note_key(self, asset: int, key: str) -> None:
+        """Takes `key` for that of the asset's depth images, which are being made, where they are stored."""
+        if self.key(asset):
+            self._keys[asset] = key
 
     def _baked_once(self, name: str, source: Path, key: str, bake: Callable[[], BakedModel]) -> BakedModel:
         """The model of `key` from beside its source or from the cache; else `bake` makes it and the cache keeps it."""
@@ -171,11 +189,11 @@ class SceneLibrary:
                 keep_baked(baked)
             except OSError as error:  # a full or read-only disk costs the next start time, not this one
                 log.warning("cannot keep the depth images of %s: %s", name, error)
-                self._unkept[key] = baked
+                self._unkept[baked.key] = baked
         return baked
 
-    def _make_levels(self, spec: MeshAsset, mesh: Mesh) -> tuple[MeshLevel, ...]:
-        key = _levels_key(spec)
+    def _make_levels(self, spec: MeshAsset, mesh: Mesh, source: str) -> tuple[MeshLevel, ...]:
+        key = levels_key(spec, source)
         levels = find_levels(mesh, key)
         if levels is None:
             self.report(spec.name, "simplifying")
@@ -186,15 +204,16 @@ class SceneLibrary:
                 log.warning("cannot keep the simplified meshes of %s: %s", spec.name, error)
         return levels
 
-    def _bake_image(self, spec: DepthImageAsset) -> BakedModel:
+    def _bake_image(self, asset: int, spec: DepthImageAsset) -> BakedModel:
         if spec.intrinsics is None:
             return BakedModel((bake_planar(read_relief(spec), key=""),))
-        key = _range_key(spec)
-        return self._baked_once(spec.name, spec.depth, key, lambda: self._bake_range(spec, key))
+        key = self.key(asset)
+        return self._baked_once(spec.name, spec.depth, key, lambda: self._bake_range(asset, spec))
 
-    def _bake_range(self, spec: DepthImageAsset, key: str) -> BakedModel:
+    def _bake_range(self, asset: int, spec: DepthImageAsset) -> BakedModel:
         self.report(spec.name, "reading")
-        image = read_range_image(spec)
+        image, key = _read_keyed(spec)
+        self._note_key(asset, key)
         self.report(spec.name, "resampling")
         with complaints_about(spec.depth):
             return BakedModel((bake_range(image, key),))
@@ -228,10 +247,17 @@ def complaints_about(file: Path) -> Iterator[None]:
         raise InputError(f"{file}: {error}") from None
 
 
-def _levels_key(spec: MeshAsset) -> str:
-    """The key of a mesh asset's simplified levels."""
-    source = source_hash(spec.mesh, spec.texture)
-    return bake_key(source, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
+def _read_keyed(spec: DepthImageAsset) -> tuple[RangeImage, str]:
+    """The range image of an asset with intrinsics, and the key of its depth image.
+
+    NPY and OpenEXR files are read by their names, not from bytes that could be hashed as well. So the files are hashed
+    before and after, and read again where these differ. Raises InputError, also where they always do.
+    """
+    for _ in range(_READINGS):
+        key, image = _range_key(spec), read_range_image(spec)
+        if _range_key(spec) == key:
+            return image, key
+    raise InputError(f"{spec.depth}: it, or a picture that belongs to it, changes while it is read")
 
 
 def _range_key(spec: DepthImageAsset) -> str:

@@ -179,7 +179,7 @@ def test_a_foreign_exr_is_refused(tmp_path):
 
 
 def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path, monkeypatch):
-    monkeypatch.setattr("depthwalk.bake.cache.cache_folder", lambda: tmp_path / "cache")
+    monkeypatch.setattr("depthwalk.cache.cache_folder", lambda: tmp_path / "cache")
     mesh = sphere(columns=32, rows=16)
     key = bake_key("source", resolution=32)
     assert key != bake_key("source", resolution=33) != bake_key("other", resolution=33)

@@ -13,7 +13,7 @@ from shapes import bake, model_of, sphere
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
     folder = tmp_path / "cache"
-    monkeypatch.setattr("depthwalk.bake.cache.cache_folder", lambda: folder)
+    monkeypatch.setattr("depthwalk.cache.cache_folder", lambda: folder)
     return folder
 
 

@@ -103,7 +103,8 @@ def test_camera_options_replace_the_scenes(run, tiny_scene, tmp_path):
 def test_a_scene_without_camera_is_framed(run, tiny_scene, tmp_path):
     text = tiny_scene.read_text()
     tiny_scene.write_text(text[: text.index("camera:")])
-    run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
+    result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
+    assert result.exit_code == 0, (result.stderr, result.exception)
     alpha = read_png(tmp_path / "a.png")[1][..., 3]
     assert alpha[32, 48] == 255
     assert not alpha[[0, -1]].any() and not alpha[:, [0, -1]].any()

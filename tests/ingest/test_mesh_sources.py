@@ -6,7 +6,8 @@ import pytest
 from PIL import Image
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.sources import source_files, source_hash
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.sources import Sources, source_files, source_hash
 
 
 def test_obj_libraries_and_textures(tmp_path):
@@ -45,3 +46,29 @@ def test_hash_follows_contents_not_names(tmp_path):
     assert before == source_hash(tmp_path / "b.obj") and len(before) == 64
     (tmp_path / "m.mtl").write_text("newmtl changed\n")
     assert source_hash(tmp_path / "a.obj") != before
+
+
+def test_a_mesh_is_of_the_bytes_that_were_hashed(tmp_path):
+    """Whatever of its files is replaced, removed or added after its hash was taken."""
+    (tmp_path / "m.mtl").write_text("newmtl m\nmap_Kd p.png\n")
+    (tmp_path / "a.obj").write_text(
+        "mtllib m.mtl late.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n"
+    )
+    Image.new("RGB", (1, 1), (1, 2, 3)).save(tmp_path / "p.png")
+    Image.new("RGB", (1, 1), (4, 5, 6)).save(tmp_path / "t.png")
+    for texture, colour in ((None, [1, 2, 3, 255]), (tmp_path / "t.png", [4, 5, 6, 255])):
+        sources = Sources()
+        before = source_hash(tmp_path / "a.obj", texture, sources)
+        held = {name: (tmp_path / name).read_bytes() for name in ("m.mtl", "a.obj", "p.png", "t.png")}
+        (tmp_path / "a.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n")
+        (tmp_path / "m.mtl").unlink()
+        (tmp_path / "late.mtl").write_text("newmtl m\nKd 1 0 0\n")
+        Image.new("RGB", (1, 1), (9, 9, 9)).save(tmp_path / "p.png")
+        (tmp_path / "t.png").unlink()
+        mesh = load_mesh(tmp_path / "a.obj", texture=texture, sources=sources)
+        assert mesh.bounds[1][1] == 1
+        assert [material.texture[0, 0].tolist() for material in mesh.materials] == [colour]
+        (tmp_path / "late.mtl").unlink()
+        for name, data in held.items():
+            (tmp_path / name).write_bytes(data)
+        assert source_hash(tmp_path / "a.obj", texture) == before

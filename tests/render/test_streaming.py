@@ -9,7 +9,8 @@ import depthwalk.render.assets
 from depthwalk.errors import InputError
 from depthwalk.library import SceneLibrary
 from depthwalk.render.assets import AssetStore
-from depthwalk.render.prepared import Form, find_prepared, keep_prepared, prepare
+from depthwalk.render.cooked_file import find_prepared, keep_prepared
+from depthwalk.render.prepared import Form, prepare
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.step_grids import build_grids
 from depthwalk.render.view import View

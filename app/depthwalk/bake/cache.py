@@ -1,17 +1,18 @@
 """Baked models are made once: kept in the user's cache folder, or shipped beside the mesh, found by their key."""
 
-import contextlib
 import hashlib
 import json
-import os
+import logging
 from pathlib import Path
 
-from platformdirs import user_cache_path
-
-from depthwalk import limits
 from depthwalk.bake.file import FORMAT_VERSION, SUFFIX, read_baked, read_header, write_baked
 from depthwalk.bake.model import BakedModel
+from depthwalk.cache import Cache
 from depthwalk.errors import InputError
+
+log = logging.getLogger(__name__)
+
+BAKED = Cache(suffix=SUFFIX, content="depth images")
 
 
 def bake_key(source: str, **parameters: object) -> str:
@@ -20,44 +21,41 @@ def bake_key(source: str, **parameters: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def cache_folder() -> Path:
-    """Where all that can be made again is kept, as `docs/baking.md` says; it need not be there."""
-    return user_cache_path("depthwalk", appauthor=False) / "baked"
-
-
 def sidecar(mesh: Path) -> Path:
     """`bust.dpci.exr` beside `bust.obj`."""
     return mesh.with_name(mesh.stem + SUFFIX)
 
 
-def kept_file(key: str) -> Path:
-    """Where the cache keeps the model of `key`."""
-    return cache_folder() / (key + SUFFIX)
-
-
 def has_key(path: Path, key: str) -> bool:
-    """Whether the file is a model of `key`, by its header."""
+    """Whether the file is a model of `key`, by its header; its pixels may still be damaged."""
     try:
         return path.is_file() and read_header(path)["depthwalk.key"] == key
     except InputError:
         return False
 
 
+def read_model(path: Path, key: str) -> BakedModel | None:
+    """Return the whole model of `key` that the user's file `path` holds.
+
+    None where it is missing or of another key; and, with a warning, where it is damaged.
+    """
+    if not has_key(path, key):
+        return None
+    try:
+        return read_baked(path)
+    except InputError as error:
+        log.warning("%s; passed over", error)
+        return None
+
+
 def find_baked(mesh: Path, key: str) -> BakedModel | None:
     """The model of `key` beside the mesh or in the cache; a file that is stale or damaged is passed over."""
-    kept = kept_file(key)
-    for path in (sidecar(mesh), kept):
-        if not has_key(path, key):
-            continue
-        try:
-            baked = read_baked(path)
-        except InputError:
-            continue
-        if path == kept:
-            with contextlib.suppress(OSError):  # removed meanwhile, or a cache that is read-only
-                os.utime(path)  # its age is that of its last use
-        return baked
-    return None
+    return read_model(sidecar(mesh), key) or find_cached(key)
+
+
+def find_cached(key: str) -> BakedModel | None:
+    """The model of `key` in the cache."""
+    return BAKED.find(key, lambda path: _read(path, key))
 
 
 def keep_baked(baked: BakedModel) -> Path:
@@ -65,24 +63,12 @@ def keep_baked(baked: BakedModel) -> Path:
 
     Raises OSError where that is not possible, InputError as `write_baked` does.
     """
-    path = kept_file(baked.key)
-    write_baked(path, baked)
-    make_room(path)
-    return path
+    return BAKED.keep(baked.key, lambda path: write_baked(path, baked))
 
 
-def make_room(newest: Path) -> None:
-    """Removes what was not used for longest, until the rest of the cache and `newest` fit MAX_CACHE_BYTES."""
-    files: list[tuple[float, int, Path]] = []
-    for path in newest.parent.iterdir():  # with what an interrupted write left
-        with contextlib.suppress(OSError):  # another process removes as well
-            status = path.stat()
-            files.append((status.st_mtime, status.st_size, path))
-    excess = sum(size for _, size, _ in files) - limits.MAX_CACHE_BYTES
-    for _, size, path in sorted(files):
-        if excess <= 0:
-            break
-        if path != newest:
-            with contextlib.suppress(OSError):  # open, where that forbids it
-                path.unlink(missing_ok=True)
-                excess -= size
+def _read(path: Path, key: str) -> BakedModel:
+    """The model in a cached file. Raises InputError where it is damaged or not of `key`."""
+    model = read_baked(path)
+    if model.key != key:
+        raise InputError(f"{path}: depth images of another key")
+    return model

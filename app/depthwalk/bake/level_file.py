@@ -1,35 +1,25 @@
 """Simplified meshes are made once and kept in the user's cache folder, found by their key; any NumPy reads them."""
 
-import contextlib
-import io
-import os
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from depthwalk.bake.cache import cache_folder, make_room
-from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
-from depthwalk.output import write_bytes
+from depthwalk.cache import Cache, read_arrays, write_arrays
+from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 
-_SUFFIX = ".levels.npz"
-_ARRAYS = ("positions", "normals", "colours", "uv", "faces")
+LEVELS = Cache(suffix=".levels.npz", content="simplified meshes")
+
+# Of each vertex: how many numbers, of what type.
+_VERTEX = {"positions": (3, np.float32), "normals": (3, np.float32), "colours": (3, np.uint8), "uv": (2, np.float32)}
+_ARRAYS = (*_VERTEX, "faces")
 
 
 def find_levels(mesh: Mesh, key: str) -> tuple[MeshLevel, ...] | None:
     """`mesh` and its simplified levels, if they are in the cache under `key`; a damaged file is passed over."""
-    path = _path(key)
-    try:
-        # By its bytes: NumPy leaves a damaged file open.
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
-            arrays = dict(stored)
-            levels = [_level(mesh, arrays, number, error) for number, error in enumerate(arrays["error"].tolist())]
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-        return None
-    with contextlib.suppress(OSError):  # removed meanwhile, or a cache that is read-only
-        os.utime(path)  # its age is that of its last use
-    return (MeshLevel(mesh, 0.0), *levels)
+    levels = LEVELS.find(key, lambda path: _read(path, mesh))
+    return None if levels is None else (MeshLevel(mesh, 0.0), *levels)
 
 
 def keep_levels(levels: tuple[MeshLevel, ...], key: str) -> Path:
@@ -39,20 +29,42 @@ def keep_levels(levels: tuple[MeshLevel, ...], key: str) -> Path:
         parts = [(part.first_face, part.face_count, part.material) for part in level.mesh.parts]
         arrays |= {f"{name}.{number}": getattr(level.mesh, name) for name in _ARRAYS}
         arrays[f"parts.{number}"] = np.array(parts)
-    stream = io.BytesIO()
-    np.savez_compressed(stream, **arrays)
-    path = _path(key)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_bytes(path, stream.getvalue())
-    make_room(path)
-    return path
+    return LEVELS.keep(key, lambda path: write_arrays(path, arrays, compressed=True))
 
 
-def _path(key: str) -> Path:
-    return cache_folder() / (key + _SUFFIX)
+def _read(path: Path, mesh: Mesh) -> list[MeshLevel]:
+    """The levels of `mesh` in a file. Raises OSError; ValueError or KeyError where they cannot be drawn."""
+    stored = read_arrays(path)
+    error = stored["error"]
+    if error.ndim != 1 or error.dtype.kind != "f" or len(error) >= MOST_LEVELS:
+        raise ValueError("its errors are not a list of numbers")
+    if not (np.isfinite(error).all() and (np.diff(error, prepend=0) >= 0).all()):
+        raise ValueError("its errors are not rising numbers")
+    return [_level(mesh, stored, number, float(value)) for number, value in enumerate(error)]
 
 
-def _level(mesh: Mesh, stored: dict[str, np.ndarray], number: int, error: float) -> MeshLevel:
+def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: float) -> MeshLevel:
+    """One level of `mesh`. Raises ValueError or KeyError where it cannot be drawn."""
     arrays = {name: stored[f"{name}.{number}"] for name in _ARRAYS}
-    parts = tuple(Part(*row) for row in stored[f"parts.{number}"].tolist())
+    faces, rows = arrays["faces"], stored[f"parts.{number}"]
+    count = len(np.atleast_1d(arrays["positions"]))
+    for name, (width, kind) in _VERTEX.items():
+        values = arrays[name]
+        if values.shape != (count, width) or values.dtype != kind:
+            raise ValueError(f"level {number}: {name} are {values.dtype} of {values.shape}")
+        if not np.isfinite(values).all():
+            raise ValueError(f"level {number}: {name} hold what is no finite number")
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype != np.int32 or not len(faces):
+        raise ValueError(f"level {number}: faces are {faces.dtype} of {faces.shape}")
+    if faces.min() < 0 or faces.max() >= count:
+        raise ValueError(f"level {number}: a face refers to a vertex that is not there")
+    if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in "iu" or not len(rows):
+        raise ValueError(f"level {number}: parts are {rows.dtype} of {rows.shape}")
+    first, length, material = rows.astype(np.int64).T
+    ends = np.cumsum(length)
+    if (length <= 0).any() or ends[-1] != len(faces) or (first != ends - length).any():
+        raise ValueError(f"level {number}: its parts do not cover its faces")
+    if material.min() < 0 or material.max() >= len(mesh.materials):
+        raise ValueError(f"level {number}: a part is of a material that is not there")
+    parts = tuple(Part(*row) for row in rows.tolist())
     return MeshLevel(Mesh(**arrays, parts=parts, materials=mesh.materials), error)

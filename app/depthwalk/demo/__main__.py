@@ -19,6 +19,7 @@ from depthwalk.demo.specimens import SPECIMENS
 from depthwalk.demo.textures import write_png
 from depthwalk.errors import InputError, suggest
 from depthwalk.limits import MAX_ASSETS
+from depthwalk.output import write_bytes
 
 HEADER = """# Sources of the files in this folder
 
@@ -79,7 +80,8 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
     if "market" in wanted:
         write_market(folder, assets)
     if not names:
-        (folder / "SOURCES.md").write_text(HEADER + "".join(models) + TEXTURE_HEADER + "".join(textures), "utf-8")
+        text = HEADER + "".join(models) + TEXTURE_HEADER + "".join(textures)
+        write_bytes(folder / "SOURCES.md", text.encode())
 
 
 @guarded

@@ -14,10 +14,11 @@ from rich.progress import track
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.bakery import mesh_key, model_params, read_body
+from depthwalk.bakery import mesh_key, model_params, read_hashed
 from depthwalk.commands.console import guarded
 from depthwalk.commands.options import Verbose
 from depthwalk.errors import InputError
+from depthwalk.ingest.loader import check_height
 from depthwalk.resources import scene_root
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
@@ -51,9 +52,10 @@ def baked_key(asset: MeshAsset) -> str:
 def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
     """Bakes `asset`, in one thread, to a file in `folder`, or beside its mesh, and returns which. Raises InputError,
     OSError."""
-    mesh = read_body(asset)
+    mesh, source = read_hashed(asset)
+    check_height(mesh, asset.mesh)
     file = sidecar(asset.mesh if folder is None else folder / asset.mesh.name)
-    write_baked(file, bake_model(mesh, _params(asset), baked_key(asset), workers=1))
+    write_baked(file, bake_model(mesh, _params(asset), mesh_key(asset, _params(asset), source), workers=1))
     return file
 
 

@@ -11,6 +11,7 @@ from depthwalk.demo.model import Model, write_ply
 from depthwalk.demo.noise import fractal
 from depthwalk.demo.paint import mix
 from depthwalk.demo.surfaces import lathe, rounded_profile
+from depthwalk.output import write_bytes
 
 _SEGMENTS = 160
 _RINGS = 120
@@ -49,4 +50,4 @@ def write_market(folder: Path, count: int) -> None:
         x, z = (-2.0, 2.0)[number % 2], end - _SPACING * (number // 2 + 1)
         objects.append(f"  - {{asset: vessel{number}, position: [{x:g}, 0, {z:g}]}}")
     text = _SCENE.format(assets="\n".join(assets), objects="\n".join(objects), end=end)
-    (folder / "market.yaml").write_text(text, encoding="utf-8")
+    write_bytes(folder / "market.yaml", text.encode())

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from depthwalk.output import write_bytes
+
 
 @dataclass(frozen=True)
 class Model:
@@ -89,4 +91,4 @@ def write_ply(path: Path, model: Model) -> None:
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
     header += [f"property float {n}" for n in names] + [f"property uchar {n}" for n in ("red", "green", "blue")]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    path.write_bytes(("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes())
+    write_bytes(path, ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes())

@@ -1,5 +1,6 @@
 """Seamless textures, stored with a palette to stay small: grounds, and relief."""
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 from depthwalk.demo.paint import mix, smoothstep
+from depthwalk.output import write_bytes
 
 SIDE = 512
 _FINE = 2 * SIDE  # painted at twice the size, then averaged
@@ -96,7 +98,9 @@ def write_png(path: Path, picture: Picture, colours: int = 48) -> None:
     """8-bit palette PNG; grey pictures keep their 8 bits."""
     pixels = np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8)
     if (pixels == pixels[..., :1]).all():
-        Image.fromarray(pixels[..., 0]).save(path, optimize=True)
-        return
-    image = Image.fromarray(pixels).quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    image.save(path, optimize=True)
+        image = Image.fromarray(pixels[..., 0])
+    else:
+        image = Image.fromarray(pixels).quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    stream = io.BytesIO()
+    image.save(stream, "PNG", optimize=True)
+    write_bytes(path, stream.getvalue())

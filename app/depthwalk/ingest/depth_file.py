@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import BROKEN, open_image
+from depthwalk.ingest.npy import map_npy
 from depthwalk.ingest.sources import read_bytes
 from depthwalk.limits import MAX_COORDINATE, MAX_TEXTURE_SIDE
 
@@ -61,12 +62,7 @@ def _read_raw(path: Path) -> Raw:
 
 
 def _read_npy(path: Path) -> Raw:
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    try:
-        values = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: a lying header allocates nothing
-    except BROKEN:
-        raise InputError(f"{path}: cannot be read as an NPY array") from None
+    values = map_npy(path)
     if values.ndim != 2 or values.dtype.kind not in "fu":
         raise InputError(
             f"{path}: depth must be floats or unsigned integers of shape (H, W), not {values.dtype} of {values.shape}"

@@ -79,7 +79,12 @@ def rgba(image: Image.Image, name: str) -> NDArray[np.uint8]:
 
 def load_texture(path: Path) -> NDArray[np.uint8]:
     """(H, W, 4) uint8, sRGB with alpha, row 0 at the top. Raises InputError."""
-    return rgba(open_image(read_bytes(path), str(path)), str(path))
+    return decode_texture(read_bytes(path), path)
+
+
+def decode_texture(data: bytes, path: Path) -> NDArray[np.uint8]:
+    """As `load_texture`, from the bytes of the file `path`."""
+    return rgba(open_image(data, str(path)), str(path))
 
 
 def _eight_bit(values: NDArray) -> NDArray[np.uint8]:

@@ -8,24 +8,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.image import load_texture
+from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.ingest.normals import doubled_areas, row_ids, split_at_creases
 from depthwalk.ingest.reader import Soup, read_soup
+from depthwalk.ingest.sources import Sources
 
 LEVEL = 1e-6  # height over extent below which a mesh has none
 SMALLEST, LARGEST = 1e-15, 1e15  # extents whose squares float32 can hold
 
 
 def load_mesh(
-    path: Path, *, texture: Path | None = None, up: Literal["y", "z"] = "y", height: float | None = None
+    path: Path,
+    *,
+    texture: Path | None = None,
+    up: Literal["y", "z"] = "y",
+    height: float | None = None,
+    sources: Sources | None = None,
 ) -> Mesh:
     """Read an OBJ, PLY, STL, GLB or glTF file into its asset frame: Y up, the base's centre on the origin.
 
     texture: replaces the file's own textures and base colours; the file must have texture coordinates.
     up: the file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
     height: metres, to which the mesh is scaled uniformly; None keeps the file's units as metres.
+    sources: where all files are read from; those of `source_hash`, where the mesh must be of the bytes it hashed.
 
     Normals are the file's where it has valid ones, else angle-weighted and split at creases of 60°. Faces without
     area and vertices without a face are dropped. Raises InputError, `path: defect`, for what cannot be drawn.
@@ -33,7 +40,8 @@ def load_mesh(
     path = Path(path)
     if height is not None and not (np.isfinite(height) and height > 0):
         raise InputError(f"{path}: height must be a positive number of metres, not {height}")
-    soup = _retextured(_compacted(read_soup(path), path), texture, path)
+    sources = sources or Sources()
+    soup = _retextured(_compacted(read_soup(path, sources), path), texture, path, sources)
     positions = _placed(soup.positions, path, up, height)
     normals = soup.normals[:, [0, 2, 1]] * [1, 1, -1] if up == "z" else soup.normals
     source, faces, normals = _vertices(replace(soup, positions=positions, normals=normals))
@@ -83,12 +91,12 @@ def _compacted(soup: Soup, path: Path) -> Soup:
     )
 
 
-def _retextured(soup: Soup, texture: Path | None, path: Path) -> Soup:
+def _retextured(soup: Soup, texture: Path | None, path: Path, sources: Sources) -> Soup:
     if texture is None:
         return soup
     if np.isnan(soup.uv).all():
         raise InputError(f"{path}: no texture coordinates for the texture {texture}")
-    image = load_texture(Path(texture))
+    image = decode_texture(sources.read(Path(texture)), Path(texture))
     return replace(soup, materials=tuple(replace(m, base_colour=WHITE, texture=image) for m in soup.materials))
 
 

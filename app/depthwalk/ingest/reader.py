@@ -21,11 +21,11 @@ from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.sources import (
+    Sources,
     as_utf8,
     check_suffix,
     find,
     material_libraries,
-    read_bytes,
     read_libraries,
     texture_name,
 )
@@ -52,14 +52,16 @@ class Soup:
     materials: tuple[Material, ...]
 
 
-def read_soup(path: Path) -> Soup:
-    """All triangles of a file, its scene graph flattened. Raises InputError, `path: defect`."""
+def read_soup(path: Path, sources: Sources | None = None) -> Soup:
+    """All triangles of a file, its scene graph flattened. sources: where its files, and those it names, are read from.
+    Raises InputError, `path: defect`."""
     check_suffix(path)
     suffix = path.suffix.lower()
-    data = read_bytes(path)
+    sources = sources or Sources()
+    data = sources.read(path)
     if not data:
         raise InputError(f"{path}: empty file")
-    folder = _Folder(path, data)
+    folder = _Folder(path, data, sources)
     try:
         scene = _read_scene(path, data, folder)
         placed = _placed(scene, path)
@@ -78,20 +80,21 @@ def read_soup(path: Path) -> Soup:
 class _Folder(FilePathResolver):
     """Serves the files that a mesh names, from its own folder only; trimesh swallows what this raises."""
 
-    def __init__(self, path: Path, data: bytes) -> None:
+    def __init__(self, path: Path, data: bytes, sources: Sources) -> None:
         super().__init__(str(path))
         self.mesh = path
-        self.libraries = material_libraries(data, path.parent) if path.suffix.lower() == ".obj" else []
+        self.sources = sources
+        self.libraries = material_libraries(data, path.parent, sources) if path.suffix.lower() == ".obj" else []
         self.folders = [path.parent, *(library.parent for library in self.libraries)]
         self.defects: list[InputError] = []
 
     def get(self, name: str) -> bytes:
         if name == obj.LIBRARY:
-            return read_libraries(self.libraries)
-        path = find(texture_name(name), self.folders, self.mesh)
+            return read_libraries(self.libraries, self.sources)
+        path = find(texture_name(name), self.folders, self.sources, self.mesh)
         if path is None:
             raise FileNotFoundError(name)
-        data = read_bytes(path)
+        data = self.sources.read(path)
         if path.suffix.lower() in IMAGE_SUFFIXES:  # else a glTF buffer
             self._check_image(data, path)
         return data
@@ -118,7 +121,7 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
         header = gltf.read_header(data, path)
         gltf.check_header(header, path)
         for uri in gltf.external_uris(header, "buffers"):
-            if find(uri, folder.folders) is None:
+            if find(uri, folder.folders, folder.sources) is None:
                 raise InputError(f"{path}: buffer {uri!r} is missing or outside the folder")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

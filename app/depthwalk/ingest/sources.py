@@ -1,4 +1,4 @@
-"""Which files make up a mesh, found without decoding any geometry."""
+"""Which files make up a mesh, found without decoding any geometry, and their contents, each read once."""
 
 import hashlib
 import logging
@@ -37,37 +37,68 @@ def check_suffix(path: Path) -> None:
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
 
 
-def source_files(path: Path, texture: Path | None = None) -> tuple[Path, ...]:
+class Sources:
+    """The files of one mesh as they were when each was first looked for and first read.
+
+    A mesh and the hash that its bake is found by must be of the same bytes: were a file replaced between two readings,
+    the depth images of one mesh would be kept under the key of another for ever. Holding the bytes costs little: the
+    mesh's are needed while it is parsed anyway, and textures are held as the files have them, compressed. Drop the
+    object as soon as the mesh is parsed.
+    """
+
+    def __init__(self) -> None:
+        self._data: dict[Path, bytes] = {}
+        self._found: dict[tuple[Path, Path], bool] = {}
+
+    def read(self, path: Path) -> bytes:
+        """Return the contents of a file. Raises InputError as `read_bytes`."""
+        if path not in self._data:
+            self._data[path] = read_bytes(path)
+        return self._data[path]
+
+    def is_inside(self, path: Path, root: Path) -> bool:
+        """Return whether `path` is a file within the folder `root`, which has no symbolic links."""
+        if (path, root) not in self._found:
+            try:
+                self._found[path, root] = path.is_file() and path.resolve().is_relative_to(root)
+            except (OSError, ValueError):  # a name too long, or with a zero byte
+                self._found[path, root] = False
+        return self._found[path, root]
+
+
+def source_files(path: Path, texture: Path | None = None, sources: Sources | None = None) -> tuple[Path, ...]:
     """Every file that determines the mesh: itself, an explicit texture, and what the files name and the folder holds.
 
     OBJ: material libraries and their colour textures. glTF, GLB: external buffers and images. PLY: its texture.
     Names that lead outside the mesh's folder, or to nothing, are left out. Raises InputError where `path` is missing.
     """
-    data = read_bytes(path)
+    sources = sources or Sources()
+    data = sources.read(path)
     match path.suffix.lower():
         case ".obj":
-            libraries = material_libraries(data, path.parent)
+            libraries = material_libraries(data, path.parent, sources)
             folders = [path.parent, *(library.parent for library in libraries)]
-            named = [*libraries, *find_all(_textures_of(libraries), folders, path)]
+            named = [*libraries, *find_all(_textures_of(libraries, sources), folders, sources, path)]
         case ".gltf" | ".glb":
             buffers, images = _uris(data, path)
-            named = find_all(buffers, [path.parent])  # without one the file is refused when it is read
-            named += find_all(images, [path.parent], path)
+            named = find_all(buffers, [path.parent], sources)  # without one the file is refused when it is read
+            named += find_all(images, [path.parent], sources, path)
         case ".ply":
             header = data[: data.find(b"end_header")]
             comments = re.findall(rb"^comment\s+TextureFile\s+(.+?)\s*$", header, re.MULTILINE | re.IGNORECASE)
-            named = find_all((text(name) for name in comments), [path.parent])
+            named = find_all((text(name) for name in comments), [path.parent], sources)
         case _:
             named = []
     explicit = [] if texture is None else [texture]
     return tuple(dict.fromkeys([path, *named, *explicit]))
 
 
-def source_hash(path: Path, texture: Path | None = None) -> str:
+def source_hash(path: Path, texture: Path | None = None, sources: Sources | None = None) -> str:
     """SHA-256 in hex over the contents (not the names or dates) of `source_files`, in their order."""
+    sources = sources or Sources()
     whole = hashlib.sha256()
-    for source in source_files(path, texture):
-        whole.update(hashlib.sha256(read_bytes(source)).digest())  # digests are of one length: no ambiguous joins
+    for source in source_files(path, texture, sources):
+        whole.update(hashlib.sha256(sources.read(source)).digest())  # digests are of one length: no ambiguous joins
     return whole.hexdigest()
 
 
@@ -83,27 +114,27 @@ def read_bytes(path: Path) -> bytes:
         raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
-def material_libraries(data: bytes, folder: Path) -> list[Path]:
+def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path]:
     """The MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
     libraries: list[Path] = []
     data = as_utf8(data)
     for line in re.findall(rb"^[ \t]*mtllib[ \t]+(.+?)[ \t\r]*$", data, re.MULTILINE):
-        whole = find(text(line), [folder])
-        libraries += [whole] if whole else find_all(text(line).split(), [folder])
+        whole = find(text(line), [folder], sources)
+        libraries += [whole] if whole else find_all(text(line).split(), [folder], sources)
     return list(dict.fromkeys(libraries))
 
 
-def read_libraries(libraries: list[Path]) -> bytes:
+def read_libraries(libraries: list[Path], sources: Sources) -> bytes:
     """Their text one after the other, in UTF-8."""
-    return b"\n".join(as_utf8(read_bytes(library)) for library in libraries)
+    return b"\n".join(as_utf8(sources.read(library)) for library in libraries)
 
 
-def find_all(names: Iterable[str], folders: list[Path], mesh: Path | None = None) -> list[Path]:
+def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: Path | None = None) -> list[Path]:
     """What `find` finds of `names`."""
-    return [path for path in (find(name, folders, mesh) for name in names) if path is not None]
+    return [path for path in (find(name, folders, sources, mesh) for name in names) if path is not None]
 
 
-def find(name: str, folders: list[Path], mesh: Path | None = None) -> Path | None:
+def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = None) -> Path | None:
     """The file that a mesh names: in the first of `folders` that has it, else by its last name component.
 
     None where there is none, or only one outside the first folder's tree; with a warning logged about `mesh`, if given.
@@ -112,11 +143,8 @@ def find(name: str, folders: list[Path], mesh: Path | None = None) -> Path | Non
     name = name.strip().replace("\\", "/")  # Windows exporters
     names = dict.fromkeys([name, unquote(name), name.rsplit("/", 1)[-1]])
     for path in (folder / each for each in names for folder in folders):
-        try:
-            if path.is_file() and path.resolve().is_relative_to(root):
-                return path
-        except (OSError, ValueError):  # a name too long, or with a zero byte
-            continue
+        if sources.is_inside(path, root):
+            return path
     if mesh is not None:
         log.warning("%s: %r is missing or outside the folder; ignored", mesh, name)
     return None
@@ -140,8 +168,8 @@ def texture_name(argument: str) -> str:
     return argument.split()[-1] if argument.startswith("-") else argument
 
 
-def _textures_of(libraries: list[Path]) -> list[str]:
-    lines = read_libraries(libraries)
+def _textures_of(libraries: list[Path], sources: Sources) -> list[str]:
+    lines = read_libraries(libraries, sources)
     found = re.findall(rb"^[ \t]*map_kd[ \t]+(.+?)[ \t\r]*$", lines, re.MULTILINE | re.IGNORECASE)
     return [texture_name(text(name)) for name in found]
 

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
 from depthwalk.gpu.device import Device
+from depthwalk.render.cooked_file import find_prepared, keep_prepared
 from depthwalk.render.depth_object import DepthObject, upload_depth
 from depthwalk.render.mesh_store import MeshLibrary, MeshStore
 from depthwalk.render.polygons import WHITE
-from depthwalk.render.prepared import Form, Prepared, find_prepared, keep_prepared, prepare
+from depthwalk.render.prepared import Form, Prepared, prepare
 
 log = logging.getLogger(__name__)
 
@@ -97,12 +98,19 @@ class AssetStore:
             prepared = self.prepared(number)
             try:
                 grids, pages = prepared.load()
-            except OSError:  # removed from the cache meanwhile
-                del self._prepared[number]
-                prepared = self.prepared(number)
+            except OSError:  # removed from the cache or damaged since it was found there
+                prepared = self._cook_again(number)
                 grids, pages = prepared.load()
             self._depth[number] = upload_depth(self.gl, prepared.outline, grids, pages)
         return self._depth[number]
+
+    def _cook_again(self, number: int) -> Prepared:
+        """Build what the cache has lost of the asset of depth object `number`; return that object with its arrays in
+        memory, so that a cache which fails again does no harm."""
+        asset = self.asset_of(number)
+        objects = self._cook(asset)
+        self._prepared.update(zip(self._numbers[asset], self._keep(asset, objects), strict=True))
+        return objects[number - self._numbers[asset].start]
 
     def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
         """Uploads the depth objects `needed`, in that order, and lets go of those not used for longest where the budget
@@ -168,13 +176,20 @@ class AssetStore:
         """From the cache; else it is built and the cache keeps it."""
         key = self._library.key(asset)
         objects = find_prepared(key, self.form) if key else None
-        if objects is None:
-            objects = tuple(prepare(part, self.form) for part in self._model(asset).parts)
-            if key:
-                try:
-                    return keep_prepared(key, self.form, objects)
-                except OSError as error:  # they stay in memory
-                    log.warning("cannot keep what was prepared of depth images: %s", error)
+        return self._keep(asset, self._cook(asset)) if objects is None else objects
+
+    def _cook(self, asset: int) -> tuple[Prepared, ...]:
+        """What is made of the asset's depth images, in memory."""
+        return tuple(prepare(part, self.form) for part in self._model(asset).parts)
+
+    def _keep(self, asset: int, objects: tuple[Prepared, ...]) -> tuple[Prepared, ...]:
+        """The same, kept in the cache and read from there where that is possible."""
+        key = self._library.key(asset)  # asked for again: the asset's file may have changed before it was baked
+        if key:
+            try:
+                return keep_prepared(key, self.form, objects)
+            except OSError as error:  # they stay in memory
+                log.warning("cannot keep what was prepared of depth images: %s", error)
         return objects
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:

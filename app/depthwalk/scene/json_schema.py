@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from depthwalk.output import write_bytes
 from depthwalk.resources import scene_root
 from depthwalk.scene.schema import SceneFile
 
@@ -25,7 +26,7 @@ def scene_json_text() -> str:
 
 def main() -> None:
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else scene_root() / FILE_NAME
-    target.write_text(scene_json_text(), encoding="utf-8")
+    write_bytes(target, scene_json_text().encode())
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError, suggest
+from depthwalk.ingest.npy import map_npy
 from depthwalk.limits import MAX_COORDINATE, MAX_INSTANCES, MAX_PLACES_BYTES
 from depthwalk.scene.fields import MAX_SCALE, MIN_SCALE
 from depthwalk.scene.similarity import Similarity
@@ -16,7 +17,6 @@ from depthwalk.scene.similarity import Similarity
 _COLUMNS = "x", "y", "z", "yaw", "scale"  # metres, degrees; the first three must be there
 _LIMITS = {"x": (-MAX_COORDINATE, MAX_COORDINATE), "yaw": (-36000, 36000), "scale": (MIN_SCALE, MAX_SCALE)}
 _LIMITS |= {"y": _LIMITS["x"], "z": _LIMITS["x"]}
-_BROKEN = (OSError, ValueError, TypeError, EOFError, MemoryError)
 
 
 def read_places(path: Path) -> Similarity:
@@ -45,10 +45,7 @@ def read_places(path: Path) -> Similarity:
 
 def _read_npy(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
     """The columns' names, the values (n, columns), and what the first row is called in a complaint."""
-    try:
-        values = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: a lying header allocates nothing
-    except _BROKEN:
-        raise InputError(f"{path}: cannot be read as an NPY array") from None
+    values = map_npy(path)
     if values.ndim != 2 or not 3 <= values.shape[1] <= len(_COLUMNS) or values.dtype.kind not in "fiu":
         raise InputError(f"{path}: must be numbers of shape (n, 3 to 5), not {values.dtype} of {values.shape}")
     _check_count(path, len(values))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from platformdirs import user_documents_path
 
 from depthwalk.limits import MAX_KEYFRAMES
+from depthwalk.output import write_bytes
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath, load_path, path_text
 from depthwalk.walk.files import save_new
@@ -107,7 +108,7 @@ def save_path(path: CameraPath, folder: Path | None = None) -> Path:
     """
 
     def write(file: Path) -> None:
-        file.write_text(path_text(path), encoding="utf-8")
+        write_bytes(file, path_text(path).encode())
         load_path(file)
 
     return save_new(".yaml", write, [folder] if folder is not None else [Path.cwd(), user_documents_path()])

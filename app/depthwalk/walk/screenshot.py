@@ -1,5 +1,6 @@
 """Pictures of the window as PNG files that know their camera."""
 
+import io
 import json
 import math
 from pathlib import Path
@@ -10,6 +11,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 from platformdirs import user_pictures_path
 
+from depthwalk.output import write_bytes
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.files import save_new
 from depthwalk.walk.window import Window
@@ -25,7 +27,9 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
     folders = [folder] if folder is not None else [Path.cwd(), user_pictures_path()]
     info = _describe(scene, camera)
     image = Image.fromarray(np.ascontiguousarray(pixels))
-    return save_new(".png", lambda file: image.save(file, "PNG", pnginfo=info), folders)
+    stream = io.BytesIO()
+    image.save(stream, "PNG", pnginfo=info)
+    return save_new(".png", lambda file: write_bytes(file, stream.getvalue()), folders)
 
 
 def read_window(window: Window) -> NDArray[np.uint8]:

@@ -1,0 +1,156 @@
+"""What can be made again, kept in files of the user's cache folder: found by key, checked when read, limited in size.
+
+Baked models, cooked assets and simplified meshes are all kept by a `Cache`. A damaged file is no error: it is named
+in a warning, removed and made again. Every kind of file carries checksums of its own: OpenEXR files of baked
+models one over all pixels (`bake.file`), arrays the CRC-32 that a ZIP archive has of each member (`read_arrays`).
+"""
+
+import contextlib
+import io
+import logging
+import os
+import zipfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from platformdirs import user_cache_path
+
+from depthwalk import limits
+from depthwalk.errors import InputError
+from depthwalk.output import remove_leftovers, replacing
+
+log = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+_DAMAGE = (InputError, ValueError, TypeError, LookupError, ArithmeticError)
+
+
+def cache_folder() -> Path:
+    """Return the folder that holds all cached files, as `docs/baking.md` says; it need not exist."""
+    return user_cache_path("depthwalk", appauthor=False) / "baked"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cache:
+    """Files of one kind in the cache folder, one for each key.
+
+    suffix: how their names end, after the key; content: what they hold, for messages.
+    """
+
+    suffix: str
+    content: str
+
+    def file(self, key: str) -> Path:
+        """Return where the file of `key` is kept, whether or not it exists."""
+        return cache_folder() / (key + self.suffix)
+
+    def find(self, key: str, read: Callable[[Path], T]) -> T | None:
+        """Return what `read` makes of the file of `key`; None where there is none, or only a damaged one."""
+        path = self.file(key)
+        if not path.is_file():
+            return None
+        try:
+            value = self.read(path, read)
+        except OSError as error:
+            if not isinstance(error, DamagedFileError):
+                log.warning("%s: cannot be read: %s", path, error.strerror or error)
+            return None
+        with contextlib.suppress(OSError):  # removed meanwhile, or a cache that is read-only
+            os.utime(path)  # its age is that of its last use
+        return value
+
+    def read(self, path: Path, read: Callable[[Path], T]) -> T:
+        """Return what `read` makes of one of the files.
+
+        Raises OSError where the file has vanished, and DamagedFileError, after it was named in a warning and removed,
+        where `read` raises InputError, ValueError, TypeError, LookupError or ArithmeticError.
+        """
+        try:
+            return read(path)
+        except _DAMAGE as error:
+            if not path.exists():  # removed by another process: readers may say so in their own way
+                raise FileNotFoundError(f"{path}: no such file") from error
+            reason = str(error).removeprefix(f"{path}: ").removeprefix(f"damaged {self.content}: ")
+            log.warning("%s: damaged %s, to be made again (%s)", path, self.content, reason)
+            with contextlib.suppress(OSError):  # what makes it again replaces it
+                path.unlink(missing_ok=True)
+            raise DamagedFileError(f"{path}: damaged: {reason}") from error
+
+    def keep(self, key: str, write: Callable[[Path], object]) -> Path:
+        """Let `write` write the file of `key`, whole or not at all; make room for it and return where it is.
+
+        Raises OSError where that is not possible, and what `write` raises.
+        """
+        path = self.file(key)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(path)
+        make_room(path)
+        return path
+
+
+class DamagedFileError(OSError):
+    """A cached file does not hold what was written to it, or what its readers can use."""
+
+
+def forget(key: str) -> None:
+    """Remove every cached file whose name begins with `key`, of whatever kind. Files that cannot be removed stay."""
+    with contextlib.suppress(OSError):
+        for path in cache_folder().iterdir():
+            if path.name.startswith(key):
+                with contextlib.suppress(OSError):
+                    path.unlink(missing_ok=True)
+
+
+def make_room(newest: Path) -> None:
+    """Keep the cache within MAX_CACHE_BYTES: remove what killed writers left, then what was not used for longest.
+
+    newest: the file just written, which stays however large it is.
+    """
+    remove_leftovers(newest.parent)
+    files: list[tuple[float, int, Path]] = []
+    for path in newest.parent.iterdir():  # with what is being written, or was when its writer was killed
+        with contextlib.suppress(OSError):  # another process removes as well
+            status = path.stat()
+            files.append((status.st_mtime, status.st_size, path))
+    excess = sum(size for _, size, _ in files) - limits.MAX_CACHE_BYTES
+    for _, size, path in sorted(files):
+        if excess <= 0:
+            break
+        if path != newest:
+            with contextlib.suppress(OSError):  # open, where that forbids it
+                path.unlink(missing_ok=True)
+                excess -= size
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
+    """Write named arrays to a `.npz` file, whole or not at all. Raises OSError."""
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        (np.savez_compressed if compressed else np.savez)(file, **arrays)
+
+
+def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDArray[Any]]:
+    """Read named arrays, or all, of a `.npz` file, each checked against its CRC-32.
+
+    `numpy.load` would not do: it parses what is not checked yet, and checks nothing that it does not read to the end.
+
+    Raises OSError where the file cannot be read, ValueError where it is damaged or lacks one of `names`.
+    """
+    with path.open("rb") as file:
+        try:
+            with zipfile.ZipFile(file) as archive:
+                wanted = [name.removesuffix(".npy") for name in archive.namelist()] if names is None else names
+                return {name: _parsed(archive.read(f"{name}.npy")) for name in wanted}
+        except OSError:
+            raise
+        except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception's kin included
+            raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
+
+
+def _parsed(data: bytes) -> NDArray[Any]:
+    """The array of a whole `.npy` file."""
+    return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)

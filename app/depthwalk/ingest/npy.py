@@ -1,0 +1,26 @@
+"""NPY files: one array each, mapped into memory."""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError
+
+
+def map_npy(path: Path) -> NDArray[Any]:
+    """Map the array of an NPY file, read-only: a header that lies about its size allocates nothing.
+
+    `numpy.load` would not do: it also opens archives, pickles and whatever else it takes a file for. Raises InputError,
+    `path: defect`, where the file is missing, of another format, damaged or of objects.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of old headers, and of what a damaged one looks like to Python's parser
+            return np.lib.format.open_memmap(path, mode="r")
+    except Exception:  # the header is parsed as Python: damaged ones raise nearly anything, tokenize.TokenError too
+        raise InputError(f"{path}: cannot be read as an NPY array") from None

@@ -1,0 +1,198 @@
+"""Cached files that are damaged are named, passed over and made again, whenever that is seen."""
+
+import logging
+import os
+import shutil
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from depthwalk import cache
+from depthwalk.bake.cache import BAKED
+from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
+from depthwalk.bake.levels import mesh_levels
+from depthwalk.bake.parts import ModelParams
+from depthwalk.bakery import Baked, Job, Kept, bake_all
+from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.library import SceneLibrary
+from depthwalk.render.assets import AssetStore
+from depthwalk.render.cooked_file import COOKED, find_prepared, keep_prepared
+from depthwalk.render.prepared import Form, prepare
+from depthwalk.scene.loader import load_scene
+from shapes import bake, sphere
+
+ARRAYS = {"a": np.arange(12, dtype=np.float32).reshape(3, 4), "b.c": np.array("text"), "empty": np.zeros((0, 3))}
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def flip(path, at, bit=1):
+    data = bytearray(path.read_bytes())
+    data[at] ^= bit
+    path.write_bytes(data)
+
+
+def flip_within(path, needle):
+    """Damages the file in the middle of these bytes, which it holds once."""
+    data = path.read_bytes()
+    assert data.count(needle) == 1
+    flip(path, data.index(needle) + len(needle) // 2)
+
+
+@pytest.fixture(scope="module")
+def arrays_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("arrays") / "a.npz"
+    write_arrays(path, ARRAYS)
+    return path
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.floats(0, 1, exclude_max=True), st.integers(0, 7))
+def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
+    damaged = arrays_file.with_name("damaged.npz")
+    shutil.copyfile(arrays_file, damaged)
+    flip(damaged, int(place * damaged.stat().st_size), 1 << bit)
+    try:
+        found = read_arrays(damaged, ARRAYS)
+    except ValueError:
+        return
+    for name, value in ARRAYS.items():
+        np.testing.assert_array_equal(found[name], value)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(0, 1, exclude_max=True))
+def test_a_file_cut_short_is_seen(arrays_file, place):
+    short = arrays_file.with_name("short.npz")
+    short.write_bytes(arrays_file.read_bytes()[: int(place * arrays_file.stat().st_size)])
+    with pytest.raises(ValueError):
+        read_arrays(short)
+
+
+@pytest.fixture(scope="module")
+def baked():
+    return bake(sphere(columns=32, rows=16), resolution=32, layers=1)
+
+
+def test_damage_that_is_seen_late_is_named_and_removed(baked, caplog):
+    form = Form()
+    keep_prepared("ab", form, (prepare(baked, form),))
+    (path,) = COOKED.file("").parent.glob("ab*")
+    (found,) = find_prepared("ab", form)
+    flip_within(path, found.load()[1].normals.tobytes())
+    (found,) = find_prepared("ab", form)  # outlines are whole
+    with caplog.at_level(logging.WARNING), pytest.raises(DamagedFileError):
+        found.load()
+    assert f"{path}: damaged cooked depth images" in caplog.text and not path.exists()
+    assert find_prepared("ab", form) is None
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkeypatch, again):
+    """Damaged between outline and pixels; or with each file that takes its place, too."""
+    library = SceneLibrary(load_scene(tiny_scene).assets)
+    store = AssetStore(gl_device, library)
+    (number,) = store.depth_numbers(0)
+    before = store.prepared(number).load()
+    (cooked,) = COOKED.file("").parent.glob(f"{library.key(0)}*.npz")
+    flip_within(cooked, before[1].normals.tobytes())
+    flip(BAKED.file(library.key(0)), -1000)
+    if again:
+        keep = cache.write_arrays
+        monkeypatch.setattr(
+            "depthwalk.render.cooked_file.write_arrays",
+            lambda path, arrays: (keep(path, arrays), flip_within(path, before[1].normals.tobytes())),
+        )
+    try:
+        with caplog.at_level(logging.WARNING):
+            store.depth_object(number)
+        assert store.depth_count == 1
+        assert [str(cooked) in caplog.text, str(BAKED.file(library.key(0))) in caplog.text] == [True, True]
+    finally:
+        store.release()
+    if not again:
+        after = find_prepared(library.key(0), Form())[0].load()
+        np.testing.assert_array_equal(before[1].normals, after[1].normals)
+
+
+def crafted(number, name, change):
+    def craft(arrays):
+        values = arrays[f"{name}.{number}"] if name != "error" else arrays[name]
+        change(values)
+
+    return craft
+
+
+@pytest.mark.parametrize(
+    "craft",
+    [
+        crafted(0, "positions", lambda p: p.__setitem__((0, 0), np.nan)),
+        crafted(0, "normals", lambda n: n.__setitem__((0, 0), np.inf)),
+        crafted(0, "faces", lambda f: f.__setitem__((0, 0), 1 << 20)),
+        crafted(0, "faces", lambda f: f.__setitem__((0, 0), -1)),
+        crafted(0, "parts", lambda p: p.__setitem__((0, 2), 7)),
+        crafted(0, "parts", lambda p: p.__setitem__((0, 1), 1)),
+        crafted(0, "error", lambda e: e.__setitem__(0, -1)),
+        crafted(0, "error", lambda e: e.__setitem__(0, np.nan)),
+        lambda arrays: arrays.pop("uv.0"),
+        lambda arrays: arrays.update({"faces.0": arrays["faces.0"][:, :2]}),
+        lambda arrays: arrays.update({"parts.0": arrays["parts.0"][:0]}),
+    ],
+)
+def test_levels_that_cannot_be_drawn_are_passed_over(craft, caplog):
+    mesh: Mesh = sphere(columns=32, rows=16)
+    path = keep_levels(mesh_levels(mesh), "ab")
+    assert find_levels(mesh, "ab") is not None
+    arrays = read_arrays(path)
+    craft(arrays)
+    write_arrays(path, arrays)
+    with caplog.at_level(logging.WARNING):
+        assert find_levels(mesh, "ab") is None
+    assert f"{path}: damaged simplified meshes" in caplog.text and not path.exists()
+
+
+def test_a_bake_takes_no_damaged_file(tiny_scene, tmp_path, caplog):
+    (spec,) = load_scene(tiny_scene).assets
+    library = SceneLibrary((spec,))
+    key, out, params = library.baked(0).parts[0].key, tmp_path / "a.dpci.exr", ModelParams(64, 1)
+    bake_once = lambda **how: dict(bake_all([Job(spec, params, out, **how)], 1, lambda *_: None))[0]  # noqa: E731
+    flip(BAKED.file(key), -1000)
+    assert isinstance(bake_once(), Baked)  # not copied
+    flip(out, -1000)
+    assert isinstance(bake_once(), Baked) and str(out) in caplog.text
+    assert isinstance(bake_once(), Kept)
+
+
+def test_force_heals_all_of_the_asset(tiny_scene, tmp_path):
+    (spec,) = load_scene(tiny_scene).assets
+    library = SceneLibrary((spec,))
+    baked = library.baked(0)
+    library.mesh_levels(0)
+    keep_prepared(baked.key, Form(), tuple(prepare(part, Form()) for part in baked.parts))
+    other = BAKED.file("0" * 64)
+    shutil.copyfile(BAKED.file(baked.key), other)
+    assert len(list(other.parent.iterdir())) == 4
+    job = Job(spec, ModelParams(64, 1), tmp_path / "a.dpci.exr", anew=True)
+    assert isinstance(dict(bake_all([job], 1, lambda *_: None))[0], Baked)
+    assert list(other.parent.iterdir()) == [other]
+
+
+def test_what_killed_writers_left_is_swept(home):
+    old = time.time() - 2 * 86_400
+    folder = LEVELS.file("").parent
+    folder.mkdir(parents=True)
+    dead, alive = 999_999_999 % (1 << 22) + (1 << 22), os.getpid()  # above what Linux numbers processes to
+    names = {f".{dead}-a.npz": old, f".{alive}-b.npz": old, f".{dead}-c.npz": time.time(), ".other": old}
+    for name, when in names.items():
+        (folder / name).write_bytes(b"half")
+        os.utime(folder / name, (when, when))
+    LEVELS.keep("ab", lambda path: path.write_bytes(b"whole"))
+    assert {path.name for path in folder.iterdir()} == {*names, "ab.levels.npz"} - {f".{dead}-a.npz"}
