@@ -55,8 +55,7 @@ def source_files(path: Path, texture: Path | None = None) -> tuple[Path, ...]:
             named += find_all(images, [path.parent], path)
         case ".ply":
             header = data[: data.find(b"end_header")]
-            comments = re.findall(rb"^comment\s+TextureFile\s+(.+?)\s*$", header, re.MULTILINE | re.IGNORECASE)
-            named = find_all((text(name) for name in comments), [path.parent])
+            named = find_all((text(name) for name in _arguments(header, rb"comment[ \t]+TextureFile")), [path.parent])
         case _:
             named = []
     explicit = [] if texture is None else [texture]
@@ -87,7 +86,7 @@ def material_libraries(data: bytes, folder: Path) -> list[Path]:
     """The MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
     libraries: list[Path] = []
     data = as_utf8(data)
-    for line in re.findall(rb"^[ \t]*mtllib[ \t]+(.+?)[ \t\r]*$", data, re.MULTILINE):
+    for line in _arguments(data, b"mtllib"):
         whole = find(text(line), [folder])
         libraries += [whole] if whole else find_all(text(line).split(), [folder])
     return list(dict.fromkeys(libraries))
@@ -142,8 +141,17 @@ def texture_name(argument: str) -> str:
 
 def _textures_of(libraries: list[Path]) -> list[str]:
     lines = read_libraries(libraries)
-    found = re.findall(rb"^[ \t]*map_kd[ \t]+(.+?)[ \t\r]*$", lines, re.MULTILINE | re.IGNORECASE)
-    return [texture_name(text(name)) for name in found]
+    return [texture_name(text(name)) for name in _arguments(lines, b"map_kd")]
+
+
+def _arguments(data: bytes, keyword: bytes) -> list[bytes]:
+    """Return what follows the regular expression `keyword` on each line that begins with it, without blanks around.
+
+    Blanks are stripped afterwards: an expression that finds the last word's end tries each blank before it.
+    """
+    data = data.replace(b"\r", b"\n") if b"\r" in data else data
+    found = re.findall(rb"^[ \t]*%b[ \t]([^\n]*)" % keyword, data, re.MULTILINE | re.IGNORECASE)
+    return [stripped for argument in found if (stripped := argument.strip())]
 
 
 def _uris(data: bytes, path: Path) -> tuple[list[str], list[str]]:
