@@ -1,5 +1,6 @@
 """Materials of MTL and glTF as the Phong terms the renderer draws with."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -94,11 +95,11 @@ def _material(
 def _rgb(value: Any, default: tuple[float, float, float]) -> tuple[float, float, float]:
     """`value` clipped to 0–1 where it is three finite numbers."""
     try:
-        red, green, blue = (float(np.clip(float(term), 0.0, 1.0)) for term in value)
+        red, green, blue = (min(max(float(term), 0.0), 1.0) for term in value)
     except (TypeError, ValueError):
         return default
-    return (red, green, blue) if np.isfinite([red, green, blue]).all() else default
+    return (red, green, blue) if math.isfinite(red + green + blue) else default
 
 
 def _scalar(value: Any, default: float) -> float:
-    return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else default
+    return float(value) if isinstance(value, (int, float)) and math.isfinite(value) else default
