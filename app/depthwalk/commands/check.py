@@ -50,8 +50,14 @@ def _reads(scene: Scene) -> Iterator[Callable[[], object]]:
     """What reads the scene's files, each as drawing it would."""
     for asset in scene.assets:
         if isinstance(asset, MeshAsset):
-            look = {"texture": asset.texture, "up": asset.up, "height": asset.height}
-            yield partial(check_mesh, asset.mesh, **look, upright=asset.dpci is not None)
+            yield partial(
+                check_mesh,
+                asset.mesh,
+                texture=asset.texture,
+                up=asset.up,
+                height=asset.height,
+                upright=asset.dpci is not None,
+            )
             if asset.dpci is not None and asset.dpci.meso is not None:
                 yield partial(read_meso, asset.dpci.meso)
         elif asset.intrinsics is None:

@@ -41,7 +41,7 @@ class PlanarImage:
 
 
 def open_image(data: bytes, name: str) -> "Image.Image":
-    """The image with its header read and its size checked; no pixel is decoded yet.
+    """Return the image with its header read and its size checked; no pixel is decoded yet.
 
     Raises InputError, `name: defect`, where it is unknown, damaged or too large.
     """

@@ -146,7 +146,7 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raises InputError where `mesh`, of the file `path`, lies level: its depth images would have no side."""
+    """Raise InputError where `mesh`, of the file `path`, lies level: its depth images would have no side."""
     _check_upright(mesh.positions, path)
 
 

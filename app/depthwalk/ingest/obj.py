@@ -11,6 +11,7 @@ import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +117,7 @@ class _Lines:
         """Return which lines have the first word `key` and a blank after it."""
         mask = self.bytes[self.starts] == key[0]
         at = np.flatnonzero(mask)
-        # Only as far as the padding reaches at a time: later bytes of longer words belong to candidates, which have them.
+        # A byte at a time: what does not match ends before the padding does.
         for offset, byte in enumerate(key[1:] + b" ", start=1):
             at = at[self.bytes[self.starts[at] + offset] == byte]
         mask[:] = False
@@ -132,7 +133,7 @@ class _Lines:
             text = self.bytes[: self.ends[-1] + 1][np.repeat(mask, self.ends - self.starts + 1)].tobytes()[:-1]
         return text[len(key) + 1 :].replace(b"\n" + key + b" ", b" ")
 
-    def line(self, index: int) -> bytes:
+    def line(self, index: "int | np.integer") -> bytes:
         """Return the text of a line."""
         return self.text[self.starts[index] : self.ends[index]]
 
@@ -170,7 +171,7 @@ def _numbers(lines: _Lines, mask: Mask, key: bytes) -> Numbers:
     return values[first[:, None] + np.arange(width)]
 
 
-def _parsed(text: bytes, dtype: type[np.float64] | type[np.int64]) -> NDArray[np.generic] | None:
+def _parsed(text: bytes, dtype: type[np.float64] | type[np.int64]) -> NDArray[Any] | None:
     """Return all numbers of a text; None where it holds anything else. Numbers may touch: the caller counts them."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -280,7 +281,8 @@ def _groups(lines: _Lines, polygons: Mask) -> tuple[Indices, tuple[str | None, .
     changes = lines.of(b"usemtl")
     if not changes.any():
         return np.zeros(np.count_nonzero(polygons), np.int64), (None,)
-    written = [None] + [lines.line(index)[7:].decode("utf-8", "replace") for index in np.flatnonzero(changes)]
+    written: list[str | None] = [None]
+    written += [lines.line(index)[7:].decode("utf-8", "replace") for index in np.flatnonzero(changes)]
     numbers = {name: number for number, name in enumerate(dict.fromkeys(written))}
     used = np.array([numbers[name] for name in written])[np.cumsum(changes)[polygons]]
     distinct, first, group = np.unique(used, return_index=True, return_inverse=True)

@@ -48,7 +48,10 @@ def _read_obj(data: bytes, path: Path) -> Soup:
     if broken := np.count_nonzero(~np.isfinite(mesh.vertices[used]).all(axis=1)):
         raise InputError(f"{path}: {broken} of {len(used)} vertices have NaN or infinite coordinates")
 
-    has_uv, has_normals = mesh.texture is not None and texture.max() >= 0, mesh.normals is not None and normal.min() >= 0
+    has_uv, has_normals = (
+        mesh.texture is not None and texture.max() >= 0,
+        mesh.normals is not None and normal.min() >= 0,
+    )
     row, faces = _split_vertices([vertex, *([texture] if has_uv else []), *([normal] if has_normals else [])])
     vertex, texture, normal = vertex[row], texture[row], normal[row]
     count = len(row)

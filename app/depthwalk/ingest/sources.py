@@ -31,7 +31,7 @@ OTHER_MESH_SUFFIXES = (
 
 
 def check_suffix(path: Path) -> None:
-    """Raises InputError where the file's name is not that of a mesh that can be read."""
+    """Raise InputError where the file's name is not that of a mesh that can be read."""
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
@@ -71,7 +71,7 @@ def source_hash(path: Path, texture: Path | None = None) -> str:
 
 
 def read_bytes(path: Path) -> bytes:
-    """The contents. Raises InputError where the file is missing, unreadable or over the limit."""
+    """Return the contents. Raises InputError where the file is missing, unreadable or over the limit."""
     try:
         if not path.is_file():
             raise InputError(f"{path}: " + ("not a file" if path.exists() else "no such file"))
@@ -83,7 +83,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def material_libraries(data: bytes, folder: Path) -> list[Path]:
-    """The MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
+    """Return the MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
     libraries: list[Path] = []
     data = as_utf8(data)
     for line in _arguments(data, b"mtllib"):
@@ -98,12 +98,12 @@ def read_libraries(libraries: list[Path]) -> bytes:
 
 
 def find_all(names: Iterable[str], folders: list[Path], mesh: Path | None = None) -> list[Path]:
-    """What `find` finds of `names`."""
+    """Return what `find` finds of `names`."""
     return [path for path in (find(name, folders, mesh) for name in names) if path is not None]
 
 
 def find(name: str, folders: list[Path], mesh: Path | None = None) -> Path | None:
-    """The file that a mesh names: in the first of `folders` that has it, else by its last name component.
+    """Return the file that a mesh names: in the first of `folders` that has it, else by its last name component.
 
     None where there is none, or only one outside the first folder's tree; with a warning logged about `mesh`, if given.
     """
@@ -122,6 +122,7 @@ def find(name: str, folders: list[Path], mesh: Path | None = None) -> Path | Non
 
 
 def text(raw: bytes) -> str:
+    """Return a name in UTF-8, with a mark in the place of each byte that is not."""
     return raw.decode("utf-8", "replace")
 
 
@@ -135,7 +136,7 @@ def as_utf8(data: bytes) -> bytes:
 
 
 def texture_name(argument: str) -> str:
-    """The file name in `map_Kd -s 1 1 1 name`; names may hold blanks unless options precede them."""
+    """Return the file name in `map_Kd -s 1 1 1 name`; names may hold blanks unless options precede them."""
     return argument.split()[-1] if argument.startswith("-") else argument
 
 
@@ -155,7 +156,7 @@ def _arguments(data: bytes, keyword: bytes) -> list[bytes]:
 
 
 def _uris(data: bytes, path: Path) -> tuple[list[str], list[str]]:
-    """The buffers and the images that a glTF file names."""
+    """Return the buffers and the images that a glTF file names."""
     try:
         header = gltf.read_header(data, path)
         return gltf.external_uris(header, "buffers"), gltf.external_uris(header, "images")
