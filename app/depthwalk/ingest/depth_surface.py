@@ -30,7 +30,9 @@ def noise(values: Array) -> float:
 
 
 def tolerance(values: Array, cell: Array | float) -> Array:
-    """Return the steps (H, W) between neighbours that need no explanation: a slope of STEEP cells, noise, two counts of the file.
+    """Return the steps (H, W) between neighbours that need no explanation.
+
+    They are a slope of STEEP cells, noise, or two counts of the file, whichever is largest.
 
     cell: (H, W) or one number, what a step as deep as a texel is wide makes in `values`.
     """

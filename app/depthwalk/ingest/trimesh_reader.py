@@ -96,7 +96,9 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
 
 
 def _checked_stl(data: bytes, path: Path) -> bytes:
-    """Return the file, in UTF-8 where it is text; trimesh takes for text whatever has not the length of a binary one."""
+    """Return the file, in UTF-8 where it is text.
+
+    trimesh takes for text whatever has not the length of a binary one."""
     if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, 50 bytes a triangle
         return data
     if b"facet" not in data.lower():
