@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from depthwalk import limits
 from depthwalk.errors import InputError
-from depthwalk.ingest import gltf, reader, sources
+from depthwalk.ingest import gltf, soup, sources
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.sources import source_files
 
@@ -73,7 +73,7 @@ def test_height_must_be_positive(tmp_path, height):
 def test_too_large(tmp_path, monkeypatch):
     path = tmp_path / "t.obj"
     path.write_text(TETRAHEDRON)
-    monkeypatch.setattr(reader, "MAX_MESH_TRIANGLES", 3)
+    monkeypatch.setattr(soup, "MAX_MESH_TRIANGLES", 3)
     assert refusal(path) == f"{path}: too large: 4 triangles, the limit is 3"
     monkeypatch.setattr("depthwalk.ingest.sources.MAX_MESH_BYTES", 10)
     assert refusal(path) == f"{path}: too large: {len(TETRAHEDRON)} bytes, the limit is 10"

@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter, uniform_filter
 
 from depthwalk.bake.border import trace_border
 from depthwalk.bake.connectivity import connect
@@ -163,6 +162,8 @@ def cast_face(
 
 def _spread(worth: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """`worth` (L, H, W) without specks, and a few texels around."""
+    from scipy.ndimage import maximum_filter, uniform_filter
+
     worth = worth & (uniform_filter(worth.astype(np.float32), (1, 5, 5)) > _LEAST_SHARE)
     return maximum_filter(worth, (1, 2 * _OVERLAP + 1, 2 * _OVERLAP + 1))
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenEXR
 from numpy.typing import NDArray
 
 from depthwalk.bake.grid import grid_cells
@@ -50,6 +49,8 @@ def write_baked(path: Path, model: BakedModel) -> None:
 
     Raises OSError where it cannot be written, InputError where the borders are more than a file may hold.
     """
+    import OpenEXR
+
     path.parent.mkdir(parents=True, exist_ok=True)
     contents = [_contents(baked) for baked in model.parts]
     channels = [lists for named in contents for lists in named.values()]
@@ -69,6 +70,8 @@ def read_baked(path: Path) -> BakedModel:
     Raises InputError where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than
     the limits.
     """
+    import OpenEXR
+
     headers = inspect_header(path)[1]
     try:
         # The binding prints what it cannot decode; standard output may be a picture.
@@ -145,6 +148,8 @@ def _check_cells(images: list[DepthImage]) -> None:
 
 
 def _header(baked: BakedObject) -> dict[str, Any]:
+    import OpenEXR
+
     values: dict[str, Any] = {name: np.float32(getattr(baked.cylinder, name)) for name in GEOMETRY}
     values |= {name: np.float32(v) for name, v in zip(PLACEMENT, (*baked.position, *baked.rotation), strict=True)}
     values |= {"version": FORMAT_VERSION, "steps": baked.steps, "key": baked.key}

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenEXR
 
 from depthwalk import limits
 from depthwalk.bake.grid import MAX_STEPS
@@ -43,6 +42,8 @@ class Header:
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     """The header of the first part as it stands there, and of each object what all its parts agree on. Raises
     InputError."""
+    import OpenEXR
+
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     try:
@@ -119,6 +120,8 @@ def _parsed(part: dict[str, Any]) -> Header:
 
 def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
     """Width and height of a part of the layout that `write_baked` gives it. Raises ValueError for any other."""
+    import OpenEXR
+
     name = part["name"]
     match = _NAME.fullmatch(split_name(name)[1])
     if match is None or (match[1] and int(match[3]) >= steps):

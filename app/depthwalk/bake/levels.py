@@ -4,16 +4,17 @@ Quadric decimation moves points and knows nothing else. So normals, colours and 
 nearest vertex of the original, materials those of its nearest face; where a texture has a seam, coarse levels smear it.
 """
 
-import fast_simplification
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from depthwalk.bake.sampling import face_normals, sample_surface, sample_triangles
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 from depthwalk.ingest.normals import row_ids
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over a level's
 FEWEST = 50  # triangles of a level, about
@@ -29,6 +30,8 @@ Array = NDArray[np.floating]
 
 def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
     """`mesh` itself, then a level for each of `RATIOS`, the finest first; fewer where there is little to thin out."""
+    import fast_simplification
+
     weld, first = row_ids(mesh.positions)
     points, faces = mesh.positions[first].astype(np.float64), weld[mesh.faces].astype(np.int32)
     probes, wardrobe = sample_surface(mesh, _PROBES)[0], _Wardrobe(mesh)
@@ -48,6 +51,8 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
 def _distance(points: Array, corners: Array) -> float:
     """The largest distance of points (n, 3) from triangles (m, 3, 3). Discs that just overlap stand for these, which is
     right within a disc's radius beside the nearest one, and exact above it."""
+    from scipy.spatial import cKDTree
+
     middle, normal = sample_triangles(corners, _DISCS)
     away, nearest = cKDTree(middle).query(points)
     above = np.einsum("ij,ij->i", points - middle[nearest], normal[nearest])
@@ -63,6 +68,8 @@ class _Wardrobe:
     """
 
     def __init__(self, mesh: Mesh) -> None:
+        from scipy.spatial import cKDTree
+
         self._mesh = mesh
         middle, corners = _inward(mesh.positions[mesh.faces].astype(np.float64))
         self._faces = cKDTree(middle)
@@ -99,7 +106,9 @@ class _Wardrobe:
             materials=mesh.materials,
         )
 
-    def _tree(self, points: Array) -> cKDTree:
+    def _tree(self, points: Array) -> "cKDTree":
+        from scipy.spatial import cKDTree
+
         return cKDTree(np.column_stack([points, self._apart * self._chart]))
 
 
@@ -111,6 +120,9 @@ def _inward(corners: Array) -> tuple[Array, Array]:
 
 def _charts(mesh: Mesh) -> NDArray[np.int32]:
     """(V,) number of the connected piece of surface that each vertex is of; seams separate pieces."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     count = len(mesh.positions)
     start, end = mesh.faces[:, [0, 1]].ravel(), mesh.faces[:, [1, 2]].ravel()
     links = coo_array((np.ones(len(start), bool), (start, end)), (count, count))

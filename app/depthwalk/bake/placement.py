@@ -2,13 +2,16 @@
 
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from depthwalk.bake.images import Cylinder, enclosing_cylinder
 from depthwalk.ingest.mesh import Mesh
+
+if TYPE_CHECKING:  # a quarter of a second to import, and only bakes need it
+    from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.floating]
 
@@ -18,7 +21,7 @@ class Placement:
     """The frame of a baked object in its asset's: asset point = position + rotation · object point."""
 
     position: Array  # (3,), metres
-    rotation: Rotation
+    rotation: "Rotation"
 
     def into_object(self, points: Array) -> Array:
         """Points (n, 3) of the asset in the object's frame."""
@@ -43,6 +46,8 @@ def place_along(axis: ArrayLike, points: Array) -> Placement:
 
     The turn from +Y to the axis is the shortest one.
     """
+    from scipy.spatial.transform import Rotation
+
     rotation, _ = Rotation.align_vectors(np.asarray(axis, float).reshape(1, 3), [[0.0, 1.0, 0.0]])
     (x, z), _ = smallest_circle(rotation.apply(points, inverse=True)[:, [0, 2]])
     return Placement(rotation.apply([x, 0.0, z]), rotation)

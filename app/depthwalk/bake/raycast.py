@@ -3,8 +3,6 @@
 from dataclasses import dataclass, fields
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from depthwalk.bake.parallel import Map, batches
@@ -53,6 +51,9 @@ class RayCaster:
     """
 
     def __init__(self, mesh: Mesh, two_sided: bool | None = None) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
         low, high = mesh.bounds
         self.epsilon = float(np.linalg.norm(high - low)) * 2e-6
         self.two_sided = is_open(mesh) if two_sided is None else two_sided

@@ -4,7 +4,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter, uniform_filter
 
 from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits, RayCaster, no_hits
@@ -66,6 +65,8 @@ def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
     opening one in hundreds escapes, so they are counted over a wide neighbourhood: if each spoke but for what is near,
     what is seen would be as frayed as chance has it. A share is asked for, as a stray ray slips out of any scan.
     """
+    from scipy.ndimage import maximum_filter
+
     random = np.random.default_rng(0)
 
     def escaping(some: NDArray[np.intp]) -> Images:
@@ -87,6 +88,8 @@ def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
 
 
 def _density(image: Images) -> NDArray[np.float32]:
+    from scipy.ndimage import uniform_filter
+
     return np.asarray(uniform_filter(image.astype(np.float32), _AROUND))
 
 

@@ -5,9 +5,9 @@ from functools import partial
 from pathlib import Path
 
 from depthwalk.bake.planar import range_mesh
-from depthwalk.bakery import read_body, read_mesh
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture
+from depthwalk.ingest.loader import check_mesh
 from depthwalk.library import complaints_about, read_meso, read_range_image, read_relief
 from depthwalk.scene.document import read_document
 from depthwalk.scene.loader import load_scene
@@ -50,7 +50,14 @@ def _reads(scene: Scene) -> Iterator[Callable[[], object]]:
     """What reads the scene's files, each as drawing it would."""
     for asset in scene.assets:
         if isinstance(asset, MeshAsset):
-            yield partial(read_mesh if asset.dpci is None else read_body, asset)
+            yield partial(
+                check_mesh,
+                asset.mesh,
+                texture=asset.texture,
+                up=asset.up,
+                height=asset.height,
+                upright=asset.dpci is not None,
+            )
             if asset.dpci is not None and asset.dpci.meso is not None:
                 yield partial(read_meso, asset.dpci.meso)
         elif asset.intrinsics is None:

@@ -106,11 +106,13 @@ def asset_progress() -> Iterator[Report]:
 @contextmanager
 def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
     """A bar on stderr over `total` frames; what it yields is called after each."""
+    if total < 2 or not show_progress():
+        yield lambda: None
+        return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    hidden = total < 2 or not show_progress()
-    with Progress(*columns, **live_options(), disable=hidden) as progress:
+    with Progress(*columns, **live_options()) as progress:
         task = progress.add_task(label, total=total)
         yield lambda: progress.advance(task)
 

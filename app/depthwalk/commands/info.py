@@ -10,9 +10,7 @@ import numpy as np
 
 import depthwalk
 from depthwalk import limits
-from depthwalk.commands.check import is_path_file
 from depthwalk.errors import InputError
-from depthwalk.render.rotation import rotate
 
 if TYPE_CHECKING:  # reading OpenEXR files takes time to import
     from depthwalk.bake.images import BakedObject
@@ -48,6 +46,8 @@ def describe_file(path: Path) -> Iterator[Row]:
     yield "file", str(path)
     match path.suffix.lower():
         case ".yaml" | ".yml":
+            from depthwalk.commands.check import is_path_file
+
             yield from _path_rows(path) if is_path_file(path) else _scene_rows(path)
         case ".exr":
             yield from _baked_rows(path)
@@ -123,6 +123,8 @@ def _baked_rows(path: Path) -> Iterator[Row]:
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
     """One object of a baked file; prefix: of the names of its images there."""
+    from depthwalk.render.rotation import rotate
+
     cylinder, axis = baked.cylinder, rotate(np.array(baked.rotation), np.array([0.0, 1.0, 0.0]))
     yield (
         f"{prefix}cylinder",

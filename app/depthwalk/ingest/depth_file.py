@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenEXR
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
@@ -73,6 +72,8 @@ def _read_npy(path: Path) -> Raw:
 
 def _read_exr(path: Path) -> Raw:
     """Channel Z, else the only channel there is, of the first part; channel A, if there is one, tells what counts."""
+    import OpenEXR
+
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     try:

@@ -19,8 +19,10 @@ _BLOCK = 256  # rows fitted at a time
 
 
 def noise(values: Array) -> float:
-    """Standard deviation of the noise: the median second difference along rows and columns knows no slope and, being a
-    median, no edges."""
+    """Return the standard deviation of the noise.
+
+    The median second difference along rows and columns knows no slope and, being a median, no edges.
+    """
     with np.errstate(invalid="ignore"):
         bends = np.concatenate([np.diff(values, 2, axis=axis).ravel() for axis in (0, 1)])
     bends = np.abs(bends[np.isfinite(bends)])
@@ -28,7 +30,9 @@ def noise(values: Array) -> float:
 
 
 def tolerance(values: Array, cell: Array | float) -> Array:
-    """Steps (H, W) between neighbours that need no explanation: a slope of STEEP cells, noise, two counts of the file.
+    """Return the steps (H, W) between neighbours that need no explanation.
+
+    They are a slope of STEEP cells, noise, or two counts of the file, whichever is largest.
 
     cell: (H, W) or one number, what a step as deep as a texel is wide makes in `values`.
     """

@@ -1,4 +1,4 @@
-"""The JSON header of glTF files, and what trimesh would read wrongly without a word."""
+"""Return the JSON header of glTF files, and what trimesh would read wrongly without a word."""
 
 import json
 import struct
@@ -33,7 +33,7 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
 
 
 def external_uris(header: dict[str, Any], key: str) -> list[str]:
-    """The files that the header's `buffers` or `images` name, data URIs left out."""
+    """Return the files that the header's `buffers` or `images` name, data URIs left out."""
     uris = (item.get("uri", "data:") for item in header.get(key, []))
     return [uri for uri in uris if not uri.startswith("data:")]
 

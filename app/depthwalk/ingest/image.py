@@ -4,14 +4,17 @@ import io
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.sources import read_bytes
 from depthwalk.limits import MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 # Some of Pillow's other formats start programs (EPS) or reach for files of their own.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
@@ -37,11 +40,13 @@ class PlanarImage:
     size: tuple[float, float]
 
 
-def open_image(data: bytes, name: str) -> Image.Image:
-    """The image with its header read and its size checked; no pixel is decoded yet.
+def open_image(data: bytes, name: str) -> "Image.Image":
+    """Return the image with its header read and its size checked; no pixel is decoded yet.
 
     Raises InputError, `name: defect`, where it is unknown, damaged or too large.
     """
+    from PIL import Image
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pillow's bomb warning: `check_size` is stricter
@@ -54,15 +59,17 @@ def open_image(data: bytes, name: str) -> Image.Image:
     return image
 
 
-def check_size(image: Image.Image, name: str) -> None:
+def check_size(image: "Image.Image", name: str) -> None:
     """Raise InputError where the image is larger than the limits allow."""
     width, height = image.size
     if max(width, height) > MAX_TEXTURE_SIDE or width * height > MAX_TEXTURE_PIXELS:
         raise InputError(f"{name}: image of {width} × {height} pixels is larger than {MAX_TEXTURE_SIDE} a side")
 
 
-def rgba(image: Image.Image, name: str) -> NDArray[np.uint8]:
+def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
     """(H, W, 4) uint8, sRGB with alpha, row 0 at the top, from an image of any mode. Raises InputError."""
+    from PIL import Image
+
     check_size(image, name)
     if image.format is not None and image.format not in FORMATS:
         raise InputError(f"{name}: {image.format} images are not supported")

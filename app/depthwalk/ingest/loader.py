@@ -12,7 +12,8 @@ from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.ingest.normals import doubled_areas, row_ids, split_at_creases
-from depthwalk.ingest.reader import Soup, read_soup
+from depthwalk.ingest.reader import read_soup
+from depthwalk.ingest.soup import Soup
 from depthwalk.ingest.sources import Sources
 
 LEVEL = 1e-6  # height over extent below which a mesh has none
@@ -38,10 +39,8 @@ def load_mesh(
     area and vertices without a face are dropped. Raises InputError, `path: defect`, for what cannot be drawn.
     """
     path = Path(path)
-    if height is not None and not (np.isfinite(height) and height > 0):
-        raise InputError(f"{path}: height must be a positive number of metres, not {height}")
     sources = sources or Sources()
-    soup = _retextured(_compacted(read_soup(path, sources), path), texture, path, sources)
+    soup = _retextured(_compacted(_read(path, height, sources), path), texture, path, sources)
     positions = _placed(soup.positions, path, up, height)
     normals = soup.normals[:, [0, 2, 1]] * [1, 1, -1] if up == "z" else soup.normals
     source, faces, normals = _vertices(replace(soup, positions=positions, normals=normals))
@@ -61,8 +60,42 @@ def load_mesh(
     )
 
 
-def _compacted(soup: Soup, path: Path) -> Soup:
-    """Without faces of zero area, and each distinct vertex that a face uses once."""
+def check_mesh(
+    path: Path,
+    *,
+    texture: Path | None = None,
+    up: Literal["y", "z"] = "y",
+    height: float | None = None,
+    upright: bool = False,
+) -> None:
+    """Raise the InputError that `load_mesh` would raise, without making normals and vertices.
+
+    Parameters
+    ----------
+    path, texture, up, height
+        As `load_mesh` takes them.
+    upright : bool
+        Raise also what `check_height` would raise of the mesh.
+    """
+    path = Path(path)
+    sources = Sources()
+    soup = _read(path, height, sources)
+    used = soup.faces[_solid_faces(soup, path)]
+    vertices = np.unique(used)
+    _retextured(replace(soup, uv=soup.uv[vertices]), texture, path, sources)
+    positions = _placed(soup.positions[vertices], path, up, height)
+    if upright:
+        _check_upright(positions.astype(np.float32), path)
+
+
+def _read(path: Path, height: float | None, sources: Sources) -> Soup:
+    if height is not None and not (np.isfinite(height) and height > 0):
+        raise InputError(f"{path}: height must be a positive number of metres, not {height}")
+    return read_soup(path, sources)
+
+
+def _solid_faces(soup: Soup, path: Path) -> NDArray[np.bool_]:
+    """Return which faces (F,) have an area. Raises InputError where none has, or where float32 cannot hold the mesh."""
     corners = soup.positions[soup.faces]
     extent = float(np.ptp(corners, axis=(0, 1)).max())
     if not (extent == 0 or SMALLEST < extent < LARGEST):
@@ -73,6 +106,12 @@ def _compacted(soup: Soup, path: Path) -> Soup:
     kept = area > 1e-12 * longest
     if not kept.any():
         raise InputError(f"{path}: flat: none of its {len(kept)} faces has an area")
+    return kept
+
+
+def _compacted(soup: Soup, path: Path) -> Soup:
+    """Without faces of zero area, and each distinct vertex that a face uses once."""
+    kept = _solid_faces(soup, path)
     faces = soup.faces[kept]
     columns = np.nan_to_num(np.hstack([soup.positions, soup.normals, soup.colours, soup.uv]), posinf=0.0, neginf=0.0)
     used = np.unique(faces)
@@ -116,8 +155,12 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raises InputError where `mesh`, of the file `path`, lies level: its depth images would have no side."""
-    if _level(mesh.positions):
+    """Raise InputError where `mesh`, of the file `path`, lies level: its depth images would have no side."""
+    _check_upright(mesh.positions, path)
+
+
+def _check_upright(positions: NDArray[np.floating], path: Path) -> None:
+    if _level(positions):
         raise InputError(f"{path}: lies level; draw it as polygons, without 'dpci' or by --representation mesh")
 
 

@@ -10,7 +10,7 @@ from depthwalk.ingest.range_image import load_depth_image
 
 
 def load_meso(depth: Path, *, height: float, tile: tuple[float, float], normal: Path | None = None) -> Meso:
-    """A tile of relief.
+    """Read a tile of relief.
 
     depth:  grey, 8 or 16 bits: white on the object's surface, black `height` metres below it; without empty pixels.
     tile:   width and height on the object, metres.

@@ -2,8 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 CREASE_ANGLE = np.radians(60.0)
 
@@ -63,6 +61,9 @@ def split_at_creases(
 
 def _smooth_groups(welded: NDArray[np.int64], face_normals: NDArray, least_cosine: float) -> NDArray[np.int64]:
     """(3F,) group number of every face corner: corners at one position, linked across smooth edges."""
+    from scipy.sparse import coo_array  # a third of a second, for files without normals
+    from scipy.sparse.csgraph import connected_components
+
     count = welded.size
     start = np.arange(count)
     end = start - start % 3 + (start + 1) % 3  # half-edge k runs from corner k to the next of its face

@@ -1,117 +1,293 @@
-"""OBJ text, checked and put into the form that trimesh reads without guessing.
+"""Parse Wavefront OBJ text into arrays, with every defect located by its line.
 
-trimesh wraps indices out of range, takes relative indices to count from the end of the file, drops texture
-coordinates where faces are written in different ways, and reads only the first material library.
+The text is taken apart by NumPy: lines are told apart by their first bytes, and all numbers of a kind are parsed at
+once. Time and memory grow linearly with the file, whatever it holds. Own code, where other formats go through trimesh,
+because trimesh takes most of a second to import, wraps indices out of range, takes relative indices to count from the
+end of the file, drops texture coordinates where faces are written in different ways, and needs time quadratic in the
+number of `usemtl` lines.
 """
 
 import re
-from itertools import islice
+import warnings
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 
-LIBRARY = "all.mtl"  # what the prepared text calls its material libraries, joined into one
-
 _NUMBER = rb"[-+.\deEnNaAiIfFtTyY]+"
-_BAD_VERTEX = re.compile(rb"^v(?: |$)(?!%b %b %b(?: |$))" % ((_NUMBER,) * 3), re.MULTILINE)
-_FACE = re.compile(rb"^f (.*)$", re.MULTILINE)
+_VERTEX = re.compile(rb"v %b %b %b(?: .*)?" % ((_NUMBER,) * 3))
 _CORNER = re.compile(rb"-?\d+(?:/(?:-?\d+)?(?:/(?:-?\d+)?)?)?")
-_COLUMNS = {b"n": [0], b"n/": [0], b"n//": [0], b"n/n": [0, 1], b"n/n/": [0, 1], b"n//n": [0, 2], b"n/n/n": [0, 1, 2]}
 _KINDS = ((b"v", "vertex"), (b"vt", "texture coordinate"), (b"vn", "normal"))
+_NEWLINE, _BLANK, _SLASH = b"\n /"
+_FACE_BYTES = b"0123456789-/ "
+
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+Numbers = NDArray[np.float64]
 
 
-def prepare_obj(data: bytes, path: Path) -> bytes:
-    """The same mesh with absolute indices and one style of face, its libraries renamed to LIBRARY.
+@dataclass(frozen=True, kw_only=True)
+class ObjMesh:
+    """Hold the polygons of an OBJ file, still with separate indices for vertices, texture coordinates and normals.
 
-    Raises InputError, `path:line: defect`, for damaged vertices and faces and for indices out of range.
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+    colours : (V, 3) float64 or None
+        sRGB from 0 to 1, written after the coordinates; None unless every vertex has them.
+    texture : (T, 2) float64 or None
+        Texture coordinates, v upward.
+    normals : (N, 3) float64 or None
+    corners : (C, 3) int64
+        Vertex, texture coordinate and normal of every polygon corner, counted from 1; 0 where absent.
+    sizes : (P,) int64
+        Corners of each polygon, at least 3; they follow one another in `corners`.
+    group : (P,) int64
+        Index into `material_names` of each polygon.
+    material_names : tuple of str or None
+        Names after `usemtl` in the order of their first polygon; None for polygons before the first `usemtl`.
     """
-    data = b"\n" + _tidy(data)
-    if bad := _BAD_VERTEX.search(data):
-        raise _error(path, data, bad.start(), "a vertex needs three numbers")
-    faces = [face.strip() for face in _FACE.findall(data)]
-    if not faces:
+
+    vertices: Numbers
+    colours: Numbers | None
+    texture: Numbers | None
+    normals: Numbers | None
+    corners: Indices
+    sizes: Indices
+    group: Indices
+    material_names: tuple[str | None, ...]
+
+    @property
+    def triangle_count(self) -> int:
+        """Return how many triangles the polygons make."""
+        return int((self.sizes - 2).sum())
+
+
+def parse_obj(data: bytes, path: Path) -> ObjMesh:
+    """Parse the text of an OBJ file, in UTF-8.
+
+    Raises
+    ------
+    InputError
+        `path:line: defect` for damaged vertices and faces and for indices out of range; `path: no faces`.
+    """
+    lines = _Lines(_tidy(data), path)
+    columns = _numbers(lines, lines.of(b"v"), b"v")
+    polygons = lines.of(b"f")
+    if not polygons.any():
         raise InputError(f"{path}: no faces")
-    sizes = np.array([face.count(b" ") + 1 for face in faces])
+    sizes = lines.blanks[polygons]
     if sizes.min() < 3:
-        raise _face_error(path, data, int(np.argmax(sizes < 3)), "a face needs at least three corners")
-    try:
-        corners, uniform = _corners(b" ".join(faces))
-    except (ValueError, OverflowError):
-        wrong = next((i for i, f in enumerate(faces) if not all(map(_CORNER.fullmatch, f.split(b" ")))), 0)
-        shown = faces[wrong][:40].decode(errors="replace")
-        raise _face_error(path, data, wrong, f"cannot read the face {shown!r}") from None
-    relative = bool((corners < 0).any())
-    absolute = _absolute(corners, sizes, data, path)
-    if relative or not uniform:
-        data = _rewritten(data, absolute, sizes)
-    if b"\nmtllib " in data:
-        data = b"\nmtllib " + LIBRARY.encode() + re.sub(rb"\nmtllib .*", b"\n", data)
-    return data
+        raise lines.error(polygons, int(np.argmax(sizes < 3)), "a face needs at least three corners")
+    corners = _absolute(lines, _corners(lines, polygons), sizes)
+    group, names = _groups(lines, polygons)
+    texture, normals = (_numbers(lines, lines.of(key), key) for key in (b"vt", b"vn"))
+    return ObjMesh(
+        vertices=columns[:, :3],
+        colours=columns[:, 3:6] if columns.shape[1] >= 6 else None,
+        texture=texture[:, :2] if texture.shape[1] >= 2 else None,
+        normals=normals if normals.shape[1] == 3 else None,
+        corners=corners,
+        sizes=sizes,
+        group=group,
+        material_names=names,
+    )
+
+
+class _Lines:
+    """The lines of a tidied text, told apart by their first word.
+
+    starts, ends: (n,) int64, where each line begins, and where its newline stands. blanks: (n,) int64, how many blanks
+    each holds, which is one less than its words.
+    """
+
+    def __init__(self, text: bytes, path: Path) -> None:
+        self.text = text + b"\n\n\n"  # so that three bytes can be looked at from any line's start
+        self.path = path
+        self.bytes = np.frombuffer(self.text, np.uint8)
+        self.ends = np.flatnonzero(self.bytes[: len(text) + 1] == _NEWLINE)
+        self.starts = np.concatenate([[0], self.ends[:-1] + 1])
+        self.blanks = np.add.reduceat(self.bytes[: len(text) + 1] == _BLANK, self.starts, dtype=np.int64)
+
+    def of(self, key: bytes) -> Mask:
+        """Return which lines have the first word `key` and a blank after it."""
+        mask = self.bytes[self.starts] == key[0]
+        at = np.flatnonzero(mask)
+        # A byte at a time: what does not match ends before the padding does.
+        for offset, byte in enumerate(key[1:] + b" ", start=1):
+            at = at[self.bytes[self.starts[at] + offset] == byte]
+        mask[:] = False
+        mask[at] = True
+        return mask
+
+    def joined(self, mask: Mask, key: bytes) -> bytes:
+        """Return what follows `key` on the lines of `mask`, joined by single blanks."""
+        first, after = int(np.argmax(mask)), len(mask) - int(np.argmax(mask[::-1]))
+        if mask[first:after].all():  # one block, as most files are
+            text = self.text[self.starts[first] : self.ends[after - 1]]
+        else:
+            text = self.bytes[: self.ends[-1] + 1][np.repeat(mask, self.ends - self.starts + 1)].tobytes()[:-1]
+        return text[len(key) + 1 :].replace(b"\n" + key + b" ", b" ")
+
+    def line(self, index: "int | np.integer") -> bytes:
+        """Return the text of a line."""
+        return self.text[self.starts[index] : self.ends[index]]
+
+    def error(self, mask: Mask, number: int, defect: str) -> InputError:
+        """Return the complaint about the line that is `number` among those of `mask`."""
+        return InputError(f"{self.path}:{np.flatnonzero(mask)[number] + 1}: {defect}")
 
 
 def _tidy(data: bytes) -> bytes:
-    """One blank between words, none at the ends of lines, no comments; lines keep their numbers."""
+    """Leave one blank between words, none at the ends of lines, and no comments; lines keep their numbers."""
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
     if b"#" in data:
         data = re.sub(rb"(?:^|(?<=\s))#.*", b"", data, flags=re.MULTILINE)
-    data = re.sub(rb"[\t\x0b\x0c]", b" ", data)
+    data = data.translate(bytes.maketrans(b"\t\x0b\x0c", b"   "))
     if b"  " in data:
         data = re.sub(rb" {2,}", b" ", data)
-    return re.sub(rb"^ +| +$", b"", data, flags=re.MULTILINE) if b"\n " in data or b" \n" in data else data.strip(b" ")
+    return data.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
 
 
-def _corners(joined: bytes) -> tuple[NDArray[np.int64], bool]:
-    """(C, 3) vertex, texture and normal index as written, 0 where absent; and whether all corners have one style."""
-    styles = set(re.sub(rb"-?\d+", b"n", joined).split(b" ")) if b"/" in joined else {b"n"}
-    if not styles <= _COLUMNS.keys():
-        raise ValueError("not a face")
-    if len(styles) == 1:
-        columns = _COLUMNS[styles.pop()]
-        corners = np.zeros((joined.count(b" ") + 1, 3), np.int64)
-        corners[:, columns] = np.array(joined.replace(b"/", b" ").split()).astype(np.int64).reshape(-1, len(columns))
-        return corners, True
-    padded = [[part or b"0" for part in (corner + b"//").split(b"/")[:3]] for corner in joined.split(b" ")]
-    return np.array(padded).astype(np.int64), False
+def _numbers(lines: _Lines, mask: Mask, key: bytes) -> Numbers:
+    """Return the numbers of the lines of `mask`, as many columns as the shortest of them has; (0, 0) without lines."""
+    if key == b"v":
+        bare = (lines.bytes[lines.starts] == key[0]) & (lines.ends - lines.starts == 1)
+        if (short := bare | (mask & (lines.blanks < 3))).any():
+            raise _bad_vertex(lines, mask | short)
+    if not mask.any():
+        return np.zeros((0, 0))
+    counts = lines.blanks[mask]
+    values = _parsed(lines.joined(mask, key), np.float64)
+    if values is None or len(values) != counts.sum():
+        raise _bad_number(lines, mask, key)
+    if (width := counts.min()) == counts.max():
+        return values.reshape(-1, width)
+    first = np.cumsum(counts) - counts
+    return values[first[:, None] + np.arange(width)]
 
 
-def _absolute(corners: NDArray[np.int64], sizes: NDArray, data: bytes, path: Path) -> NDArray[np.int64]:
-    """Corners with relative indices resolved; raises InputError for the first index out of range."""
-    face_of = np.repeat(np.arange(len(sizes)), sizes)
+def _parsed(text: bytes, dtype: type[np.float64] | type[np.int64]) -> NDArray[Any] | None:
+    """Return all numbers of a text; None where it holds anything else. Numbers may touch: the caller counts them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text.decode("ascii"), dtype, sep=" ")
+        except (ValueError, DeprecationWarning):
+            return None
+
+
+def _bad_vertex(lines: _Lines, mask: Mask) -> InputError:
+    at = (n for n, index in enumerate(np.flatnonzero(mask)) if not _VERTEX.fullmatch(lines.line(index)))
+    return lines.error(mask, next(at), "a vertex needs three numbers")
+
+
+def _bad_number(lines: _Lines, mask: Mask, key: bytes) -> InputError:
+    """Return the complaint about the first line of `mask` with a word that is no number."""
+    if key == b"v" and not all(_VERTEX.fullmatch(lines.line(index)) for index in np.flatnonzero(mask)):
+        return _bad_vertex(lines, mask)
+    for number, index in enumerate(np.flatnonzero(mask)):
+        for word in lines.line(index).split(b" ")[1:]:
+            if not _is_number(word):
+                shown = word[:40].decode(errors="replace")
+                return lines.error(mask, number, f"cannot read the number {shown!r}")
+    raise AssertionError("numbers that are wrong together and right one by one")
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return b"_" not in word  # Python's own
+
+
+def _corners(lines: _Lines, polygons: Mask) -> Indices:
+    """Return vertex, texture coordinate and normal (C, 3) of all corners as they are written; 0 where absent."""
+    joined = lines.joined(polygons, b"f")
+    corners = None
+    if not joined.translate(None, _FACE_BYTES):
+        columns = _columns(joined)
+        corners = _mixed_corners(joined) if columns is None else _uniform_corners(joined, columns)
+    if corners is None:
+        faces = [lines.line(index)[2:] for index in np.flatnonzero(polygons)]
+        wrong = next((i for i, f in enumerate(faces) if not all(map(_CORNER.fullmatch, f.split(b" ")))), 0)
+        shown = faces[wrong][:40].decode(errors="replace")
+        raise lines.error(polygons, wrong, f"cannot read the face {shown!r}")
+    return corners
+
+
+def _columns(joined: bytes) -> list[int] | None:
+    """Return which of vertex, texture coordinate and normal every corner names; None where corners differ."""
+    if b"/" not in joined:
+        return [0]
+    text = np.frombuffer(joined + b" ", np.uint8)
+    slash = text == _SLASH
+    ends = np.flatnonzero(text == _BLANK)
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    count = np.add.reduceat(slash, starts, dtype=np.int64)
+    doubled = np.add.reduceat(slash[:-1] & slash[1:], starts, dtype=np.int64)
+    if slash[starts].any() or slash[ends - 1].any() or (count != count[0]).any() or (doubled != doubled[0]).any():
+        return None
+    return {(1, 0): [0, 1], (2, 0): [0, 1, 2], (2, 1): [0, 2]}.get((int(count[0]), int(doubled[0])))
+
+
+def _uniform_corners(joined: bytes, columns: list[int]) -> Indices | None:
+    values = _parsed(joined.replace(b"//", b" ").replace(b"/", b" "), np.int64)
+    count = joined.count(b" ") + 1
+    if values is None or len(values) != count * len(columns):
+        return None
+    corners = np.zeros((count, 3), np.int64)
+    corners[:, columns] = values.reshape(count, len(columns))
+    return corners
+
+
+def _mixed_corners(joined: bytes) -> Indices | None:
+    words = joined.split(b" ")
+    if not all(map(_CORNER.fullmatch, words)):
+        return None
+    padded = [[part or b"0" for part in (word + b"//").split(b"/")[:3]] for word in words]
+    try:
+        return np.array(padded).astype(np.int64)
+    except (ValueError, OverflowError):
+        return None
+
+
+def _absolute(lines: _Lines, corners: Indices, sizes: Indices) -> Indices:
+    """Return `corners` (C, 3) with relative indices resolved. Raises InputError for the first one out of range."""
+    polygons = lines.of(b"f")
+    polygon = np.repeat(np.arange(len(sizes)), sizes)
     result = corners.copy()
     for column, (key, name) in enumerate(_KINDS):
-        written, total = corners[:, column], data.count(b"\n" + key + b" ")
-        if (written < 0).any():
-            declared = np.array([m.start() for m in re.finditer(rb"^%b " % key, data, re.MULTILINE)])
-            starts = np.array([m.start() for m in _FACE.finditer(data)])
-            known = np.searchsorted(declared, starts)[face_of]
-            result[:, column] = np.where(written < 0, written + known + 1, written)
-        least = 1 if column == 0 else np.where(written < 0, 1, 0)
+        written, declared = corners[:, column], lines.of(key)
+        total = np.count_nonzero(declared)
+        if (relative := written < 0).any():
+            known = np.cumsum(declared)[polygons][polygon]  # of those declared above the polygon
+            result[:, column] = np.where(relative, written + known + 1, written)
+        least = 1 if column == 0 else np.where(relative, 1, 0)
         wrong = (result[:, column] < least) | (result[:, column] > total)
         if wrong.any():
             at = int(np.argmax(wrong))
-            raise _face_error(path, data, int(face_of[at]), f"face refers to {name} {written[at]} of {total}")
+            raise lines.error(polygons, int(polygon[at]), f"face refers to {name} {written[at]} of {total}")
     return result
 
 
-def _rewritten(data: bytes, corners: NDArray[np.int64], sizes: NDArray) -> bytes:
-    """The text with every corner written alike; corners without texture coordinates get (0, 0)."""
-    vertex, texture, normal = (column.astype("S") for column in (corners[:, 0], corners[:, 1] + 1, corners[:, 2]))
-    words = vertex
-    if corners[:, 1].any():
-        data = b"\nvt 0 0" + data  # absent ones are index 0: moved up by one, they refer to this
-        words = np.strings.add(np.strings.add(words, b"/"), texture)
-    if corners[:, 2].all():
-        words = np.strings.add(np.strings.add(words, b"/" if corners[:, 1].any() else b"//"), normal)
-    lines = iter([b"f " + b" ".join(face.tolist()) for face in np.split(words, np.cumsum(sizes)[:-1])])
-    return _FACE.sub(lambda _: next(lines), data)
-
-
-def _face_error(path: Path, data: bytes, face: int, defect: str) -> InputError:
-    return _error(path, data, next(islice(_FACE.finditer(data), face, None)).start(), defect)
-
-
-def _error(path: Path, data: bytes, offset: int, defect: str) -> InputError:
-    return InputError(f"{path}:{data.count(bytes([10]), 0, offset)}: {defect}")
+def _groups(lines: _Lines, polygons: Mask) -> tuple[Indices, tuple[str | None, ...]]:
+    """Return the material of each polygon as a number, and the names by number in the order of their first polygon."""
+    changes = lines.of(b"usemtl")
+    if not changes.any():
+        return np.zeros(np.count_nonzero(polygons), np.int64), (None,)
+    written: list[str | None] = [None]
+    written += [lines.line(index)[7:].decode("utf-8", "replace") for index in np.flatnonzero(changes)]
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(written))}
+    used = np.array([numbers[name] for name in written])[np.cumsum(changes)[polygons]]
+    distinct, first, group = np.unique(used, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    names = list(numbers)
+    return rank[group], tuple(names[number] for number in distinct[order])

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.depth_file import read_depth
@@ -140,6 +139,8 @@ def _picture(path: Path | None, shape: tuple[int, int]) -> NDArray[np.uint8]:
 
 def _resampled(path: Path, shape: tuple[int, int]) -> NDArray[np.uint8]:
     """(H, W, 3) uint8 at `shape` = (W, H), row 0 at the bottom."""
+    from PIL import Image
+
     picture = Image.fromarray(np.ascontiguousarray(load_texture(path)[..., :3]))
     if picture.size != shape:
         picture = picture.resize(shape, Image.Resampling.BICUBIC)

@@ -31,7 +31,7 @@ OTHER_MESH_SUFFIXES = (
 
 
 def check_suffix(path: Path) -> None:
-    """Raises InputError where the file's name is not that of a mesh that can be read."""
+    """Raise InputError where the file's name is not that of a mesh that can be read."""
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
@@ -85,8 +85,9 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
             named += find_all(images, [path.parent], sources, path)
         case ".ply":
             header = data[: data.find(b"end_header")]
-            comments = re.findall(rb"^comment\s+TextureFile\s+(.+?)\s*$", header, re.MULTILINE | re.IGNORECASE)
-            named = find_all((text(name) for name in comments), [path.parent], sources)
+            named = find_all(
+                (text(name) for name in _arguments(header, rb"comment[ \t]+TextureFile")), [path.parent], sources
+            )
         case _:
             named = []
     explicit = [] if texture is None else [texture]
@@ -103,7 +104,7 @@ def source_hash(path: Path, texture: Path | None = None, sources: Sources | None
 
 
 def read_bytes(path: Path) -> bytes:
-    """The contents. Raises InputError where the file is missing, unreadable or over the limit."""
+    """Return the contents. Raises InputError where the file is missing, unreadable or over the limit."""
     try:
         if not path.is_file():
             raise InputError(f"{path}: " + ("not a file" if path.exists() else "no such file"))
@@ -115,10 +116,10 @@ def read_bytes(path: Path) -> bytes:
 
 
 def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path]:
-    """The MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
+    """Return the MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
     libraries: list[Path] = []
     data = as_utf8(data)
-    for line in re.findall(rb"^[ \t]*mtllib[ \t]+(.+?)[ \t\r]*$", data, re.MULTILINE):
+    for line in _arguments(data, b"mtllib"):
         whole = find(text(line), [folder], sources)
         libraries += [whole] if whole else find_all(text(line).split(), [folder], sources)
     return list(dict.fromkeys(libraries))
@@ -130,12 +131,12 @@ def read_libraries(libraries: list[Path], sources: Sources) -> bytes:
 
 
 def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: Path | None = None) -> list[Path]:
-    """What `find` finds of `names`."""
+    """Return what `find` finds of `names`."""
     return [path for path in (find(name, folders, sources, mesh) for name in names) if path is not None]
 
 
 def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = None) -> Path | None:
-    """The file that a mesh names: in the first of `folders` that has it, else by its last name component.
+    """Return the file that a mesh names: in the first of `folders` that has it, else by its last name component.
 
     None where there is none, or only one outside the first folder's tree; with a warning logged about `mesh`, if given.
     """
@@ -151,6 +152,7 @@ def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = N
 
 
 def text(raw: bytes) -> str:
+    """Return a name in UTF-8, with a mark in the place of each byte that is not."""
     return raw.decode("utf-8", "replace")
 
 
@@ -164,18 +166,27 @@ def as_utf8(data: bytes) -> bytes:
 
 
 def texture_name(argument: str) -> str:
-    """The file name in `map_Kd -s 1 1 1 name`; names may hold blanks unless options precede them."""
+    """Return the file name in `map_Kd -s 1 1 1 name`; names may hold blanks unless options precede them."""
     return argument.split()[-1] if argument.startswith("-") else argument
 
 
 def _textures_of(libraries: list[Path], sources: Sources) -> list[str]:
     lines = read_libraries(libraries, sources)
-    found = re.findall(rb"^[ \t]*map_kd[ \t]+(.+?)[ \t\r]*$", lines, re.MULTILINE | re.IGNORECASE)
-    return [texture_name(text(name)) for name in found]
+    return [texture_name(text(name)) for name in _arguments(lines, b"map_kd")]
+
+
+def _arguments(data: bytes, keyword: bytes) -> list[bytes]:
+    """Return what follows the regular expression `keyword` on each line that begins with it, without blanks around.
+
+    Blanks are stripped afterwards: an expression that finds the last word's end tries each blank before it.
+    """
+    data = data.replace(b"\r", b"\n") if b"\r" in data else data
+    found = re.findall(rb"^[ \t]*%b[ \t]([^\n]*)" % keyword, data, re.MULTILINE | re.IGNORECASE)
+    return [stripped for argument in found if (stripped := argument.strip())]
 
 
 def _uris(data: bytes, path: Path) -> tuple[list[str], list[str]]:
-    """The buffers and the images that a glTF file names."""
+    """Return the buffers and the images that a glTF file names."""
     try:
         header = gltf.read_header(data, path)
         return gltf.external_uris(header, "buffers"), gltf.external_uris(header, "images")

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 from depthwalk.bake.images import BakedObject, DepthImage, image_points, square_texel
 from depthwalk.bake.parallel import Map
@@ -50,6 +49,8 @@ def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> ND
     # Nearly by the cosine: of length 1 the random part could cancel the normal.
     escaped = caster.escapes(start, normal + 0.98 * random / lengths(random)[:, None])
     block = np.repeat(row // BLOCK * columns + column // BLOCK, _RAYS)
+    from scipy.ndimage import uniform_filter
+
     free, cast = (
         9 * uniform_filter(np.bincount(block, weights, rows * columns).reshape(rows, columns), 3, mode="constant")
         for weights in (escaped, np.ones(len(block)))

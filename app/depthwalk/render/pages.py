@@ -11,8 +11,6 @@ from itertools import accumulate, product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, find_objects, label
-from scipy.signal import fftconvolve
 
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, texel_size
 from depthwalk.bake.parallel import thread_map
@@ -114,6 +112,8 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     normal[solid] = encode_normals(image.normal[solid])
     texels = np.concatenate([normal, depth_code(depth)[..., None], shown], -1)
     if not solid.all() and solid.any():
+        from scipy.ndimage import distance_transform_edt
+
         rows, columns = distance_transform_edt(~solid, return_distances=False, return_indices=True)
         texels = texels[rows, columns]
         texels[~solid, 3] ^= 128  # half the period farther
@@ -204,6 +204,8 @@ def _covered_quarter(grains: NDArray[np.bool_], shape: tuple[int, int]) -> NDArr
 
 def _cut_out(image: int, segment: int, corner: tuple[int, int], grains: NDArray[np.bool_]) -> list[_Chart]:
     """A chart for each connected piece of some grains (h, w) from grain `corner` on. One holds all of a block."""
+    from scipy.ndimage import find_objects, label
+
     blocks = grains[::2, ::2] | grains[1::2, ::2] | grains[::2, 1::2] | grains[1::2, 1::2]
     pieces = label(blocks)[0].repeat(2, 0).repeat(2, 1) * grains
     charts = []
@@ -224,12 +226,26 @@ def _pack(masks: list[NDArray[np.bool_]]) -> tuple[list[tuple[int, int]], tuple[
     height = 0
     for number in sorted(range(len(masks)), key=lambda number: int(masks[number].sum()), reverse=True):
         rows, columns = masks[number].shape
-        overlap = fftconvolve(taken[: height + rows], masks[number][::-1, ::-1].astype(np.float32), "valid")
+        overlap = _overlaps(taken[: height + rows], masks[number].astype(np.float32))
         row, column = divmod(int((overlap < 0.5).argmax()), overlap.shape[1])
         taken[row : row + rows, column : column + columns] += masks[number]
         places[number] = row, column
         height = max(height, row + rows)
     return places, (height, width)
+
+
+def _overlaps(taken: NDArray[np.float32], mask: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Count the taken cells that `mask` (h, w) would cover at each place in `taken` (H, W).
+
+    Returns (H − h + 1, W − w + 1), whole numbers but for the rounding of the Fourier transform. A circular correlation
+    does: no place at which the mask lies inside reaches round the edge. `scipy.signal.fftconvolve` does the same with
+    a transform four times as large, and importing it takes a second.
+    """
+    from scipy.fft import irfft2, next_fast_len, rfft2
+
+    shape = [next_fast_len(side, real=True) for side in taken.shape]
+    counts = irfft2(rfft2(taken, shape) * rfft2(mask, shape).conj(), shape)
+    return np.asarray(counts[: taken.shape[0] - mask.shape[0] + 1, : taken.shape[1] - mask.shape[1] + 1])
 
 
 def _table(

@@ -8,7 +8,6 @@ from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from depthwalk.bake.grid import layer_triangles, triangle_places, whole_cells
 from depthwalk.bake.images import (
@@ -188,6 +187,8 @@ def _face_points(
 def _ease(cylinder: Cylinder, image: DepthImage) -> NDArray[np.int64]:
     """0 to EASE (H, W): the `straight_share` of the samples of a cap or a flank, less near where the surface leaves the
     image, or another face owns it, whose images do not have that relief."""
+    from scipy.ndimage import distance_transform_edt
+
     height, width = image.depth.shape
     both = 1 | 1 << 7
     whole = np.zeros((height, width), bool)

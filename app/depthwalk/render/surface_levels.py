@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from depthwalk.bake.images import BakedObject, square_texel
 from depthwalk.bake.parallel import Map, batches, thread_map
@@ -146,6 +145,8 @@ def _welded(point: Array, triangles: Ints, rank: Ints, cell: float, arcs: bool =
 def _deviation(probes: Array, corners: Array) -> float:
     """How far most of the points `probes` (n, 3) are at most from triangles (t, 3, 3), metres. Discs that just overlap
     stand for these, which is right within a disc's radius beside the nearest one, and exact above it."""
+    from scipy.spatial import cKDTree
+
     count = max(_DISCS, 2 * len(corners))
     middle, normal = sample_triangles(corners, count)
     away, nearest = cKDTree(middle, compact_nodes=False, balanced_tree=False).query(probes)

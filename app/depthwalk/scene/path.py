@@ -7,12 +7,11 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from depthwalk.errors import InputError
 from depthwalk.limits import MAX_FRAMES, MAX_KEYFRAMES
@@ -22,6 +21,9 @@ from depthwalk.scene.document import read_document
 from depthwalk.scene.environment import CameraParams
 from depthwalk.scene.fields import FileParams, Version
 from depthwalk.scene.validate import check_model, raise_all
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 MIN_GAP = 1e-3  # seconds between keyframes
 _ROUNDING = 1e-9  # a frame's time k / fps may miss its keyframe by this
@@ -93,13 +95,17 @@ class CameraPath:
         return self._view_curve(times), self._fov_curve(times)
 
     @cached_property
-    def _view_curve(self) -> CubicHermiteSpline:
+    def _view_curve(self) -> "CubicHermiteSpline":
         """The Catmull–Rom spline for uneven times: continuous velocity, tangents by second-order differences."""
+        from scipy.interpolate import CubicHermiteSpline  # half a second, for smooth paths only
+
         return CubicHermiteSpline(self.times, self.views, np.gradient(self.views, self.times, axis=0))
 
     @cached_property
-    def _fov_curve(self) -> PchipInterpolator:
+    def _fov_curve(self) -> "PchipInterpolator":
         """A curve that is monotone between keyframes: an overshoot could leave the range of a lens."""
+        from scipy.interpolate import PchipInterpolator
+
         return PchipInterpolator(self.times, self.fovs)
 
 

@@ -1,12 +1,15 @@
 """Where the instances of a `grid` or a `scatter` stand within their node."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from depthwalk.scene.similarity import Similarity, identities
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 _DENSEST = math.pi / math.sqrt(12)  # share of the plane that equal discs can cover
 _IDLE_ROUNDS = 40  # rounds of darts without a hit after which the area counts as full
@@ -69,5 +72,7 @@ def _spaced_places(
     return places
 
 
-def _tree(points: NDArray[np.float64]) -> cKDTree:
+def _tree(points: NDArray[np.float64]) -> "cKDTree":
+    from scipy.spatial import cKDTree  # a quarter of a second, for scenes that ask for spaced objects only
+
     return cKDTree(points, compact_nodes=False, balanced_tree=False)  # random points need no balancing, which is slow

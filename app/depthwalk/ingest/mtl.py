@@ -1,0 +1,101 @@
+"""Read the material libraries (MTL) of OBJ files."""
+
+import io
+import logging
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
+from depthwalk.ingest.materials import phong_from_mtl
+from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.sources import Sources, find, read_libraries, texture_name
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+log = logging.getLogger(__name__)
+
+_TERMS = ("kd", "ks", "ns")
+
+Terms = dict[str, float | list[float]]
+
+
+@dataclass
+class MtlMaterial:
+    """Hold what a library says of one material: `terms` by key in lower case, `image` as `map_Kd` names it."""
+
+    terms: Terms = field(default_factory=dict)
+    image: str | None = None
+
+
+def parse_mtl(text: str) -> dict[str, MtlMaterial]:
+    """Return the materials of a library by name, the last one where several have a name; unknown keys are skipped."""
+    materials: dict[str, MtlMaterial] = {}
+    current: MtlMaterial | None = None
+    for line in text.splitlines():
+        words = line.split()
+        if len(words) < 2:
+            continue
+        key = words[0].lower()
+        if key == "newmtl":
+            current = materials[" ".join(words[1:])] = MtlMaterial()
+        elif current is None:
+            continue
+        elif key == "map_kd":
+            current.image = line.strip()[len(key) :].strip()
+        elif key in _TERMS:
+            try:
+                numbers = [float(word) for word in words[1:]]
+            except ValueError:
+                continue
+            current.terms[key] = numbers[0] if len(numbers) == 1 else numbers
+    return materials
+
+
+class MaterialLibrary:
+    """Convert the materials of an OBJ's libraries, each when it is asked for.
+
+    Every texture that a library names is looked at when the library is read, used or not: a scene that works today
+    must not fail when somebody assigns another of its materials.
+    """
+
+    def __init__(self, libraries: list[Path], mesh: Path, sources: Sources) -> None:
+        """Read the libraries of the OBJ file `mesh`. Raises InputError for textures that are no pictures."""
+        self._mesh = mesh
+        self._sources = sources
+        self._folders = [mesh.parent, *(library.parent for library in libraries)]
+        self._materials = parse_mtl(read_libraries(libraries, sources).decode("utf-8", "replace")) if libraries else {}
+        self._files: dict[str, Path | None] = {}
+        checked: set[Path | None] = {None}
+        for name in dict.fromkeys(material.image for material in self._materials.values() if material.image):
+            path = self._files[name] = find(texture_name(name), self._folders, sources, mesh)
+            if path not in checked and (image := self._open(path)) is not None:
+                image.close()
+            checked.add(path)
+
+    def material(self, name: str | None) -> Material | None:
+        """Return the material called `name`, None where the libraries have none. Raises InputError for its texture."""
+        found = self._materials.get(name) if name is not None else None
+        if found is None:
+            return None
+        path = self._files[found.image] if found.image else None
+        return phong_from_mtl(found.terms, self._open(path), f"{self._mesh}: {found.image}")
+
+    def _open(self, path: Path | None) -> "Image.Image | None":
+        """Return the picture, no pixel of it decoded; None where there is none, with a warning if no name said so."""
+        if path is None:
+            return None
+        data = self._sources.read(path)
+        if path.suffix.lower() in IMAGE_SUFFIXES:
+            return open_image(data, str(path))
+        from PIL import Image
+
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                return Image.open(io.BytesIO(data))  # formats that are not supported are told of by name later
+        except Exception:  # Pillow's plugins raise nearly anything
+            log.warning("%s: %s cannot be read as an image; ignored", self._mesh, path.name)
+            return None

@@ -1,0 +1,57 @@
+"""The triangles of a mesh file as the file has them, before they are turned, scaled and given normals."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import Material
+from depthwalk.limits import MAX_MESH_TRIANGLES
+
+
+@dataclass(frozen=True)
+class Soup:
+    """Hold the triangles of a file in its own frame and units.
+
+    Attributes
+    ----------
+    positions : (V, 3) float64
+        Vertices, all finite where a face refers to them.
+    normals : (V, 3) float64
+        Unit normals; a whole row is NaN where the file has none.
+    colours : (V, 3) uint8
+        sRGB; white where the file has none.
+    uv : (V, 2) float64
+        Texture coordinates, v upward; NaN where the file has none.
+    faces : (F, 3) int64
+        Indices of vertices, counter-clockwise seen from outside.
+    material : (F,) int64
+        Index of each face's material in `materials`.
+    materials : tuple of Material
+        In the order of their first use.
+    """
+
+    positions: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    colours: NDArray[np.uint8]
+    uv: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    material: NDArray[np.int64]
+    materials: tuple[Material, ...]
+
+
+def unit_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return normals (V, 3) at unit length, with rows of NaN for those that are zero or not finite."""
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(np.isfinite(lengths) & (lengths > 1e-6), normals / lengths, np.nan)
+
+
+def check_triangle_count(count: int, path: Path) -> None:
+    """Raise InputError where the file `path` holds no triangle, or more than can be used."""
+    if count == 0:
+        raise InputError(f"{path}: no faces")
+    if count > MAX_MESH_TRIANGLES:
+        raise InputError(f"{path}: too large: {count} triangles, the limit is {MAX_MESH_TRIANGLES}")

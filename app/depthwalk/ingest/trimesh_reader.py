@@ -1,0 +1,235 @@
+"""Read PLY, STL, glTF and GLB files through trimesh, with everything it lets pass checked.
+
+Imported only where such a file is read: trimesh takes most of a second to import.
+"""
+
+import io
+import logging
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.resolvers import FilePathResolver
+from trimesh.visual.color import to_rgba
+from trimesh.visual.texture import TextureVisuals
+
+from depthwalk.colour import srgb8_from_linear
+from depthwalk.errors import InputError
+from depthwalk.ingest import gltf
+from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
+from depthwalk.ingest.materials import WHITE, convert_material
+from depthwalk.ingest.mesh import Material
+from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals
+from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
+
+logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns with tracebacks of what is checked here
+
+_Piece = tuple[
+    NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8], NDArray[np.float64], NDArray[np.int64], int
+]  # positions, normals, colours, uv and faces as in Soup, and the number of their material
+
+
+def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
+    """Return all triangles of a file that holds `data`, its scene graph flattened.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, for what the checks find. trimesh itself raises nearly anything on damaged data.
+    """
+    folder = _Folder(path, sources)
+    placed = _placed(_read_scene(path, data, folder), path)
+    soup = _joined(placed, path, linear_colours=path.suffix.lower() in (".glb", ".gltf"))
+    if folder.defects:
+        raise folder.defects[0]
+    return soup
+
+
+class _Folder(FilePathResolver):
+    """Serves the files that a mesh names, from its own folder only; trimesh swallows what this raises."""
+
+    def __init__(self, path: Path, sources: Sources) -> None:
+        super().__init__(str(path))
+        self.mesh = path
+        self.sources = sources
+        self.folders = [path.parent]
+        self.defects: list[InputError] = []
+
+    def get(self, name: str) -> bytes:
+        path = find(texture_name(name), self.folders, self.sources, self.mesh)
+        if path is None:
+            raise FileNotFoundError(name)
+        data = self.sources.read(path)
+        if path.suffix.lower() in IMAGE_SUFFIXES:  # else a glTF buffer
+            self._check_image(data, path)
+        return data
+
+    def _check_image(self, data: bytes, path: Path) -> None:
+        try:
+            open_image(data, str(path)).close()
+        except InputError as error:
+            self.defects.append(error)
+            raise
+
+
+def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
+    suffix = path.suffix.lower()
+    if suffix == ".stl":
+        data = _checked_stl(data, path)
+    elif suffix == ".ply":
+        head = data[: data.find(b"end_header")]
+        if (readable := as_utf8(head)) is not head:  # else not: a copy takes as much memory as the file
+            data = readable + data[len(head) :]
+    elif suffix in (".glb", ".gltf"):
+        header = gltf.read_header(data, path)
+        gltf.check_header(header, path)
+        for uri in gltf.external_uris(header, "buffers"):
+            if find(uri, folder.folders, folder.sources) is None:
+                raise InputError(f"{path}: buffer {uri!r} is missing or outside the folder")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        warnings.filterwarnings("error", message="string or file could not be read")  # numbers cut short
+        return trimesh.load_scene(io.BytesIO(data), file_type=suffix[1:], resolver=folder, process=False)
+
+
+def _checked_stl(data: bytes, path: Path) -> bytes:
+    """Return the file, in UTF-8 where it is text.
+
+    trimesh takes for text whatever has not the length of a binary one."""
+    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, 50 bytes a triangle
+        return data
+    if b"facet" not in data.lower():
+        raise InputError(f"{path}: neither a whole binary STL file nor one of text")
+    return as_utf8(data)
+
+
+def _placed(scene: trimesh.Scene, path: Path) -> list[tuple[trimesh.Trimesh, NDArray[np.float64]]]:
+    """Every use of a triangle mesh in the scene graph, with its scene_from_mesh matrix (4, 4)."""
+    placed = []
+    for node in scene.graph.nodes_geometry:
+        matrix, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            placed.append((mesh, matrix))
+    for mesh in {id(mesh): mesh for mesh, _ in placed}.values():
+        _check(mesh, path)
+    check_triangle_count(sum(len(mesh.faces) for mesh, _ in placed), path)
+    return placed
+
+
+def _check(mesh: trimesh.Trimesh, path: Path) -> None:
+    faces, vertices = mesh.faces, mesh.vertices
+    for name, element in mesh.metadata.get("_ply_raw", {}).items():
+        _check_ply_element(name, element, path)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise InputError(f"{path}: vertices need three coordinates and faces at least three corners")
+    outside = (faces < 0) | (faces >= len(vertices))
+    if outside.any():
+        row, column = np.argwhere(outside)[0]
+        raise InputError(f"{path}: face {row} refers to vertex {faces[row, column]} of 0 to {len(vertices) - 1}")
+    if broken := np.count_nonzero(~np.isfinite(vertices).all(axis=1)):
+        raise InputError(f"{path}: {broken} of {len(vertices)} vertices have NaN or infinite coordinates")
+
+
+def _check_ply_element(name: str, element: dict[str, Any], path: Path) -> None:
+    """trimesh pads nothing and reports nothing where an ASCII file ends early."""
+    data = element.get("data")
+    columns = data.values() if isinstance(data, dict) else [] if data is None else [data]
+    found = min(map(len, columns), default=0)
+    if found < element["length"]:
+        raise InputError(f"{path}: truncated: {found} of {element['length']} PLY {name} elements")
+
+
+@dataclass
+class _Palette:
+    """Materials in the order of their first use, each converted once."""
+
+    path: Path
+    materials: list[Material] = field(default_factory=list)
+    numbers: dict[object, int] = field(default_factory=dict)
+
+    def number(self, mesh: trimesh.Trimesh, coloured: bool) -> int:
+        source = getattr(mesh.visual, "material", None)
+        material = None
+        key: object = id(source)
+        if key not in self.numbers:
+            material = convert_material(source, str(self.path))
+            if material is None:
+                key = coloured
+        if key not in self.numbers:
+            self.numbers[key] = len(self.materials)
+            self.materials.append(material or (Material(base_colour=WHITE) if coloured else Material()))
+        return self.numbers[key]
+
+
+def _joined(placed: list[tuple[trimesh.Trimesh, NDArray[np.float64]]], path: Path, *, linear_colours: bool) -> Soup:
+    palette = _Palette(path)
+    pieces = []
+    first = 0
+    for mesh, matrix in placed:
+        piece = _piece(mesh, matrix, palette, linear_colours)
+        pieces.append((*piece[:4], piece[4] + first, np.full(len(piece[4]), piece[5])))
+        first += len(piece[0])
+    positions, normals, colours, uv, faces, material = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    return Soup(positions, normals, colours, uv, faces, material, tuple(palette.materials))
+
+
+def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette, linear_colours: bool) -> _Piece:
+    """positions, normals, colours, uv, faces and material number of one placed mesh, as in Soup."""
+    positions, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    visual: Any = mesh.visual
+    normals, uv = _file_normals(mesh), _file_uv(mesh)
+    colours = _file_colours(mesh, linear_colours)
+    if visual.kind == "face" and colours is None:
+        flat = faces.ravel()
+        colours = np.repeat(np.asarray(visual.face_colors)[:, :3], 3, axis=0)
+        positions, normals, uv, faces = positions[flat], normals[flat], uv[flat], np.arange(faces.size).reshape(-1, 3)
+    number = palette.number(mesh, colours is not None)
+    if colours is None:
+        colours = np.full((len(positions), 3), 255, np.uint8)
+    linear = matrix[:3, :3]
+    if (turn := np.linalg.det(linear)) < 0:
+        faces = faces[:, ::-1]  # a mirror turns the faces inside out
+    normals = normals @ np.linalg.inv(linear) if turn else np.full_like(normals, np.nan)
+    return positions @ linear.T + matrix[:3, 3], normals, colours, uv, faces, number
+
+
+def _file_normals(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
+    """(V, 3) as the file has them, NaN where absent, zero or not finite."""
+    # The property would compute absent ones; only the cache tells which were given.
+    if "vertex_normals" not in mesh._cache.cache:
+        return np.full((len(mesh.vertices), 3), np.nan)
+    return unit_normals(np.array(mesh.vertex_normals, np.float64))
+
+
+def _file_uv(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
+    count = len(mesh.vertices)
+    uv = getattr(mesh.visual, "uv", None)
+    vertex = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
+    for u, v in (("s", "t"), ("u", "v"), ("texture_u", "texture_v")):  # trimesh reads a PLY's uv of faces only
+        names = vertex.keys() if isinstance(vertex, dict) else vertex.dtype.names
+        if uv is None and u in names and v in names and len(vertex[u]) == count:
+            uv = np.column_stack([vertex[u], vertex[v]])
+    if uv is None or np.shape(uv) != (count, 2):
+        return np.full((count, 2), np.nan)
+    return np.asarray(uv, np.float64)
+
+
+def _file_colours(mesh: trimesh.Trimesh, linear: bool) -> NDArray[np.uint8] | None:
+    """(V, 3) uint8, sRGB, or None. glTF's colours are linear, everybody else's sRGB."""
+    visual: Any = mesh.visual
+    if isinstance(visual, TextureVisuals):
+        values = visual.vertex_attributes.get("color", mesh.vertex_attributes.get("color"))
+    else:
+        values = visual.vertex_colors if visual.kind == "vertex" else None
+    if values is None or np.shape(values) not in ((len(mesh.vertices), 3), (len(mesh.vertices), 4)):
+        return None
+    values = np.asarray(values)
+    if not linear:
+        return to_rgba(np.array(values))[:, :3].astype(np.uint8)
+    unit = values[:, :3] / (255.0 if values.dtype == np.uint8 else 1.0)
+    return srgb8_from_linear(unit)

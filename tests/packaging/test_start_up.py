@@ -1,0 +1,106 @@
+"""What is imported when: the libraries that take long stay away from whoever does not need them."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {
+    "OpenEXR", "PIL", "embreex", "fast_simplification", "flip_evaluator", "glfw", "imageio_ffmpeg", "imgui_bundle",
+    "moderngl", "moderngl_window", "networkx", "rich", "scipy", "skimage", "trimesh",
+}  # fmt: skip
+MOST_MODULES = 25  # of depthwalk itself, to read a scene file
+
+# What a scene's settings still bring along, since they are declared by the passes of the renderer. To be emptied when
+# the settings are declared below the renderer.
+WAITING_FOR_SETTINGS = (
+    "moderngl",
+    "depthwalk.render",
+    "depthwalk.gpu",
+    "depthwalk.bake",
+    "depthwalk.output",
+    "depthwalk.ingest.mesh",
+    "depthwalk.ingest.normals",
+    "depthwalk.colour",
+)
+
+LOADED = """
+import sys
+{code}
+print(*sorted(sys.modules))
+"""
+LOAD_SCENE = """
+from depthwalk.scene.loader import load_scene
+load_scene({scene!r})
+"""
+RUN = """
+from depthwalk.cli import app
+try:
+    app({arguments!r})
+except SystemExit as end:
+    assert not end.code
+"""
+
+
+@pytest.fixture
+def loaded(cache_home):
+    """Runs code in a process of its own and returns the names of the modules that are loaded after it."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+
+    def run(code: str) -> set[str]:
+        command = [sys.executable, "-c", LOADED.format(code=code)]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return set(done.stdout.splitlines()[-1].split())
+
+    return run
+
+
+@pytest.fixture
+def obj_scene(tiny_scene):
+    """As `tiny_scene`, of a tetrahedron in an OBJ file beside it."""
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    tiny_scene.with_name("ball.obj").write_text(text)
+    tiny_scene.write_text(tiny_scene.read_text().replace("ball.ply", "ball.obj"))
+    return tiny_scene
+
+
+def without_waiting(modules: set[str]) -> set[str]:
+    return {m for m in modules if not any(m == w or m.startswith(f"{w}.") for w in WAITING_FOR_SETTINGS)}
+
+
+def test_the_package_imports_nothing_but_itself(loaded):
+    modules = loaded("import depthwalk")
+    assert not modules & (HEAVY | {"numpy", "pydantic", "typer"})
+    assert {m for m in modules if m.startswith("depthwalk")} == {"depthwalk"}
+
+
+def test_limits_and_errors_import_nothing_heavy(loaded):
+    modules = loaded("import depthwalk.errors, depthwalk.limits")
+    assert not modules & (HEAVY | {"numpy", "pydantic"})
+
+
+def test_reading_a_scene_imports_neither_gl_nor_mesh_libraries(loaded, obj_scene):
+    modules = without_waiting(loaded(LOAD_SCENE.format(scene=str(obj_scene))))
+    assert not modules & HEAVY
+    assert sum(module.split(".")[0] == "depthwalk" for module in modules) <= MOST_MODULES
+
+
+def test_reading_an_obj_file_imports_numpy_only(loaded, obj_scene):
+    mesh = obj_scene.with_name("ball.obj")
+    code = f"from pathlib import Path\nfrom depthwalk.ingest.loader import check_mesh\ncheck_mesh(Path({str(mesh)!r}))"
+    assert not loaded(code) & HEAVY
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["render", "--help"]])
+def test_help_imports_nothing_heavy(loaded, arguments):
+    assert not loaded(RUN.format(arguments=arguments)) & (HEAVY | {"numpy"})  # typer brings pydantic
+
+
+def test_check_imports_nothing_heavy(loaded, obj_scene):
+    assert not without_waiting(loaded(RUN.format(arguments=["check", str(obj_scene)]))) & HEAVY
+
+
+def test_info_of_a_mesh_imports_what_reads_it(loaded, obj_scene):
+    mesh = obj_scene.with_name("ball.obj")
+    assert loaded(RUN.format(arguments=["info", str(mesh)])) & HEAVY <= {"PIL", "scipy"}
