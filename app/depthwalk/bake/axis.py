@@ -9,6 +9,7 @@ from depthwalk.bake.baker import BakeParams
 from depthwalk.bake.placement import cylinder_around, extent, place_along
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, sampled_footprints, spread_directions, squared_texels
+from depthwalk.types import Array
 
 Direction = tuple[float, float, float]
 Axis = Literal["auto", "x", "y", "z"] | Direction
@@ -17,8 +18,6 @@ Axis = Literal["auto", "x", "y", "z"] | Direction
 NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _SPREAD = 20  # directions that are tried besides the named ones and the principal axes
 _LEAST_GAIN = 0.2  # of the mean squared footprint, for an axis other than y
-
-Array = NDArray[np.floating]
 
 
 def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakeParams) -> Direction:

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.grid import cell_triangles, grid_cells
 from depthwalk.bake.images import Border, Cylinder, Face, surface_rays, texel_size
 from depthwalk.bake.raycast import RayCaster
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 _FIRST_STRIDE = 0.25  # of a cell: a gap narrower than this is stepped over
 _STRIDES = 10  # advances and halvings: the end is found to 1/64 cell or better

@@ -16,6 +16,7 @@ from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.vectors import lengths
 from depthwalk.scene.arrays import Takes
+from depthwalk.types import Array
 
 # A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its
 # depth range: half-way values separate a slope (0) from a step (0.33 to 0.67), measured on five models.
@@ -28,8 +29,6 @@ _LONG = 4.0  # cells: depth range of a triangle whose middle alone proves little
 _MIDDLE = np.full(3, 1 / 3)
 _NEAR_CORNERS = 0.2 + 0.4 * np.eye(3)
 _BATCH = 1 << 15  # cells at a time: with eight layers, the gaps between all pairs of samples take 17 MB
-
-Array = NDArray[np.floating]
 
 
 def connect(

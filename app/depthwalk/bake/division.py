@@ -16,14 +16,13 @@ from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, probe, sampled_footprints, squared_texels
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_PARTS
+from depthwalk.types import Array
 
 _PROBES = 1000
 _FEWEST = 30  # probes that make a part
 _CUTS = 3  # planes tried along each direction
 _WELL = 3.0  # texels²: what the six sides of a box have at worst on a ball
 _LEAST_GAIN = 0.4  # texels², of the mean over the surface, for another part
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

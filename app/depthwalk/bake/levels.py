@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from depthwalk.bake.sampling import face_normals, sample_surface, sample_triangles
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 from depthwalk.ingest.normals import row_ids
+from depthwalk.types import Array
 
 RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over a level's
 FEWEST = 50  # triangles of a level, about
@@ -23,8 +24,6 @@ _HASTE = (3, 5, 7)
 _WORTH = 0.9  # of the finer level's triangles: with more than that it is no level of its own
 _PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
 _INWARD = 0.1  # of the way from a corner to the middle of its face: there it is on its own side of a seam
-
-Array = NDArray[np.floating]
 
 
 def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:

@@ -22,8 +22,8 @@ from depthwalk.bake.images import (
 )
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.vectors import lengths
+from depthwalk.types import Array
 
-Array = NDArray[np.floating]
 Inner = dict[Face, NDArray[np.bool_]]  # `inner_texels` of each face that has images
 _GRAZING = 1e-3  # cosine below which a face is taken to see nothing
 _CORNERS = 6  # triangles around a texel that is inside its surface, not at a border

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from depthwalk.bake.images import Cylinder, enclosing_cylinder
 from depthwalk.ingest.mesh import Mesh
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 @dataclass(frozen=True)

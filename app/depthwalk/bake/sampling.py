@@ -13,12 +13,11 @@ from depthwalk.bake.raycast import Hits, RayCaster
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
 from depthwalk.scene.arrays import Takes
+from depthwalk.types import Array
 
 _DIRECTIONS = 64  # in which it is tried whether a point can be seen
 _WORST = 256.0  # texels²: what no image holds counts as so large a footprint
 _SAME = 1e-3  # radii: how far a hit may be from a probe that lies there
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,12 @@ from scipy.ndimage import maximum_filter, uniform_filter
 from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits, RayCaster, no_hits
 from depthwalk.bake.vectors import lengths
+from depthwalk.types import Mask
 
 _QUARTERS = 4  # of the samples: those still in doubt in each cast their first ray together
 _NEAR = 9  # texels, square, for which a ray that escapes speaks
 _AROUND = 65  # texels, square, over which the second rays are counted
 _LEAST_SHARE = 1e-3  # of these that must escape
-
-Images = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -29,12 +28,12 @@ class _Behind:
     normal: NDArray[np.floating]
     shape: tuple[int, int, int]
 
-    def marked(self, some: NDArray[np.intp]) -> Images:
+    def marked(self, some: NDArray[np.intp]) -> Mask:
         images = np.zeros(self.shape, bool)
         images.reshape(len(images), -1)[self.layer[some], self.texel[some]] = True
         return images
 
-    def without(self, some: NDArray[np.intp], images: Images) -> NDArray[np.intp]:
+    def without(self, some: NDArray[np.intp], images: Mask) -> NDArray[np.intp]:
         return some[~images.reshape(len(images), -1)[self.layer[some], self.texel[some]]]
 
 
@@ -59,7 +58,7 @@ def prune_hidden(
     return _compacted(hits, found & np.concatenate([np.ones_like(seen[:1]), seen]))
 
 
-def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
+def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Mask:
     """Where samples are that rays in random directions tell to be seen from outside.
 
     A first ray that escapes speaks for what is near. What is still in doubt casts a second one. Through a narrow
@@ -68,11 +67,11 @@ def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
     """
     random = np.random.default_rng(0)
 
-    def escaping(some: NDArray[np.intp]) -> Images:
+    def escaping(some: NDArray[np.intp]) -> Mask:
         direction = behind.normal.take(some, 0) + 0.98 * _unit(random.normal(size=(len(some), 3)))  # cosine-weighted
         return behind.marked(some[caster.escapes(behind.start.take(some, 0), _unit(direction), each)])
 
-    def spread(escaped: Images) -> Images:
+    def spread(escaped: Mask) -> Mask:
         return np.stack(list(each(lambda image: maximum_filter(image, _NEAR), escaped)))
 
     seen = np.zeros(behind.shape, bool)
@@ -86,7 +85,7 @@ def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
     return seen | spread(escaped) | (free >= _LEAST_SHARE * cast)
 
 
-def _density(image: Images) -> NDArray[np.float32]:
+def _density(image: Mask) -> NDArray[np.float32]:
     return np.asarray(uniform_filter(image.astype(np.float32), _AROUND))
 
 

@@ -19,14 +19,13 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
 from depthwalk.render.rotation import rotate
 from depthwalk.render.step_grids import build_grids
+from depthwalk.types import Array
 
 SAMPLES = 4000
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted
 LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02
 FOLIAGE = 0.15  # part of the surface that is thin, from which on the rest does not count, where outlines are wrong
 MUCH_DEEPER = 1.0  # texels², of the mean footprint
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

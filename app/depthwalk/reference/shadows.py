@@ -1,11 +1,9 @@
 """Twin of shaders/common/shadow_map.glsl and of what looks there."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.render.casters import MapView
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filter_width: int, error: float) -> Array:

@@ -20,6 +20,7 @@ from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.sampling import face_normals
 from depthwalk.bake.vectors import lengths
 from depthwalk.render.grids import EDGE, FACE_SHIFT, PAST_AXIS
+from depthwalk.types import Array, Ints
 
 NOWHERE = -1
 _ELSEWHERE, _ASKEW = 0.1, 0.3  # what it costs a triangle to look where another face owns the surface, or aslant
@@ -28,9 +29,6 @@ _EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals poin
 _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
 _ROUNDING = 1e-3  # by which these may be too high: all is in single precision
 _BATCH = 1 << 13  # triangles at a time: what is known of them stays in the cache
-
-Array = NDArray[np.floating]
-Ints = NDArray[np.int64]
 
 
 class _Look(NamedTuple):

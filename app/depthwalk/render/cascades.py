@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from depthwalk.params import Params, param
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.view import View
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 MOST = 4  # cascades; as in shaders/common/sun_maps.glsl
 WORST = 4.0  # times the error that is asked for: so far is taken to be off what has no more triangles than it may

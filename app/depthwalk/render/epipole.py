@@ -20,8 +20,6 @@ from depthwalk.bake.grid import grid_nodes
 from depthwalk.bake.images import BakedObject, DepthImage, Face, image_position
 from depthwalk.render.grids import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Grids
 
-Ints = NDArray[np.int32]
-
 
 @dataclass(frozen=True)
 class Cells:
@@ -34,7 +32,7 @@ class Cells:
 
     ordered: NDArray[np.uint32]
     unordered: NDArray[np.uint32]
-    cell: Ints
+    cell: NDArray[np.int32]
     nodes: tuple[NDArray[np.int64], NDArray[np.int64]]
     wraps: bool
 
@@ -87,7 +85,7 @@ def draw_order(cells: Cells, at: tuple[int, int]) -> NDArray[np.intp]:
     return order
 
 
-def _distance(cell: Ints, at: int, turn: int | None) -> NDArray[np.int16]:
+def _distance(cell: NDArray[np.int32], at: int, turn: int | None) -> NDArray[np.int16]:
     """How many nodes lie between the epipole, in the interval after node `at`, and the intervals (n,): 0 for the one
     that holds it. Round a circle of `turn` nodes, the interval opposite is the farthest."""
     if turn is None:

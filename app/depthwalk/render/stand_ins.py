@@ -14,9 +14,8 @@ from depthwalk.render.planes import viewer_in_object
 from depthwalk.render.rotation import conjugate, multiply, rotate
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.types import Array, Rows
 
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
 HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), those first read first, to which of them (n,) may be drawn
 
 # With so many a walk through the garden takes two cores as long as with images alone; with any number, half as long
