@@ -121,7 +121,9 @@ def read_body(spec: MeshAsset) -> Mesh:
 
 def model_params(dpci: DpciParams) -> ModelParams:
     """How a scene wants an asset baked."""
-    return ModelParams(dpci.resolution, dpci.layers, dpci.method, parts=dpci.parts, axis=dpci.axis)
+    return ModelParams(
+        resolution=dpci.resolution, layers=dpci.layers, method=dpci.method, parts=dpci.parts, axis=dpci.axis
+    )
 
 
 def mesh_key(spec: MeshAsset, params: ModelParams) -> str:

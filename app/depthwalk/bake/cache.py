@@ -9,34 +9,43 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from depthwalk import limits
-from depthwalk.bake.file import FORMAT_VERSION, SUFFIX, read_baked, read_header, write_baked
+from depthwalk.bake.file import SUFFIX, read_baked, read_header, write_baked
+from depthwalk.bake.header import FORMAT_VERSION
 from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
 
 
 def bake_key(source: str, **parameters: object) -> str:
-    """What a baked model depends on, as 64 hex digits: its sources' hash, the bake's parameters, the file format."""
+    """Return the key of a baked model, 64 hex digits: a hash of all that it depends on.
+
+    Parameters
+    ----------
+    source
+        Hash of the files it is made from.
+    **parameters
+        The bake's parameters, values that JSON can hold; the file format is added.
+    """
     text = json.dumps({"source": source, "format": FORMAT_VERSION, **parameters}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def cache_folder() -> Path:
-    """Where all that can be made again is kept, as `docs/baking.md` says; it need not be there."""
+    """Return where all that can be made again is kept, as docs/baking.md says; the folder need not exist."""
     return user_cache_path("depthwalk", appauthor=False) / "baked"
 
 
 def sidecar(mesh: Path) -> Path:
-    """`bust.dpci.exr` beside `bust.obj`."""
+    """Return the path of the baked file beside a mesh: `bust.dpci.exr` beside `bust.obj`."""
     return mesh.with_name(mesh.stem + SUFFIX)
 
 
 def kept_file(key: str) -> Path:
-    """Where the cache keeps the model of `key`."""
+    """Return where the cache keeps the model of `key`."""
     return cache_folder() / (key + SUFFIX)
 
 
 def has_key(path: Path, key: str) -> bool:
-    """Whether the file is a model of `key`, by its header."""
+    """Return whether the file at `path` is a baked model of `key`, by its header alone."""
     try:
         return path.is_file() and read_header(path)["depthwalk.key"] == key
     except InputError:
@@ -44,7 +53,10 @@ def has_key(path: Path, key: str) -> bool:
 
 
 def find_baked(mesh: Path, key: str) -> BakedModel | None:
-    """The model of `key` beside the mesh or in the cache; a file that is stale or damaged is passed over."""
+    """Find the model of `key` beside the mesh or in the cache.
+
+    A stale or damaged file is passed over, since baking again replaces it. Returns None where there is no other.
+    """
     kept = kept_file(key)
     for path in (sidecar(mesh), kept):
         if not has_key(path, key):
@@ -61,9 +73,14 @@ def find_baked(mesh: Path, key: str) -> BakedModel | None:
 
 
 def keep_baked(baked: BakedModel) -> Path:
-    """Stores `baked` in the cache folder, makes room for it and returns where.
+    """Store `baked` in the cache folder, make room for it, and return its path.
 
-    Raises OSError where that is not possible, InputError as `write_baked` does.
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    InputError
+        As `write_baked` does.
     """
     path = kept_file(baked.key)
     write_baked(path, baked)
@@ -72,7 +89,7 @@ def keep_baked(baked: BakedModel) -> Path:
 
 
 def make_room(newest: Path) -> None:
-    """Removes what was not used for longest, until the rest of the cache and `newest` fit MAX_CACHE_BYTES."""
+    """Remove what was not used for longest, until the rest of the cache and `newest` fit MAX_CACHE_BYTES."""
     files: list[tuple[float, int, Path]] = []
     for path in newest.parent.iterdir():  # with what an interrupted write left
         with contextlib.suppress(OSError):  # another process removes as well

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import grid_nodes
-from depthwalk.bake.images import BakedObject, DepthImage, Face, image_position
+from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.render.grids import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Grids
 
 
@@ -67,10 +68,10 @@ def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> t
     """Column and row, in nodes, of the interval of the ordered image's grid that the viewer (3,), object frame, is in;
     −1 before the first, the last node beyond it."""
     image = ordered_image(baked)
-    u, v = (float(each[0]) for each in image_position(baked.cylinder, image.face, viewer[None]))
-    height, width = image.depth.shape
-    column = u * width - 0.5
-    at = column % width if cells.wraps else column, v * height - 0.5
+    grid = FaceGrid.of(baked.cylinder, image)
+    u, v = (float(position[0]) for position in grid.position_of(viewer[None]))
+    column = u * grid.width - 0.5
+    at = column % grid.width if cells.wraps else column, v * grid.height - 0.5
     found = [int(np.searchsorted(nodes, value, side="right")) - 1 for nodes, value in zip(cells.nodes, at, strict=True)]
     return found[0], found[1]
 

@@ -115,7 +115,15 @@ def _bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
     """An image of `shape` that takes no memory."""
     empty = np.broadcast_to(np.float32(np.inf), shape)
     none = np.broadcast_to(np.float32(0), (*shape, 4))
-    return DepthImage(face, layer, empty, none[..., :3], none, (), np.broadcast_to(np.uint8(face), shape))
+    return DepthImage(
+        face=face,
+        layer=layer,
+        depth=empty,
+        normal=none[..., :3],
+        albedo=none,
+        cells=(),
+        owner=np.broadcast_to(np.uint8(face), shape),
+    )
 
 
 def _header(each: Prepared) -> dict[str, Any]:
@@ -135,14 +143,14 @@ def _header(each: Prepared) -> dict[str, Any]:
 
 def _from_file(path: Path, number: int, header: dict[str, Any], stored: Any) -> Prepared:
     outline = BakedObject(
-        Cylinder(*header["cylinder"]),
-        tuple(_bare_image(Face(face), layer, tuple(shape)) for face, layer, *shape in header["images"]),
-        (),
-        header["shininess"],
-        header["steps"],
-        header["key"],
-        tuple(header["position"]),
-        tuple(header["rotation"]),
+        cylinder=Cylinder(**dict(zip((field.name for field in fields(Cylinder)), header["cylinder"], strict=True))),
+        images=tuple(_bare_image(Face(face), layer, tuple(shape)) for face, layer, *shape in header["images"]),
+        borders=(),
+        shininess=header["shininess"],
+        steps=header["steps"],
+        key=header["key"],
+        position=tuple(header["position"]),
+        rotation=tuple(header["rotation"]),
     )
     first, count, error = (stored[_column(Grids, number, name)] for name in ("first", "count", "error"))
     around = np.array(header["footprint"])

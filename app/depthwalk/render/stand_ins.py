@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.bake.face_grid import square_texel
+from depthwalk.bake.images import BakedObject
 from depthwalk.render.bounds import outside
 from depthwalk.render.lod import error_level
 from depthwalk.render.mesh_lod import MeshLevels

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.bake.face_grid import square_texel
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.parallel import Map, batches, thread_map
 from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.bake.vectors import lengths
