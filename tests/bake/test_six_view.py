@@ -142,7 +142,7 @@ def test_a_face_that_sees_nothing_has_no_image():
     cylinder = enclosing_cylinder(mesh.positions)
     seen = sample_six_views(mesh, cylinder, 16)[Face.SIDE]
     empty = replace(seen, samples=replace(seen.samples, depth=np.full_like(seen.samples.depth, np.inf)))
-    assert connect_face(RayCaster(mesh), cylinder, Face.SIDE, empty, 1) == []
+    assert connect_face(RayCaster(mesh), grid_of(cylinder, Face.SIDE, 16), empty, 1) == []
 
 
 def test_the_callers_context_stays_current_and_all_is_released(gl_device, monkeypatch):

@@ -25,7 +25,7 @@ def find_levels(mesh: Mesh, key: str) -> tuple[MeshLevel, ...] | None:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             arrays = dict(stored)
             levels = [_level(mesh, arrays, number, error) for number, error in enumerate(arrays["error"].tolist())]
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):  # EOFError: an empty file
         return None
     with contextlib.suppress(OSError):  # removed meanwhile, or a cache that is read-only
         os.utime(path)  # its age is that of its last use
