@@ -5,7 +5,7 @@ connected to triangles, of which those are dropped that do not lie on the surfac
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal
 
@@ -100,7 +100,7 @@ class BakeParams:
     resolution: int = 512
     layers: Layers = 3
     method: Method = "raycast"
-    refinements: Refinements = field(default=EVERYTHING)
+    refinements: Refinements = EVERYTHING
 
     def __post_init__(self) -> None:
         """Check that the method can make the layers."""
