@@ -100,7 +100,7 @@ def of_model(model):
 
 def bake(mesh, resolution=128, layers=2):
     """The depth images of a mesh; of an equal one as before, those."""
-    return _baked(pickle.dumps((mesh, BakeParams(resolution, layers), "test")))
+    return _baked(pickle.dumps((mesh, BakeParams(resolution=resolution, layers=layers), "test")))
 
 
 @lru_cache(maxsize=24)
@@ -110,7 +110,7 @@ def _baked(call):
 
 def model_of(baked):
     """One object, or a model already, as a model; None stays."""
-    return baked if baked is None or isinstance(baked, BakedModel) else BakedModel((baked,))
+    return baked if baked is None or isinstance(baked, BakedModel) else BakedModel(parts=(baked,))
 
 
 class ShapeLibrary:

@@ -18,7 +18,7 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply
 
-PARAMS = ModelParams(32, 1)
+PARAMS = ModelParams(resolution=32, layers=1)
 
 
 def ignore(number, stage):
@@ -58,7 +58,7 @@ def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
     spec = load_scene(tiny_scene).assets[0]
     SceneLibrary((spec,)).baked(0)
     out = tmp_path / ("copy" + SUFFIX)
-    params = ModelParams(64, 1)
+    params = ModelParams(resolution=64, layers=1)
     assert dict(bake_all([Job(spec, params, out)], 1, ignore)) == {0: Kept(out, cached=True)}
     assert read_baked(out).key == mesh_key(spec, params)
 

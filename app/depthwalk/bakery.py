@@ -135,7 +135,9 @@ def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 def model_params(dpci: DpciParams) -> ModelParams:
     """How a scene wants an asset baked."""
-    return ModelParams(dpci.resolution, dpci.layers, dpci.method, parts=dpci.parts, axis=dpci.axis)
+    return ModelParams(
+        resolution=dpci.resolution, layers=dpci.layers, method=dpci.method, parts=dpci.parts, axis=dpci.axis
+    )
 
 
 def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) -> str:

@@ -223,9 +223,15 @@ def bake(
     files = work.output_files(meshes, out)
     specs = [work.mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
     deep = parse_layers(layers) or (1 if method is Method.SIX_VIEW else 3)
-    split = parse_parts(parts) or 1, parse_axis(axis) or "y"
+    most_parts, upright = parse_parts(parts) or 1, parse_axis(axis) or "y"
     try:
-        params = ModelParams(dpci_resolution, deep, method.value, *split)
+        params = ModelParams(
+            resolution=dpci_resolution,
+            layers=deep,
+            method=method.value,
+            parts=most_parts,
+            axis=upright,
+        )
     except InputError as error:
         raise InputError(f"--{error}") from None
     failures = work.bake_meshes(specs, params, files, jobs, force)

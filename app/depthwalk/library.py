@@ -163,7 +163,7 @@ class SceneLibrary:
         if spec.dpci.meso is None:
             return baked
         meso = read_meso(spec.dpci.meso)
-        return BakedModel(tuple(replace(part, meso=meso) for part in baked.parts))
+        return BakedModel(parts=tuple(replace(part, meso=meso) for part in baked.parts))
 
     def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams) -> BakedModel:
         # Not by `mesh`, which would keep for good what may be drawn by its depth images only.
@@ -206,7 +206,7 @@ class SceneLibrary:
 
     def _bake_image(self, asset: int, spec: DepthImageAsset) -> BakedModel:
         if spec.intrinsics is None:
-            return BakedModel((bake_planar(read_relief(spec), key=""),))
+            return BakedModel(parts=(bake_planar(read_relief(spec), key=""),))
         key = self.key(asset)
         return self._baked_once(spec.name, spec.depth, key, lambda: self._bake_range(asset, spec))
 
@@ -216,7 +216,7 @@ class SceneLibrary:
         self._note_key(asset, key)
         self.report(spec.name, "resampling")
         with complaints_about(spec.depth):
-            return BakedModel((bake_range(image, key),))
+            return BakedModel(parts=(bake_range(image, key),))
 
 
 def read_meso(meso: MesoParams) -> Meso:

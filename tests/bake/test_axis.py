@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.axis import candidate_axes, choose_axis
-from depthwalk.bake.images import image_points
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.placement import cylinder_around, place_along, smallest_circle
 from depthwalk.bake.raycast import RayCaster
@@ -89,7 +89,7 @@ def tower():
 @pytest.mark.parametrize("layers", [1, 2, 3])
 def test_footprints_end_where_the_layers_do(layers):
     """Rays from above reach the upper sides of so many plates, those from below the lower sides."""
-    mesh, params = tower(), ModelParams(32, layers)
+    mesh, params = tower(), ModelParams(resolution=32, layers=layers)
     caster, placement = RayCaster(mesh), place_along((0, 1, 0), mesh.positions)
     probes = probe(mesh, caster, 1000)
     found = sampled_footprints(caster, probes, placement, cylinder_around(placement, mesh.positions), params)
@@ -100,7 +100,7 @@ def test_footprints_end_where_the_layers_do(layers):
 
 def choose(mesh, **params):
     caster = RayCaster(mesh)
-    return choose_axis(caster, mesh.positions, probe(mesh, caster, 500), ModelParams(64, 1, **params))
+    return choose_axis(caster, mesh.positions, probe(mesh, caster, 500), ModelParams(resolution=64, layers=1, **params))
 
 
 def test_the_axis_leans_where_that_shows_what_upright_images_miss():
@@ -121,19 +121,22 @@ def test_no_candidate_points_down():
 def test_what_a_turned_cylinder_holds_lies_on_the_surface(axis):
     mesh = sphere(0.5, columns=128, rows=64)
     mesh.positions[:] += [3, 1, -2]
-    (baked,) = bake_model(mesh, ModelParams(64, 1, axis=axis), "").parts
+    (baked,) = bake_model(mesh, ModelParams(resolution=64, layers=1, axis=axis), "").parts
     assert baked.cylinder.radius == pytest.approx(0.5, rel=2e-3)
     for image in baked.images:
-        points = image_points(baked.cylinder, image)[np.isfinite(image.depth)]
+        points = FaceGrid.of(baked.cylinder, image).points(image.depth)[np.isfinite(image.depth)]
         points = rotate(np.array(baked.rotation), points) + np.array(baked.position)
         assert np.linalg.norm(points - [3, 1.5, -2], axis=1) == pytest.approx(0.5, abs=2e-3)
 
 
 def test_keys_name_axis_and_parts_unless_they_are_the_default(tmp_path):
     spec = MeshAsset("ball", write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)), None, "y", None, None)
-    every = [ModelParams(64, 1, **more) for more in ({}, {"axis": "x"}, {"axis": (1.0, 0.0, 0.0)}, {"parts": "auto"})]
+    every = [
+        ModelParams(resolution=64, layers=1, **more)
+        for more in ({}, {"axis": "x"}, {"axis": (1.0, 0.0, 0.0)}, {"parts": "auto"})
+    ]
     assert len({mesh_key(spec, params) for params in every}) == 4
-    assert mesh_key(spec, ModelParams(64, 1, axis="y", parts=1)) == mesh_key(spec, every[0])
+    assert mesh_key(spec, ModelParams(resolution=64, layers=1, axis="y", parts=1)) == mesh_key(spec, every[0])
 
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (np.inf, 0.0, 0.0)])

@@ -7,16 +7,18 @@ import pytest
 
 from depthwalk.bake import connectivity
 from depthwalk.bake.baker import BakeParams, cast_face
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Face, enclosing_cylinder
 from depthwalk.bake.raycast import RayCaster
 from shapes import box, joined
 
 
 def samples(size, layers, face):
-    """Caster, cylinder, face and depths (L, size, size) of a post before a plate."""
+    """Caster, grid of the face and depths (L, size, size) of a post before a plate."""
     mesh = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
     caster, cylinder = RayCaster(mesh), enclosing_cylinder(mesh.positions)
-    return caster, cylinder, face, cast_face(mesh, caster, cylinder, face, BakeParams(size, layers)).samples.depth
+    grid = FaceGrid(cylinder=cylinder, face=face, height=size, width=size)
+    return caster, grid, cast_face(mesh, caster, grid, BakeParams(resolution=size, layers=layers)).samples.depth
 
 
 @pytest.mark.parametrize("face", Face)

@@ -19,7 +19,7 @@ def stack(count):
 
 
 def depths_of(mesh, **params):
-    return probed_depth(mesh, place_along((0, 1, 0), mesh.positions), ModelParams(64, **params))
+    return probed_depth(mesh, place_along((0, 1, 0), mesh.positions), ModelParams(resolution=64, **params))
 
 
 @pytest.mark.parametrize("plates", [1, 2, 4])
@@ -38,7 +38,11 @@ def test_what_hides_inside_needs_no_layers():
 
 
 def test_a_layer_must_be_worth_it():
-    depths = [Depth(1, 0.1, 3.0), Depth(2, 0.0, 1.15), Depth(3, 0.0, 1.1)]
+    depths = [
+        Depth(layers=1, missing=0.1, footprint=3.0),
+        Depth(layers=2, missing=0.0, footprint=1.15),
+        Depth(layers=3, missing=0.0, footprint=1.1),
+    ]
     assert deep_enough(depths).layers == 2
     assert deep_enough(depths[:1]).layers == 1
 
@@ -51,21 +55,21 @@ def test_of_a_solid_inside_out_all_counts_alike():
 
 def test_auto_bakes_what_so_many_layers_do():
     mesh = stack(4)
-    (auto,) = bake_model(mesh, ModelParams(32, "auto"), "").parts
-    (four,) = bake_model(mesh, ModelParams(32, 4), "").parts
+    (auto,) = bake_model(mesh, ModelParams(resolution=32, layers="auto"), "").parts
+    (four,) = bake_model(mesh, ModelParams(resolution=32, layers=4), "").parts
     assert max(image.layer for image in auto.images) == 3
     assert all(np.array_equal(a.depth, b.depth) for a, b in zip(auto.images, four.images, strict=True))
 
 
 def test_every_part_has_layers_of_its_own():
     """Half of the plates each, and one beside the cut."""
-    parts = bake_model(stack(12), ModelParams(64, "auto", parts=2), "").parts
+    parts = bake_model(stack(12), ModelParams(resolution=64, layers="auto", parts=2), "").parts
     assert [1 + max(image.layer for image in part.images) for part in parts] == [7, 7]
 
 
 def test_rays_of_an_object_that_is_baked_by_itself_go_as_deep_as_may_be():
     mesh = stack(2)
-    assert peeled_layers(BakeParams(32, "auto"), RayCaster(mesh)) == 8
+    assert peeled_layers(BakeParams(resolution=32, layers="auto"), RayCaster(mesh)) == 8
     assert max(image.layer for image in bake(mesh, 32, "auto").images) == 1
 
 
@@ -73,4 +77,6 @@ def test_auto_has_a_key_of_its_own(tmp_path):
     file = tmp_path / "plain.ply"
     file.write_bytes(b"")
     spec = MeshAsset("plain", file, None, "y", None, None)
-    assert mesh_key(spec, ModelParams(64, "auto")) != mesh_key(spec, ModelParams(64, 3))
+    assert mesh_key(spec, ModelParams(resolution=64, layers="auto")) != mesh_key(
+        spec, ModelParams(resolution=64, layers=3)
+    )

@@ -84,7 +84,9 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, bake
     count = 4096 * 1024 + 1
     triangles = np.tile(np.arange(3, dtype=np.int32), (count, 1))
     nothing = np.zeros((0, 2), np.float16)
-    border = Border(Face.TOP, 0, np.zeros(0, np.int32), nothing, nothing[:, 0], triangles)
+    border = Border(
+        face=Face.TOP, level=0, start=np.zeros(0, np.int32), offset=nothing, rise=nothing[:, 0], triangles=triangles
+    )
     write_baked(tmp_path / "x.dpci.exr", model_of(replace(baked, borders=(border,))))
     np.testing.assert_array_equal(read_baked(tmp_path / "x.dpci.exr").parts[0].borders[0].triangles, triangles)
 

@@ -7,8 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from depthwalk.bake.division import Cell, part_faces
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.file import read_baked, read_header, write_baked
-from depthwalk.bake.images import image_points
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model, submesh
 from depthwalk.cli import app
@@ -29,7 +29,9 @@ def points_of(model):
     """Every sample (n, 3) of a model, asset's frame."""
     return np.concatenate(
         [
-            rotate(np.array(part.rotation), image_points(part.cylinder, image)[np.isfinite(image.depth)])
+            rotate(
+                np.array(part.rotation), FaceGrid.of(part.cylinder, image).points(image.depth)[np.isfinite(image.depth)]
+            )
             + np.array(part.position)
             for part in model.parts
             for image in part.images
@@ -40,7 +42,7 @@ def points_of(model):
 @pytest.fixture(scope="module")
 def model():
     """A heap, in as many parts as it takes for one layer."""
-    return bake_model(heap(3), ModelParams(64, 1, parts="auto"), "key")
+    return bake_model(heap(3), ModelParams(resolution=64, layers=1, parts="auto"), "key")
 
 
 def test_what_straddles_a_cut_belongs_to_both_sides():
@@ -69,21 +71,26 @@ def test_a_part_of_a_mesh_keeps_materials_and_corners():
 
 
 def test_a_ball_is_one_part_and_a_heap_several(model):
-    assert len(bake_model(sphere(columns=48, rows=24), ModelParams(32, 1, parts="auto"), "").parts) == 1
+    assert (
+        len(bake_model(sphere(columns=48, rows=24), ModelParams(resolution=32, layers=1, parts="auto"), "").parts) == 1
+    )
     assert 1 < len(model.parts) <= 16 and model.key == "key" and {part.key for part in model.parts} == {"key"}
 
 
 def test_parts_hold_what_one_object_does_not(model):
     """The gaps beside the box in the middle, of which one layer sees nothing from outside."""
     held = points_of(model)
-    inside = [np.abs(points).max(1) < 0.5 for points in (points_of(bake_model(heap(3), ModelParams(64, 1), "")), held)]
+    inside = [
+        np.abs(points).max(1) < 0.5
+        for points in (points_of(bake_model(heap(3), ModelParams(resolution=64, layers=1), "")), held)
+    ]
     assert inside[0].sum() == 0 and inside[1].sum() > 1000
     off = np.abs(np.abs((held + 0.5) % 1 - 0.5) - 0.35).min(1)  # from the nearest side of a box, along an axis
     assert off.max() < 2e-3
 
 
 def test_texels_of_parts_are_about_as_large_as_the_whole_has(model):
-    (one,) = bake_model(heap(3), ModelParams(64, 1), "").parts
+    (one,) = bake_model(heap(3), ModelParams(resolution=64, layers=1), "").parts
     size = max(2 * one.cylinder.radius, one.cylinder.height) / 64
     for part in model.parts:
         extent = max(2 * part.cylinder.radius, part.cylinder.height)
@@ -91,7 +98,7 @@ def test_texels_of_parts_are_about_as_large_as_the_whole_has(model):
 
 
 def test_parts_are_at_most_as_many_as_wanted():
-    assert len(bake_model(heap(2), ModelParams(32, 1, parts=2), "").parts) == 2
+    assert len(bake_model(heap(2), ModelParams(resolution=32, layers=1, parts=2), "").parts) == 2
     for parts in (0, 17):
         with pytest.raises(InputError, match="must be 1 to 16, or auto"):
             ModelParams(parts=parts)
@@ -123,7 +130,7 @@ def test_a_file_holds_all_parts(tmp_path, model):
 )
 def test_files_of_parts_that_do_not_fit_are_refused(tmp_path, parts, message):
     small = bake(sphere(columns=16, rows=8), resolution=16, layers=1)
-    write_baked(tmp_path / "x.dpci.exr", BakedModel(parts(small)))
+    write_baked(tmp_path / "x.dpci.exr", BakedModel(parts=parts(small)))
     with pytest.raises(InputError, match=message):
         read_baked(tmp_path / "x.dpci.exr")
 

@@ -9,9 +9,10 @@ from typer.testing import CliRunner
 
 from depthwalk.bake import six_view
 from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.grid import layer_triangles
-from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder, texel_size
+from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder
 from depthwalk.bake.parts import ModelParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.six_view import sample_six_views
@@ -28,11 +29,17 @@ from shapes import box, joined, model_of, sphere
 pytestmark = pytest.mark.usefixtures("gl_device")
 
 
+def grid_of(cylinder, face, size):
+    """The texels of one face's square images."""
+    return FaceGrid(cylinder=cylinder, face=face, height=size, width=size)
+
+
 def rays_and_views(mesh, size, layers=1):
     """The samples of each face by rays, `layers` deep, and by six views, and the cylinder."""
     cylinder = enclosing_cylinder(mesh.positions)
     caster = RayCaster(mesh)
-    rays = {face: cast_face(mesh, caster, cylinder, face, BakeParams(size, layers)) for face in PAPER_FACES}
+    params = BakeParams(resolution=size, layers=layers)
+    rays = {face: cast_face(mesh, caster, grid_of(cylinder, face, size), params) for face in PAPER_FACES}
     return rays, sample_six_views(mesh, cylinder, size), cylinder
 
 
@@ -40,7 +47,7 @@ def agreement(rays, views, cylinder, face):
     """Part of the texels, of those that either finds filled, whose depths agree within a texel."""
     ray, view = rays[face].samples.depth[0], views[face].samples.depth[0]
     with np.errstate(invalid="ignore"):
-        agree = np.abs(ray - view) <= max(texel_size(cylinder, face, ray.shape))
+        agree = np.abs(ray - view) <= grid_of(cylinder, face, len(ray)).longest_texel
     return agree.sum() / (np.isfinite(ray) | np.isfinite(view)).sum()
 
 
@@ -89,7 +96,7 @@ def test_nothing_hangs_between_surfaces():
         solid = np.isfinite(view)
         off = np.abs(view - np.where(np.isfinite(ray), ray, 1e9)).min(0)[solid]
         assert solid.sum() > 700
-        assert (off < 2 * max(texel_size(cylinder, face, view.shape))).mean() > 0.999
+        assert (off < 2 * grid_of(cylinder, face, 128).longest_texel).mean() > 0.999
 
 
 def test_only_the_nearest_surface_is_kept():
@@ -117,10 +124,10 @@ def test_sampling_is_deterministic():
 def test_a_baked_object_is_complete(tmp_path):
     stages = []
     mesh = sphere(columns=128, rows=64)
-    baked = bake_object(mesh, BakeParams(64, 1, "six-view"), "key", stages.append)
+    baked = bake_object(mesh, BakeParams(resolution=64, layers=1, method="six-view"), "key", stages.append)
     assert stages == ["six views", "top", "side", "bottom", "owners", "borders"]
     assert [image.name for image in baked.images] == ["top.0", "side.0", "bottom.0"]
-    cast = bake_object(mesh, BakeParams(64, 1, refinements=Refinements(flanks=False)), "key")
+    cast = bake_object(mesh, BakeParams(resolution=64, layers=1, refinements=Refinements(flanks=False)), "key")
     for image, other in zip(baked.images, (each for each in cast.images if each.layer == 0), strict=True):
         count, wanted = (len(layer_triangles(each, 0)[0]) for each in (image, other))
         assert count == pytest.approx(wanted, rel=0.02) and wanted > 1000
@@ -135,7 +142,7 @@ def test_a_face_that_sees_nothing_has_no_image():
     cylinder = enclosing_cylinder(mesh.positions)
     seen = sample_six_views(mesh, cylinder, 16)[Face.SIDE]
     empty = replace(seen, samples=replace(seen.samples, depth=np.full_like(seen.samples.depth, np.inf)))
-    assert connect_face(RayCaster(mesh), cylinder, Face.SIDE, empty, 1) == []
+    assert connect_face(RayCaster(mesh), grid_of(cylinder, Face.SIDE, 16), empty, 1) == []
 
 
 def test_the_callers_context_stays_current_and_all_is_released(gl_device, monkeypatch):
@@ -157,20 +164,20 @@ def test_missing_opengl_is_named(monkeypatch):
     monkeypatch.setattr(six_view, "headless_device", none)
     mesh = box(1.0, 1.0, 1.0)
     with pytest.raises(GpuError, match=r"six-view draws with OpenGL, .*raycast does not: no OpenGL 3\.3 context"):
-        bake_object(mesh, BakeParams(16, 1, "six-view"), "")
-    assert bake_object(mesh, BakeParams(16, 1), "").images
+        bake_object(mesh, BakeParams(resolution=16, layers=1, method="six-view"), "")
+    assert bake_object(mesh, BakeParams(resolution=16, layers=1), "").images
 
 
 def test_six_views_make_one_layer():
     with pytest.raises(InputError, match="layers 2: method six-view sees one surface per ray"):
-        BakeParams(64, 2, "six-view")
+        BakeParams(resolution=64, layers=2, method="six-view")
 
 
 def test_the_key_names_the_method(tmp_path):
     spec = MeshAsset("ball", write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)), None, "y", None, None)
-    keys = [mesh_key(spec, ModelParams(64, 1, method)) for method in ("raycast", "six-view")]
+    keys = [mesh_key(spec, ModelParams(resolution=64, layers=1, method=method)) for method in ("raycast", "six-view")]
     assert keys[0] != keys[1]
-    assert keys[0] == mesh_key(spec, ModelParams(64, 1))
+    assert keys[0] == mesh_key(spec, ModelParams(resolution=64, layers=1))
 
 
 def test_a_scene_names_the_method(tiny_scene):

@@ -20,7 +20,7 @@ def statue():
 def untrimmed(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr("depthwalk.bake.baker.trim", lambda images, borders, each: (images, borders))
-        return bake_object(statue(), BakeParams(96, 2), "untrimmed")
+        return bake_object(statue(), BakeParams(resolution=96, layers=2), "untrimmed")
 
 
 def triangles(baked, level, case=Case.ALL):
@@ -47,6 +47,6 @@ def test_the_rest_goes(untrimmed, tmp_path):
     others = {Face.TOP, Face.BOTTOM, *FLANKS}
     assert samples(trimmed, others) < 0.85 * samples(untrimmed, others)
     assert samples(trimmed, {Face.SIDE}) == samples(untrimmed, {Face.SIDE})
-    write_baked(tmp_path / "trimmed.dpci.exr", BakedModel((trimmed,)))
+    write_baked(tmp_path / "trimmed.dpci.exr", BakedModel(parts=(trimmed,)))
     again = read_baked(tmp_path / "trimmed.dpci.exr").parts[0]
     np.testing.assert_array_equal(triangles(again, 0), triangles(trimmed, 0))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.baker import BakeParams, cast_face
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Face, enclosing_cylinder
 from depthwalk.bake.raycast import RayCaster
 from shapes import sphere
@@ -21,7 +22,8 @@ def inside_kept(rows):
     low = mesh.positions[mesh.faces][..., 1].min(1)
     mesh = replace(mesh, faces=mesh.faces[low < 1 + np.cos(np.pi * (rows + 0.5) / ROWS)])
     caster = RayCaster(mesh, two_sided=True)
-    depth = cast_face(mesh, caster, enclosing_cylinder(mesh.positions), Face.TOP, BakeParams(128, 1)).samples.depth
+    grid = FaceGrid(cylinder=enclosing_cylinder(mesh.positions), face=Face.TOP, height=128, width=128)
+    depth = cast_face(mesh, caster, grid, BakeParams(resolution=128, layers=1)).samples.depth
     behind = np.isfinite(depth[1]).sum() if len(depth) > 1 else 0
     return behind / (np.isfinite(depth[0]) & (depth[0] < 1)).sum()
 

@@ -33,7 +33,7 @@ def posts():
 
 def bake_without(mesh, *names):
     refinements = replace(EVERYTHING, **dict.fromkeys(names, False))
-    return bake_object(mesh, BakeParams(32, 2, refinements=refinements), "test")
+    return bake_object(mesh, BakeParams(resolution=32, layers=2, refinements=refinements), "test")
 
 
 def corner_layers(baked):

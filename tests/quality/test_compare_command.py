@@ -124,18 +124,22 @@ def test_options_lie_over_what_a_scene_says(tiny_scene):
     def params(scene, **given):
         return find_subjects([scene], [], replace(choices, **given))[0].params
 
-    assert params(tiny_scene, layers=4) == ModelParams(64, 4)
-    assert params(tiny_scene, parts="auto", axis="x") == ModelParams(64, 1, parts="auto", axis="x")
-    assert params(tiny_scene, resolution=32, method="six-view") == ModelParams(32, 1, "six-view")
-    assert params(six_view) == ModelParams(64, 1, "six-view")
-    assert params(six_view, method="raycast", layers=2) == ModelParams(64, 2)
+    assert params(tiny_scene, layers=4) == ModelParams(resolution=64, layers=4)
+    assert params(tiny_scene, parts="auto", axis="x") == ModelParams(resolution=64, layers=1, parts="auto", axis="x")
+    assert params(tiny_scene, resolution=32, method="six-view") == ModelParams(
+        resolution=32, layers=1, method="six-view"
+    )
+    assert params(six_view) == ModelParams(resolution=64, layers=1, method="six-view")
+    assert params(six_view, method="raycast", layers=2) == ModelParams(resolution=64, layers=2)
 
 
 def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball):
     choices = Choices(*[None] * 6, "z", 2.0)
     (rays,) = find_subjects([ball], [], choices)
     (views,) = find_subjects([ball], [], replace(choices, method="six-view"))
-    assert rays.params == ModelParams(512, 3) and views.params == ModelParams(512, 1, "six-view")
+    assert rays.params == ModelParams(resolution=512, layers=3) and views.params == ModelParams(
+        resolution=512, layers=1, method="six-view"
+    )
     assert (rays.spec.up, rays.spec.height, rays.scene) == ("z", 2.0, None)
 
 
@@ -175,7 +179,7 @@ def test_a_scene_that_is_missing_is_named(tmp_path):
 
 def test_a_bake_is_measured_in_a_process_of_its_own(ball, tmp_path):
     spec = mesh_spec(ball, None, "y", None)
-    small, large = (measured_bake(spec, ModelParams(side), tmp_path / "b.dpci.exr") for side in (32, 256))
+    small, large = (measured_bake(spec, ModelParams(resolution=side), tmp_path / "b.dpci.exr") for side in (32, 256))
     assert large.bytes_disk == (tmp_path / "b.dpci.exr").stat().st_size > small.bytes_disk
     assert large.seconds > small.seconds > 0
     assert read_baked(tmp_path / "b.dpci.exr").parts[0].images[0].depth.shape == (256, 256)

@@ -115,17 +115,17 @@ def test_samples_lie_on_the_surface_evenly():
 
 
 def test_a_ball_is_a_good_candidate(ball):
-    candidate = examine(*ball, ModelParams(64, 2))
+    candidate = examine(*ball, ModelParams(resolution=64, layers=2))
     assert candidate.coverage > 0.99 and candidate.thin == 0 and candidate.parts == 1
     assert warnings(candidate, outlines=True) == []
 
 
 def test_poor_candidates_are_named_with_the_reason(ball):
     mesh, baked = ball
-    bare = examine(mesh, caps_only(baked), ModelParams(64, 2))
+    bare = examine(mesh, caps_only(baked), ModelParams(resolution=64, layers=2))
     assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare, outlines=True)[0]
     card = shapes.box(1, 1, 0.002)
-    assert examine(card, shapes.model_of(shapes.bake(card, 64, 2)), ModelParams(64, 2)).thin > 0.9
+    assert examine(card, shapes.model_of(shapes.bake(card, 64, 2)), ModelParams(resolution=64, layers=2)).thin > 0.9
     assert warnings(Candidate(1.0, 0.05, 99, 0.01), outlines=False) == [
         "5.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
         "it has 99 separate parts, which hide each other: more layers, or several objects",
@@ -148,13 +148,13 @@ def test_a_thin_sheet_with_right_outlines_is_no_foliage():
 
 def test_more_layers_are_recommended_where_they_hold_more():
     plates = shapes.joined(*(shapes.box(2.0, 0.2, 2.0, (0, 0.5 * number, 0)) for number in range(4)))
-    params = ModelParams(32, 2)
+    params = ModelParams(resolution=32, layers=2)
     candidate = examine(plates, bake_model(plates, params, ""), params)
     assert candidate.deeper is not None and (candidate.deeper.now.layers, candidate.deeper.then.layers) == (2, 4)
     lines = warnings(candidate, outlines=True)
     line = next(line for line in lines if line.startswith("layers: 4, or auto: 0.0 % of its visible"))
     assert f"not {100 * candidate.deeper.now.missing:.1f}, and a texel covers" in line
-    for enough in ModelParams(32, 4), ModelParams(32, "auto"):
+    for enough in ModelParams(resolution=32, layers=4), ModelParams(resolution=32, layers="auto"):
         assert examine(plates, bake_model(plates, enough, ""), enough).deeper is None
 
 
@@ -210,7 +210,9 @@ def test_the_report_marks_goals_and_holds_no_infinity():
     assert document["models"][1]["summary"]["psnr"]["mean_reached"] is True
     assert document["models"][0]["cost_goals"] == {"bake_seconds": True, "bytes_gpu": False}
     assert document["models"][0]["close_summary"]["psnr"] == {"mean": None, "worst": None, "worst_view": None}
-    coarse = replace(models[0], params=ModelParams(256, axis="x"), objects=3, costs=Costs(3.0, 250_000_000, 0, 0))
+    coarse = replace(
+        models[0], params=ModelParams(resolution=256, axis="x"), objects=3, costs=Costs(3.0, 250_000_000, 0, 0)
+    )
     other = json.loads(to_json(replace(report, models=(coarse,))))
     assert other["models"][0]["dpci"] == {"resolution": 256, "layers": 3, "method": "raycast", "parts": 1, "axis": "x"}
     assert other["models"][0]["parts"] == 3

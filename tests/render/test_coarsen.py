@@ -38,7 +38,15 @@ def random_image(face, shape, level, seed, flat=False):
     surface = Surface(point, np.broadcast_to(UP, point.shape), (label & (not flat)).ravel().astype(np.uint8))
     empty = np.zeros(0, np.float32)
     depth = np.ones(shape, np.float32)
-    return DepthImage(face, LAYER, depth, empty, empty, (np.zeros(0, np.uint16),) * level + (codes,), empty), surface
+    return DepthImage(
+        face=face,
+        layer=LAYER,
+        depth=depth,
+        normal=empty,
+        albedo=empty,
+        cells=(np.zeros(0, np.uint16),) * level + (codes,),
+        owner=empty,
+    ), surface
 
 
 class Network:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.bake.images import image_points
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.pages import build_pages
 from depthwalk.render.residency import BLOCK
@@ -29,7 +29,10 @@ def narrow():
 def test_the_inside_of_a_bottle_is_hardly_seen(narrow):
     baked, grids = narrow
     hidden = hardly_seen(baked, grids)
-    inside = [np.einsum("hwi,hwi->hw", image.normal, image_points(baked.cylinder, image)) < 0 for image in baked.images]
+    inside = [
+        np.einsum("hwi,hwi->hw", image.normal, FaceGrid.of(baked.cylinder, image).points(image.depth)) < 0
+        for image in baked.images
+    ]
     for image, blocks, inner in zip(baked.images, hidden, inside, strict=True):
         found = np.isfinite(image.depth)[BLOCK // 2 :: BLOCK, BLOCK // 2 :: BLOCK]
         if image.layer == 0:

@@ -23,7 +23,7 @@ def waves(height=0.1, tile=(0.5, 0.4), size=256):
     y, x = (np.mgrid[0:size, 0:size] + 0.5) / size * 2 * np.pi
     depth = height * (0.5 + 0.25 * np.sin(x) + 0.25 * np.cos(2 * y))
     relief = np.concatenate([depth[..., None], tiling_slopes(depth, tile)], -1)
-    return Meso(relief.astype(np.float32), tile, height)
+    return Meso(relief=relief.astype(np.float32), tile=tile, height=height)
 
 
 def egg(u, v, face, radius=0.8):
@@ -161,7 +161,7 @@ def test_what_lies_below_an_edge_has_its_own_colour(studio):
     red, blue = {"colour": (255, 20, 20)}, {"colour": (20, 20, 255)}
     mesh = joined(box(1, 0.3, 1, (0, 0.15, 0), **red), box(0.5, 0.06, 0.5, (0, 0.33, 0), **blue))
     level = np.zeros((8, 8, 3), np.float32) + np.float32([0.06, 0, 0])
-    library = ShapeLibrary([mesh], [replace(bake(mesh, 128, 3), meso=Meso(level, (0.5, 0.5), 0.06))])
+    library = ShapeLibrary([mesh], [replace(bake(mesh, 128, 3), meso=Meso(relief=level, tile=(0.5, 0.5), height=0.06))])
     camera = Camera((0.7, 1.6, 0.9), (0, 0.2, 0), 0.7)
     colour, metres = picture(studio, library, 0, Representation.DPCI, camera)
     height, width = metres.shape

@@ -17,14 +17,18 @@ from shapes import ShapeLibrary, box, joined, scene_of, sphere
 def halves():
     """Two halves of a ball, and the ball."""
     mesh = sphere(0.5, columns=96, rows=48)
-    return mesh, bake_model(mesh, ModelParams(128, 1), "whole"), two_halves(mesh)
+    return mesh, bake_model(mesh, ModelParams(resolution=128, layers=1), "whole"), two_halves(mesh)
 
 
 def two_halves(mesh):
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
-    return BakedModel(tuple(bake_model(piece, ModelParams(128, 1, axis="x"), "halves").parts[0] for piece in pieces))
+    return BakedModel(
+        parts=tuple(
+            bake_model(piece, ModelParams(resolution=128, layers=1, axis="x"), "halves").parts[0] for piece in pieces
+        )
+    )
 
 
 @pytest.mark.parametrize("axis", ["x", (1.0, 2.0, -0.5)])
@@ -33,7 +37,7 @@ def test_a_turned_cylinder_shows_the_same_picture(studio, axis):
     mesh = joined(box(1.0, 0.4, 0.4, (0.6, 0.2, 0)), box(0.3, 1.0, 0.3, (1.0, 0.7, 0.2), colour=(60, 90, 200)))
     scene, camera = scene_of((0, (0.5, 0.1, 0), 0.7, 1.5)), Camera((1, 2, 4.5), (1.2, 0.9, -1), 0.6)
     scene.render.lod.error = 0.0  # where triangles are left out differs
-    params = ModelParams(160, 2)
+    params = ModelParams(resolution=160, layers=2)
     pictures = [
         studio.picture(scene, ShapeLibrary([mesh], [bake_model(mesh, each, "")]), camera, transparent=True)
         for each in (params, replace(params, axis=axis))

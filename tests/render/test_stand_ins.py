@@ -39,7 +39,9 @@ def asset_of(kind, ball):
     if kind == "parts":
         return ball, two_halves(ball)
     mesh = joined(box(1.0, 0.4, 0.4, (0.6, 0.2, 0)), box(0.3, 1.0, 0.3, (1.0, 0.7, 0.2), colour=(60, 90, 200)))
-    return mesh, bake_model(mesh, ModelParams(64, 2, axis="y" if kind == "upright" else (1.0, 2.0, -0.5)), "")
+    return mesh, bake_model(
+        mesh, ModelParams(resolution=64, layers=2, axis="y" if kind == "upright" else (1.0, 2.0, -0.5)), ""
+    )
 
 
 def pictures(studio, scene, library, camera, **settings):
@@ -81,7 +83,7 @@ def test_the_limit_is_a_texel_in_pixels(studio, ball):
 def test_nothing_stands_in_for_what_is_no_mesh_or_has_more_on_it(studio, ball):
     relief = np.zeros((4, 4, 3), np.float32)
     plain = bake(ball, resolution=64, layers=1)
-    rough = BakedModel((replace(plain, meso=Meso(relief, height=0.01, tile=(0.1, 0.1))),))
+    rough = BakedModel(parts=(replace(plain, meso=Meso(relief=relief, height=0.01, tile=(0.1, 0.1))),))
     camera = Camera((0, 0.5, 2), (0, 0.5, 0), 0.9)
     for library in (ShapeLibrary([ball], [rough]), ShapeLibrary([None], [plain])):
         scene = scene_of((0, (0, 0, 0), 0.0, 1.0))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from depthwalk.bake.images import Face, image_points, square_texel
+from depthwalk.bake.face_grid import FaceGrid, square_texel
+from depthwalk.bake.images import Face
 from depthwalk.bake.sampling import face_normals
 from depthwalk.render.best_images import NOWHERE, best_images
 from depthwalk.render.grids import EDGE, FACE_SHIFT
@@ -75,7 +76,9 @@ def test_triangles_look_into_images_that_hold_them(baked, levels):
     last = levels.drawn(3)
     flags = levels.vertices[last[:, 2], 3]
     sampled = {
-        (image.face << FACE_SHIFT) + image.layer: image_points(baked.cylinder, image)[np.isfinite(image.depth)]
+        (image.face << FACE_SHIFT) + image.layer: FaceGrid.of(baked.cylinder, image).points(image.depth)[
+            np.isfinite(image.depth)
+        ]
         for image in baked.images
     }
     near = 0

@@ -9,6 +9,7 @@ from depthwalk.bake.baker import BakeParams
 from depthwalk.bake.placement import cylinder_around, extent, place_along
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, sampled_footprints, spread_directions, squared_texels
+from depthwalk.types import Array
 
 Direction = tuple[float, float, float]
 Axis = Literal["auto", "x", "y", "z"] | Direction
@@ -18,12 +19,23 @@ NAMED: dict[str, Direction] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": 
 _SPREAD = 20  # directions that are tried besides the named ones and the principal axes
 _LEAST_GAIN = 0.2  # of the mean squared footprint, for an axis other than y
 
-Array = NDArray[np.floating]
-
 
 def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakeParams) -> Direction:
-    """The axis of the cylinder around points (n, 3), the vertices of an object, whose images sample its probes best: by
-    the mean squared footprint. It is +Y unless another gains clearly, and never points down."""
+    """Choose the cylinder's axis whose images sample an object best, by the mean squared footprint.
+
+    The axis is +Y unless another one gains clearly, and it never points down.
+
+    Parameters
+    ----------
+    caster
+        The object, ready for rays, asset frame.
+    points
+        (n, 3) metres, asset frame: its vertices, which the cylinder encloses.
+    probes
+        Points spread over its surface, at which the footprints are measured.
+    params
+        How it would be baked; its axis is ignored.
+    """
     axes = candidate_axes(probes)
     texel = extent(cylinder_around(place_along(NAMED["y"], points), points)) / params.resolution
     squares = []
@@ -37,8 +49,10 @@ def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakePa
 
 
 def candidate_axes(probes: Probes) -> NDArray[np.float64]:
-    """Unit directions (c, 3) worth trying, none of which points down: y, x and z, the principal axes of the probes, and
-    others all around."""
+    """Return the unit directions (c, 3), asset frame, that are worth trying as an axis; none points down.
+
+    They are y, x and z, the principal axes of the probes, and others spread over the upper half of the sphere.
+    """
     around = spread_directions(2 * _SPREAD)[:_SPREAD]
     axes = np.concatenate([[NAMED["y"], NAMED["x"], NAMED["z"]], probes.principal_axes(), around])
     return axes * np.where(axes[:, 1:2] < 0, -1.0, 1.0)

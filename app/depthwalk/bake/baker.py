@@ -1,32 +1,31 @@
-"""From a mesh to depth images: Liu, Liu and Wu 2007, §3.1, by ray casting with layers by depth peeling or by the
-paper's six views, and a per-triangle cut of what does not lie on the surface."""
+"""From a mesh to depth images (Liu, Liu and Wu 2007, §3.1).
+
+Surfaces are sampled by ray casting, with layers by depth peeling, or by the paper's six views. Neighbouring samples are
+connected to triangles, of which those are dropped that do not lie on the surface.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.bake.border import trace_border
 from depthwalk.bake.connectivity import connect
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import usable_steps
 from depthwalk.bake.images import (
     FLANKS,
     PAPER_FACES,
     BakedObject,
     Border,
-    Cylinder,
     DepthImage,
     Face,
     enclosing_cylinder,
-    face_reach,
-    surface_rays,
-    texel_centres,
     with_margins,
 )
-from depthwalk.bake.ownership import Inner, assign_owners, inner_texels, worth_adding, yield_triangles
+from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_layers, worth_adding, yield_triangles
 from depthwalk.bake.parallel import Map, batches, thread_map
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples, face_samples
@@ -36,19 +35,35 @@ from depthwalk.bake.visibility import prune_hidden
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
+from depthwalk.types import Mask
 
 Progress = Callable[[str], None]
 Method = Literal["raycast", "six-view"]
 Layers = int | Literal["auto"]
-_LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a flank must sample better than others, to be worth the trouble
+_LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a box face must sample better than others, to be worth the trouble
 _BATCH = 1 << 15  # samples at a time
-_OVERLAP = 3  # texels by which a flank goes on beyond what it samples better than others
+_OVERLAP = 3  # texels by which a box face goes on beyond what it samples better than others
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Refinements:
-    """What the baker does beyond the paper, as docs/baking.md describes it; to be left out for the ablation only
-    (docs/ablation.md)."""
+    """Choose what the baker does beyond the paper, as docs/baking.md describes it.
+
+    All of it is on, but for the ablation (docs/ablation.md).
+
+    Attributes
+    ----------
+    cut
+        Drop triangles that do not lie on the mesh, tested by rays.
+    across_layers
+        Let a triangle's corners be on different layers.
+    borders
+        Add boundary strips, which complete the grids up to the edges of their surfaces.
+    owners
+        Draw each piece of surface from the face that samples it best.
+    flanks
+        Add images of the upright faces of the box around the cylinder.
+    """
 
     cut: bool = True
     across_layers: bool = True
@@ -60,18 +75,34 @@ class Refinements:
 EVERYTHING = Refinements()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BakeParams:
-    """resolution: side image W = H and cap image N, texels; layers: depth-peeled surfaces per image, auto: as many as
-    there may be; method: how the surfaces are sampled; refinements: all of them. Raises InputError for layers that the
-    method cannot make."""
+    """Choose how a mesh is sampled.
+
+    Attributes
+    ----------
+    resolution
+        Side of every image, texels.
+    layers
+        Depth-peeled surfaces per image; auto: as many as there may be.
+    method
+        How the surfaces are sampled: by rays, or by the paper's six views.
+    refinements
+        What is done beyond the paper.
+
+    Raises
+    ------
+    InputError
+        For layers that the method cannot make.
+    """
 
     resolution: int = 512
     layers: Layers = 3
     method: Method = "raycast"
-    refinements: Refinements = field(default=EVERYTHING, kw_only=True)
+    refinements: Refinements = EVERYTHING
 
     def __post_init__(self) -> None:
+        """Check that the method can make the layers."""
         if self.method == "six-view" and self.layers != 1:
             raise InputError(f"layers {self.layers}: method six-view sees one surface per ray; say 1, or use raycast")
 
@@ -84,45 +115,77 @@ def bake_object(
     two_sided: bool | None = None,
     workers: int | None = None,
 ) -> BakedObject:
-    """Side, caps and flanks of `mesh`, `params.layers` deep; `progress` is called with the name of each stage.
+    """Sample a mesh by the depth images of one cylinder (Liu, Liu and Wu 2007, §3.1).
 
-    Flanks hold only what the others sample badly; six views make none. two_sided: see `RayCaster`; workers: see
-    `thread_map`.
+    Box faces hold only what side and caps sample badly; the six views make none.
+
+    Parameters
+    ----------
+    mesh
+        In the object frame: the cylinder's axis is +Y through the origin, metres.
+    params
+        Resolution, layers and method.
+    key
+        Hex digest of what the object is made from, kept with it.
+    progress
+        Called with the name of each stage as it begins.
+    two_sided
+        See `RayCaster`.
+    workers
+        See `thread_map`.
     """
     cylinder = with_margins(enclosing_cylinder(mesh.positions), params.resolution)
-    refinements = params.refinements
+    refinements, side = params.refinements, params.resolution
+    grids = {face: FaceGrid(cylinder=cylinder, face=face, height=side, width=side) for face in Face}
     caster = RayCaster(mesh, two_sided)
-    steps = usable_steps((params.resolution, params.resolution))
-    images: list[DepthImage] = []
-    inner: Inner = {}
+    steps = usable_steps((side, side))
+    rivals: dict[Face, FaceLayers] = {}
     seen: dict[Face, FaceSamples] = {}
     if params.method == "six-view":
         from depthwalk.bake.six_view import sample_six_views  # here: ray casting needs no OpenGL
 
         progress("six views")
-        seen = sample_six_views(mesh, cylinder, params.resolution)
+        seen = sample_six_views(mesh, cylinder, side)
     with thread_map(workers) as each:
         for face in tuple(seen) or (Face if refinements.flanks else PAPER_FACES):
             progress(face.name.lower())
             if face not in seen:
-                seen[face] = cast_face(mesh, caster, cylinder, face, params, images, inner, each)
-            layers = connect_face(caster, cylinder, face, seen[face], steps, refinements, each)
+                seen[face] = cast_face(mesh, caster, grids[face], params, rivals, each)
+            layers = connect_face(caster, grids[face], seen[face], steps, refinements, each)
             if layers:
-                inner[face] = inner_texels(layers)
-            images += layers
+                rivals[face] = face_layers(grids[face], layers)
+        images = [image for layers in rivals.values() for image in layers.images]
         if refinements.owners:
             progress("owners")
-            owners = assign_owners(cylinder, images, inner, each)
-            images = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
-            images = yield_triangles(cylinder, images, inner, each)
+            images = _owned(rivals, images, each)
         progress("borders")
-        borders = trace_borders(caster, cylinder, seen, images, each) if refinements.borders else []
+        borders = trace_borders(caster, grids, seen, images, each) if refinements.borders else []
         images, borders = trim(images, borders, each)
-    return BakedObject(cylinder, tuple(images), tuple(borders), mean_shininess(mesh), steps, key)
+    return BakedObject(
+        cylinder=cylinder,
+        images=tuple(images),
+        borders=tuple(borders),
+        shininess=mean_shininess(mesh),
+        steps=steps,
+        key=key,
+    )
+
+
+def _owned(rivals: Rivals, images: list[DepthImage], each: Map) -> list[DepthImage]:
+    """Return all images, those of `rivals`, with their owners and with the triangles marked that others hold better."""
+    owners = assign_owners(rivals, each)
+    owned = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
+    layers = {
+        face: replace(rival, images=[image for image in owned if image.face is face]) for face, rival in rivals.items()
+    }
+    return yield_triangles(layers, each)
 
 
 def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
-    """How many surfaces a ray counts: twice as many of an open mesh, which shows its inside, though little of it."""
+    """Return how many surfaces a ray counts.
+
+    They are twice as many of an open mesh, which shows its inside, though little of it.
+    """
     if params.layers == "auto":
         return MAX_DPCI_LAYERS
     return min(params.layers * (2 if caster.two_sided else 1), MAX_DPCI_LAYERS)
@@ -131,74 +194,116 @@ def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
 def cast_face(
     mesh: Mesh,
     caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
+    grid: FaceGrid,
     params: BakeParams,
-    others: Sequence[DepthImage] = (),
-    inner: Inner | None = None,
+    rivals: Rivals | None = None,
     each: Map = map,
 ) -> FaceSamples:
-    """What rays from one face meet, `params.layers` deep, less what nobody outside can see; of a flank, less what the
-    images of `others`, with their `inner_texels`, sample well enough."""
-    size = params.resolution
-    centres = texel_centres(size)
-    origin, direction = (part.reshape(-1, 3) for part in surface_rays(cylinder, face, centres, centres[:, None]))
-    hits = caster.peel(origin, direction, peeled_layers(params, caster), face_reach(cylinder, face), each)
+    """Sample what the rays of one face meet, less what nobody outside can see.
+
+    Parameters
+    ----------
+    mesh, caster
+        The mesh, object frame, and the same one ready for rays.
+    grid
+        The face, with a ray for each texel.
+    params
+        Says how many surfaces along a ray count.
+    rivals
+        Faces that were sampled before. A box face leaves out what these hold well enough.
+    each
+        See `parallel.Map`.
+    """
+    origin, direction = (part.reshape(-1, 3) for part in grid.rays)
+    hits = caster.peel(origin, direction, peeled_layers(params, caster), grid.max_depth, each)
     found = np.isfinite(hits.distance)
-    if face in FLANKS and inner:
+    if grid.face in FLANKS and rivals:
         layer, ray = found.nonzero()
 
-        def worth_it(some: slice) -> NDArray[np.bool_]:
+        def worth_it(some: slice) -> Mask:
             at = layer[some], ray[some]
             points = origin[at[1]] + hits.distance[at][:, None] * direction[at[1]]
-            return worth_adding(cylinder, list(others), inner, face, points, hits.normal[at])
+            return worth_adding(rivals, grid, points, hits.normal[at])
 
         worth = np.zeros(found.shape, bool)
         worth[found] = np.concatenate(list(each(worth_it, batches(len(layer), _BATCH))))
-        found &= _spread(worth.reshape(-1, size, size)).reshape(found.shape)
-    hits = prune_hidden(caster, (origin, direction), hits, (size, size), found, each)
-    return face_samples(mesh, hits, size, each)
+        found &= _spread(worth.reshape(-1, *grid.shape)).reshape(found.shape)
+    hits = prune_hidden(caster, (origin, direction), hits, grid.shape, found, each)
+    return face_samples(mesh, hits, grid.shape, each)
 
 
-def _spread(worth: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """`worth` (L, H, W) without specks, and a few texels around."""
+def _spread(worth: Mask) -> Mask:
+    """Return `worth` (L, H, W) without specks, and with a few texels around."""
     from scipy.ndimage import maximum_filter, uniform_filter
 
     worth = worth & (uniform_filter(worth.astype(np.float32), (1, 5, 5)) > _LEAST_SHARE)
-    return maximum_filter(worth, (1, 2 * _OVERLAP + 1, 2 * _OVERLAP + 1))
+    return np.asarray(maximum_filter(worth, (1, 2 * _OVERLAP + 1, 2 * _OVERLAP + 1)))
 
 
 def connect_face(
     caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
+    grid: FaceGrid,
     seen: FaceSamples,
     steps: int,
     refinements: Refinements = EVERYTHING,
     each: Map = map,
 ) -> list[DepthImage]:
-    """The layers of one face that see anything at all; each owns all it sees until owners are assigned."""
-    if not np.isfinite(seen.samples.depth).any():
-        return []
+    """Build the layers of one face that see anything at all.
+
+    Until owners are assigned, the face owns all that it sees.
+
+    Parameters
+    ----------
+    caster
+        The mesh, for the discontinuity cut.
+    grid
+        The face.
+    seen
+        Its samples.
+    steps
+        Number of grids, of steps 1, 2, … 2^(steps − 1).
+    refinements
+        Whether to cut, and whether to connect across layers.
+    each
+        See `parallel.Map`.
+    """
     depth = seen.samples.depth
-    cells = connect(caster, cylinder, face, depth, steps, refinements.cut, refinements.across_layers, each)
-    owner = np.full(depth.shape[1:], face, np.uint8)
+    if not np.isfinite(depth).any():
+        return []
+    cells = connect(caster, grid, depth, steps, refinements.cut, refinements.across_layers, each)
+    owner = np.full(grid.shape, grid.face, np.uint8)
     return [
-        DepthImage(face, layer, depth[layer], seen.normal[layer], seen.albedo[layer], tuple(cells[layer]), owner)
+        DepthImage(
+            face=grid.face,
+            layer=layer,
+            depth=depth[layer],
+            normal=seen.normal[layer],
+            albedo=seen.albedo[layer],
+            cells=tuple(cells[layer]),
+            owner=owner,
+        )
         for layer in range(len(depth))
     ]
 
 
 def trace_borders(
-    caster: RayCaster, cylinder: Cylinder, seen: Mapping[Face, FaceSamples], images: list[DepthImage], each: Map = map
+    caster: RayCaster,
+    grids: Mapping[Face, FaceGrid],
+    seen: Mapping[Face, FaceSamples],
+    images: Sequence[DepthImage],
+    each: Map = map,
 ) -> list[Border]:
-    """The borders of `images`, level by level, from what was `seen`. What another face owns needs none."""
+    """Trace the boundary strips of `images`, level by level and face by face.
+
+    Where another face owns a surface, it needs none. `grids` and `seen` hold the texels and the samples of each face
+    that has images.
+    """
 
     def trace(task: tuple[int, Face]) -> Border:
         level, face = task
         layers = [image for image in images if image.face is face]
         codes, wanted = [image.cells[level] for image in layers], np.stack([image.owner == face for image in layers])
-        return trace_border(caster, cylinder, face, seen[face].samples, level, codes, wanted)
+        return trace_border(caster, grids[face], seen[face].samples, level, codes, wanted)
 
     steps = len(images[0].cells) if images else 0
     faces = dict.fromkeys(image.face for image in images)

@@ -11,23 +11,32 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import cell_triangles, grid_cells
-from depthwalk.bake.images import Border, Cylinder, Face, surface_rays, texel_size
+from depthwalk.bake.images import Border
 from depthwalk.bake.raycast import RayCaster
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 _FIRST_STRIDE = 0.25  # of a cell: a gap narrower than this is stepped over
 _STRIDES = 10  # advances and halvings: the end is found to 1/64 cell or better
 _SLACK = 0.35  # cells: how far a surface may curve away from its tangent plane within one cell
 _PRECISION = 1 / 64  # of a cell
-_LEAST_LENGTH = 1 / 32  # of a cell: a border nearer to its sample than this is not worth a triangle
+_LEAST_LENGTH = 1 / 32  # of a cell: a strip nearer to its sample than this is not worth a triangle
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Samples:
-    """The hits of one face: depth (L, H, W), +inf where empty; facing (L, H, W, 3) geometric normals, unit, toward the
-    ray's origin; flipped (L, H, W), the surface was hit from behind."""
+    """Hold the L layers of hits of one face.
+
+    Attributes
+    ----------
+    depth
+        (L, H, W) float32, metres from the face inward, +inf where empty. Hits fill the first layers.
+    facing
+        (L, H, W, 3) float32, unit, object frame: the normals of the triangles that were hit, toward the ray's origin.
+    flipped
+        (L, H, W) bool: the surface was hit from behind.
+    """
 
     depth: NDArray[np.float32]
     facing: NDArray[np.float32]
@@ -36,18 +45,35 @@ class Samples:
 
 def trace_border(
     caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
+    grid: FaceGrid,
     samples: Samples,
     level: int,
     codes: list[NDArray[np.uint16]],
     wanted: NDArray[np.bool_],
 ) -> Border:
-    """The border of one level, from the `wanted` (L, H, W) samples; codes: the cells of each layer, as `connect` made
-    them."""
+    """Trace the boundary strip of the grid of one level.
+
+    From each sample that none of its grid triangles uses, the surface is followed with rays along the triangle's edges
+    until it ends; the triangles between samples and end points complete the cells.
+
+    Parameters
+    ----------
+    caster
+        The mesh, ready for rays, object frame.
+    grid
+        The face.
+    samples
+        Its hits.
+    level
+        The grid has step 2^level.
+    codes
+        The cells (cells,) of each layer at this level, as `connect` returns them.
+    wanted
+        (L, H, W) bool: the samples from which the surface is followed.
+    """
     layers, height, width = samples.depth.shape
-    corners = grid_cells((height, width), face, 1 << level)
-    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
+    corners = grid_cells(grid.shape, grid.face, 1 << level)
+    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(grid.face, *corners))  # (triangles, 3)
     texels = rows * width + columns
     free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
     begins = (free & wanted.reshape(layers, -1).take(texels, 1)).any(0)
@@ -65,9 +91,9 @@ def trace_border(
     _, once, edge = np.unique(edges, return_index=True, return_inverse=True)
     from_sample = np.tile(start, 2)[once]
     begin, end = position[triangle, corner], position[triangle, turns].reshape(-1, 2)
-    cell = (1 << level) * max(texel_size(cylinder, face, (height, width)))
+    cell = (1 << level) * grid.longest_texel
     begin, end = np.tile(begin, (2, 1)).take(once, 0), end.take(once, 0)
-    along, depth = _follow(caster, cylinder, face, samples, from_sample, begin, end, cell)
+    along, depth = _follow(caster, grid, samples, from_sample, begin, end, cell)
 
     edge = edge.reshape(2, -1)
     partner = _partners(
@@ -88,25 +114,25 @@ def trace_border(
     rise = depth[used] - samples.depth.ravel()[from_sample]
     order = np.argsort(triangles[:, 0], kind="stable")
     return Border(
-        face,
-        level,
-        from_sample.astype(np.int32),
-        _rounded(offset, (1 << level) * _PRECISION).astype(np.float16),
-        _rounded(rise, cell * _PRECISION).astype(np.float16),
-        triangles[order].astype(np.int32),
+        face=grid.face,
+        level=level,
+        start=from_sample.astype(np.int32),
+        offset=_rounded(offset, (1 << level) * _PRECISION).astype(np.float16),
+        rise=_rounded(rise, cell * _PRECISION).astype(np.float16),
+        triangles=triangles[order].astype(np.int32),
     )
 
 
 def _rounded(values: Array, step: float) -> Array:
-    """To multiples of the power of two up to `step`: what is no more than noise does not compress."""
+    """Round to multiples of the power of two up to `step`: what is no more than noise does not compress."""
     unit = 2.0 ** np.floor(np.log2(step))
-    return np.round(values / unit) * unit
+    return np.asarray(np.round(values / unit) * unit)
 
 
 def _free_corners(
     solid: NDArray[np.bool_], texels: NDArray[np.int64], codes: list[NDArray[np.uint16]]
 ) -> NDArray[np.bool_]:
-    """Which samples (L, triangles, 3) at the corners `texels` (triangles, 3) none of their triangles uses.
+    """Return which samples (L, triangles, 3) at the corners `texels` (triangles, 3) no triangle on them uses.
 
     solid: (L, H·W), there is a sample.
     """
@@ -122,32 +148,29 @@ def _free_corners(
 
 def _follow(
     caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
+    grid: FaceGrid,
     samples: Samples,
     start: NDArray[np.int64],
     begin: Array,
     end: Array,
     cell: float,
 ) -> tuple[Array, NDArray[np.float32]]:
-    """How far the surface of samples `start` (n,) goes on from (u, v) `begin` toward `end` (n, 2): the part of the way
-    (n,) in [0, 1] and the depth there (n,).
+    """Follow the surface of samples `start` (n,) from (u, v) `begin` (n, 2) toward `end` (n, 2).
 
-    Each advance must meet the mesh within a slack of the tangent plane at the last point; where it does not, the
-    stride is halved.
+    Each advance must meet the mesh within a slack of the tangent plane at the last point; where it does not, the stride
+    is halved. Returns the part of the way (n,) in [0, 1] that the surface goes on, and the depth (n,) there, metres.
     """
     depth = samples.depth.take(start)
     normal = samples.facing.reshape(-1, 3).take(start, 0)
     from_behind = samples.flipped.take(start)
-    origin, direction = surface_rays(cylinder, face, begin[:, 0], begin[:, 1])
-    point = origin + depth[:, None] * direction
+    point = grid.points_at(begin[:, 0], begin[:, 1], depth)
     along, stride = np.zeros(len(start)), np.full(len(start), _FIRST_STRIDE)
     for _ in range(_STRIDES):
         going = np.flatnonzero(along < 1)
         target = np.minimum(along[going] + stride[going], 1)
         from_here, facing = begin.take(going, 0), normal.take(going, 0)
         spot = from_here + target[:, None] * (end.take(going, 0) - from_here)
-        origin, direction = surface_rays(cylinder, face, spot[:, 0], spot[:, 1])
+        origin, direction = grid.rays_at(spot[:, 0], spot[:, 1])
         slope = np.einsum("ni,ni->n", direction, facing)
         steep = np.minimum(slope, -0.03)  # a surface along the rays has no depth to predict: about 88°
         expected = np.einsum("ni,ni->n", point.take(going, 0) - origin, facing) / steep
@@ -173,7 +196,7 @@ def _partners(
     end_depth: NDArray[np.float32],
     cell: float,
 ) -> NDArray[np.int64]:
-    """For each turn and free corner (2, n) the free corner that its edge arrives at, −1 where there is none.
+    """Return for each turn and free corner (2, n) the free corner that its edge arrives at, or −1.
 
     Only mutual arrivals count: the edge back must arrive at where this one began.
     """
@@ -202,7 +225,7 @@ def _polygons(
     along: Array,
     ending: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """Triangles (n, 3) of vertex numbers that fill each triangle's cell from its free corners to the border.
+    """Fill each triangle's cell from its free corners to the boundary, with triangles (n, 3) of vertex numbers.
 
     start (n,): vertex of each free corner; corner (n,): which of the triangle it is; partner (2, n): the free corner
     after and before it on the same surface, or −1; along, ending (2, n): how far the surface goes toward the corner

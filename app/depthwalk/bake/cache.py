@@ -5,7 +5,8 @@ import json
 import logging
 from pathlib import Path
 
-from depthwalk.bake.file import FORMAT_VERSION, SUFFIX, read_baked, read_header, write_baked
+from depthwalk.bake.file import SUFFIX, read_baked, read_header, write_baked
+from depthwalk.bake.header import FORMAT_VERSION
 from depthwalk.bake.model import BakedModel
 from depthwalk.cache import Cache
 from depthwalk.errors import InputError
@@ -16,18 +17,26 @@ BAKED = Cache(suffix=SUFFIX, content="depth images")
 
 
 def bake_key(source: str, **parameters: object) -> str:
-    """What a baked model depends on, as 64 hex digits: its sources' hash, the bake's parameters, the file format."""
+    """Return the key of a baked model, 64 hex digits: a hash of all that it depends on.
+
+    Parameters
+    ----------
+    source
+        Hash of the files it is made from.
+    **parameters
+        The bake's parameters, values that JSON can hold; the file format is added.
+    """
     text = json.dumps({"source": source, "format": FORMAT_VERSION, **parameters}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def sidecar(mesh: Path) -> Path:
-    """`bust.dpci.exr` beside `bust.obj`."""
+    """Return the path of the baked file beside a mesh: `bust.dpci.exr` beside `bust.obj`."""
     return mesh.with_name(mesh.stem + SUFFIX)
 
 
 def has_key(path: Path, key: str) -> bool:
-    """Whether the file is a model of `key`, by its header; its pixels may still be damaged."""
+    """Return whether the file at `path` is a baked model of `key`, by its header; its pixels may still be damaged."""
     try:
         return path.is_file() and read_header(path)["depthwalk.key"] == key
     except InputError:
@@ -49,25 +58,33 @@ def read_model(path: Path, key: str) -> BakedModel | None:
 
 
 def find_baked(mesh: Path, key: str) -> BakedModel | None:
-    """The model of `key` beside the mesh or in the cache; a file that is stale or damaged is passed over."""
+    """Find the model of `key` beside the mesh or in the cache.
+
+    A stale or damaged file is passed over, since baking again replaces it. Returns None where there is no other.
+    """
     return read_model(sidecar(mesh), key) or find_cached(key)
 
 
 def find_cached(key: str) -> BakedModel | None:
-    """The model of `key` in the cache."""
+    """Return the model of `key` in the cache, None where there is none."""
     return BAKED.find(key, lambda path: _read(path, key))
 
 
 def keep_baked(baked: BakedModel) -> Path:
-    """Stores `baked` in the cache folder, makes room for it and returns where.
+    """Store `baked` in the cache folder, make room for it, and return its path.
 
-    Raises OSError where that is not possible, InputError as `write_baked` does.
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    InputError
+        As `write_baked` does.
     """
     return BAKED.keep(baked.key, lambda path: write_baked(path, baked))
 
 
 def _read(path: Path, key: str) -> BakedModel:
-    """The model in a cached file. Raises InputError where it is damaged or not of `key`."""
+    """Return the model in a cached file. Raises InputError where it is damaged or not of `key`."""
     model = read_baked(path)
     if model.key != key:
         raise InputError(f"{path}: depth images of another key")

@@ -10,12 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import cell_triangles, grid_cells
-from depthwalk.bake.images import Cylinder, Face, face_reach, surface_rays, texel_size
+from depthwalk.bake.images import Face
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.vectors import lengths
 from depthwalk.scene.arrays import Takes
+from depthwalk.types import Array
 
 # A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its
 # depth range: half-way values separate a slope (0) from a step (0.33 to 0.67), measured on five models.
@@ -29,25 +31,41 @@ _MIDDLE = np.full(3, 1 / 3)
 _NEAR_CORNERS = 0.2 + 0.4 * np.eye(3)
 _BATCH = 1 << 15  # cells at a time: with eight layers, the gaps between all pairs of samples take 17 MB
 
-Array = NDArray[np.floating]
-
 
 def connect(
     caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
+    grid: FaceGrid,
     depths: NDArray[np.float32],
     steps: int,
     cut: bool = True,
     across_layers: bool = True,
     each: Map = map,
 ) -> list[list[NDArray[np.uint16]]]:
-    """The `cells` of every layer of a face: [layer][level], see `DepthImage`. depths: (L, H, W).
+    """Connect the samples of a face to triangles and drop those that do not lie on the mesh.
 
-    Without `cut` every triangle counts as surface; without `across_layers` its corners are of one layer.
+    Parameters
+    ----------
+    caster
+        The mesh, ready for rays, object frame.
+    grid
+        The face.
+    depths
+        (L, H, W) float32, metres, +inf where empty; hits fill the first layers.
+    steps
+        Number of grids, of steps 1, 2, … 2^(steps − 1).
+    cut
+        Whether to drop triangles off the mesh; otherwise every triangle counts as surface.
+    across_layers
+        Whether a triangle's corners may be on different layers.
+    each
+        See `parallel.Map`.
+
+    Returns
+    -------
+    list
+        The `cells` of every layer and level, [layer][level], see `DepthImage`.
     """
-    shape = depths.shape[1], depths.shape[2]
-    corners = [grid_cells(shape, face, 1 << level) for level in range(steps)]
+    corners = [grid_cells(grid.shape, grid.face, 1 << level) for level in range(steps)]
     codes = [np.zeros((len(depths), level[0].size), np.uint16) for level in corners]
     solid = np.isfinite(depths[0])  # samples fill the first layers
 
@@ -57,27 +75,26 @@ def connect(
         samples = np.sum([solid[j, i] for j in (j0, j1) for i in (i0, i1)], axis=0)
         filled = np.flatnonzero(samples >= 3)
         cells = [axis[filled] for axis in here]
-        found = _connect_cells(caster, cylinder, face, depths, cells, level, cut, across_layers)
+        found = _connect_cells(caster, grid, depths, cells, level, cut, across_layers)
         codes[level][:, some.start + filled] = found
 
-    tasks = [(level, some) for level, grid in enumerate(corners) for some in batches(grid[0].size, _BATCH)]
+    tasks = [(level, some) for level, cells in enumerate(corners) for some in batches(cells[0].size, _BATCH)]
     list(each(work, tasks))
     return [[level[layer] for level in codes] for layer in range(len(depths))]
 
 
 def _connect_cells(
     caster: RayCaster,
-    cylinder: Cylinder,
-    face: Face,
+    grid: FaceGrid,
     depths: NDArray[np.float32],
     corners: list[NDArray[np.int64]],
     level: int,
     cut: bool,
     across_layers: bool,
 ) -> NDArray[np.uint16]:
-    """The codes (L, cells) of some cells of one level; corners: theirs, as `grid_cells` gives them."""
+    """Return the codes (L, cells) of some cells of one level; corners: theirs, as `grid_cells` returns them."""
     layers, height, width = depths.shape
-    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(face, *corners))  # (triangles, 3)
+    columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(grid.face, *corners))  # (triangles, 3)
     texels = (rows * width + columns).T
     solid = np.flatnonzero(np.isfinite(depths[0].take(texels)).all(0))
     columns, rows = columns.take(solid, 0), rows.take(solid, 0)
@@ -89,8 +106,8 @@ def _connect_cells(
     # The unwrapped column of a wrapped corner, so that a centre never averages across the seam.
     unwrapped = np.where(columns < np.tile(corners[0], 2)[solid, None], columns + width, columns)
     u, v = (((axis + 0.5) / size).take(triangle, 0) for axis, size in ((unwrapped, width), (rows, height)))
-    limit = (1 << level) * max(texel_size(cylinder, face, (height, width)))
-    kept = _on_surface(caster, cylinder, face, u, v, chosen, limit, layers) if cut else np.ones(len(chosen), bool)
+    limit = (1 << level) * grid.longest_texel
+    kept = _on_surface(caster, grid, u, v, chosen, limit, layers) if cut else np.ones(len(chosen), bool)
     codes = np.zeros((layers, 2 * corners[0].size), np.uint16)
     code = (1 | second << 1 | third << 4).astype(np.uint16)
     codes[anchor[kept], solid[triangle[kept]]] = code[kept]
@@ -99,10 +116,12 @@ def _connect_cells(
 
 
 def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
-    """Candidate triangles of corner depths (3, L, n), all of layer 0 finite: anchor layer, triangle number, layers of
-    its other corners.
+    """Choose the layers of the corners of each triangle so that one surface goes through them.
 
     Two samples belong together if each is the other's nearest in depth; a triangle needs that of all three pairs.
+
+    depths: (3, L, n) of the corners, all of layer 0 finite. Returns for each candidate, of which a triangle may have
+    several: the layer of its first corner, its number, and the layers of its second and third corner.
     """
     deepest = np.isfinite(depths).sum(1).max(0)  # samples fill the first layers; few cells have many
     alone = np.flatnonzero(deepest == 1)
@@ -120,13 +139,13 @@ def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...
 
 
 def _single_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
-    """As `_continue_layers`, where every layer is a height field of its own."""
+    """Return what `_continue_layers` does, but with all corners on one layer, each a height field of its own."""
     layer, triangle = np.nonzero(np.isfinite(depths).all(0))
     return layer, triangle, layer, layer
 
 
 def _mutual(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.intp]:
-    """For each sample of `here` (L, n) the layer of its partner in `there` (L, n), or −1."""
+    """Return for each sample of `here` (L, n) the layer of its partner in `there` (L, n), or −1."""
     with np.errstate(invalid="ignore"):
         gap = np.fmin(np.abs(here[:, None] - there[None]), np.float32(np.inf))  # (L here, L there, n); not NaN
     forth, back = gap.argmin(1), gap.argmin(0)
@@ -136,10 +155,13 @@ def _mutual(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np
     return np.where(mutual, forth, -1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Triangles(Takes):
-    """Triangles of samples. u, v, depth: (n, 3), of their corners; spread: (n,), how much the depths differ; points:
-    (n, 3, 3), the corners, object frame; normal: (n, 3), unit."""
+    """Hold n triangles of samples.
+
+    u, v, depth: (n, 3), of their corners; spread: (n,), how much the depths differ; points: (n, 3, 3), the corners,
+    object frame; normal: (n, 3), unit.
+    """
 
     u: Array
     v: Array
@@ -150,47 +172,46 @@ class _Triangles(Takes):
 
 
 def _on_surface(
-    caster: RayCaster, cylinder: Cylinder, face: Face, u: Array, v: Array, depth: Array, limit: float, layers: int
+    caster: RayCaster, grid: FaceGrid, u: Array, v: Array, depth: Array, limit: float, layers: int
 ) -> NDArray[np.bool_]:
-    """Whether triangles of the samples u, v, depth (n, 3) approximate the mesh.
+    """Return whether triangles of the samples u, v, depth (n, 3) approximate the mesh.
 
     One whose depths differ by less than `limit`, a cell, does. A steeper one does if the mesh is where its middle is;
-    of a long one, which something may cross by chance, three more points are asked.
+    of a long one, which something may cross by chance, three more points are tested.
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
     some = np.flatnonzero(~kept)
-    steep = _triangles(cylinder, face, u.take(some, 0), v.take(some, 0), depth.take(some, 0), spread[some])
-    met = _meets(caster, cylinder, face, steep, _MIDDLE, limit, layers)
+    steep = _triangles(grid, u.take(some, 0), v.take(some, 0), depth.take(some, 0), spread[some])
+    met = _meets(caster, grid, steep, _MIDDLE, limit, layers)
     for weights in _NEAR_CORNERS:
         long = np.flatnonzero(met & (steep.spread > _LONG * limit))
-        met[long] = _meets(caster, cylinder, face, steep.take(long), weights, limit, layers)
+        met[long] = _meets(caster, grid, steep.take(long), weights, limit, layers)
     kept[some] = met
-    return kept
+    return np.asarray(kept)
 
 
-def _triangles(cylinder: Cylinder, face: Face, u: Array, v: Array, depth: Array, spread: Array) -> _Triangles:
-    origin, direction = surface_rays(cylinder, face, u, v)
-    points = origin + depth[..., None] * direction
+def _triangles(grid: FaceGrid, u: Array, v: Array, depth: Array, spread: Array) -> _Triangles:
+    points = grid.points_at(u, v, depth)
     normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 1])
     normal /= np.maximum(lengths(normal), np.float32(1e-20))[:, None]
-    return _Triangles(u, v, depth, spread, points, normal)
+    return _Triangles(u=u, v=v, depth=depth, spread=spread, points=points, normal=normal)
 
 
 def _meets(
-    caster: RayCaster, cylinder: Cylinder, face: Face, triangles: _Triangles, weights: Array, limit: float, layers: int
+    caster: RayCaster, grid: FaceGrid, triangles: _Triangles, weights: Array, limit: float, layers: int
 ) -> NDArray[np.bool_]:
-    """Whether the mesh is at one point of triangles (n,), given by `weights` (3,) of their corners.
+    """Return whether the mesh is at one point of triangles (n,), given by `weights` (3,) of their corners.
 
     It is if the ray through that point meets the mesh where it meets the triangle; or, at a wall along the rays, if the
     mesh is hardly off it.
     """
     points, normal = triangles.points, triangles.normal
-    origin, direction = surface_rays(cylinder, face, triangles.u @ weights, triangles.v @ weights)
+    origin, direction = grid.rays_at(triangles.u @ weights, triangles.v @ weights)
     with np.errstate(divide="ignore", invalid="ignore"):
         expected = np.einsum("ni,ni->n", points[:, 0] - origin, normal) / np.einsum("ni,ni->n", direction, normal)
         allowed = CUT_TOLERANCE * triangles.spread
-        reach = np.fmin(expected + 1.01 * allowed, face_reach(cylinder, face))  # what is met farther does not matter
+        reach = np.fmin(expected + 1.01 * allowed, grid.max_depth)  # what is met farther does not matter
         hits = caster.peel(origin, direction, layers, reach)
         # What is met must also lie as the triangle does: where surfaces are many, some are at any depth by chance.
         aligned = np.abs(np.einsum("lni,ni->ln", hits.normal, normal)) >= _LEAST_ALIGNMENT
@@ -201,9 +222,9 @@ def _meets(
     shortest = np.min([lengths(corners[k] - corners[k - 1]) for k in range(3)], axis=0)
     near = _WALL_SLACK * np.minimum(shortest, limit).astype(np.float32)
     # Grid triangles face outward (but for those past the axis, where θ runs the other way): meet the mesh head on.
-    if face is Face.SIDE:
-        ahead[triangles.depth.take(wall, 0).mean(1) > cylinder.radius] *= -1
+    if grid.face is Face.SIDE:
+        ahead[triangles.depth.take(wall, 0).mean(1) > grid.cylinder.radius] *= -1
     start = np.einsum("k,kni->ni", weights, corners).astype(np.float32) + near[:, None] * ahead
     hits = caster.peel(start, -ahead, 2, 2.01 * near)
     met[wall] = ((hits.distance <= 2 * near) & (caster.two_sided | ~hits.flipped)).any(0)
-    return met
+    return np.asarray(met)

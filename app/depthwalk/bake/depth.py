@@ -14,10 +14,21 @@ from depthwalk.limits import MAX_DPCI_LAYERS
 _LEAST_GAIN = 0.1  # texels², of the mean over the surface, that all deeper layers together must bring
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Depth:
-    """What images of so many `layers` hold of a surface, weighted by how much of the sky sees it. missing: the part of
-    it in no image; footprint: squared, texels², the mean; see `squared_texels`."""
+    """Tell how well images of some number of layers would hold a surface.
+
+    Means over the surface are weighted by how much of the sky sees it.
+
+    Attributes
+    ----------
+    layers
+        Surfaces along each ray.
+    missing
+        The part of the surface, 0 to 1, in no image.
+    footprint
+        The mean squared footprint, texels², see `squared_texels`.
+    """
 
     layers: int
     missing: float
@@ -27,7 +38,10 @@ class Depth:
 def measure_depth(
     caster: RayCaster, probes: Probes, placement: Placement, cylinder: Cylinder, params: BakeParams
 ) -> list[Depth]:
-    """What images of 1, 2, … `MAX_DPCI_LAYERS` layers hold; arguments as of `sampled_footprints`."""
+    """Measure what images of 1, 2, … `MAX_DPCI_LAYERS` layers would hold of a surface, without baking any.
+
+    The parameters are those of `sampled_footprints`; the layers of `params` are ignored.
+    """
     texel = extent(cylinder) / params.resolution
     weights = probes.weight if probes.weight.any() else None  # nothing is seen of a solid turned inside out
     depths = []
@@ -35,10 +49,10 @@ def measure_depth(
         footprint = sampled_footprints(caster, probes, placement, cylinder, replace(params, layers=layers))
         values = np.isinf(footprint), squared_texels(footprint, texel)
         missing, squared = np.average(values, axis=1, weights=weights).tolist()
-        depths.append(Depth(layers, missing, squared))
+        depths.append(Depth(layers=layers, missing=missing, footprint=squared))
     return depths
 
 
 def deep_enough(depths: list[Depth]) -> Depth:
-    """The first of some ever deeper ones that holds the surface about as well as the last."""
+    """Return the first of `depths`, which are ever deeper, that holds the surface about as well as the last."""
     return next(depth for depth in depths if depth.footprint - depths[-1].footprint < _LEAST_GAIN)

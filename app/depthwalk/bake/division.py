@@ -16,6 +16,7 @@ from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.sampling import Probes, probe, sampled_footprints, squared_texels
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_PARTS
+from depthwalk.types import Array
 
 _PROBES = 1000
 _FEWEST = 30  # probes that make a part
@@ -23,31 +24,36 @@ _CUTS = 3  # planes tried along each direction
 _WELL = 3.0  # texels²: what the six sides of a box have at worst on a ball
 _LEAST_GAIN = 0.4  # texels², of the mean over the surface, for another part
 
-Array = NDArray[np.floating]
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cell:
-    """A convex piece of space. planes: (k, 4), rows of a unit normal n and an offset d: n · point ≤ d inside."""
+    """Describe a convex piece of space by the planes that bound it.
+
+    Attributes
+    ----------
+    planes
+        (k, 4), rows of a unit normal n and an offset d, metres, asset frame: n · point ≤ d inside. Without planes, all
+        of space.
+    """
 
     planes: Array = field(default_factory=lambda: np.zeros((0, 4)))
 
     def beyond(self, points: Array) -> Array:
-        """How far (n, k) points (n, 3) are outside of each plane, metres."""
+        """Return how far (n, k) points (n, 3) are outside each plane, metres; negative inside."""
         return points @ self.planes[:, :3].T - self.planes[:, 3]
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
-        """Which points (n, 3) lie inside."""
-        return np.all(self.beyond(points) <= 0, axis=1)
+        """Return which points (n, 3) lie inside."""
+        return np.asarray(np.all(self.beyond(points) <= 0, axis=1))
 
     def cut(self, plane: Array) -> tuple["Cell", "Cell"]:
-        """The pieces on either side of `plane` (4,)."""
-        return Cell(np.vstack([self.planes, plane])), Cell(np.vstack([self.planes, -plane]))
+        """Return the pieces on either side of `plane` (4,); the first is where n · point ≤ d."""
+        return Cell(planes=np.vstack([self.planes, plane])), Cell(planes=np.vstack([self.planes, -plane]))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Surface:
-    """What cuts are judged by. texel: metres, of every part's images."""
+    """Hold what cuts are judged by. texel: metres, of every part's images."""
 
     caster: RayCaster
     mesh: Mesh
@@ -56,9 +62,13 @@ class _Surface:
     texel: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _Piece:
-    """error: what its probes are undersampled by, a weighted sum; gain: by how much less its two halves are."""
+    """Hold a piece of the surface and the best way to cut it.
+
+    error: what its probes are undersampled by, a weighted sum; gain: by how much less its two halves are; halves:
+    these, where a cut gains anything.
+    """
 
     cell: Cell
     error: float
@@ -67,18 +77,32 @@ class _Piece:
 
 
 def part_faces(mesh: Mesh, cell: Cell, margin: float) -> NDArray[np.bool_]:
-    """Which faces (F,) of a mesh reach into `cell`, or within `margin` metres of it."""
-    return np.all(cell.beyond(mesh.positions)[mesh.faces].min(1) <= margin, axis=1)
+    """Return which faces (F,) of a mesh reach into `cell`, or within `margin` metres of it."""
+    return np.asarray(np.all(cell.beyond(mesh.positions)[mesh.faces].min(1) <= margin, axis=1))
 
 
 def divide(mesh: Mesh, caster: RayCaster, params: BakeParams, texel: float, most: int | None) -> list[Cell]:
-    """The cells of the parts of `mesh`: `most`, where so many are of use, or as many as are worth it (None).
+    """Split a mesh into parts that sample it well, each in a cylinder of its own.
 
-    texel: metres, of all parts' images.
+    Parameters
+    ----------
+    mesh, caster
+        The mesh, asset frame, and the same one ready for rays.
+    params
+        How its parts would be baked.
+    texel
+        Side of a texel of all parts' images, metres.
+    most
+        Number of parts at most; None: as many as are worth it.
+
+    Returns
+    -------
+    list
+        The cell of each part; at least one.
     """
     probes = probe(mesh, caster, _PROBES)
     probes = probes.take(probes.weight > 0)
-    surface = _Surface(caster, mesh, probes, params, texel)
+    surface = _Surface(caster=caster, mesh=mesh, probes=probes, params=params, texel=texel)
     pieces = [_with_best_cut(surface, _piece(surface, Cell()))]
     least = _LEAST_GAIN * float(probes.weight.sum()) if most is None else 0.0
     while len(pieces) < (MAX_DPCI_PARTS if most is None else most):
@@ -91,7 +115,7 @@ def divide(mesh: Mesh, caster: RayCaster, params: BakeParams, texel: float, most
 
 
 def _with_best_cut(surface: _Surface, piece: _Piece) -> _Piece:
-    """`piece` with the cut that leaves the least error."""
+    """Return `piece` with the cut that leaves the least error, if any gains."""
     members = surface.probes.take(piece.cell.holds(surface.probes.point))
     if len(members) < 2 * _FEWEST or piece.error == 0:
         return piece
@@ -102,20 +126,22 @@ def _with_best_cut(surface: _Surface, piece: _Piece) -> _Piece:
             halves = tuple(_piece(surface, cell) for cell in piece.cell.cut(np.append(normal, offset)))
             gain = piece.error - sum(half.error for half in halves)
             if gain > best.gain:
-                best = _Piece(piece.cell, piece.error, gain, (halves[0], halves[1]))
+                best = replace(piece, gain=gain, halves=(halves[0], halves[1]))
     return best
 
 
 def _piece(surface: _Surface, cell: Cell) -> _Piece:
-    """The piece of `surface` in `cell`, about the better of the axes y and its longest."""
+    """Return the piece of `surface` in `cell`, judged about the better of the axes y and its longest."""
     members = surface.probes.take(cell.holds(surface.probes.point))
     if len(members) < _FEWEST:
-        return _Piece(cell, np.inf)
+        return _Piece(cell=cell, error=np.inf)
     part = part_faces(surface.mesh, cell, 0.0)
-    return _Piece(cell, min(_error(surface, members, axis, part) for axis in (NAMED["y"], members.principal_axes()[2])))
+    axes = NAMED["y"], members.principal_axes()[2]
+    return _Piece(cell=cell, error=min(_error(surface, members, axis, part) for axis in axes))
 
 
 def _error(surface: _Surface, members: Probes, axis: ArrayLike, part: NDArray[np.bool_]) -> float:
+    """Return by how much images about `axis` would undersample `members`, texels², summed by their weights."""
     placement = place_along(axis, members.point)
     cylinder = cylinder_around(placement, members.point)
     params = replace(surface.params, resolution=max(1, round(extent(cylinder) / surface.texel)))

@@ -45,9 +45,14 @@ Channels = dict[str, NDArray[Any]]
 
 
 def write_baked(path: Path, model: BakedModel) -> None:
-    """Writes `model` to `path` in one step: a reader sees the old file or the whole new one.
+    """Write `model` to `path` in one step: a reader sees the old file or the whole new one.
 
-    Raises OSError where it cannot be written, InputError where the borders are more than a file may hold.
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    InputError
+        Where the boundary strips are more than a file may hold.
     """
     import OpenEXR
 
@@ -65,10 +70,12 @@ def write_baked(path: Path, model: BakedModel) -> None:
 
 
 def read_baked(path: Path) -> BakedModel:
-    """The model stored at `path`.
+    """Read the model stored at `path`.
 
-    Raises InputError where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than
-    the limits.
+    Raises
+    ------
+    InputError
+        Where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than the limits.
     """
     import OpenEXR
 
@@ -85,18 +92,18 @@ def read_baked(path: Path) -> BakedModel:
         for full, channels in stored.items():
             number, name = split_name(full)
             contents[number][name] = channels
-        return BakedModel(tuple(map(_object, contents, headers)))
+        return BakedModel(parts=tuple(map(_object, contents, headers)))
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
 
 
 def read_header(path: Path) -> dict[str, Any]:
-    """The checked header of a baked file, without its pixels. Raises InputError as `read_baked` does."""
+    """Read the checked header of a baked file, without its pixels; raises InputError as `read_baked` does."""
     return inspect_header(path)[0]
 
 
 def _contents(baked: BakedObject) -> dict[str, Channels]:
-    """The parts of one object, by name."""
+    """Return the parts of one object, by name."""
     contents = {image.name: _channels(image) for image in baked.images}
     for border in baked.borders:
         for kind, lists in _border_lists(border, _samples(baked.images, border.face)).items():
@@ -105,7 +112,7 @@ def _contents(baked: BakedObject) -> dict[str, Channels]:
 
 
 def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
-    """The object whose parts are `stored`. Raises ValueError where they do not fit each other."""
+    """Build the object whose parts are `stored`; raises ValueError where they do not fit each other."""
     images = [_image(name, channels, header.steps) for name, channels in stored.items() if not is_list(name)]
     _check_cells(images)
     borders = [
@@ -115,9 +122,9 @@ def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
     ]
     images.sort(key=lambda image: (image.face, image.layer))
     return BakedObject(
-        header.cylinder,
-        tuple(images),
-        tuple(borders),
+        cylinder=header.cylinder,
+        images=tuple(images),
+        borders=tuple(borders),
         shininess=header.shininess,
         steps=header.steps,
         key=header.key,
@@ -127,7 +134,7 @@ def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
 
 
 def _check_pixels(stored: dict[str, Channels], checksum: str) -> None:
-    """Raises ValueError where a channel is of the wrong type or anything differs from what was written."""
+    """Raise ValueError where a channel is of the wrong type or anything differs from what was written."""
     for name, channels in stored.items():
         wrong = [channel for channel, pixels in channels.items() if pixels.dtype != channel_type(channel)]
         if wrong:
@@ -137,7 +144,7 @@ def _check_pixels(stored: dict[str, Channels], checksum: str) -> None:
 
 
 def _check_cells(images: list[DepthImage]) -> None:
-    """Raises ValueError where a triangle has a corner on a layer that its face does not have."""
+    """Raise ValueError where a triangle has a corner on a layer that its face does not have."""
     for image in images:
         layers = sum(other.face is image.face for other in images)
         for codes in image.cells:
@@ -159,7 +166,7 @@ def _header(baked: BakedObject) -> dict[str, Any]:
 
 
 def _window(channels: Channels) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Corners of the pixels of a part. All parts of a file share the first one's as their display window."""
+    """Return the corners of the pixels of a part. All parts of a file share the first one's as their display window."""
     height, width = next(iter(channels.values())).shape
     return np.zeros(2, np.int32), np.array([width - 1, height - 1], np.int32)
 
@@ -176,7 +183,7 @@ def _channels(image: DepthImage) -> Channels:
 
 
 def _checksum(parts: list[Channels]) -> str:
-    """CRC-32 in hex over all pixels, part by part, channels by name."""
+    """Return the CRC-32 in hex over all pixels, part by part, channels by name."""
     checksum = 0
     for channels in parts:
         for name in sorted(channels):
@@ -185,7 +192,7 @@ def _checksum(parts: list[Channels]) -> str:
 
 
 def _packed_cells(image: DepthImage) -> dict[str, NDArray[np.uint32]]:
-    """The cells at their lower left nodes: even levels in the low half of a channel, odd ones in the high half."""
+    """Store cells at their lower left nodes: even levels in the low half of a channel, odd ones in the high half."""
     shape = (image.depth.shape[0], image.depth.shape[1])
     channels: dict[str, NDArray[np.uint32]] = {}
     for level, cells in enumerate(image.cells):
@@ -205,15 +212,15 @@ def _unpacked_cells(face: Face, channels: dict[str, NDArray[np.uint32]], steps: 
 
 
 def _samples(images: Iterable[DepthImage], face: Face) -> int:
-    """How many texels the images of one face have."""
+    """Count the texels of the images of one face."""
     return sum(image.depth.size for image in images if image.face is face)
 
 
 def _border_lists(border: Border, samples: int) -> dict[str, Channels]:
-    """A border as two lists in the shape of images: its vertices and its triangles, as small numbers that compress.
+    """Return a boundary strip as two lists in the shape of images, vertices and triangles, as small numbers.
 
     Starts and first corners are differences to the one before; second and third corners are counted from the first
-    corner, or from the first border vertex that starts there.
+    corner, or from the first boundary vertex that starts there.
     """
     if not len(border.triangles):
         return {}
@@ -246,17 +253,17 @@ def _border(name: str, stored: dict[str, Channels], samples: int) -> Border:
     if not all(np.isfinite(vertices[channel]).all() for channel in ("du", "dv", "rise")):
         raise ValueError(f"part {name} holds places that are not numbers")
     return Border(
-        Face[face.upper()],
-        int(level),
-        start.astype(np.int32),
-        np.stack([vertices["du"][:count], vertices["dv"][:count]], -1),
-        vertices["rise"][:count],
-        every.astype(np.int32),
+        face=Face[face.upper()],
+        level=int(level),
+        start=start.astype(np.int32),
+        offset=np.stack([vertices["du"][:count], vertices["dv"][:count]], -1),
+        rise=vertices["rise"][:count],
+        triangles=every.astype(np.int32),
     )
 
 
 def _used(name: str, used: NDArray[np.uint32]) -> int:
-    """How many entries a list has. Raises ValueError unless they are its first."""
+    """Return how many entries a list has; raises ValueError unless they are its first."""
     count = np.count_nonzero(used)
     if (used[:count] != 1).any():
         raise ValueError(f"part {name} marks its entries wrongly")
@@ -264,7 +271,7 @@ def _used(name: str, used: NDArray[np.uint32]) -> int:
 
 
 def _folded(lists: Channels) -> Channels:
-    """Lists (n,) as images of `_LIST_WIDTH` columns, integers as uint; channel `used` is 1 where there is an entry."""
+    """Fold lists (n,) to images of `_LIST_WIDTH` columns, integers as uint; `used` is 1 where there is an entry."""
     lists = lists | {"used": np.ones(len(next(iter(lists.values()))), np.uint32)}
     rows = max(-(-len(lists["used"]) // _LIST_WIDTH), 1)  # an image without rows cannot be written
     padding = rows * _LIST_WIDTH - len(lists["used"])
@@ -282,9 +289,9 @@ def _image(name: str, channels: dict[str, Any], steps: int) -> DepthImage:
     if (plane["owner"] >= len(Face)).any():
         raise ValueError(f"part {name} has texels that belong to no face")
     return DepthImage(
-        face,
-        int(layer),
-        depth,
+        face=face,
+        layer=int(layer),
+        depth=depth,
         normal=np.stack([plane[k] for k in ("N.x", "N.y", "N.z")], -1).astype(np.float32),
         albedo=np.stack([plane[k] for k in ("R", "G", "B", "specular")], -1).astype(np.float32),
         cells=_unpacked_cells(face, plane, steps),

@@ -10,21 +10,36 @@ _TURNED = Face.BOTTOM, Face.FRONT, Face.LEFT  # u × v points outward
 
 
 def usable_steps(shape: tuple[int, int]) -> int:
-    """How many grids an image of (H, W) gets: steps 1, 2, … as long as eight cells remain, 64 at most."""
+    """Return how many grids an image of (H, W) gets: steps 1, 2, … as long as eight cells remain, 64 at most."""
     return max(1, min(MAX_STEPS, int(np.log2(min(shape))) - 2))
 
 
 def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
-    """Texel indices of the nodes along one axis at `step`: every step-th texel, and the last one unless it wraps,
-    so that a coarse grid still reaches the border."""
+    """Return the texel indices of the nodes along one axis at `step`.
+
+    They are every step-th texel, and the last one unless the axis wraps, so that a coarse grid still reaches the edge.
+    """
     nodes = np.arange(0, count, step)
     return nodes if wraps or nodes[-1] == count - 1 else np.append(nodes, count - 1)
 
 
 def grid_cells(shape: tuple[int, int], face: Face, step: int) -> tuple[NDArray[np.int64], ...]:
-    """The cells of the grid of `step`: column and row of the lower (i0, j0) and the upper (i1, j1) corner.
+    """Return the corners of the cells of one grid.
 
-    Each is (cells,) int64. The side image wraps, so i1 may be 0 after the last column.
+    Parameters
+    ----------
+    shape
+        Height H and width W of the image, texels.
+    face
+        Its face: the side image wraps.
+    step
+        Texels between two nodes.
+
+    Returns
+    -------
+    tuple
+        Column and row of the lower (i0, j0) and of the upper corner (i1, j1), each (cells,) int64. Of the side image,
+        i1 is 0 after the last column.
     """
     height, width = shape
     columns = grid_nodes(width, step, wraps=face is Face.SIDE)
@@ -38,9 +53,21 @@ def grid_cells(shape: tuple[int, int], face: Face, step: int) -> tuple[NDArray[n
 def cell_triangles(
     face: Face, i0: NDArray[np.int64], j0: NDArray[np.int64], i1: NDArray[np.int64], j1: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Columns and rows, each (2, cells, 3), of the lower and the upper triangle of each cell.
+    """Return the corners of the two triangles of each cell.
 
-    Counter-clockwise seen from outside the cylinder, where v may run to the left or to the right of u.
+    They are counter-clockwise seen from outside the cylinder, where v may run to the left or to the right of u.
+
+    Parameters
+    ----------
+    face
+        Decides how the triangles are wound.
+    i0, j0, i1, j1
+        (cells,), as `grid_cells` returns them.
+
+    Returns
+    -------
+    tuple
+        Columns and rows, each (2, cells, 3), of the lower and the upper triangles.
     """
     lower = (i1, j0), (i0, j0), (i0, j1)
     upper = (i1, j0), (i0, j1), (i1, j1)
@@ -51,23 +78,40 @@ def cell_triangles(
 
 
 def whole_cells(image: DepthImage, level: int) -> NDArray[np.bool_]:
-    """Which cells (cells,) of a grid lie on the surface with both triangles and all four corners on this layer."""
+    """Return which cells (cells,) lie on the surface with both triangles and all four corners on this layer."""
     triangle = 1 | image.layer << 1 | image.layer << 4
-    return image.cells[level] == (triangle | triangle << 7)
+    return np.asarray(image.cells[level] == (triangle | triangle << 7))
 
 
 def layer_triangles(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Layers and texel numbers, each (triangles, 3), of the corners of the surface triangles anchored in `image`, but
-    for those in the cells (cells,) `without`."""
+    """Return the corners of the surface triangles whose first corner is in `image`.
+
+    Parameters
+    ----------
+    image
+        One layer.
+    level
+        The grid has step 2^level.
+    without
+        (cells,) bool: cells to leave out.
+
+    Returns
+    -------
+    tuple
+        Layers and texel numbers, each (triangles, 3) int64.
+    """
     return triangle_corners(image, level, *triangle_places(image, level, without))
 
 
 def triangle_corners(
     image: DepthImage, level: int, half: NDArray[np.intp], cell: NDArray[np.intp]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """As `layer_triangles`, of the triangles in those halves (triangles,) of those cells (triangles,)."""
+    """Return layers and texels, as `layer_triangles` does, of given triangles.
+
+    half: (triangles,), 0 for the lower, 1 for the upper triangle of its cell; cell: (triangles,), number of the cell.
+    """
     code = image.cells[level][cell] >> 7 * half
     layers = np.stack([np.full(len(cell), image.layer), code >> 1 & 7, code >> 4 & 7])
     height, width = image.depth.shape
@@ -83,7 +127,7 @@ def triangle_corners(
 def triangle_places(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Which half of which cell, each (triangles,), the triangles of `layer_triangles` are, in its order."""
+    """Return which half of which cell, each (triangles,), the triangles of `layer_triangles` are, in its order."""
     codes = image.cells[level] if without is None else np.where(without, 0, image.cells[level])
     lower, upper = np.flatnonzero(codes & 1), np.flatnonzero(codes & 128)
     return np.repeat([0, 1], [len(lower), len(upper)]), np.concatenate([lower, upper])

@@ -17,7 +17,7 @@ FORMAT_VERSION = 10
 ATTRIBUTE = "depthwalk."
 GEOMETRY = ("radius", "bottom", "top", "half_width", "half_depth")
 PLACEMENT = ("x", "y", "z", "qx", "qy", "qz", "qw")
-LISTS = ("border", "triangles")  # names of the parts that hold a border: border.side.0, triangles.side.0
+LISTS = ("border", "triangles")  # names of the parts that hold a boundary strip: border.side.0, triangles.side.0
 CHANNELS = ("R", "G", "B", "specular", "Z", "N.x", "N.y", "N.z", "owner")
 _LIST_CHANNELS = {"border": ("start", "du", "dv", "rise", "used"), "triangles": ("a", "b", "c", "used")}
 _FACES = "|".join(face.name.lower() for face in Face)
@@ -26,9 +26,17 @@ _OBJECT = re.compile(r"(?:part([1-9][0-9]?)\.)?(.*)", re.ASCII | re.DOTALL)
 _MOST_DEFLATED = 1032  # times: what deflate can shrink at most, so no file holds more pixels than that
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Header:
-    """What every part of a file says about the object that it belongs to."""
+    """Hold what every part of a file says about the object that it belongs to.
+
+    Attributes
+    ----------
+    cylinder, position, rotation, shininess, steps, key
+        As in `BakedObject`.
+    checksum
+        CRC-32 in hex over all pixels of the file.
+    """
 
     cylinder: Cylinder
     position: tuple[float, float, float]
@@ -40,8 +48,18 @@ class Header:
 
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
-    """The header of the first part as it stands there, and of each object what all its parts agree on. Raises
-    InputError."""
+    """Read and check a file's header, without decoding a pixel.
+
+    Returns
+    -------
+    tuple
+        The header of the first part as it stands there, and for each object what all its parts agree on.
+
+    Raises
+    ------
+    InputError
+        Where the file is missing, not ours, of another version, inconsistent or larger than the limits.
+    """
     import OpenEXR
 
     if not path.is_file():
@@ -70,14 +88,14 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
 
 
 def split_name(name: str) -> tuple[int, str]:
-    """To which object a part belongs, counted from 0, and its name without that: `part2.side.0` is (1, `side.0`)."""
+    """Split a part's name into the number of its object, from 0, and the rest: `part2.side.0` is (1, `side.0`)."""
     match = _OBJECT.fullmatch(name)
     assert match is not None  # it matches anything
     return (int(match[1]) - 1 if match[1] else 0), match[2]
 
 
 def _headers(parts: list[dict[str, Any]]) -> tuple[Header, ...]:
-    """The header of each object. Raises ValueError where its parts differ or an object is missing."""
+    """Return the header of each object; raises ValueError where its parts differ or an object is missing."""
     found: dict[int, Header] = {}
     for part in parts:
         header = _parsed(part)
@@ -93,13 +111,13 @@ def _headers(parts: list[dict[str, Any]]) -> tuple[Header, ...]:
 
 
 def _parsed(part: dict[str, Any]) -> Header:
-    """The header of one part. Raises ValueError where something lacks or is out of its range."""
+    """Return the header of one part; raises ValueError where something is missing or out of its range."""
     numbers = (*GEOMETRY, *PLACEMENT, "shininess")
     missing = [name for name in (*numbers, "steps", "key", "checksum") if ATTRIBUTE + name not in part]
     if missing:
         raise ValueError(f"header lacks {', '.join(missing)}")
     values = {name.removeprefix(ATTRIBUTE): value for name, value in part.items() if name.startswith(ATTRIBUTE)}
-    cylinder = Cylinder(*(values[name] for name in GEOMETRY))
+    cylinder = Cylinder(**{name: values[name] for name in GEOMETRY})
     x, y, z, *rotation = (values[name] for name in PLACEMENT)
     steps, key, checksum = values["steps"], values["key"], values["checksum"]
     for name in numbers:
@@ -115,11 +133,19 @@ def _parsed(part: dict[str, Any]) -> Header:
         raise ValueError("key is not text of at most 64 letters and digits")
     if not isinstance(checksum, str):
         raise ValueError("checksum is not text")
-    return Header(cylinder, (x, y, z), tuple(rotation), values["shininess"], steps, key, checksum)
+    return Header(
+        cylinder=cylinder,
+        position=(x, y, z),
+        rotation=tuple(rotation),
+        shininess=values["shininess"],
+        steps=steps,
+        key=key,
+        checksum=checksum,
+    )
 
 
 def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
-    """Width and height of a part of the layout that `write_baked` gives it. Raises ValueError for any other."""
+    """Return width and height of a part of the layout that `write_baked` gives it; raises ValueError for any other."""
     import OpenEXR
 
     name = part["name"]
@@ -137,7 +163,7 @@ def _size(part: dict[str, Any], steps: int) -> tuple[int, int]:
 
 
 def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
-    """Raises ValueError unless layers count from 0, images are of one size and lists come in pairs for a face."""
+    """Raise ValueError unless layers count from 0, images are of one size and lists come in pairs for a face."""
     images = [name for name in sizes if not is_list(name)]
     faces = [name.split(".")[0] for name in images]
     if not images or set(images) != {f"{face}.{layer}" for face in faces for layer in range(faces.count(face))}:
@@ -150,7 +176,7 @@ def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
 
 
 def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...]) -> None:
-    """Raises InputError where decoding would take more memory than any file of ours, or than this one can fill.
+    """Raise InputError where decoding would take more memory than any file of ours, or than this one can fill.
 
     With a limit on the side, `_NAME` limits all images of an object together: its faces, eight layers.
     """
@@ -171,7 +197,7 @@ def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[H
 
 
 def check_entries(path: Path, entries: int) -> None:
-    """Raises InputError where the lists of all borders hold more `entries` than a file may."""
+    """Raise InputError where the lists of all boundary strips hold more `entries` than a file may."""
     if entries > limits.MAX_BORDER_ENTRIES:
         raise InputError(
             f"{path}: borders of {entries} entries; at most {limits.MAX_BORDER_ENTRIES} are allowed: "
@@ -180,24 +206,24 @@ def check_entries(path: Path, entries: int) -> None:
 
 
 def is_list(name: str) -> bool:
-    """Whether the part `name` holds half of a border instead of an image."""
+    """Return whether the part `name` holds half of a boundary strip instead of an image."""
     return split_name(name)[1].startswith(LISTS)
 
 
 def channel_names(name: str, steps: int) -> tuple[str, ...]:
-    """The channels of the part `name` in a file of `steps` grids."""
+    """Return the channels of the part `name` in a file of `steps` grids."""
     if is_list(name):
         return _LIST_CHANNELS[split_name(name)[1].split(".")[0]]
     return (*CHANNELS, *(f"cells.{pair}" for pair in range((steps + 1) // 2)))
 
 
 def channel_type(channel: str) -> type[np.generic]:
-    """The type of the pixels of a channel, whichever part it is in."""
+    """Return the type of the pixels of a channel, whichever part it is in."""
     if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c"):
         return np.uint32
     return np.float32 if channel == "Z" else np.float16
 
 
 def first_line(error: Exception) -> str:
-    """What an error says, short enough for one line."""
+    """Return what an error says, short enough for one line."""
     return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

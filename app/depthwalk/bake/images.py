@@ -1,23 +1,26 @@
 """Depth images and the object they make up: plain arrays, in the frame of docs/conventions.md.
 
 Object frame: the cylinder's axis is +Y through the origin, metres. Row 0 of every image is at the bottom
-(smallest y, or smallest z for the caps). Empty texels have depth +inf.
+(smallest y, or smallest z for the caps). Empty texels have depth +inf. What follows from a face's place on the cylinder
+(rays, points, texels) is `face_grid.FaceGrid`'s.
 """
 
-from dataclasses import astuple, dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.meso import Meso
+from depthwalk.types import Array
 
 
 class Face(IntEnum):
-    """Which surface an image lies on. The order is that of the images.
+    """Name the surface that an image lies on; images are stored in this order.
 
-    The paper has the cylinder's side and its caps. What faces along θ (a finger, the flank of a leg, a flat figure) is
-    seen well by none of them; the flanks, sides of the box around the cylinder, look at it squarely.
+    The paper (Liu, Liu and Wu 2007, §3.1) has the cylinder's side and its two caps. Surfaces that face along θ (a
+    finger, the side of a leg, a flat figure) are sampled badly by all three, so the baker adds the four upright faces
+    of the box around the cylinder, which look at them squarely.
     """
 
     TOP = 0
@@ -31,7 +34,7 @@ class Face(IntEnum):
 
 PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
 FLANKS = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
-_INWARD = {  # what planar faces look along: axis and sign
+INWARD = {  # the direction of depth on the planar faces: axis (0, 1, 2 for x, y, z) and sign
     Face.TOP: (1, -1),
     Face.BOTTOM: (1, 1),
     Face.FRONT: (2, -1),
@@ -41,12 +44,19 @@ _INWARD = {  # what planar faces look along: axis and sign
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cylinder:
-    """The volume that the images enclose.
+    """Hold the volume that the images enclose, an upright cylinder about +Y in the object frame.
 
-    radius: R; bottom, top: y0 < y1. half_width, half_depth: caps and flanks cover |x| ≤ half_width, |z| ≤ half_depth;
-    both equal R for a cylinder and differ only for a single planar image, which is a top cap alone.
+    Attributes
+    ----------
+    radius
+        Distance R of the side from the axis, metres.
+    bottom, top
+        Heights y0 < y1 of the two caps, metres.
+    half_width, half_depth
+        Caps and box faces cover |x| ≤ half_width and |z| ≤ half_depth, metres. Both equal R around a mesh; they differ
+        only for a single planar image, which is a top cap alone.
     """
 
     radius: float
@@ -57,45 +67,61 @@ class Cylinder:
 
     @property
     def height(self) -> float:
+        """Distance between the caps, metres."""
         return self.top - self.bottom
 
     @property
     def box(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Least corner (3,) and size (3,) of the box around it."""
+        """Lowest corner (3,) and size (3,) of the box around the cylinder, float32 metres."""
         low = np.array([-self.half_width, self.bottom, -self.half_depth], np.float32)
         return low, np.array([2 * self.half_width, self.height, 2 * self.half_depth], np.float32)
 
 
-def enclosing_cylinder(points: NDArray[np.floating]) -> Cylinder:
-    """The smallest cylinder about +Y that holds points (n, 3), widened by 1e-4 so that no ray starts on the surface,
-    however flat they are."""
+def enclosing_cylinder(points: Array) -> Cylinder:
+    """Return the smallest cylinder about +Y that holds points (n, 3), object frame, metres.
+
+    It is widened by 1e-4 of its extent so that no ray starts on the surface, however flat the points lie.
+    """
     radius = float(np.hypot(points[:, 0], points[:, 2]).max()) * 1.0001
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
     slack = 1e-4 * max(radius, top - bottom)
     radius = max(radius, slack)
-    return Cylinder(radius, bottom - slack, top + slack, radius, radius)
+    return Cylinder(radius=radius, bottom=bottom - slack, top=top + slack, half_width=radius, half_depth=radius)
 
 
 def with_margins(cylinder: Cylinder, rows: int) -> Cylinder:
-    """`cylinder`, higher by a texel of images of `rows` at either end: no cell lies beyond the centres of their first
-    and last row, so upright walls would end half a texel early. In single precision, as files hold it."""
+    """Return `cylinder` made higher by one texel, of images with `rows` rows, at either end.
+
+    Grid cells reach from centre to centre of the first and last row of texels. Without the margin, upright walls would
+    end half a texel early. The numbers are rounded to single precision, as files hold them.
+    """
     margin = cylinder.height / (rows - 2)
     higher = replace(cylinder, bottom=cylinder.bottom - margin, top=cylinder.top + margin)
-    return Cylinder(*(float(np.float32(value)) for value in astuple(higher)))
+    return Cylinder(**{name: float(np.float32(value)) for name, value in asdict(higher).items()})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DepthImage:
-    """One layer of one face.
+    """Hold one layer of one face.
 
-    depth:  (H, W) float32, metres inward from the face, +inf where empty.
-    normal: (H, W, 3) float32, unit, object frame; zero where empty.
-    albedo: (H, W, 4) float32, linear RGB and specular strength; zero where empty.
-    cells:  one (cells,) uint16 array per level, the grid of step 2^level in the order of `grid_cells`. Bits 0–6 are the
-            lower, bits 7–13 the upper triangle whose first corner is on this layer: bit 0 says that it lies on the
-            surface, bits 1–3 and 4–6 on which layers its second and third corner are. Bits 14 and 15 say that another
-            face holds the lower and the upper triangle better, whoever owns their corners.
-    owner:  (H, W) uint8, the Face that samples this surface best.
+    Attributes
+    ----------
+    face, layer
+        Where the image lies, and how many surfaces its rays met before these (0 to 7).
+    depth
+        (H, W) float32, metres from the face inward, +inf where empty.
+    normal
+        (H, W, 3) float32, unit, object frame, for shading; zero where empty.
+    albedo
+        (H, W, 4) float32, linear RGB and specular strength; zero where empty.
+    cells
+        One (cells,) uint16 array per level, of the grid of step 2^level, in the order of `grid_cells`. Bits 0 to 6
+        describe the lower triangle and bits 7 to 13 the upper one, if its first corner is on this layer: the first bit
+        says that the triangle lies on the surface, the next three and the last three on which layers its second and
+        third corners are. Bits 14 and 15 say that another face holds the lower and the upper triangle better, whoever
+        owns their corners.
+    owner
+        (H, W) uint8, the `Face` that samples this surface best.
     """
 
     face: Face
@@ -108,17 +134,27 @@ class DepthImage:
 
     @property
     def name(self) -> str:
+        """Its name in files: `side.0`, `top.1`, …."""
         return f"{self.face.name.lower()}.{self.layer}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Border:
-    """What completes the grid of one face and level up to the edges of its surfaces.
+    """Hold the boundary strip of one face and level: it completes the grid up to the edges of its surfaces.
 
-    start:     (b,) int32, ascending: the sample (layer · H · W + texel) whose surface each border vertex ends.
-    offset:    (b, 2) float16, from that sample, in texels along u and v.
-    rise:      (b,) float16, depth less that sample's, metres.
-    triangles: (t, 3) int32; numbers below L·H·W are samples, the rest border vertices. The first is a sample.
+    Attributes
+    ----------
+    face, level
+        The grid that the strip completes, of step 2^level.
+    start
+        (b,) int32, ascending: the sample (layer · H · W + texel) whose surface each boundary vertex ends.
+    offset
+        (b, 2) float16, from that sample, in texels along u and v.
+    rise
+        (b,) float16, metres: the depth less that sample's.
+    triangles
+        (t, 3) int32; numbers below L · H · W are samples, the rest are boundary vertices. The first of each row is a
+        sample.
     """
 
     face: Face
@@ -129,14 +165,29 @@ class Border:
     triangles: NDArray[np.int32]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BakedObject:
-    """Everything the renderer needs of one object.
+    """Hold everything the renderer needs of one object.
 
-    images: ordered by face, then layer. borders: of some faces and levels. shininess: Phong exponent. steps: number of
-    grids, steps 1, 2, … 2^(steps−1). key: hex digest of what it was made from. position, rotation (quaternion
-    x, y, z, w): the cylinder's place in the asset's frame; asset point = position + rotate(rotation, object point).
-    meso: relief that is laid over the images when they are drawn; baking and files know nothing of it.
+    Attributes
+    ----------
+    cylinder
+        The volume that the images enclose, object frame.
+    images
+        All images, ordered by face, then layer, and all of one size.
+    borders
+        The boundary strips of some faces and levels.
+    shininess
+        Phong exponent.
+    steps
+        Number of grids, of steps 1, 2, … 2^(steps − 1).
+    key
+        Hex digest of what the object was made from.
+    position, rotation
+        The cylinder's place in the asset's frame, metres and a unit quaternion (x, y, z, w): asset point = position +
+        rotate(rotation, object point).
+    meso
+        Relief that is laid over the images when they are drawn. Baking and files know nothing of it.
     """
 
     cylinder: Cylinder
@@ -150,99 +201,13 @@ class BakedObject:
     meso: Meso | None = None
 
 
-def texel_centres(count: int) -> NDArray[np.float64]:
-    """Centres (count,) of `count` texels over [0, 1]."""
-    return (np.arange(count) + 0.5) / count
-
-
-def surface_rays(
-    cylinder: Cylinder, face: Face, u: NDArray[np.floating], v: NDArray[np.floating]
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Where depth is measured from and along: origins (…, 3) on the face and unit directions (…, 3) inward.
-
-    u, v: (…) in [0, 1], broadcast against each other; u runs with θ, x or (right, left) z, v with y or (caps) z. Depth
-    d is the point origin + d · direction (B = ((R−d)cosθ, y, (R−d)sinθ) for the side).
-    """
-    origin = np.empty((*np.broadcast_shapes(u.shape, v.shape), 3), np.float32)
-    direction = np.zeros_like(origin)
-    if face is Face.SIDE:
-        theta = 2 * np.pi * u
-        direction[..., 0], direction[..., 2] = -np.cos(theta), -np.sin(theta)
-        origin[...] = -cylinder.radius * direction
-        origin[..., 1] = cylinder.bottom + v * cylinder.height
-        return origin, direction
-    low, size = cylinder.box
-    inward, sign = _INWARD[face]
-    across, up = plane_axes(face)
-    origin[..., across] = low[across] + u * size[across]
-    origin[..., up] = low[up] + v * size[up]
-    origin[..., inward] = low[inward] if sign > 0 else low[inward] + size[inward]
-    direction[..., inward] = sign
-    return origin, direction
-
-
 def face_outward(face: Face) -> NDArray[np.float64]:
-    """What a planar face's images are seen from: the unit vector (3,) against the direction of depth."""
-    axis, sign = _INWARD[face]
-    return -sign * np.eye(3)[axis]
+    """Return the unit vector (3,), object frame, that a planar face looks along outward, against its depth."""
+    axis, sign = INWARD[face]
+    return np.asarray(-sign * np.eye(3)[axis])
 
 
 def plane_axes(face: Face) -> tuple[int, int]:
-    """The axes (0, 1, 2 for x, y, z) that u and v of a planar face run along."""
-    inward, _ = _INWARD[face]
+    """Return the axes (0, 1, 2 for x, y, z) that u and v of a planar face run along."""
+    inward, _ = INWARD[face]
     return (2 if inward == 0 else 0), (2 if inward == 1 else 1)
-
-
-def image_position(
-    cylinder: Cylinder, face: Face, point: NDArray[np.floating]
-) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-    """u and v (n,) in [0, 1] of points (n, 3) on this side of the axis."""
-    if face is Face.SIDE:
-        theta = np.arctan2(point[:, 2], point[:, 0])
-        return theta / (2 * np.pi) % 1.0, (point[:, 1] - cylinder.bottom) / cylinder.height
-    low, size = cylinder.box
-    across, up = plane_axes(face)
-    return (point[:, across] - low[across]) / size[across], (point[:, up] - low[up]) / size[up]
-
-
-def face_reach(cylinder: Cylinder, face: Face) -> float:
-    """The greatest depth that a face measures, metres."""
-    return 2 * cylinder.radius if face is Face.SIDE else float(cylinder.box[1][_INWARD[face][0]])
-
-
-def image_points(cylinder: Cylinder, image: DepthImage) -> NDArray[np.float32]:
-    """The 3-D point (H, W, 3) of every texel, object frame; NaN or infinite where empty."""
-    height, width = image.depth.shape
-    origin, direction = surface_rays(cylinder, image.face, texel_centres(width), texel_centres(height)[:, None])
-    with np.errstate(invalid="ignore"):
-        return origin + image.depth[..., None] * direction
-
-
-def border_points(
-    cylinder: Cylinder, images: list[DepthImage], border: Border
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The 3-D points (b, 3), object frame, and depths (b,) of a border's vertices; images: the layers of its face."""
-    height, width = images[0].depth.shape
-    row, column = np.divmod(border.start % (height * width), width)
-    u = (column + 0.5 + border.offset[:, 0]) / width
-    v = (row + 0.5 + border.offset[:, 1]) / height
-    depth = np.concatenate([image.depth.ravel() for image in images])[border.start] + border.rise
-    origin, direction = surface_rays(cylinder, border.face, u, v)
-    return (origin + depth[:, None] * direction).astype(np.float32), depth.astype(np.float32)
-
-
-def texel_size(cylinder: Cylinder, face: Face, shape: tuple[int, int]) -> tuple[float, float]:
-    """Width and height of a texel in metres, on the face itself; shape is (H, W)."""
-    height, width = shape
-    if face is Face.SIDE:
-        return 2 * np.pi * cylinder.radius / width, cylinder.height / height
-    _, size = cylinder.box
-    across, up = plane_axes(face)
-    return float(size[across]) / width, float(size[up]) / height
-
-
-def square_texel(baked: BakedObject) -> float:
-    """The side of a square texel, metres: on the side image, or on the one there is."""
-    image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
-    width, height = texel_size(baked.cylinder, image.face, (image.depth.shape[0], image.depth.shape[1]))
-    return float(np.sqrt(width * height))

@@ -17,13 +17,19 @@ _ARRAYS = (*_VERTEX, "faces")
 
 
 def find_levels(mesh: Mesh, key: str) -> tuple[MeshLevel, ...] | None:
-    """`mesh` and its simplified levels, if they are in the cache under `key`; a damaged file is passed over."""
+    """Return `mesh` and its simplified levels, if they are in the cache under `key`; a damaged file is passed over."""
     levels = LEVELS.find(key, lambda path: _read(path, mesh))
     return None if levels is None else (MeshLevel(mesh, 0.0), *levels)
 
 
 def keep_levels(levels: tuple[MeshLevel, ...], key: str) -> Path:
-    """Stores all levels but the mesh itself in the cache folder and returns where. Raises OSError."""
+    """Store all levels but the mesh itself in the cache folder and return the file's path.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
     arrays: dict[str, Any] = {"error": np.array([level.error for level in levels[1:]])}
     for number, level in enumerate(levels[1:]):
         parts = [(part.first_face, part.face_count, part.material) for part in level.mesh.parts]

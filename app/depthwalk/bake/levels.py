@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from depthwalk.bake.sampling import face_normals, sample_surface, sample_triangles
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
 from depthwalk.ingest.normals import row_ids
+from depthwalk.types import Array
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -25,11 +26,16 @@ _WORTH = 0.9  # of the finer level's triangles: with more than that it is no lev
 _PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
 _INWARD = 0.1  # of the way from a corner to the middle of its face: there it is on its own side of a seam
 
-Array = NDArray[np.floating]
-
 
 def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
-    """`mesh` itself, then a level for each of `RATIOS`, the finest first; fewer where there is little to thin out."""
+    """Simplify a mesh in steps, to a fourth of the triangles each, by quadric edge collapse (Garland, Heckbert 1997).
+
+    Returns
+    -------
+    tuple
+        `mesh` itself with error 0, then a level for each of `RATIOS`, the finest first; fewer where there is little to
+        thin out. Errors are metres and never fall from level to level.
+    """
     import fast_simplification
 
     weld, first = row_ids(mesh.positions)
@@ -49,8 +55,11 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
 
 
 def _distance(points: Array, corners: Array) -> float:
-    """The largest distance of points (n, 3) from triangles (m, 3, 3). Discs that just overlap stand for these, which is
-    right within a disc's radius beside the nearest one, and exact above it."""
+    """Return the largest distance of points (n, 3) from triangles (m, 3, 3), metres.
+
+    Discs that just overlap stand for the triangles. That is right within a disc's radius beside the nearest one, and
+    exact above it.
+    """
     from scipy.spatial import cKDTree
 
     middle, normal = sample_triangles(corners, _DISCS)
@@ -62,9 +71,9 @@ def _distance(points: Array, corners: Array) -> float:
 
 
 class _Wardrobe:
-    """What the surface of a mesh looks like, to be put on other surfaces near it.
+    """Know what the surface of a mesh looks like, to put it on other surfaces near it.
 
-    A chart is a connected piece of it; seams of textures and creases end one, or run within it.
+    A chart is a connected piece of the surface; seams of textures and creases end one, or run within it.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -84,7 +93,7 @@ class _Wardrobe:
         self._material = np.repeat([part.material for part in mesh.parts], [part.face_count for part in mesh.parts])
 
     def dressed(self, points: Array, faces: NDArray[np.integer]) -> Mesh:
-        """Points (v, 3) and faces (f, 3) as a mesh. All corners of a face get their looks from the same chart."""
+        """Return points (v, 3) and faces (f, 3) as a mesh. All corners of a face take their looks from one chart."""
         mesh = self._mesh
         middle, corners = _inward(points[faces])
         face = self._faces.query(middle)[1]
@@ -113,17 +122,17 @@ class _Wardrobe:
 
 
 def _inward(corners: Array) -> tuple[Array, Array]:
-    """Middles (n, 3) of triangles (n, 3, 3), and their corners drawn a little towards them."""
+    """Return middles (n, 3) of triangles (n, 3, 3), and their corners drawn a little towards them."""
     middle = corners.mean(axis=1)
     return middle, corners + _INWARD * (middle[:, None] - corners)
 
 
 def _charts(mesh: Mesh) -> NDArray[np.int32]:
-    """(V,) number of the connected piece of surface that each vertex is of; seams separate pieces."""
+    """Return the number (V,) of the connected piece of surface that each vertex is of; seams separate pieces."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     count = len(mesh.positions)
     start, end = mesh.faces[:, [0, 1]].ravel(), mesh.faces[:, [1, 2]].ravel()
     links = coo_array((np.ones(len(start), bool), (start, end)), (count, count))
-    return connected_components(links, directed=False)[1]
+    return np.asarray(connected_components(links, directed=False)[1])

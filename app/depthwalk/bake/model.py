@@ -5,17 +5,20 @@ from dataclasses import dataclass
 from depthwalk.bake.images import BakedObject
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BakedModel:
-    """What an asset's depth images come to.
+    """Hold an asset's depth images: the objects that together show one mesh.
 
-    parts: at least one, each with its own cylinder, placed in the asset's frame; all have the same key. Neighbours hold
-    the surface along their common edge both.
+    Attributes
+    ----------
+    parts
+        At least one object, each with its own cylinder, placed in the asset's frame; all have the same key. Neighbours
+        both hold the surface along their common edge.
     """
 
     parts: tuple[BakedObject, ...]
 
     @property
     def key(self) -> str:
-        """Hex digest of what it was made from."""
+        """Hex digest of what the model was made from."""
         return self.parts[0].key

@@ -4,97 +4,132 @@ A sample's footprint is the distance on the surface to its neighbour sample: the
 cosine between ray and surface.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import FaceGrid, Projection
 from depthwalk.bake.grid import layer_triangles, triangle_corners, triangle_places
-from depthwalk.bake.images import (
-    FLANKS,
-    Cylinder,
-    DepthImage,
-    Face,
-    image_points,
-    image_position,
-    surface_rays,
-    texel_size,
-)
+from depthwalk.bake.images import FLANKS, DepthImage, Face
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.vectors import lengths
+from depthwalk.types import Array, Mask
 
-Array = NDArray[np.floating]
-Inner = dict[Face, NDArray[np.bool_]]  # `inner_texels` of each face that has images
 _GRAZING = 1e-3  # cosine below which a face is taken to see nothing
-_CORNERS = 6  # triangles around a texel that is inside its surface, not at a border
-# A flank takes over only where its footprint is smaller by this factor: each takes a surface apart a little more.
+_CORNERS = 6  # triangles around a texel that is inside its surface, not at its boundary
+# A box face takes over only where its footprint is smaller by this factor: each takes a surface apart a little more.
 _FLANK_GAIN = 1.3
 _OVERLAP_GAIN = 2.0  # a triangle with corners of two owners is left to the other where that is better by this factor
 _BATCH = 1 << 15  # triangles at a time
 _WALL = 0.5  # cosine between a triangle and the surface at its corners, below which it is no part of that surface
 
 
-def assign_owners(
-    cylinder: Cylinder, images: list[DepthImage], inner: Inner, each: Map = map
-) -> list[NDArray[np.uint8]]:
-    """For each image the Face (H, W) that samples the surface at a texel with the smallest footprint."""
+@dataclass(frozen=True, kw_only=True)
+class FaceLayers:
+    """Hold what a face offers its rivals for a surface: all its layers and where they are well connected.
 
-    def assign(image: DepthImage) -> NDArray[np.uint8]:
+    Attributes
+    ----------
+    grid
+        Rays and texels of the face.
+    images
+        Its layers, in order; at least one.
+    inner
+        (L, H, W), see `inner_texels`.
+    """
+
+    grid: FaceGrid
+    images: Sequence[DepthImage]
+    inner: Mask
+
+
+Rivals = Mapping[Face, FaceLayers]
+"""The faces that compete for a surface, in the order in which they were sampled."""
+
+
+def face_layers(grid: FaceGrid, images: Sequence[DepthImage]) -> FaceLayers:
+    """Return the layers `images` of one face, which may not be empty, with their inner texels."""
+    return FaceLayers(grid=grid, images=images, inner=inner_texels(images))
+
+
+def assign_owners(rivals: Rivals, each: Map = map) -> list[NDArray[np.uint8]]:
+    """Choose for each texel the face that samples its surface with the smallest footprint.
+
+    Returns
+    -------
+    list
+        For each image of each of `rivals`, in order, the owners (H, W) uint8, values of `Face`.
+    """
+
+    def assign(task: tuple[FaceLayers, DepthImage]) -> NDArray[np.uint8]:
+        layers, image = task
         owner = np.full(image.depth.shape, image.face, np.uint8)
         solid = np.isfinite(image.depth)
-        point, normal = image_points(cylinder, image)[solid], image.normal[solid]
+        point, normal = layers.grid.points(image.depth)[solid], image.normal[solid]
         winner = owner[solid]
-        best = _handicap(image.face) * footprints(cylinder, image.face, image.depth.shape, point, normal)
-        for face in inner:
+        best = _handicap(image.face) * footprints(layers.grid, layers.grid.project(point), normal)
+        for face, rival in rivals.items():
             if face is image.face:
                 continue
-            size = footprints(cylinder, face, image.depth.shape, point, normal)
+            seen_from = rival.grid.project(point)
+            size = footprints(rival.grid, seen_from, normal)
             better = np.flatnonzero(_handicap(face) * size < best)
-            seen = better[
-                _seen_by(cylinder, face, images, inner, point.take(better, 0), normal.take(better, 0), size[better])
-            ]
+            seen = better[_holds(rival, seen_from.take(better), normal.take(better, 0), size[better])]
             winner[seen], best[seen] = face, _handicap(face) * size[seen]
         owner[solid] = winner
         return owner
 
-    return list(each(assign, images))
+    return list(each(assign, [(layers, image) for layers in rivals.values() for image in layers.images]))
 
 
-def worth_adding(
-    cylinder: Cylinder, images: list[DepthImage], inner: Inner, face: Face, point: Array, normal: Array
-) -> NDArray[np.bool_]:
-    """Which points (n, 3) with normals (n, 3) `face` would own against `images` of other faces."""
-    shape = images[0].depth.shape
-    own = _handicap(face) * footprints(cylinder, face, shape, point, normal)
+def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) -> Mask:
+    """Return which points (n, 3), object frame, the face of `grid` would own against all of `rivals`.
+
+    Parameters
+    ----------
+    rivals
+        Other faces.
+    grid
+        The face in question.
+    point, normal
+        (n, 3) points of the surface, metres, and its unit normals, object frame.
+    """
+    own = _handicap(grid.face) * footprints(grid, grid.project(point), normal)
     worth = np.isfinite(own)
-    for other in inner:
+    for face, rival in rivals.items():
         rows = np.flatnonzero(worth)
-        size = footprints(cylinder, other, shape, point.take(rows, 0), normal.take(rows, 0))
-        as_good = np.flatnonzero(_handicap(other) * size <= own[rows])
-        rows, size = rows[as_good], size[as_good]
-        seen = _seen_by(cylinder, other, images, inner, point.take(rows, 0), normal.take(rows, 0), size)
-        worth[rows[seen]] = False
+        seen_from, facing = rival.grid.project(point.take(rows, 0)), normal.take(rows, 0)
+        size = footprints(rival.grid, seen_from, facing)
+        as_good = np.flatnonzero(_handicap(face) * size <= own[rows])
+        seen = _holds(rival, seen_from.take(as_good), facing.take(as_good, 0), size[as_good])
+        worth[rows[as_good[seen]]] = False
     return worth
 
 
-def yield_triangles(cylinder: Cylinder, images: list[DepthImage], inner: Inner, each: Map = map) -> list[DepthImage]:
-    """`images` with those triangles marked in `cells` that another face holds better, whoever owns their corners.
+def yield_triangles(rivals: Rivals, each: Map = map) -> list[DepthImage]:
+    """Mark the triangles that another face holds better, whoever owns their corners.
 
     A wall spans what no ray samples between two samples (the tread of a step between two risers). It lies on another
     surface than they do, so their normals and owners say nothing of it. And where owners meet, triangles overlap, of
     which a slanted one is a worse guess at the surface.
+
+    Returns
+    -------
+    list
+        The images of all of `rivals`, in order, with bits 14 and 15 of their `cells` set.
     """
+    return [image for face in rivals for image in _yield_face(rivals, face, each)]
 
-    return [image for face in inner for image in _yield_face(cylinder, images, inner, face, each)]
 
-
-def _yield_face(cylinder: Cylinder, images: list[DepthImage], inner: Inner, face: Face, each: Map) -> list[DepthImage]:
-    layers = [image for image in images if image.face is face]
-    points = np.concatenate([image_points(cylinder, layer).reshape(-1, 3) for layer in layers])
+def _yield_face(rivals: Rivals, face: Face, each: Map) -> list[DepthImage]:
+    grid, layers = rivals[face].grid, rivals[face].images
+    points = np.concatenate([grid.points(layer.depth).reshape(-1, 3) for layer in layers])
     normals = np.concatenate([layer.normal.reshape(-1, 3) for layer in layers])
     owner = np.concatenate([layer.owner.ravel() for layer in layers])
 
-    def yielded(task: tuple[DepthImage, int, NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.bool_]:
+    def yielded(task: tuple[DepthImage, int, NDArray[np.intp], NDArray[np.intp]]) -> Mask:
         image, level, half, cell = task
         layer, texel = triangle_corners(image, level, half, cell)
         corner = (layer * image.depth.size + texel).T
@@ -106,8 +141,7 @@ def _yield_face(cylinder: Cylinder, images: list[DepthImage], inner: Inner, face
         some = np.flatnonzero(wall | mixed)
         gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
         held = np.zeros(len(cell), bool)
-        middle = corners.take(some, 1).mean(0)
-        held[some] = _held_better(cylinder, face, images, inner, middle, across.take(some, 0), gain)
+        held[some] = _held_better(rivals, face, corners.take(some, 1).mean(0), across.take(some, 0), gain)
         return held
 
     places = [(image, level, *triangle_places(image, level)) for image in layers for level in range(len(image.cells))]
@@ -122,76 +156,74 @@ def _yield_face(cylinder: Cylinder, images: list[DepthImage], inner: Inner, face
     return [replace(image, cells=tuple(codes)) for image, codes in zip(layers, cells, strict=True)]
 
 
-def _held_better(
-    cylinder: Cylinder,
-    face: Face,
-    images: list[DepthImage],
-    inner: Inner,
-    point: Array,
-    normal: Array,
-    gain: Array,
-) -> NDArray[np.bool_]:
-    """Which points (n, 3) with normals (n, 3) another face holds with a footprint smaller by `gain` (n,)."""
-    shape = images[0].depth.shape
-    own = footprints(cylinder, face, shape, point, normal)
+def _held_better(rivals: Rivals, face: Face, point: Array, normal: Array, gain: Array) -> Mask:
+    """Return which points (n, 3) with normals (n, 3) another face holds with a footprint smaller by `gain` (n,)."""
+    grid = rivals[face].grid
+    own = footprints(grid, grid.project(point), normal)
     held = np.zeros(len(point), bool)
-    for other in inner.keys() - {face}:
+    for other, rival in rivals.items():
+        if other is face:
+            continue
         rows = np.flatnonzero(~held)
-        size = footprints(cylinder, other, shape, point.take(rows, 0), normal.take(rows, 0))
+        seen_from, facing = rival.grid.project(point.take(rows, 0)), normal.take(rows, 0)
+        size = footprints(rival.grid, seen_from, facing)
         better = np.flatnonzero(np.isfinite(size) & (gain[rows] * size < own[rows]))
-        rows, size = rows[better], size[better]
-        held[rows] = _seen_by(cylinder, other, images, inner, point.take(rows, 0), normal.take(rows, 0), size)
+        held[rows[better]] = _holds(rival, seen_from.take(better), facing.take(better, 0), size[better])
     return held
 
 
 def _handicap(face: Face) -> float:
-    """By which its footprints are compared: those of flanks are made worse by what they must gain."""
+    """Return the factor on a face's footprints where faces compete: box faces must be better by it to win."""
     return _FLANK_GAIN if face in FLANKS else 1.0
 
 
-def footprints(
-    cylinder: Cylinder, face: Face, shape: tuple[int, ...], point: Array, normal: Array
-) -> NDArray[np.float64]:
-    """Footprint (n,) in metres of surface points (n, 3) with normals (n, 3); +inf where `face` sees their back."""
-    u, v = image_position(cylinder, face, point)
-    _, direction = surface_rays(cylinder, face, u, v)
-    width, height = texel_size(cylinder, face, (shape[0], shape[1]))
-    spacing = np.full(len(point), max(width, height))
-    if face is Face.SIDE:
-        spacing = np.maximum(height, width * np.hypot(point[:, 0], point[:, 2]) / cylinder.radius)
-    cosine = -np.einsum("ni,ni->n", direction, normal)
+def footprints(grid: FaceGrid, seen_from: Projection, normal: Array) -> NDArray[np.float64]:
+    """Measure how finely a face samples surface points.
+
+    Parameters
+    ----------
+    grid
+        The face, and the size of its images.
+    seen_from
+        n points as `grid` projects them.
+    normal
+        (n, 3) unit normals of the surface there, object frame.
+
+    Returns
+    -------
+    numpy.ndarray
+        Footprints (n,), metres: the distance on the surface to the neighbour sample; +inf where the face sees the
+        surface from behind or edge on.
+    """
+    width, height = grid.texel_size
+    spacing = np.full(len(seen_from.u), grid.longest_texel)
+    if grid.face is Face.SIDE:
+        point = seen_from.point
+        spacing = np.maximum(height, width * np.hypot(point[:, 0], point[:, 2]) / grid.cylinder.radius)
+    cosine = -np.einsum("ni,ni->n", seen_from.direction, normal)
     return np.where(cosine > _GRAZING, spacing / np.maximum(cosine, _GRAZING), np.inf)
 
 
-def _seen_by(
-    cylinder: Cylinder,
-    face: Face,
-    images: list[DepthImage],
-    inner: Inner,
-    point: Array,
-    normal: Array,
-    footprint: Array,
-) -> NDArray[np.bool_]:
-    """Which points (n, 3) one of the layers of `face` holds, well inside a connected piece of surface. footprint (n,):
-    theirs in `face`."""
-    height, width = images[0].depth.shape
-    u, v = image_position(cylinder, face, point)
-    i = np.clip((u * width).astype(int), 0, width - 1)
-    texel = np.clip((v * height).astype(int), 0, height - 1) * width + i
-    origin, _ = surface_rays(cylinder, face, u, v)
-    depth = lengths(point - origin)
-    seen = np.zeros(len(point), bool)
-    for rival in (image for image in images if image.face is face):
+def _holds(rival: FaceLayers, seen_from: Projection, normal: Array, footprint: Array) -> Mask:
+    """Return which of n points one of the rival's layers holds, well inside a connected piece of surface.
+
+    seen_from: the points as its grid projects them; normal: (n, 3); footprint: (n,) metres, theirs in that grid.
+    """
+    row, column = rival.grid.texel_at(seen_from.u, seen_from.v)
+    texel = row * rival.grid.width + column
+    depth = seen_from.depth
+    seen = np.zeros(len(texel), bool)
+    for image, inner in zip(rival.images, rival.inner, strict=True):
         with np.errstate(invalid="ignore"):
-            same = np.abs(rival.depth.take(texel) - depth) < 1.5 * footprint
-        some = np.flatnonzero(same & inner[face][rival.layer].take(texel))
-        rivals = rival.normal.reshape(-1, 3).take(texel[some], 0)
-        seen[some] |= np.einsum("ni,ni->n", rivals, normal.take(some, 0)) > 0.5
+            same = np.abs(image.depth.take(texel) - depth) < 1.5 * footprint
+        some = np.flatnonzero(same & inner.take(texel))
+        normals = image.normal.reshape(-1, 3).take(texel[some], 0)
+        seen[some] |= np.einsum("ni,ni->n", normals, normal.take(some, 0)) > 0.5
     return seen
 
 
-def inner_texels(layers: list[DepthImage]) -> NDArray[np.bool_]:
-    """The texels (L, H, W) of a face's layers that its finest grid surrounds with triangles on all sides."""
+def inner_texels(layers: Sequence[DepthImage]) -> Mask:
+    """Return the texels (L, H, W) of a face's layers that its finest grid surrounds with triangles on all sides."""
     size = layers[0].depth.size
     count = np.zeros(len(layers) * size, np.int64)
     for anchor in layers:

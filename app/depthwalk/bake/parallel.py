@@ -13,14 +13,16 @@ T = TypeVar("T")
 
 
 class Map(Protocol):
-    """`map`, or what calls from several threads at once and yields results in the same order."""
+    """Describe `map`, and what calls from several threads at once and yields results in the same order."""
 
-    def __call__(self, function: Callable[[S], T], things: Iterable[S], /) -> Iterator[T]: ...
+    def __call__(self, function: Callable[[S], T], things: Iterable[S], /) -> Iterator[T]:
+        """Yield `function` of each of `things`, in their order."""
+        ...
 
 
 @contextmanager
 def thread_map(workers: int | None = None) -> Iterator[Map]:
-    """A `Map` over so many threads; None: `default_workers`. What is called must not use it in turn."""
+    """Provide a `Map` over `workers` threads; None: `default_workers`. What is called must not use it in turn."""
     workers = workers or default_workers()
     if workers == 1:
         yield map
@@ -30,11 +32,11 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
 
 
 def default_workers(processes: int = 1) -> int:
-    """Threads for each of so many processes that bake side by side: together one per core, each at most four."""
+    """Return the threads for each of `processes` that bake side by side: together one per core, each at most four."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(max(cores // processes, 1), _MOST)
 
 
 def batches(count: int, size: int) -> list[slice]:
-    """Slices of at most `size` that cover `count` things; at least one."""
+    """Return slices of at most `size` that cover `count` things; at least one."""
     return [slice(first, first + size) for first in range(0, max(count, 1), size)]

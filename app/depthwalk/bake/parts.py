@@ -24,19 +24,30 @@ _DEPTH_PROBES = 4000  # a layer is worth a thousandth of the surface
 _RIM = 2.0  # texels of surface beyond a cut that a part holds besides its own
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ModelParams(BakeParams):
-    """How a mesh is baked. layers: auto: as many as it takes to hold what can be seen. parts: at most so many objects;
-    auto: as many as it takes to sample the surface well. axis: of the cylinder, or of each part's, in the asset's
-    frame; auto: the one that samples it best.
+    """Choose how a mesh is baked.
 
-    Raises InputError for what cannot be.
+    With layers auto, images have as many layers as it takes to hold what can be seen.
+
+    Attributes
+    ----------
+    parts
+        Number of objects that share the mesh, at most; auto: as many as it takes to sample the surface well.
+    axis
+        Axis of the cylinder, or of each part's, in the asset's frame; auto: the one that samples the surface best.
+
+    Raises
+    ------
+    InputError
+        For values out of their ranges, and for layers that the method cannot make.
     """
 
     parts: int | Literal["auto"] = 1
     axis: Axis = "y"
 
     def __post_init__(self) -> None:
+        """Check the values."""
         super().__post_init__()
         if self.parts != "auto" and not 1 <= self.parts <= MAX_DPCI_PARTS:
             raise InputError(f"parts {self.parts}: must be 1 to {MAX_DPCI_PARTS}, or auto")
@@ -51,9 +62,25 @@ def bake_model(
     progress: Progress = lambda stage: None,
     workers: int | None = None,
 ) -> BakedModel:
-    """The depth images of `mesh`; `progress` is called with the name of each stage. workers: see `thread_map`.
+    """Bake a mesh to depth images, as one object or as several.
 
-    Raises InputError where the mesh cannot be baked by the method asked for.
+    Parameters
+    ----------
+    mesh
+        In the asset's frame, metres.
+    params
+        How it is sampled and split.
+    key
+        Hex digest of what the model is made from, kept with it.
+    progress
+        Called with the name of each stage as it begins.
+    workers
+        See `thread_map`.
+
+    Raises
+    ------
+    InputError
+        Where the mesh cannot be baked by the method asked for.
     """
     if params.parts != 1:
         progress("parts")
@@ -64,12 +91,12 @@ def bake_model(
         if len(cells) > 1:
             pieces = (submesh(mesh, part_faces(mesh, cell, _RIM * texel)) for cell in cells)
             baked = (_bake_placed(piece, params, key, progress, workers, texel, caster.two_sided) for piece in pieces)
-            return BakedModel(tuple(baked))
-    return BakedModel((_bake_placed(mesh, params, key, progress, workers),))
+            return BakedModel(parts=tuple(baked))
+    return BakedModel(parts=(_bake_placed(mesh, params, key, progress, workers),))
 
 
 def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:
-    """The faces `kept` (F,) of a mesh, and what they need of it."""
+    """Return the faces `kept` (F,) bool of a mesh, with the vertices and materials that they use."""
     used, corners = np.unique(mesh.faces[kept], return_inverse=True)
     counts = [int(kept[run.first_face : run.first_face + run.face_count].sum()) for run in mesh.parts]
     firsts = np.cumsum([0, *counts]).tolist()
@@ -94,8 +121,10 @@ def _bake_placed(
     texel: float | None = None,
     two_sided: bool | None = None,
 ) -> BakedObject:
-    """`mesh` baked about the axis asked for. texel: metres, None for the resolution asked for; two_sided: see
-    `RayCaster`."""
+    """Bake `mesh` about the axis asked for.
+
+    texel: side of a texel, metres; None for the resolution asked for. two_sided: see `RayCaster`.
+    """
     placement = place_along(_direction(mesh, params, progress, two_sided), mesh.positions)
     if texel is not None:
         texels = extent(cylinder_around(placement, mesh.positions)) / texel
@@ -109,14 +138,17 @@ def _bake_placed(
 
 
 def probed_depth(mesh: Mesh, placement: Placement, params: BakeParams, two_sided: bool | None = None) -> list[Depth]:
-    """What images of `mesh` about `placement` hold, by their layers. two_sided: see `RayCaster`."""
+    """Measure what images of `mesh` about `placement` would hold, by their layers.
+
+    The mesh is in the asset's frame; two_sided: see `RayCaster`.
+    """
     caster = RayCaster(mesh, two_sided)
     probes = probe(mesh, caster, _DEPTH_PROBES)
     return measure_depth(caster, probes, placement, cylinder_around(placement, mesh.positions), params)
 
 
 def _direction(mesh: Mesh, params: ModelParams, progress: Progress, two_sided: bool | None) -> Direction:
-    """The axis asked for."""
+    """Return the axis asked for, chosen where that is left to the baker."""
     if params.axis == "auto":
         progress("axis")
         caster = RayCaster(mesh, two_sided)
@@ -125,6 +157,6 @@ def _direction(mesh: Mesh, params: ModelParams, progress: Progress, two_sided: b
 
 
 def _resolution(texels: float, most: int) -> int:
-    """Side of an image that holds so many texels."""
+    """Return the side of an image that holds `texels`, at most `most`."""
     rounded = -(-int(np.ceil(texels)) // MIN_DPCI_RESOLUTION) * MIN_DPCI_RESOLUTION
     return min(max(rounded, 4 * MIN_DPCI_RESOLUTION), most)

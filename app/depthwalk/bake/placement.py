@@ -9,62 +9,70 @@ from numpy.typing import ArrayLike, NDArray
 
 from depthwalk.bake.images import Cylinder, enclosing_cylinder
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.types import Array
 
 if TYPE_CHECKING:  # a quarter of a second to import, and only bakes need it
     from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.floating]
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Placement:
-    """The frame of a baked object in its asset's: asset point = position + rotation · object point."""
+    """Place a baked object in its asset: asset point = position + rotation · object point.
+
+    Attributes
+    ----------
+    position
+        (3,) metres, asset frame.
+    rotation
+        From the object's frame to the asset's.
+    """
 
     position: Array  # (3,), metres
     rotation: "Rotation"
 
     def into_object(self, points: Array) -> Array:
-        """Points (n, 3) of the asset in the object's frame."""
-        return self.rotation.apply(points - self.position, inverse=True)
+        """Return points (n, 3) of the asset in the object's frame, metres."""
+        return np.asarray(self.rotation.apply(points - self.position, inverse=True))
 
     def into_asset(self, points: Array) -> NDArray[np.float32]:
-        """Points (n, 3) of the object in the asset's frame."""
-        return (self.position + self.rotation.apply(points)).astype(np.float32)
+        """Return points (n, 3) of the object in the asset's frame, metres."""
+        return np.asarray((self.position + self.rotation.apply(points)).astype(np.float32))
 
     def turned_into_object(self, vectors: Array) -> Array:
-        """Directions (n, 3) of the asset in the object's frame."""
-        return self.rotation.apply(vectors, inverse=True)
+        """Return directions (n, 3) of the asset in the object's frame."""
+        return np.asarray(self.rotation.apply(vectors, inverse=True))
 
     def placed(self, mesh: Mesh) -> Mesh:
-        """`mesh` in the object's frame."""
+        """Return `mesh`, which is in the asset's frame, in the object's."""
         positions, normals = self.into_object(mesh.positions), self.turned_into_object(mesh.normals)
         return replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32))
 
 
 def place_along(axis: ArrayLike, points: Array) -> Placement:
-    """The placement whose +Y is `axis` (3,), in the middle of the smallest circle around points (n, 3) seen along it.
+    """Return the placement whose +Y is `axis` (3,), amid points (n, 3) of the asset's frame.
 
-    The turn from +Y to the axis is the shortest one.
+    The axis goes through the middle of the smallest circle around the points seen along it. The turn from +Y to the
+    axis is the shortest one.
     """
     from scipy.spatial.transform import Rotation
 
     rotation, _ = Rotation.align_vectors(np.asarray(axis, float).reshape(1, 3), [[0.0, 1.0, 0.0]])
     (x, z), _ = smallest_circle(rotation.apply(points, inverse=True)[:, [0, 2]])
-    return Placement(rotation.apply([x, 0.0, z]), rotation)
+    return Placement(position=rotation.apply([x, 0.0, z]), rotation=rotation)
 
 
 def cylinder_around(placement: Placement, points: Array) -> Cylinder:
-    """The smallest cylinder at `placement` that holds points (n, 3) of the asset's frame."""
+    """Return the smallest cylinder at `placement` that holds points (n, 3) of the asset's frame."""
     return enclosing_cylinder(placement.into_object(points))
 
 
 def extent(cylinder: Cylinder) -> float:
-    """The side of the largest square image, metres."""
+    """Return the side of the largest square that an image of the cylinder covers, metres."""
     return max(2 * cylinder.radius, cylinder.height)
 
 
 def smallest_circle(points: Array) -> tuple[Array, float]:
-    """Centre (2,) and radius of the smallest circle around points (n, 2).
+    """Return centre (2,) and radius of the smallest circle around points (n, 2).
 
     Grows from the circle around a few points, those that lie on it, by whichever lies farthest outside (Gärtner 1999,
     "Fast and robust smallest enclosing balls", in the plane).
@@ -85,8 +93,10 @@ def smallest_circle(points: Array) -> tuple[Array, float]:
 
 
 def _circle(points: Array) -> tuple[Array, float, Array]:
-    """Centre and radius of the circle through two points (2, 2), on a diameter, or three (3, 2); and the points. The
-    radius is NaN for three on a line."""
+    """Return centre and radius of the circle through two points (2, 2), on a diameter, or three (3, 2); and the points.
+
+    The radius is NaN for three points on a line.
+    """
     if len(points) == 2:
         centre = points.mean(0)
     else:

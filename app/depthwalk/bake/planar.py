@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_borders
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import grid_cells, usable_steps
 from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Face
 from depthwalk.bake.raycast import RayCaster
@@ -26,7 +27,10 @@ _MAX_RANGE_TEXELS = 2048  # a side
 
 
 def bake_planar(image: PlanarImage, key: str) -> BakedObject:
-    """The picture stands upright on its lower edge, seen from +Z: its x is the asset's x, its top is up."""
+    """Make a planar depth image (Liu, Liu and Wu 2007, §2) an object upright on its lower edge, seen from +Z.
+
+    The picture's x is the asset's x, and its top is up. `key` is kept with the object.
+    """
     width, height = image.size
     depth = np.ascontiguousarray(image.depth[::-1])  # the cap's rows run along z, from the picture's top down
     solid = np.isfinite(depth)
@@ -38,18 +42,30 @@ def bake_planar(image: PlanarImage, key: str) -> BakedObject:
     steps = usable_steps((depth.shape[0], depth.shape[1]))
     cells = connect_texels(depth, max(width / depth.shape[1], height / depth.shape[0]), steps)
     owner = np.full(depth.shape, Face.TOP, np.uint8)
-    picture = DepthImage(Face.TOP, 0, depth, normal.astype(np.float32), albedo.astype(np.float32), cells, owner)
+    picture = DepthImage(
+        face=Face.TOP,
+        layer=0,
+        depth=depth,
+        normal=normal.astype(np.float32),
+        albedo=albedo.astype(np.float32),
+        cells=cells,
+        owner=owner,
+    )
     return _upright(cylinder, height, (picture,), (), steps, key)
 
 
 def bake_range(image: RangeImage, key: str) -> BakedObject:
-    """What a depth camera saw, resampled to a plane: it stands on its lowest point, centred, with the nearest point on
-    the front plane, seen from +Z.
+    """Resample what a depth camera saw to a plane, which stands on its lowest point, centred, seen from +Z.
 
     The renderer's planes are seen in parallel, a camera's pixels are not. So the pixels become a mesh, torn where the
     image is, and rays are cast at that as at any mesh: the second layer keeps what only the camera's perspective
-    uncovered, and cuts and borders are exact. A texel is as large as what the median pixel saw.
-    Raises InputError where no surface is left.
+    uncovered, and cuts and boundary strips are exact. A texel is as large as what the median pixel saw; the nearest
+    point lies on the front plane.
+
+    Raises
+    ------
+    InputError
+        Where no surface is left.
     """
     mesh = range_mesh(image)
     low, high = mesh.bounds
@@ -63,15 +79,23 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
     texels = int(np.clip(np.ceil(side / pixel), MIN_DPCI_RESOLUTION, _MAX_RANGE_TEXELS))
     steps = usable_steps((texels, texels))
     caster = RayCaster(lying)
-    seen = cast_face(lying, caster, cylinder, Face.TOP, BakeParams(texels, _RANGE_LAYERS))
-    images = connect_face(caster, cylinder, Face.TOP, seen, steps)
-    borders = trace_borders(caster, cylinder, {Face.TOP: seen}, images)
+    grid = FaceGrid(cylinder=cylinder, face=Face.TOP, height=texels, width=texels)
+    seen = cast_face(lying, caster, grid, BakeParams(resolution=texels, layers=_RANGE_LAYERS))
+    images = connect_face(caster, grid, seen, steps)
+    borders = trace_borders(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
     return _upright(cylinder, height, tuple(images), tuple(borders), steps, key)
 
 
 def range_mesh(image: RangeImage) -> Mesh:
-    """The surface through the pixels of a range image, in the camera's frame: two triangles between four pixels that
-    belong together, none across a tear. Raises InputError where there is none at all."""
+    """Connect the pixels of a range image to a mesh, in the camera's frame, metres.
+
+    There are two triangles between four pixels that belong together, and none across a tear.
+
+    Raises
+    ------
+    InputError
+        Where no surface is left.
+    """
     inverse = np.where(np.isfinite(image.depth), 1 / image.depth.astype(np.float64), np.nan)
     kept = _triangles(inverse, tolerance(inverse, inverse / min(image.lens.fx, image.lens.fy)))
     height, width = image.depth.shape
@@ -94,10 +118,24 @@ def range_mesh(image: RangeImage) -> Mesh:
 
 
 def connect_texels(depth: NDArray[np.float32], cell: float, steps: int) -> tuple[NDArray[np.uint16], ...]:
-    """The `cells` of a planar image (H, W) whose texels are `cell` metres wide, judged from the image alone.
+    """Connect the texels of a planar image, judged from the image alone.
 
     A triangle of step 2^k is kept if the surface goes on, texel by texel, along its two legs: no grid, however coarse,
     spans a tear, and a slope that the finest grid has is in all of them.
+
+    Parameters
+    ----------
+    depth
+        (H, W) float32, metres, +inf where empty.
+    cell
+        Width of a texel, metres.
+    steps
+        Number of grids.
+
+    Returns
+    -------
+    tuple
+        The `cells` of each level, see `DepthImage`.
     """
     allowed = tolerance(depth, cell)
     # Tears up to each texel: equal counts at two of a row say that none is between them.
@@ -116,24 +154,40 @@ def connect_texels(depth: NDArray[np.float32], cell: float, steps: int) -> tuple
 
 
 def _triangles(values: NDArray[np.floating], allowed: NDArray[np.floating]) -> tuple[NDArray[np.bool_], ...]:
-    """Which lower and upper triangles (H − 1, W − 1) lie on the surface: those along whose two legs it goes on."""
+    """Return which lower and upper triangles (H − 1, W − 1) lie on the surface: it goes on along their two legs."""
     along, up = continues(values, allowed, 1), continues(values, allowed, 0)
     return along[:-1] & up[:, :-1], along[1:] & up[:, 1:]
 
 
 def _lying(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Vectors (…, 3) of an upright picture in the frame of the cap: x stays, up is −z, toward the viewer is +y."""
+    """Turn vectors (…, 3) of an upright picture into the cap's frame: x stays, up is −z, toward the viewer is +y."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([x, z, -y], -1)
 
 
 def _slab(width: float, height: float, deepest: float) -> Cylinder:
+    """Return the volume under a cap of `width` × `height` metres at y = 0 whose image is `deepest` metres deep."""
     bottom = -1.0001 * max(deepest, 1e-3 * max(width, height))
-    return Cylinder(float(np.hypot(width, height)) / 2, bottom, 0.0, width / 2, height / 2)
+    return Cylinder(
+        radius=float(np.hypot(width, height)) / 2,
+        bottom=bottom,
+        top=0.0,
+        half_width=width / 2,
+        half_depth=height / 2,
+    )
 
 
 def _upright(
     cylinder: Cylinder, height: float, images: tuple[DepthImage, ...], borders: tuple[Border, ...], steps: int, key: str
 ) -> BakedObject:
-    """The cap turned upright; its content is `height` metres high and centred."""
-    return BakedObject(cylinder, images, borders, _MATERIAL.shininess, steps, key, (0.0, height / 2, 0.0), _UPRIGHT)
+    """Turn the cap upright; its content is `height` metres high and centred."""
+    return BakedObject(
+        cylinder=cylinder,
+        images=images,
+        borders=borders,
+        shininess=_MATERIAL.shininess,
+        steps=steps,
+        key=key,
+        position=(0.0, height / 2, 0.0),
+        rotation=_UPRIGHT,
+    )

@@ -13,13 +13,22 @@ from depthwalk.ingest.normals import row_ids
 _BATCH = 1 << 15  # rays per call: what is known of them stays in the cache
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Hits:
-    """Up to L hits along each of n rays, nearest first.
+    """Hold up to L hits along each of n rays, nearest first.
 
-    distance: (L, n) float32, +inf where there is none; face: (L, n) int32, −1 likewise; u, v: (L, n) float32,
-    barycentric weights of the face's second and third corner; normal: (L, n, 3) float32, the face's own, unit, turned
-    toward the ray's origin; flipped: (L, n) bool, the surface was hit from behind.
+    Attributes
+    ----------
+    distance
+        (L, n) float32, metres along the ray, +inf where there is none.
+    face
+        (L, n) int32, the triangle that was hit, −1 where there is none.
+    u, v
+        (L, n) float32, barycentric weights of the triangle's second and third corner.
+    normal
+        (L, n, 3) float32, the triangle's own, unit, turned toward the ray's origin.
+    flipped
+        (L, n) bool: the surface was hit from behind.
     """
 
     distance: NDArray[np.float32]
@@ -30,13 +39,23 @@ class Hits:
     flipped: NDArray[np.bool_]
 
     def __len__(self) -> int:
+        """Return the number of layers L."""
         return len(self.distance)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FirstHits:
-    """What n rays meet first. distance: (n,) float32, +inf for nothing; normal: (n, 3) float32, the face's own, unit,
-    turned toward the ray's origin; flipped: (n,) bool, it was hit from behind."""
+    """Hold what n rays meet first.
+
+    Attributes
+    ----------
+    distance
+        (n,) float32, metres, +inf for nothing.
+    normal
+        (n, 3) float32, the triangle's own, unit, turned toward the ray's origin.
+    flipped
+        (n,) bool: it was hit from behind.
+    """
 
     distance: NDArray[np.float32]
     normal: NDArray[np.float32]
@@ -44,13 +63,18 @@ class FirstHits:
 
 
 class RayCaster:
-    """A mesh ready to be hit by rays.
+    """Cast rays at a mesh, with Embree.
 
-    two_sided: the mesh is open, so that its surfaces are seen from behind too; found out where it is not given.
-    epsilon: metres, how far behind a hit the next ray starts.
+    Attributes
+    ----------
+    two_sided
+        The mesh is open, so that its surfaces are seen from behind too.
+    epsilon
+        How far behind a hit the next ray starts, metres.
     """
 
     def __init__(self, mesh: Mesh, two_sided: bool | None = None) -> None:
+        """Build the tree of `mesh`; where `two_sided` is None, find out whether the mesh is open."""
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
 
@@ -62,20 +86,20 @@ class RayCaster:
         self.escapes(np.zeros((0, 3)), np.zeros((0, 3)))  # builds embree's tree, which must not begin in two threads
 
     def first(self, origin: NDArray[np.floating], direction: NDArray[np.floating]) -> FirstHits:
-        """What rays (n, 3), (n, 3) meet first, from either side."""
+        """Return what rays meet first, from either side; origins (n, 3), metres, and unit directions (n, 3)."""
         rays = _single(origin), _single(direction)
         result = self._scene.run(*rays, query="INTERSECT", output=True)
         distance = np.where(result["primID"] >= 0, result["tfar"], np.float32(np.inf))
         normal, flipped = facing_normals(result["Ng"], rays[1])
-        return FirstHits(distance, normal, flipped)
+        return FirstHits(distance=distance, normal=normal, flipped=flipped)
 
     def escapes(
         self, origin: NDArray[np.floating], direction: NDArray[np.floating], each: Map = map
     ) -> NDArray[np.bool_]:
-        """Which rays (n, 3), (n, 3) meet nothing."""
+        """Return which rays (n,) meet nothing; origins (n, 3), metres, and directions (n, 3)."""
 
         def escapes(some: slice) -> NDArray[np.bool_]:
-            return self._scene.run(_single(origin[some]), _single(direction[some]), query="OCCLUDED") < 0
+            return np.asarray(self._scene.run(_single(origin[some]), _single(direction[some]), query="OCCLUDED") < 0)
 
         return np.concatenate(list(each(escapes, batches(len(origin), _BATCH))))
 
@@ -87,9 +111,21 @@ class RayCaster:
         reach: float | NDArray[np.floating],
         each: Map = map,
     ) -> Hits:
-        """The first `layers` surfaces along rays (n, 3), (n, 3) within `reach` metres, (n,) or the same for all: those
-        that face the ray's origin, and of an open mesh those that do not as well. The very first counts from either
-        side."""
+        """Peel the first surfaces along rays: those that face the ray's origin, and of an open mesh the others as well.
+
+        The very first surface counts from either side.
+
+        Parameters
+        ----------
+        origin, direction
+            (n, 3) float32, metres and unit vectors.
+        layers
+            How many surfaces along each ray to find, at most.
+        reach
+            How far the rays go, metres; (n,) or the same for all.
+        each
+            See `parallel.Map`.
+        """
         limit = np.broadcast_to(np.asarray(reach, np.float32), len(origin))
 
         def peel(some: slice) -> Hits:
@@ -98,7 +134,8 @@ class RayCaster:
         parts = list(each(peel, batches(len(origin), _BATCH)))
         if len(parts) == 1:
             return parts[0]
-        return Hits(*(np.concatenate([getattr(part, field.name) for part in parts], 1) for field in fields(Hits)))
+        names = [field.name for field in fields(Hits)]
+        return Hits(**{name: np.concatenate([getattr(part, name) for part in parts], 1) for name in names})
 
     def _peel(
         self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, limit: NDArray[np.float32]
@@ -133,7 +170,7 @@ class RayCaster:
 
 
 def is_open(mesh: Mesh) -> bool:
-    """Whether some edge has but one face: the mesh is a shell with a border, not the skin of a solid."""
+    """Return whether some edge has but one face: the mesh is a shell with a boundary, not the skin of a solid."""
     weld, _ = row_ids(mesh.positions)
     faces = weld[mesh.faces]
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
@@ -144,22 +181,22 @@ def is_open(mesh: Mesh) -> bool:
 def facing_normals(
     normal: NDArray[np.float32], direction: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Normals (n, 3) made unit and turned against ray directions (n, 3), and which (n,) had to be turned."""
+    """Return normals (n, 3) made unit and turned against ray directions (n, 3), and which (n,) had to be turned."""
     flipped = np.einsum("ij,ij->i", normal, direction) > 0
     length = np.maximum(lengths(normal), np.float32(1e-30))
     return normal / np.where(flipped, -length, length)[:, None], flipped
 
 
 def no_hits(layers: int, count: int) -> Hits:
-    """`layers` × `count` hits, of which there is none."""
+    """Return `layers` × `count` hits, all of them empty."""
     shape = (layers, count)
     return Hits(
-        np.full(shape, np.inf, np.float32),
-        np.full(shape, -1, np.int32),
-        np.zeros(shape, np.float32),
-        np.zeros(shape, np.float32),
-        np.zeros((*shape, 3), np.float32),
-        np.zeros(shape, bool),
+        distance=np.full(shape, np.inf, np.float32),
+        face=np.full(shape, -1, np.int32),
+        u=np.zeros(shape, np.float32),
+        v=np.zeros(shape, np.float32),
+        normal=np.zeros((*shape, 3), np.float32),
+        flipped=np.zeros(shape, bool),
     )
 
 

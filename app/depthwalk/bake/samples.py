@@ -12,19 +12,44 @@ from depthwalk.bake.surface import surface_at
 from depthwalk.ingest.mesh import Mesh
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FaceSamples:
-    """The L layers of a face. samples: depth and the faces' own normals; normal: (L, H, W, 3) float32, unit, for
-    shading; albedo: (L, H, W, 4) float32, linear RGB and specular strength. Both zero where empty."""
+    """Hold the L layers of a face.
+
+    Attributes
+    ----------
+    samples
+        Depths, and the normals of the triangles that were hit.
+    normal
+        (L, H, W, 3) float32, unit, object frame, for shading; zero where empty.
+    albedo
+        (L, H, W, 4) float32, linear RGB and specular strength; zero where empty.
+    """
 
     samples: Samples
     normal: NDArray[np.float32]
     albedo: NDArray[np.float32]
 
 
-def face_samples(mesh: Mesh, hits: Hits, size: int, each: Map = map) -> FaceSamples:
-    """The samples of hits (L, size²) on `mesh`."""
-    shape = (len(hits), size, size)
+def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], each: Map = map) -> FaceSamples:
+    """Return the samples of hits (L, H · W) on `mesh`, which are those of a face's texels, row by row.
+
+    Parameters
+    ----------
+    mesh
+        What was hit, object frame.
+    hits
+        What the ray of each texel met.
+    shape
+        Height H and width W of the face's images.
+    each
+        See `parallel.Map`.
+    """
+    layers = (len(hits), *shape)
     normal, albedo = surface_at(mesh, hits, each)
-    samples = Samples(hits.distance.reshape(shape), hits.normal.reshape(*shape, 3), hits.flipped.reshape(shape))
-    return FaceSamples(samples, normal.reshape(*shape, 3), albedo.reshape(*shape, 4))
+    samples = Samples(
+        depth=hits.distance.reshape(layers),
+        facing=hits.normal.reshape(*layers, 3),
+        flipped=hits.flipped.reshape(layers),
+    )
+    return FaceSamples(samples=samples, normal=normal.reshape(*layers, 3), albedo=albedo.reshape(*layers, 4))

@@ -9,13 +9,15 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.border import Samples
-from depthwalk.bake.images import Cylinder, Face, texel_centres, texel_size
+from depthwalk.bake.face_grid import FaceGrid, texel_centres
+from depthwalk.bake.images import Cylinder, Face
 from depthwalk.bake.raycast import Hits, facing_normals
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.gpu.device import GpuError, Scope, headless_device
@@ -33,10 +35,13 @@ _NUDGE = 1 / 64
 _CHANNELS = (3, 4, 8, 11)  # where normal, depth, albedo, facing and front (±1, 0 where empty) of a side texel part
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _View:
-    """An orthographic camera on a side of the box: texel (u, v) in [0, 1]² looks from origin + u·across + v·up along
-    `inward` (unit), as far as `reach` metres. All (3,) float64, object frame."""
+    """Describe an orthographic camera on a side of the box around the cylinder.
+
+    Texel (u, v) in [0, 1]² looks from origin + u · across + v · up along `inward`, unit, as far as `reach` metres. All
+    are (3,) float64, object frame, metres.
+    """
 
     origin: NDArray[np.float64]
     across: NDArray[np.float64]
@@ -46,6 +51,7 @@ class _View:
 
     @property
     def clip_from_object(self) -> NDArray[np.float64]:
+        """Matrix (4, 4) from the object's frame to clip space."""
         rows = np.stack([self.across / (self.across @ self.across), self.up / (self.up @ self.up),
                          self.inward / self.reach])  # fmt: skip
         matrix = np.eye(4)
@@ -59,24 +65,40 @@ class _View:
         return bool(np.cross(self.across, self.up) @ self.inward > 0)
 
     def ray_origins(self, size: int) -> NDArray[np.float64]:
-        """Where the rays of the texels (size², 3) begin."""
+        """Return where the rays of the texels begin, (size², 3)."""
         centres = texel_centres(size)[:, None]
         return (self.origin + centres[:, None] * self.up + centres * self.across).reshape(-1, 3)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _ViewImage:
-    """What a view sees: its texels as samples, and their points (size², 3) float64, NaN where empty."""
+    """Hold what a view sees: its texels as samples, and their points (size², 3) float64, NaN where empty."""
 
     seen: FaceSamples
     points: NDArray[np.float64]
 
 
 def sample_six_views(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples]:
-    """The samples of side and caps, size² texels each, of a mesh in its cylinder: one layer, and in the side image
-    less than a ray meets, where no view sees it.
+    """Sample side and caps of a cylinder by six orthographic views of the box around it (Liu, Liu and Wu 2007, §3.1).
 
-    Raises GpuError where no OpenGL 3.3 context can be had.
+    Parameters
+    ----------
+    mesh
+        Object frame, metres.
+    cylinder
+        Encloses the mesh.
+    size
+        Side of every image, texels.
+
+    Returns
+    -------
+    dict
+        The samples of each face: one layer, and in the side image less than rays meet, where no view sees it.
+
+    Raises
+    ------
+    GpuError
+        Where no OpenGL 3.3 context can be had.
     """
     # In a thread of its own: a window's context that is current in this one stays so.
     with ThreadPoolExecutor(1) as thread:
@@ -98,7 +120,7 @@ def _sample(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples
 
 def _sample_on(scope: Scope, mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, FaceSamples]:
     camera = _ViewCamera(scope, mesh, size)
-    side = _SideImage(scope, cylinder, size)
+    side = _SideImage(scope, FaceGrid(cylinder=cylinder, face=Face.SIDE, height=size, width=size))
     found: dict[Face, FaceSamples] = {}
     for face, view in _views(cylinder):
         image = _see(mesh, view, camera.draw(view), size)
@@ -110,20 +132,23 @@ def _sample_on(scope: Scope, mesh: Mesh, cylinder: Cylinder, size: int) -> dict[
 
 
 def _views(cylinder: Cylinder) -> Iterator[tuple[Face, _View]]:
-    """The six sides of the box around the cylinder."""
+    """Yield the six sides of the box around the cylinder, each with the face that it is for."""
     radius, height = cylinder.radius, cylinder.height
     x, y, z = np.eye(3)
     for outward in (x, z, -x, -z):
         across = np.cross(y, outward)
         origin = radius * (outward - across) + cylinder.bottom * y
-        yield Face.SIDE, _View(origin, 2 * radius * across, height * y, -outward, 2 * radius)
+        yield (
+            Face.SIDE,
+            _View(origin=origin, across=2 * radius * across, up=height * y, inward=-outward, reach=2 * radius),
+        )
     for face, level, inward in ((Face.TOP, cylinder.top, -y), (Face.BOTTOM, cylinder.bottom, y)):
         corner = np.array([-radius, level, -radius])
-        yield face, _View(corner, 2 * radius * x, 2 * radius * z, inward, height)
+        yield face, _View(origin=corner, across=2 * radius * x, up=2 * radius * z, inward=inward, reach=height)
 
 
 class _ViewCamera:
-    """Draws the mesh as a picture of face numbers."""
+    """Draw the mesh as a picture of face numbers."""
 
     def __init__(self, scope: Scope, mesh: Mesh, size: int) -> None:
         self._context = scope.device.context
@@ -134,7 +159,7 @@ class _ViewCamera:
         self._array = scope.vertex_array(self._program.gl, [(vertices, "3f", "in_position")], index_buffer=indices)
 
     def draw(self, view: _View) -> NDArray[np.int64]:
-        """The face (size²,) that each texel sees, −1 for none; rows from v = 0 up."""
+        """Return the face (size²,) that each texel sees, −1 for none; rows from v = 0 up."""
         self._target.use()
         self._target.clear(-1.0, -1.0)
         self._context.enable_only(moderngl.DEPTH_TEST)
@@ -145,7 +170,10 @@ class _ViewCamera:
 
 
 def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int) -> _ViewImage:
-    """What lies on the rays through the texels' centres, of which the picture says which face (size²,) they meet."""
+    """Return what lies on the rays through the texels' centres.
+
+    face: (size²,), the triangle that each ray meets, as the camera drew it.
+    """
     solid = np.flatnonzero(face >= 0)
     corners = mesh.positions[mesh.faces[face[solid]]].astype(np.float64)
     origin = view.ray_origins(size)
@@ -161,24 +189,24 @@ def _see(mesh: Mesh, view: _View, face: NDArray[np.int64], size: int) -> _ViewIm
     normal, flipped = facing_normals(across_face, np.broadcast_to(view.inward.astype(np.float32), across_face.shape))
 
     hits = Hits(
-        _spread(distance, solid, size, np.inf),
-        face[None].astype(np.int32),
-        _spread(weights[:, 1], solid, size, 0),
-        _spread(weights[:, 2], solid, size, 0),
-        _spread(normal, solid, size, 0),
-        _spread(flipped, solid, size, False),
+        distance=_spread(distance, solid, size, np.inf),
+        face=face[None].astype(np.int32),
+        u=_spread(weights[:, 1], solid, size, 0),
+        v=_spread(weights[:, 2], solid, size, 0),
+        normal=_spread(normal, solid, size, 0),
+        flipped=_spread(flipped, solid, size, False),
     )
     points = np.full((size * size, 3), np.nan)
     points[solid] = origin[solid] + distance[:, None] * view.inward
-    return _ViewImage(face_samples(mesh, hits, size), points)
+    return _ViewImage(seen=face_samples(mesh, hits, (size, size)), points=points)
 
 
 def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def _spread(values: NDArray, where: NDArray[np.intp], size: int, empty: float) -> NDArray:
-    """Values (n, …) at texels (n,), in single precision, as one layer (1, size², …) that is `empty` elsewhere."""
+def _spread(values: NDArray[Any], where: NDArray[np.intp], size: int, empty: float) -> NDArray[Any]:
+    """Return values (n, …) at texels (n,) as one single-precision layer (1, size², …) that is `empty` elsewhere."""
     dtype = np.bool_ if values.dtype == np.bool_ else np.float32
     layer = np.full((1, size * size, *values.shape[1:]), empty, dtype)
     layer[0, where] = values
@@ -202,19 +230,20 @@ def _connected(image: _ViewImage, view: _View, size: int) -> NDArray[np.uint32]:
 
 
 class _SideImage:
-    """The side image, into which the views' triangles are drawn; of what meets a texel the nearest stays."""
+    """Draw the views' triangles into the side image; of what meets a texel the nearest stays."""
 
-    def __init__(self, scope: Scope, cylinder: Cylinder, size: int) -> None:
-        self._scope, self._cylinder, self._size = scope, cylinder, size
+    def __init__(self, scope: Scope, grid: FaceGrid) -> None:
+        self._scope, self._grid = scope, grid
         self._context = scope.device.context
-        colours = [scope.texture((size, size), 4, "f4") for _ in range(3)]
-        self._target = scope.framebuffer(colours, scope.depth_texture((size, size)))
+        size = grid.width, grid.height
+        colours = [scope.texture(size, 4, "f4") for _ in range(3)]
+        self._target = scope.framebuffer(colours, scope.depth_texture(size))
         self._target.clear()
         self._program = Program(scope, "six_view/side.vert", "six_view/side.frag")
-        self._program.set(far_depth=2 * cylinder.radius)
+        self._program.set(far_depth=grid.max_depth)
 
     def add(self, image: _ViewImage, triangles: NDArray[np.uint32]) -> None:
-        """Draws triangles (t, 3) between the texels of a view: before the axis, and where rays see them past it."""
+        """Draw triangles (t, 3) between the texels of a view: before the axis, and where rays see them past it."""
         seen = image.seen
         front = np.where(seen.samples.flipped, np.float32(-1), np.float32(1))[..., None]
         attributes = self._scope.buffer(np.concatenate([seen.normal, seen.albedo, seen.samples.facing, front], -1))
@@ -233,23 +262,27 @@ class _SideImage:
         self._scope.free(attributes)
 
     def read(self) -> FaceSamples:
-        """The image, with gaps a texel wide closed."""
-        shape = (self._size, self._size)
+        """Return the image, with gaps a texel wide closed."""
         channels = [self._target.read(components=4, attachment=k, dtype="f4") for k in range(3)]
-        texels = np.concatenate([np.frombuffer(c, np.float32).reshape(*shape, 4) for c in channels], -1)
-        _close_gaps(texels, 2 * max(texel_size(self._cylinder, Face.SIDE, shape)))
+        texels = np.concatenate([np.frombuffer(c, np.float32).reshape(*self._grid.shape, 4) for c in channels], -1)
+        _close_gaps(texels, 2 * self._grid.longest_texel)
         normal, depth, albedo, facing, front = np.split(texels[None], _CHANNELS, -1)
         solid = front[..., 0] != 0
-        samples = Samples(np.where(solid, depth[..., 0], np.float32(np.inf)), facing.copy(), front[..., 0] < 0)
-        return FaceSamples(samples, normal.copy(), albedo.copy())
+        samples = Samples(
+            depth=np.where(solid, depth[..., 0], np.float32(np.inf)),
+            facing=facing.copy(),
+            flipped=front[..., 0] < 0,
+        )
+        return FaceSamples(samples=samples, normal=normal.copy(), albedo=albedo.copy())
 
     def _places(self, points: NDArray[np.float64], past_axis: bool) -> NDArray[np.float32]:
-        """u, v and depth (n, 3) of points (n, 3), on the ray that meets them before or past the axis."""
+        """Return u, v and depth (n, 3) of points (n, 3), on the ray that meets them before or past the axis."""
+        cylinder = self._grid.cylinder
         x, y, z = points.T
-        v = (y - self._cylinder.bottom) / self._cylinder.height
+        v = (y - cylinder.bottom) / cylinder.height
         u = (np.arctan2(z, x) / (2 * np.pi) + 0.5 * past_axis) % 1.0
         distance = np.hypot(x, z) * (1 if past_axis else -1)
-        return np.stack([u, v, self._cylinder.radius + distance], -1).astype(np.float32)
+        return np.stack([u, v, cylinder.radius + distance], -1).astype(np.float32)
 
     def _draw(
         self,
@@ -267,13 +300,13 @@ class _SideImage:
         self._target.use()
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         for shift, nudge in product(shifts, (-_NUDGE, _NUDGE)):
-            self._program.set(wraps=wraps, shift=(shift, nudge / self._size))
+            self._program.set(wraps=wraps, shift=(shift, nudge / self._grid.height))
             array.render()
         self._scope.free(array, indices)
 
 
 def _close_gaps(texels: NDArray[np.float32], deepest: float) -> None:
-    """Fills each empty texel between two filled ones, whose depths differ by at most `deepest` metres, with their mean.
+    """Fill each empty texel between two filled ones, whose depths differ by at most `deepest` metres, with their mean.
 
     Where two views meet at an edge of the object, each ends up to half a texel before it. texels: (H, W, 12), its
     columns wrap.

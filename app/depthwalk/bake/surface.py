@@ -13,7 +13,24 @@ _BATCH = 1 << 15  # hits at a time
 
 
 def surface_at(mesh: Mesh, hits: Hits, each: Map = map) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Normal (L, n, 3), unit, and albedo (L, n, 4), linear RGB + specular strength, at each hit; zeros without."""
+    """Look up what the mesh looks like at each hit.
+
+    Parameters
+    ----------
+    mesh
+        What was hit.
+    hits
+        L hits along each of n rays.
+    each
+        See `parallel.Map`.
+
+    Returns
+    -------
+    normal
+        (L, n, 3) float32, unit, interpolated, turned as the hit's; zero where there is no hit.
+    albedo
+        (L, n, 4) float32, linear RGB and specular strength; zero where there is no hit.
+    """
     normal = np.zeros((*hits.face.shape, 3), np.float32)
     albedo = np.zeros((*hits.face.shape, 4), np.float32)
     layer, ray = (hits.face >= 0).nonzero()
@@ -35,7 +52,7 @@ def surface_at(mesh: Mesh, hits: Hits, each: Map = map) -> tuple[NDArray[np.floa
 
 
 def mean_shininess(mesh: Mesh) -> float:
-    """Phong exponent of the whole mesh: the mean over its faces."""
+    """Return the Phong exponent of the whole mesh: the mean over its faces."""
     weights = np.array([part.face_count for part in mesh.parts], float)
     exponents = np.array([mesh.materials[part.material].shininess for part in mesh.parts])
     return float(np.average(exponents, weights=weights))
@@ -61,7 +78,7 @@ def _textured(material: Material, uv: NDArray[np.float32]) -> NDArray[np.float32
 
 
 def _bilinear(texture: NDArray[np.uint8], uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Linear RGB (n, 3) of a repeating texture (H, W, 4), row 0 at v = 1, at uv (n, 2)."""
+    """Return linear RGB (n, 3) of a repeating texture (H, W, 4), row 0 at v = 1, at uv (n, 2)."""
     height, width = texture.shape[:2]
     x, y = uv[:, 0] * width - 0.5, (1 - uv[:, 1]) * height - 0.5
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -70,4 +87,4 @@ def _bilinear(texture: NDArray[np.uint8], uv: NDArray[np.float32]) -> NDArray[np
     corners = [linear_from_srgb8(texture[row, column, :3]) for row in (j0, j1) for column in (i0, i1)]
     low = corners[0] * (1 - fx) + corners[1] * fx
     high = corners[2] * (1 - fx) + corners[3] * fx
-    return low * (1 - fy) + high * fy
+    return np.asarray(low * (1 - fy) + high * fy)

@@ -1,4 +1,4 @@
-"""What is never drawn of an image, left out: samples and triangles of caps and flanks that another face owns.
+"""What is never drawn of an image, left out: samples and triangles of caps and box faces that another face owns.
 
 The side keeps all it sees, for the paper's cases, which draw it alone.
 """
@@ -15,7 +15,13 @@ from depthwalk.bake.parallel import Map
 
 
 def trim(images: list[DepthImage], borders: list[Border], each: Map = map) -> tuple[list[DepthImage], list[Border]]:
-    """`images` and `borders` without what is never drawn."""
+    """Leave out what is never drawn: samples and triangles of caps and box faces that another face owns.
+
+    Returns
+    -------
+    tuple
+        The images and the boundary strips that remain. The side's are left as they are.
+    """
 
     def trim_face(face: Face) -> tuple[list[DepthImage], list[Border]]:
         layers = [image for image in images if image.face is face]
@@ -40,7 +46,7 @@ def _trim_face(face: Face, layers: list[DepthImage], borders: list[Border]) -> t
         replace(_only(image, used.reshape(-1, *image.depth.shape)[image.layer]), cells=cells[image.layer])
         for image in layers[:count]
     ]
-    shift = size * (len(layers) - count)  # border vertices are numbered after all samples
+    shift = size * (len(layers) - count)  # boundary vertices are numbered after all samples
     return trimmed, [
         replace(border, triangles=border.triangles - np.int32(shift) * (border.triangles >= len(owner)))
         for border in borders
@@ -49,7 +55,7 @@ def _trim_face(face: Face, layers: list[DepthImage], borders: list[Border]) -> t
 
 
 def _kept_cells(image: DepthImage, level: int, owner: NDArray[np.uint8], used: NDArray[np.bool_]) -> NDArray[np.uint16]:
-    """The cells of a level without triangles that are never drawn; marks the samples of the others in `used`."""
+    """Return the cells of a level without triangles that are never drawn; mark the samples of the others in `used`."""
     layer, texel = layer_triangles(image, level)
     half, cell = triangle_places(image, level)
     corners = layer * image.depth.size + texel
@@ -62,7 +68,7 @@ def _kept_cells(image: DepthImage, level: int, owner: NDArray[np.uint8], used: N
 
 
 def _kept_border(border: Border, owner: NDArray[np.uint8], used: NDArray[np.bool_]) -> Border:
-    """A border without triangles that are never drawn; marks the samples of the others in `used`."""
+    """Return a strip without triangles that are never drawn; mark the samples of the others in `used`."""
     samples, triangles = len(owner), border.triangles
     owners = owner[np.where(triangles < samples, triangles, triangles[:, :1])]
     triangles = triangles[_drawn(owners, border.face)]
@@ -78,8 +84,8 @@ def _kept_border(border: Border, owner: NDArray[np.uint8], used: NDArray[np.bool
 
 
 def _drawn(owners: NDArray[np.uint8], face: Face) -> NDArray[np.bool_]:
-    """Whether triangles (n,) with corners of `owners` (n, 3) are: not those left to another face with all corners."""
-    return (owners[:, 0] == face) | (owners != owners[:, :1]).any(1)
+    """Return which triangles (n,) with corners of `owners` (n, 3) are drawn: unless one other face owns all three."""
+    return np.asarray((owners[:, 0] == face) | (owners != owners[:, :1]).any(1))
 
 
 def _only(image: DepthImage, used: NDArray[np.bool_]) -> DepthImage:

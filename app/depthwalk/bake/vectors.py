@@ -5,6 +5,6 @@ from numpy.typing import NDArray
 
 
 def lengths(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Lengths (…) of vectors (…, 3): `numpy.linalg.norm`, ten times faster along so short an axis."""
+    """Return the lengths (…) of vectors (…, 3): `numpy.linalg.norm`, ten times faster along so short an axis."""
     x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.sqrt(x * x + y * y + z * z)
+    return np.asarray(np.sqrt(x * x + y * y + z * z))

@@ -8,19 +8,21 @@ from numpy.typing import NDArray
 from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits, RayCaster, no_hits
 from depthwalk.bake.vectors import lengths
+from depthwalk.types import Mask
 
 _QUARTERS = 4  # of the samples: those still in doubt in each cast their first ray together
 _NEAR = 9  # texels, square, for which a ray that escapes speaks
 _AROUND = 65  # texels, square, over which the second rays are counted
 _LEAST_SHARE = 1e-3  # of these that must escape
 
-Images = NDArray[np.bool_]
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Behind:
-    """Samples behind the first ones of their rays. layer, less one, and texel: (n,); start: (n, 3) metres, above the
-    surface; normal: (n, 3), unit, into its open side; shape: (L − 1, H, W), of the images that they are in."""
+    """Hold n samples behind the first ones of their rays.
+
+    layer, less one, and texel: (n,); start: (n, 3) metres, above the surface; normal: (n, 3), unit, into its open side;
+    shape: (L − 1, H, W), of the images that they are in.
+    """
 
     layer: NDArray[np.intp]
     texel: NDArray[np.intp]
@@ -28,12 +30,14 @@ class _Behind:
     normal: NDArray[np.floating]
     shape: tuple[int, int, int]
 
-    def marked(self, some: NDArray[np.intp]) -> Images:
+    def marked(self, some: NDArray[np.intp]) -> Mask:
+        """Return the images, True at the samples `some`."""
         images = np.zeros(self.shape, bool)
         images.reshape(len(images), -1)[self.layer[some], self.texel[some]] = True
         return images
 
-    def without(self, some: NDArray[np.intp], images: Images) -> NDArray[np.intp]:
+    def without(self, some: NDArray[np.intp], images: Mask) -> NDArray[np.intp]:
+        """Return those of the samples `some` at which `images` are False."""
         return some[~images.reshape(len(images), -1)[self.layer[some], self.texel[some]]]
 
 
@@ -45,21 +49,47 @@ def prune_hidden(
     found: NDArray[np.bool_],
     each: Map = map,
 ) -> Hits:
-    """Of `hits` (L, n) along `rays` (n, 3), (n, 3) of an image of `shape`, those `found` (L, n), without what nobody
-    outside can see; the rest move up a layer."""
+    """Drop samples that nobody outside can see: what lies in a closed cavity or on the inside of a closed shell.
+
+    Parameters
+    ----------
+    caster
+        The mesh.
+    rays
+        Origins and directions (n, 3) of the texels' rays.
+    hits
+        What they meet, L layers.
+    shape
+        Height H and width W of the image; n = H · W.
+    found
+        (L, n) bool: the hits that may stay. The first of each ray always does.
+    each
+        See `parallel.Map`.
+
+    Returns
+    -------
+    Hits
+        What remains, moved up to the first layers.
+    """
     origin, inward = rays
     layer, texel = found[1:].nonzero()
     if not len(layer):
         return _compacted(hits, found)
     normal = hits.normal[1 + layer, texel]
     start = origin.take(texel, 0) + hits.distance[1 + layer, texel, None] * inward.take(texel, 0)
-    behind = _Behind(layer, texel, start + caster.epsilon * normal, normal, (len(found) - 1, *shape))
+    behind = _Behind(
+        layer=layer,
+        texel=texel,
+        start=start + caster.epsilon * normal,
+        normal=normal,
+        shape=(len(found) - 1, *shape),
+    )
     seen = _seen(caster, behind, each).reshape(len(found) - 1, -1)
     return _compacted(hits, found & np.concatenate([np.ones_like(seen[:1]), seen]))
 
 
-def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
-    """Where samples are that rays in random directions tell to be seen from outside.
+def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Mask:
+    """Return where samples are that rays in random directions tell to be seen from outside.
 
     A first ray that escapes speaks for what is near. What is still in doubt casts a second one. Through a narrow
     opening one in hundreds escapes, so they are counted over a wide neighbourhood: if each spoke but for what is near,
@@ -69,11 +99,11 @@ def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
 
     random = np.random.default_rng(0)
 
-    def escaping(some: NDArray[np.intp]) -> Images:
+    def escaping(some: NDArray[np.intp]) -> Mask:
         direction = behind.normal.take(some, 0) + 0.98 * _unit(random.normal(size=(len(some), 3)))  # cosine-weighted
         return behind.marked(some[caster.escapes(behind.start.take(some, 0), _unit(direction), each)])
 
-    def spread(escaped: Images) -> Images:
+    def spread(escaped: Mask) -> Mask:
         return np.stack(list(each(lambda image: maximum_filter(image, _NEAR), escaped)))
 
     seen = np.zeros(behind.shape, bool)
@@ -87,14 +117,14 @@ def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Images:
     return seen | spread(escaped) | (free >= _LEAST_SHARE * cast)
 
 
-def _density(image: Images) -> NDArray[np.float32]:
+def _density(image: Mask) -> NDArray[np.float32]:
     from scipy.ndimage import uniform_filter
 
     return np.asarray(uniform_filter(image.astype(np.float32), _AROUND))
 
 
 def _compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
-    """Those `kept` (L, n), moved up to the first layers; at least one layer."""
+    """Return the hits `kept` (L, n), moved up to the first layers; at least one layer."""
     layer = np.cumsum(kept, axis=0, dtype=np.int8) - 1
     compact = no_hits(max(1, int(layer.max(initial=0)) + 1), kept.shape[1])
     places = layer[kept], kept.nonzero()[1]
@@ -104,4 +134,4 @@ def _compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
 
 
 def _unit(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
-    return vectors / np.maximum(lengths(vectors), 1e-12)[:, None]
+    return np.asarray(vectors / np.maximum(lengths(vectors), 1e-12)[:, None])

@@ -4,19 +4,17 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.quality.metrics import FLIP_REACH, bounding_window, flip_map
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera
+from depthwalk.types import Picture
 
 SUPERSAMPLING = 4  # along either axis
 TOLERANCE = 0.02  # of FLIP, within which two pictures are equally good
 _BISECTIONS = 8
-
-Picture = NDArray[np.uint8]
 
 
 def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[Picture]:

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bench.equal import SUPERSAMPLING, Picture, coarsened, path_flip, supersampled
+from depthwalk.bench.equal import SUPERSAMPLING, coarsened, path_flip, supersampled
 from depthwalk.bench.measure import Run, commit, measure
 from depthwalk.errors import InputError
 from depthwalk.headless import HeadlessRenderer
@@ -21,6 +21,7 @@ from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
+from depthwalk.types import Picture
 
 MOST_MESHES = 100  # objects; beyond, the reference is made of simplified meshes, or it would take hours
 REFERENCE_ERROR = 0.05  # pixels, of those meshes

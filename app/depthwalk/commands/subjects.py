@@ -82,9 +82,9 @@ def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
     layers = choices.layers or (1 if method == "six-view" else dpci.layers)
     try:
         return ModelParams(
-            choices.resolution or dpci.resolution,
-            layers,
-            method,
+            resolution=choices.resolution or dpci.resolution,
+            layers=layers,
+            method=method,
             parts=choices.parts or dpci.parts,
             axis=choices.axis or dpci.axis,
         )

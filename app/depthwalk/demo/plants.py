@@ -7,8 +7,7 @@ from depthwalk.demo.model import Model, merged
 from depthwalk.demo.noise import fractal
 from depthwalk.demo.paint import mix, shaded, smoothstep
 from depthwalk.demo.surfaces import Polyline, assembled, bevelled_profile, blades, curve, lathe, spindles, tube
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def unit(v: Array) -> Array:

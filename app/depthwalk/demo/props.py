@@ -21,8 +21,8 @@ from depthwalk.demo.surfaces import (
     rounded_profile,
     tube,
 )
+from depthwalk.types import Array
 
-Array = NDArray[np.floating]
 OAK_WOOD = ((0.60, 0.43, 0.27), (0.44, 0.29, 0.17))
 
 

@@ -1,7 +1,6 @@
 """Rocks, urn, column, fountain and sundial: carved, turned and weathered stone."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.demo.decimate import with_exact_count
 from depthwalk.demo.meshing import polygonise
@@ -21,8 +20,8 @@ from depthwalk.demo.surfaces import (
     rounded_profile,
     tube,
 )
+from depthwalk.types import Array
 
-Array = NDArray[np.floating]
 LIMESTONE = ((0.80, 0.76, 0.67), (0.66, 0.61, 0.52))
 GRANITE = ((0.60, 0.58, 0.55), (0.38, 0.37, 0.36))
 

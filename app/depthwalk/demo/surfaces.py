@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from depthwalk.demo.model import Model, merged
+from depthwalk.types import Array
 
-Array = NDArray[np.floating]
 Polyline = Sequence[Sequence[float]] | Array  # points on a line, in order
 Relief = Callable[[Array, Array], Array]
 WHITE = (1.0, 1.0, 1.0)

@@ -7,7 +7,7 @@ depth where they meet in a pinhole. NaN or infinite where there is no surface.
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 STEEP = 4.0  # cells: a step of this depth between neighbours is always taken for a slope (76°)
 _NOISE_MARGIN = 6.0  # standard deviations that a step between neighbours may have by noise alone

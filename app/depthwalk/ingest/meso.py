@@ -22,4 +22,4 @@ def load_meso(depth: Path, *, height: float, tile: tuple[float, float], normal: 
         raise InputError(f"{depth}: {np.count_nonzero(~np.isfinite(image.depth))} pixels of the tile hold no depth")
     slopes = tiling_slopes(image.depth, tile) if normal is None else image.normal[..., :2] / image.normal[..., 2:]
     relief = np.concatenate([np.clip(image.depth, 0, height)[..., None], slopes], -1)
-    return Meso(relief.astype(np.float32), tile, height)
+    return Meso(relief=relief.astype(np.float32), tile=tile, height=height)

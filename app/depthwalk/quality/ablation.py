@@ -101,7 +101,8 @@ def ablate(
     for setup in some:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / f"ablated{SUFFIX}"
-            costs = measured_bake(spec, ModelParams(resolution, setup.layers, refinements=setup.refinements), file)
+            params = ModelParams(resolution=resolution, layers=setup.layers, refinements=setup.refinements)
+            costs = measured_bake(spec, params, file)
             quality = measure(mesh, read_baked(file), setup.settings, size, FEW, pool)
         means = {shown.key: summarise(shown, quality.views).mean for shown in SHOWN}
         rows.append(Row(setup.title, means, costs.seconds, costs.bytes_disk, quality.gpu_bytes))

@@ -13,13 +13,14 @@ from scipy.ndimage import binary_dilation, uniform_filter
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.headless import HeadlessRenderer, LinearImage
 from depthwalk.library import Report, SceneLibrary
-from depthwalk.quality.metrics import Picture, mean_flip, psnr
+from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.render.antialiasing import PictureParams
 from depthwalk.render.passes.gpaa import GpaaParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
+from depthwalk.types import Picture
 
 REFERENCE_SAMPLES = 8  # per pixel, along either axis
 JUMP = 0.02  # part of the distance by which the next sample is farther where an edge runs

@@ -9,7 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 from depthwalk.bake.depth import Depth, deep_enough
-from depthwalk.bake.images import BakedObject, Face, texel_size
+from depthwalk.bake.face_grid import FaceGrid
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, probed_depth
 from depthwalk.bake.placement import Placement
@@ -19,14 +20,13 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
 from depthwalk.render.rotation import rotate
 from depthwalk.render.step_grids import build_grids
+from depthwalk.types import Array
 
 SAMPLES = 4000
 LEAST_PART = 0.001  # of the surface; smaller parts are not counted
 LOW_COVERAGE, MANY_PARTS, MUCH_THIN = 0.98, 16, 0.02
 FOLIAGE = 0.15  # part of the surface that is thin, from which on the rest does not count, where outlines are wrong
 MUCH_DEEPER = 1.0  # texels², of the mean footprint
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,8 @@ def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None
     if params.layers == "auto" or params.method == "six-view" or len(model.parts) > 1:
         return None
     part = model.parts[0]
-    depths = probed_depth(mesh, Placement(np.asarray(part.position), Rotation.from_quat(part.rotation)), params)
+    placement = Placement(position=np.asarray(part.position), rotation=Rotation.from_quat(part.rotation))
+    depths = probed_depth(mesh, placement, params)
     now, then = depths[params.layers - 1], deep_enough(depths)
     return Deeper(now, then) if now.footprint - then.footprint >= MUCH_DEEPER else None
 
@@ -133,7 +134,7 @@ def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:
 
 def _texel(baked: BakedObject) -> float:
     image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
-    return max(texel_size(baked.cylinder, image.face, (image.depth.shape[0], image.depth.shape[1])))
+    return FaceGrid.of(baked.cylinder, image).longest_texel
 
 
 def _grid_mesh(model: BakedModel) -> Mesh:

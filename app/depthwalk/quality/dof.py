@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.library import Report, SceneLibrary
-from depthwalk.quality.metrics import Picture, mean_flip, psnr
+from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.reference.dof import SHARP, ranges
 from depthwalk.render.lens import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams, circle_radius, largest_radius
 from depthwalk.render.passes.dof import TILE
 from depthwalk.render.view import View
 from depthwalk.scene.scene import Scene
+from depthwalk.types import Picture
 
 TRUTH = 256  # points of the lens
 REPEATS = 5  # of what is timed, the median counts

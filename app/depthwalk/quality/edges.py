@@ -17,12 +17,11 @@ from depthwalk.render.outlines import outlines
 from depthwalk.render.passes.gpaa import GpaaParams
 from depthwalk.render.records import PLACED_RECORD
 from depthwalk.scene.scene import MeshAsset, Scene
+from depthwalk.types import Array
 
 MOST_OF_CLOSED, MOST_OF_SHAPES = 0.5, 0.7  # lines drawn, of all edges drawn
 MANY = 64  # objects of one mesh that are timed at once
 REPEATS = 15  # of what is timed in each view, by turns; the least counts: more is what else the machine does
-
-Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class Cost:
     milliseconds: NDArray[np.float64]
 
 
-def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tuple[Points, NDArray[np.intp]]:
+def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tuple[Array, NDArray[np.intp]]:
     """A convex solid of revolution as positions (v, 3) and triangles (f, 3): rings of `sides` points, one where the
     radius is 0."""
     angle = 2 * np.pi * np.arange(sides) / sides
@@ -50,7 +49,7 @@ def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tupl
 
 
 # With as many vertices as the models of the paper's table 1.
-SHAPES: dict[str, Callable[[], tuple[Points, NDArray[np.intp]]]] = {
+SHAPES: dict[str, Callable[[], tuple[Array, NDArray[np.intp]]]] = {
     "cube, 8 vertices": lambda: turned([1, 1], [-1, 1], 4),
     "wheel cover, 10": lambda: turned([1, 0.7], [-0.4, 0.4], 5),
     "wing, 44": lambda: turned([1, 0.6], [-4, 4], 22),

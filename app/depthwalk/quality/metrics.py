@@ -5,8 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion
 
-Mask = NDArray[np.bool_]
-Picture = NDArray[np.uint8]
+from depthwalk.types import Mask, Picture
 
 FLIP_PIXELS_PER_DEGREE = 67.02064  # the paper's: 0.7 m from a screen 0.7 m and 3840 pixels wide
 FLIP_REACH = 16  # pixels; no filter of FLIP's reaches farther at this density

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from operator import ge, le
 
 from depthwalk.output import png_bytes
-from depthwalk.quality.metrics import Picture, flip_colours
+from depthwalk.quality.metrics import flip_colours
+from depthwalk.types import Picture
 
 
 @dataclass(frozen=True)

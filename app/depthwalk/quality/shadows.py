@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.library import Report, SceneLibrary
 from depthwalk.output import png_bytes
-from depthwalk.quality.metrics import Picture, silhouette_iou
+from depthwalk.quality.metrics import silhouette_iou
 from depthwalk.quality.rows import Row
 from depthwalk.quality.twin import one_object_scene
 from depthwalk.quality.views import FOV, Sphere, bounding_sphere
@@ -24,6 +24,7 @@ from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.scene import MeshAsset, Scene
+from depthwalk.types import Picture
 
 Direction = tuple[float, float, float]
 

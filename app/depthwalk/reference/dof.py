@@ -5,7 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
+
 Rows = NDArray[np.intp]
 
 SHARP, STRIDE, DENSITY, FEWEST = 0.5, 4.0, 1.0, 16

@@ -1,9 +1,8 @@
 """Twin of shaders/fog/fog.frag."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def fog_density(y: Array, density: float, height: float, falloff: float) -> Array:

@@ -1,9 +1,8 @@
 """Twin of shaders/gpaa/edge.frag: what part of a pixel lies beyond an edge."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def part_beyond(ends: Array, middle: Array) -> Array:

@@ -1,9 +1,8 @@
 """Twin of shaders/common/phong.glsl and shaders/light."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def reflected(albedo: Array, specular: Array, shininess: Array, normal: Array, view: Array, to_light: Array) -> Array:

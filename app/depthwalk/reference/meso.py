@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from depthwalk.bake.images import Face, face_outward
 from depthwalk.bake.meso import Meso, straight_share
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,9 @@ of the world. It is left-handed: a normal (x, y, z) of the image points to (x, y
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.reference.warp import table
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 @dataclass(frozen=True)

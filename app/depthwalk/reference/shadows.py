@@ -1,12 +1,10 @@
 """Twin of shaders/common/shadow_map.glsl and of what looks there."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.render.casters import MapView
 from depthwalk.render.view import matrix_array
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filter_width: int, error: float) -> Array:

@@ -1,9 +1,8 @@
 """Twin of shaders/smaa/line.glsl: what a line cuts off the pixels along an edge."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def areas_cut(before: Array, after: Array, heights: Array) -> Array:

@@ -3,9 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 # AgX's narrower space, rows by what comes out, as Wrensch 2023 gives it.
 _INTO = np.array(

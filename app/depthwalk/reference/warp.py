@@ -1,11 +1,9 @@
 """Twin of shaders/warp/warp.vert and of the reconstruction in composite.frag."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.render.planes import Planes
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 def table(depth: Array, distance: float) -> Array:

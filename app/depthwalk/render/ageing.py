@@ -12,9 +12,7 @@ from depthwalk.render.kept import KeptTiles
 from depthwalk.render.planes import GUARD
 from depthwalk.render.rotation import matrices
 from depthwalk.render.view import View
-
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
+from depthwalk.types import Array, Rows
 
 HARDEST = 4.0  # times the error allowed: what is farther off does not wait
 MARGIN = 1.25  # kept tiles are cut to a frustum so much wider than the view's, so that it may turn

@@ -4,9 +4,8 @@ Tiles get slots that are cut from free rectangles (a guillotine allocator); slot
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Rows = NDArray[np.integer]
+from depthwalk.types import Rows
 
 
 class Atlas:

@@ -6,20 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.grid import whole_cells
-from depthwalk.bake.images import (
-    BakedObject,
-    DepthImage,
-    Face,
-    face_outward,
-    image_position,
-    square_texel,
-    surface_rays,
-)
+from depthwalk.bake.images import BakedObject, DepthImage, Face, face_outward
 from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.sampling import face_normals
 from depthwalk.bake.vectors import lengths
 from depthwalk.render.grids import EDGE, FACE_SHIFT, PAST_AXIS
+from depthwalk.types import Array, Ints
 
 NOWHERE = -1
 _ELSEWHERE, _ASKEW = 0.1, 0.3  # what it costs a triangle to look where another face owns the surface, or aslant
@@ -29,16 +23,13 @@ _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away
 _ROUNDING = 1e-3  # by which these may be too high: all is in single precision
 _BATCH = 1 << 13  # triangles at a time: what is known of them stays in the cache
 
-Array = NDArray[np.floating]
-Ints = NDArray[np.int64]
-
 
 class _Look(NamedTuple):
     """The images of a face, on one side of the axis. code: (layers,) of each, as in `best_images`, without EDGE; the
     rest (H, W, layers, …), so that one place has what lies behind it beside it. strange: whether another face owns the
     surface; beside: whether edges are."""
 
-    face: Face
+    grid: FaceGrid
     past: bool
     code: Ints
     depth: NDArray[np.float32]
@@ -105,7 +96,7 @@ def _looks(baked: BakedObject) -> list[_Look]:
             )
         )
         code = (face << FACE_SHIFT) + np.array([image.layer for image in images])
-        looks.append(_Look(face, False, code, depth, normal, strange, beside))
+        looks.append(_Look(FaceGrid.of(baked.cylinder, images[0]), False, code, depth, normal, strange, beside))
         if face is Face.SIDE:
             looks.append(looks[-1]._replace(past=True, code=code + PAST_AXIS))
     return looks
@@ -114,7 +105,7 @@ def _looks(baked: BakedObject) -> list[_Look]:
 def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints:
     pieces = _pieces(baked, corners)
     some = [_not_from_behind(look, pieces) for look in looks]
-    views = [_look_up(baked, look, pieces.at(rows)) for look, rows in zip(looks, some, strict=True)]
+    views = [_look_up(look, pieces.at(rows)) for look, rows in zip(looks, some, strict=True)]
     # What images cost at least leaves few to look into: the likeliest is the best, mostly.
     ends = np.cumsum([len(look.code) for look in looks])
     least = np.full((len(corners), ends[-1]), np.inf, np.float32)
@@ -147,9 +138,9 @@ def _pieces(baked: BakedObject, corners: Array) -> _Pieces:
 
 def _not_from_behind(look: _Look, pieces: _Pieces) -> Ints:
     """Triangles (n,) of which `look` may have a sample: not those that its rays all meet from behind."""
-    if look.face is Face.SIDE:
+    if look.grid.face is Face.SIDE:
         return np.arange(len(pieces.normal))
-    return np.flatnonzero(pieces.normal @ face_outward(look.face) >= -_EDGE_ON)
+    return np.flatnonzero(pieces.normal @ face_outward(look.grid.face) >= -_EDGE_ON)
 
 
 def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
@@ -178,12 +169,11 @@ def _cost(look: _Look, layer: Ints, pieces: _Pieces, view: _View) -> tuple[Array
     return np.asarray(cost.sum(1)), np.asarray(there.any(1))
 
 
-def _look_up(baked: BakedObject, look: _Look, pieces: _Pieces) -> _View:
-    face, (height, width) = look.face, look.depth.shape[:2]
+def _look_up(look: _Look, pieces: _Pieces) -> _View:
     turned = pieces.probes * np.array((-1, 1, -1), np.float32) if look.past else pieces.probes
-    u, v = (axis.reshape(turned.shape[:2]) for axis in image_position(baked.cylinder, face, turned.reshape(-1, 3)))
-    row, column = ((at * count).astype(int).clip(0, count - 1) for at, count in ((v, height), (u, width)))
-    origin, inward = surface_rays(baked.cylinder, face, (column + 0.5) / width, (row + 0.5) / height)
+    texels = look.grid.texel_at(*look.grid.position_of(turned.reshape(-1, 3)))
+    row, column = (axis.reshape(turned.shape[:2]) for axis in texels)
+    origin, inward = (rays[row, column] for rays in look.grid.rays)
     facing = -np.einsum("tpi,ti->tp", inward, pieces.normal)
     askew = _ASKEW * (1 - facing)
     before = np.einsum("tpi,ti->tp", origin - pieces.probes, pieces.normal)

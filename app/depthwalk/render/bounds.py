@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from depthwalk.render.rotation import rotate
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Takes
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 _DEPTH_RATIO = 2e4  # far over near at most, if nothing is nearer than 5 cm: 24 bits then resolve 1/800 of a distance
 _NEAREST = 0.05  # metres

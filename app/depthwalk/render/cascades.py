@@ -10,8 +10,7 @@ from pyglm import glm
 from depthwalk.params import Params, param
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.view import View, matrix_array
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 MOST = 4  # cascades; as in shaders/common/sun_maps.glsl
 WORST = 4.0  # times the error that is asked for: so far is taken to be off what has no more triangles than it may

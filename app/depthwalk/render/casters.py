@@ -14,9 +14,8 @@ from depthwalk.render.records import placed_records
 from depthwalk.render.spots import Spot
 from depthwalk.render.stand_ins import StandInRule
 from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.types import Array, Rows
 
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
 MapView = Cascade | Spot
 
 

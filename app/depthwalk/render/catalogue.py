@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Face, square_texel
+from depthwalk.bake.face_grid import square_texel
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.cells import within_runs

@@ -11,9 +11,7 @@ from depthwalk.params import Params, param
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.occlusion import Cylinders, box_cylinders
 from depthwalk.render.view import View
-
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
+from depthwalk.types import Array, Rows
 
 _OBJECTS = 256  # of a cell; 64 and 1024 took as long
 _LEAF = 64  # objects, of runs within cells that are neighbours even more

@@ -23,9 +23,7 @@ from depthwalk.render.rotation import conjugate, rotate
 from depthwalk.render.tiles import Tiles
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
-
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
+from depthwalk.types import Array, Rows
 
 MEMBERS = 64  # at most: a texel of the atlas holds 6 bits for the member beside 10 for its image
 _IMAGE_BITS = 10  # as in shaders/common/visible.glsl

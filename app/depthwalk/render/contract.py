@@ -16,9 +16,7 @@ from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.normals import doubled_areas
 from depthwalk.render.facets import Facets
 from depthwalk.scene.arrays import Takes
-
-Array = NDArray[np.floating]
-Ints = NDArray[np.int64]
+from depthwalk.types import Array, Ints
 
 _BITS = 21  # of the number of a vertex, or of a cube along an axis, so that three fit into one key
 _MOST_ROUNDS = 60

@@ -73,14 +73,14 @@ def _header(each: Prepared) -> dict[str, Any]:
 
 def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str, NDArray[Any]]) -> Prepared:
     outline = BakedObject(
-        Cylinder(*header["cylinder"]),
-        tuple(bare_image(Face(face), layer, tuple(shape)) for face, layer, *shape in header["images"]),
-        (),
-        header["shininess"],
-        header["steps"],
-        header["key"],
-        tuple(header["position"]),
-        tuple(header["rotation"]),
+        cylinder=Cylinder(**dict(zip((field.name for field in fields(Cylinder)), header["cylinder"], strict=True))),
+        images=tuple(bare_image(Face(face), layer, tuple(shape)) for face, layer, *shape in header["images"]),
+        borders=(),
+        shininess=header["shininess"],
+        steps=header["steps"],
+        key=header["key"],
+        position=tuple(header["position"]),
+        rotation=tuple(header["rotation"]),
     )
     first, count, error = (stored[_column(Grids, number, name)] for name in _SMALL)
     around = np.array(header["footprint"])

@@ -8,7 +8,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Cylinder, Face, square_texel, texel_size
+from depthwalk.bake.face_grid import FaceGrid, square_texel
+from depthwalk.bake.images import BakedObject, Cylinder, Face
 from depthwalk.bake.meso import Meso
 from depthwalk.gpu.device import R8_SNORM, Scope
 from depthwalk.gpu.instances import AssetArrays
@@ -104,7 +105,8 @@ class DepthObject:
 def upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> DepthObject:
     """baked: without pixels, see `Prepared`."""
     images, cylinder = baked.images, baked.cylinder
-    height, width = shape = images[0].depth.shape
+    height, width = images[0].depth.shape
+    texels = {face: FaceGrid(cylinder=cylinder, face=face, height=height, width=width) for face in Face}
     faces = np.array([image.face for image in images])
     pictures = {"COLOURED": pages.colours, "TINTED": pages.tints}
     return DepthObject(
@@ -121,11 +123,11 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: Grids, pages: Pages) -> D
             "box_low": tuple(grids.box_low.tolist()),
             "box_size": tuple(grids.box_size.tolist()),
             "setback": _SETBACK * square_texel(baked),
-            "meso_spacing": max(max(texel_size(cylinder, image.face, shape)) for image in images),
+            "meso_spacing": max(texels[image.face].longest_texel for image in images),
         },
         colour_defines=tuple(name for name, picture in pictures.items() if picture.size),
         surface={
-            "texels": [1 / max(texel_size(cylinder, face, shape)) for face in Face],
+            "texels": [1 / texels[face].longest_texel for face in Face],
             "shininess": baked.shininess,
             "first_colour": tuple(pages.palette[0].tolist()),
             "colour_axes": tuple(pages.palette[1:].ravel().tolist()),

@@ -16,11 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import grid_nodes
-from depthwalk.bake.images import BakedObject, DepthImage, Face, image_position
+from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.render.grids import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Grids
-
-Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Cells:
 
     ordered: NDArray[np.uint32]
     unordered: NDArray[np.uint32]
-    cell: Ints
+    cell: NDArray[np.int32]
     nodes: tuple[NDArray[np.int64], NDArray[np.int64]]
     wraps: bool
 
@@ -69,10 +68,10 @@ def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> t
     """Column and row, in nodes, of the interval of the ordered image's grid that the viewer (3,), object frame, is in;
     −1 before the first, the last node beyond it."""
     image = ordered_image(baked)
-    u, v = (float(each[0]) for each in image_position(baked.cylinder, image.face, viewer[None]))
-    height, width = image.depth.shape
-    column = u * width - 0.5
-    at = column % width if cells.wraps else column, v * height - 0.5
+    grid = FaceGrid.of(baked.cylinder, image)
+    u, v = (float(position[0]) for position in grid.position_of(viewer[None]))
+    column = u * grid.width - 0.5
+    at = column % grid.width if cells.wraps else column, v * grid.height - 0.5
     found = [int(np.searchsorted(nodes, value, side="right")) - 1 for nodes, value in zip(cells.nodes, at, strict=True)]
     return found[0], found[1]
 
@@ -87,7 +86,7 @@ def draw_order(cells: Cells, at: tuple[int, int]) -> NDArray[np.intp]:
     return order
 
 
-def _distance(cell: Ints, at: int, turn: int | None) -> NDArray[np.int16]:
+def _distance(cell: NDArray[np.int32], at: int, turn: int | None) -> NDArray[np.int16]:
     """How many nodes lie between the epipole, in the interval after node `at`, and the intervals (n,): 0 for the one
     that holds it. Round a circle of `turn` nodes, the interval opposite is the farthest."""
     if turn is None:

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, DepthImage, image_points, square_texel
+from depthwalk.bake.face_grid import FaceGrid, square_texel
+from depthwalk.bake.images import BakedObject, DepthImage
 from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.vectors import lengths
@@ -44,7 +45,8 @@ def _hardly_seen(baked: BakedObject, caster: RayCaster, image: DepthImage) -> ND
         probed &= np.expand_dims(np.isin(np.arange(size) % BLOCK, _PROBES), 1 - axis)
     row, column = probed.nonzero()
     normal = np.repeat(image.normal[row, column], _RAYS, axis=0)
-    start = np.repeat(image_points(baked.cylinder, image)[row, column], _RAYS, axis=0) + square_texel(baked) * normal
+    points = FaceGrid.of(baked.cylinder, image).points(image.depth)
+    start = np.repeat(points[row, column], _RAYS, axis=0) + square_texel(baked) * normal
     random = np.random.default_rng(0).normal(size=normal.shape).astype(np.float32)
     # Nearly by the cosine: of length 1 the random part could cancel the normal.
     escaped = caster.escapes(start, normal + 0.98 * random / lengths(random)[:, None])

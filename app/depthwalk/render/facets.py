@@ -9,12 +9,9 @@ on which the function is smooth.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.bake.sampling import face_normals
-
-Array = NDArray[np.floating]
-Ints = NDArray[np.int64]
+from depthwalk.types import Array, Ints
 
 
 @dataclass(frozen=True)

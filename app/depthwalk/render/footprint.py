@@ -4,9 +4,8 @@ Between two of them the bound is that of any convex shape: u = a·u₁ + b·u₂
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 DIRECTIONS = 32  # a circle is overestimated by 1 / cos(π / 32), half a percent
 _STEP = 2 * np.pi / DIRECTIONS

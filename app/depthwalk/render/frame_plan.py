@@ -15,8 +15,7 @@ from depthwalk.render.lod import Case
 from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import Volumes
 from depthwalk.render.stand_ins import StandIns
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 _OF_ROUNDS: dict[str, Any] = {  # how the counts of a frame's rounds make its own; others are added up
     "objects": max,

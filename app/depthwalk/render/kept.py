@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from depthwalk.render.atlas import Atlas
 from depthwalk.render.records import COMPOSITE_RECORD
 from depthwalk.scene.arrays import Takes
-
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
+from depthwalk.types import Array, Rows
 
 _SHRINK = 0.7, 6  # resolution of a tile that finds no room, and how often it is tried
 _SPOILT = 1e-30  # pixels per metre: as far off as anything

@@ -18,11 +18,11 @@ from depthwalk.render.bounds import Bounds
 from depthwalk.render.shading import extents
 from depthwalk.render.spots import spot_of
 from depthwalk.render.view import View
+from depthwalk.types import Array
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
-Array = NDArray[np.floating]
 
 SQUARE = 32  # pixels
 SLICES = 16  # the first ends at √2 m, each of the others √2 times as far as the one before; the last has no end

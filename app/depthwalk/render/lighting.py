@@ -5,15 +5,14 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.colour import linear_from_srgb
 from depthwalk.render.sky import Sky, Triple, direction_to_sun, sky_of, sunlight
+from depthwalk.types import Array
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import Environment
 
-Array = NDArray[np.floating]
 
 GROUND = 0.2  # part of the light that ground sends back, for the light from below: grass and soil
 _STEPS = 48  # of the sphere, from pole to pole

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from depthwalk.params import Params, param
 from depthwalk.render.view import View
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 class LodParams(Params):

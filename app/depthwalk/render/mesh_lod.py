@@ -11,8 +11,7 @@ from depthwalk.params import Params, param
 from depthwalk.render.lod import error_level
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 class MeshLodParams(Params):

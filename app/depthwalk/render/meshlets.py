@@ -15,8 +15,7 @@ from depthwalk.ingest.mesh import Mesh, Part
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.rotation import conjugate, rotate
 from depthwalk.render.view import View
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 SIZE = 64  # triangles: fewer are culled better, and take longer to test
 _FEWEST = 128  # meshlets: a smaller mesh is drawn as soon as it is tested

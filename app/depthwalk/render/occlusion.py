@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
-
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
+from depthwalk.types import Array, Rows
 
 FIRST_ROUND = 64  # objects
 FIRST_PORTION = 8192  # objects looked at one by one; of the others, whole cells may be hidden

@@ -12,7 +12,8 @@ from itertools import accumulate, product
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face, texel_size
+from depthwalk.bake.face_grid import FaceGrid
+from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
 from depthwalk.bake.parallel import thread_map
 from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.grids import Grids
@@ -107,7 +108,7 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     colour = np.sqrt(np.maximum(image.albedo[..., :3], 0))
     shown = np.round(np.clip(np.concatenate([colour, image.albedo[..., 3:]], -1), 0, 1) * 65535).astype(np.uint16)
     solid = np.isfinite(image.depth)
-    depth = np.where(solid, image.depth, 0) / max(texel_size(cylinder, image.face, image.depth.shape))
+    depth = np.where(solid, image.depth, 0) / FaceGrid.of(cylinder, image).longest_texel
     normal = np.zeros_like(image.normal, np.uint8)
     normal[solid] = encode_normals(image.normal[solid])
     texels = np.concatenate([normal, depth_code(depth)[..., None], shown], -1)

@@ -13,8 +13,7 @@ from depthwalk.render.plan import SceneArrays
 from depthwalk.render.prepared import Form
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
-
-Rows = NDArray[np.integer]
+from depthwalk.types import Rows
 
 
 class Placed:

@@ -32,9 +32,7 @@ from depthwalk.render.stand_ins import HasCome, StandInRule
 from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
-
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
+from depthwalk.types import Array, Rows
 
 
 @dataclass(frozen=True)

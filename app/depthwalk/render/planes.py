@@ -13,8 +13,7 @@ from depthwalk.render.footprint import support
 from depthwalk.render.rotation import conjugate, matrices, rotate
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Takes
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 # Closer to every plane than this part of its radius, an object is warped straight to the screen: the tile of a
 # plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.

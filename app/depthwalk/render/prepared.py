@@ -79,4 +79,12 @@ def bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
     """An image of `shape` that takes no memory."""
     empty = np.broadcast_to(np.float32(np.inf), shape)
     none = np.broadcast_to(np.float32(0), (*shape, 4))
-    return DepthImage(face, layer, empty, none[..., :3], none, (), np.broadcast_to(np.uint8(face), shape))
+    return DepthImage(
+        face=face,
+        layer=layer,
+        depth=empty,
+        normal=none[..., :3],
+        albedo=none,
+        cells=(),
+        owner=np.broadcast_to(np.uint8(face), shape),
+    )

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 from depthwalk.render.planes import Planes
 from depthwalk.render.tiles import Tiles
 from depthwalk.scene.arrays import Objects
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 # What warp.vert reads per object: plane axes with the epipole or the plane's offset in w; the viewer's distance to the
 # plane, the tile's nearest w / λ, and what is added to numbers of images; rows that map plane coordinates to the atlas

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, Face, image_position
+from depthwalk.bake.face_grid import FaceGrid
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.render.grids import FACE_SHIFT, PAST_AXIS, Grids
 
 GRAIN = 4  # texels
@@ -84,6 +85,7 @@ def _looked_up(
     for one in Face:
         here = face == one
         turned = np.where(past[here, None, None], points[here] * (-1, 1, -1), points[here])  # half a turn
-        u, v = image_position(baked.cylinder, one, turned.reshape(-1, 3))
+        grid = FaceGrid(cylinder=baked.cylinder, face=one, height=height, width=width)
+        u, v = grid.position_of(turned.reshape(-1, 3))
         texel[here] = (np.stack([u, v], -1) * (width, height)).reshape(-1, 3, 2)
     return np.searchsorted([image.face for image in baked.images], face) + layer, texel, face == Face.SIDE

@@ -13,10 +13,7 @@ from depthwalk.render.records import place_tiles, tile_records
 from depthwalk.render.tiles import TileParams, Tiles, plane_tiles, screen_tiles
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
-
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
-Mask = NDArray[np.bool_]
+from depthwalk.types import Array, Mask, Rows
 
 _MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all is, and packed tightly: a cut
 

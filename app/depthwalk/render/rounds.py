@@ -27,9 +27,7 @@ from depthwalk.render.plan import Planner, PlanSettings
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View
-
-Rows = NDArray[np.integer]
-Array = NDArray[np.floating]
+from depthwalk.types import Array, Rows
 
 _ASKED, _CROWDED = 1024, 0.25  # far objects; where more of them are hidden, one by one is quicker than in clusters
 

@@ -10,8 +10,7 @@ from depthwalk.render.planes import viewer_in_object
 from depthwalk.render.records import SURFACE_RECORD
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 _CROWD = 1 << 14  # objects of an asset, of which it is not asked where they are: likely everywhere
 # Assets are told apart by depths CLOSED + k / LEVELS, which float32 and a depth buffer of 24 bits hold apart; pixels

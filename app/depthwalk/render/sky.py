@@ -4,14 +4,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.colour import linear_from_srgb
+from depthwalk.types import Array
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import Environment
 
-Array = NDArray[np.floating]
 Triple = tuple[float, float, float]
 
 # A white surface that faces a sun of intensity 1 shows 1: 128 klx above the air, in kcd/m².

@@ -14,11 +14,11 @@ from depthwalk.render.bounds import Bounds
 from depthwalk.render.cascades import light_axes
 from depthwalk.render.view import View
 from depthwalk.scene.camera import clip_from_view
+from depthwalk.types import Array
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
-Array = NDArray[np.floating]
 
 NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow; as in shaders/light/lamps.glsl
 

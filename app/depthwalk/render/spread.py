@@ -5,13 +5,11 @@ Simplification of Aggregate Detail", do not leave out.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.bake.vectors import lengths
 from depthwalk.render.contract import WeldedSurface, cube_keys, open_edges
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 _SAMPLES = 4  # per face of a cube: of the cubes that are met, nearly all are found
 _GUESSES = 4  # of how far rims are to be moved

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.bake.face_grid import square_texel
+from depthwalk.bake.images import BakedObject
 from depthwalk.render.bounds import outside
 from depthwalk.render.lod import error_level
 from depthwalk.render.mesh_lod import MeshLevels
@@ -14,9 +15,8 @@ from depthwalk.render.planes import viewer_in_object
 from depthwalk.render.rotation import conjugate, multiply, rotate
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.types import Array, Rows
 
-Array = NDArray[np.floating]
-Rows = NDArray[np.integer]
 HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), those first read first, to which of them (n,) may be drawn
 
 # With so many a walk through the garden takes two cores as long as with images alone; with any number, half as long

@@ -9,19 +9,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.grid import layer_triangles, triangle_places, whole_cells
-from depthwalk.bake.images import (
-    FLANKS,
-    BakedObject,
-    Border,
-    Cylinder,
-    DepthImage,
-    Face,
-    border_points,
-    face_outward,
-    image_points,
-    square_texel,
-)
+from depthwalk.bake.images import FLANKS, BakedObject, Border, DepthImage, Face, face_outward
 from depthwalk.bake.meso import straight_share
 from depthwalk.bake.vectors import lengths
 from depthwalk.render.chunks import WHOLE
@@ -81,12 +71,13 @@ def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float 
         borders = {border.level: border for border in baked.borders if border.face is face}
         # Meso-structure needs every vertex, however smooth the surface below it is.
         metres = tolerance * square_texel(baked) if baked.meso is None else -np.inf
-        surfaces = _surfaces(baked.cylinder, images)
+        grid = FaceGrid.of(baked.cylinder, images[0])
+        surfaces = _surfaces(grid, images)
         triangles = [
             _face_triangles(images, surfaces, level, borders.get(level), metres * 2**level, present)
             for level in range(baked.steps)
         ]
-        points, numbers = _face_points(baked, images, surfaces, borders)
+        points, numbers = _face_points(baked, grid, images, surfaces, borders)
         total_points = len(points.depth)
         used = np.zeros(2 * total_points, bool)  # every point may be there a second time, marked as EDGE
         for level, (corners, run, edge) in enumerate(triangles):
@@ -155,36 +146,40 @@ class _Numbers:
 
 
 def _face_points(
-    baked: BakedObject, images: list[DepthImage], surfaces: list[Surface], borders: dict[int, Border]
+    baked: BakedObject,
+    grid: FaceGrid,
+    images: list[DepthImage],
+    surfaces: list[Surface],
+    borders: dict[int, Border],
 ) -> tuple[_Points, _Numbers]:
     samples = sum(image.depth.size for image in images)
-    face_number, cylinder = images[0].face << FACE_SHIFT, baked.cylinder
+    face_number = grid.face << FACE_SHIFT
     position = [surface.point for surface in surfaces]
     depth = [image.depth.ravel() for image in images]
     image_number = [
         face_number + image.layer + BORDER * (image.owner.ravel() != image.face).astype(np.int64) for image in images
     ]
-    if baked.meso is not None and images[0].face is not Face.SIDE:
-        for number, image in zip(image_number, images, strict=True):
-            number += _ease(cylinder, image).ravel() << EASE_SHIFT
+    if baked.meso is not None and grid.face is not Face.SIDE:
+        for number, image, surface in zip(image_number, images, surfaces, strict=True):
+            number += _ease(image, surface.point).ravel() << EASE_SHIFT
     shifts, total = [], 0
     for level in range(1 + max(borders, default=-1)):
         shifts.append(total)
         border = borders.get(level)
         if border is None:
             continue
-        points, depths = border_points(cylinder, images, border)
+        points, depths = grid.border_points(images, border)
         position.append(points)
         depth.append(depths)
         image_number.append(face_number + border.start // images[0].depth.size + BORDER)
         total += len(depths)
     flat = np.concatenate(depth)
-    past = (images[0].face is Face.SIDE) & (flat > cylinder.radius)
+    past = (grid.face is Face.SIDE) & (flat > grid.cylinder.radius)
     every = _Points(np.concatenate(position), flat, np.concatenate(image_number) + PAST_AXIS * past)
     return every, _Numbers(samples, shifts + [0] * images[0].depth.size.bit_length())
 
 
-def _ease(cylinder: Cylinder, image: DepthImage) -> NDArray[np.int64]:
+def _ease(image: DepthImage, point: NDArray[np.float32]) -> NDArray[np.int64]:
     """0 to EASE (H, W): the `straight_share` of the samples of a cap or a flank, less near where the surface leaves the
     image, or another face owns it, whose images do not have that relief."""
     from scipy.ndimage import distance_transform_edt
@@ -196,19 +191,19 @@ def _ease(cylinder: Cylinder, image: DepthImage) -> NDArray[np.int64]:
     inside = np.pad(whole & np.isfinite(image.depth) & (image.owner == image.face), 1)
     distance = distance_transform_edt(inside)[1:-1, 1:-1]
     near = np.clip((distance - 1) / _EASE_TEXELS, 0, 1)
-    away = np.where(np.isfinite(image.depth)[..., None], image_points(cylinder, image), 0) * [1, 0, 1]
+    away = np.where(np.isfinite(image.depth)[..., None], point.reshape(height, width, 3), 0) * [1, 0, 1]
     from_axis = away / np.maximum(lengths(away), 1e-6)[..., None]
     share = straight_share(image.normal, face_outward(image.face), from_axis)
     return np.round(EASE * near * share).astype(np.int64)
 
 
-def _surfaces(cylinder: Cylinder, images: list[DepthImage]) -> list[Surface]:
+def _surfaces(grid: FaceGrid, images: list[DepthImage]) -> list[Surface]:
     """Points and normals of each layer; the label tells owners, and sides of the axis, apart."""
     surfaces = []
     for image in images:
-        past = (image.face is Face.SIDE) & (image.depth > cylinder.radius)
+        past = (grid.face is Face.SIDE) & (image.depth > grid.cylinder.radius)
         label = image.owner + np.uint8(len(Face)) * past
-        points = image_points(cylinder, image).reshape(-1, 3)
+        points = grid.points(image.depth).reshape(-1, 3)
         surfaces.append(Surface(points, image.normal.reshape(-1, 3), label.ravel()))
     return surfaces
 

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import BakedObject, square_texel
+from depthwalk.bake.face_grid import square_texel
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.parallel import Map, batches, thread_map
 from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.bake.vectors import lengths
@@ -25,6 +26,7 @@ from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids
 from depthwalk.render.lod import Case
 from depthwalk.render.spread import cubes, spread
 from depthwalk.render.step_grids import build_grids
+from depthwalk.types import Array, Ints
 
 _SAME = 0.01  # texels, within which points are one, in the levels that show all that the images hold
 _FINE_TOLERANCES = 0.35, 0.7  # texels, of these, see `contract`
@@ -44,9 +46,6 @@ _SMOOTH = 0.5  # cosine: edges between whose ends the surface turns further cros
 _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that tell how far apart they are
 _IMAGES = 1 << 16  # more than the numbers of images with their flags, which fit into 16 bits
 _SHARE = 0.98  # of the samples, which are no farther off than a level's error
-
-Array = NDArray[np.floating]
-Ints = NDArray[np.int64]
 
 
 def build_levels(baked: BakedObject) -> Grids:

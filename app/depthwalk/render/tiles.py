@@ -14,8 +14,7 @@ from depthwalk.params import Params, param
 from depthwalk.render.planes import Planes, Seen, tile_sizes
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Takes
-
-Array = NDArray[np.floating]
+from depthwalk.types import Array
 
 
 class TileParams(Params):

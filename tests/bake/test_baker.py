@@ -6,9 +6,10 @@ import pytest
 
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.cache import bake_key, find_baked, keep_baked, sidecar
+from depthwalk.bake.face_grid import FaceGrid, texel_centres
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.grid import grid_cells, grid_nodes, layer_triangles, triangle_places
-from depthwalk.bake.images import Face, border_points, image_points, texel_centres
+from depthwalk.bake.images import Face
 from depthwalk.errors import InputError
 from shapes import bake, box, joined, model_of, sphere
 
@@ -38,7 +39,7 @@ def test_points_lie_on_the_surface_and_normals_point_out():
     baked = bake(sphere(), resolution=64, layers=3)
     for image in baked.images:
         solid = np.isfinite(image.depth)
-        points = image_points(baked.cylinder, image)[solid] - [0, 1, 0]
+        points = FaceGrid.of(baked.cylinder, image).points(image.depth)[solid] - [0, 1, 0]
         assert np.abs(np.linalg.norm(points, axis=1) - 1).max() < 2e-3
         assert np.einsum("ni,ni->n", points, image.normal[solid]).min() > 0.99
 
@@ -53,7 +54,7 @@ def test_layers_are_front_faces_in_order():
 def corners_of(baked, face, level):
     """3-D corners (n, 3, 3) of the triangles of one face."""
     images = images_of(baked, face)
-    points = np.stack([image_points(baked.cylinder, image).reshape(-1, 3) for image in images])
+    points = np.stack([FaceGrid.of(baked.cylinder, image).points(image.depth).reshape(-1, 3) for image in images])
     return np.concatenate([points[layer_triangles(image, level)] for image in images])
 
 
@@ -110,7 +111,7 @@ def test_a_tread_between_two_risers_is_left_to_the_cap():
     steps = joined(box(2.0, 0.3, 2.0, (0, 0.15, 0)), box(1.2, 0.3, 1.2, (0, 0.45, 0)))
     baked = bake(steps, resolution=128, layers=2)
     side = images_of(baked, Face.SIDE)
-    points = np.stack([image_points(baked.cylinder, image).reshape(-1, 3) for image in side])
+    points = np.stack([FaceGrid.of(baked.cylinder, image).points(image.depth).reshape(-1, 3) for image in side])
     left, level = 0, 0
     for image in side:
         layer, texel = layer_triangles(image, 0)
@@ -185,20 +186,22 @@ def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path, monkeypatch):
     assert key != bake_key("source", resolution=33) != bake_key("other", resolution=33)
     source = tmp_path / "ball.ply"
     assert find_baked(source, key) is None
-    path = keep_baked(model_of(bake_object(mesh, BakeParams(32, 1), key)))
+    path = keep_baked(model_of(bake_object(mesh, BakeParams(resolution=32, layers=1), key)))
     assert find_baked(source, key).key == key
     path.write_bytes(b"damaged")
     assert find_baked(source, key) is None
-    write_baked(sidecar(source), model_of(bake_object(mesh, BakeParams(32, 1), key)))
+    write_baked(sidecar(source), model_of(bake_object(mesh, BakeParams(resolution=32, layers=1), key)))
     assert find_baked(source, key).key == key
 
 
 def border_area(baked, face, level):
     """Surface covered by one face's triangles, border included."""
     images = images_of(baked, face)
-    points = np.concatenate([image_points(baked.cylinder, image).reshape(-1, 3) for image in images])
+    points = np.concatenate([FaceGrid.of(baked.cylinder, image).points(image.depth).reshape(-1, 3) for image in images])
     border = next(border for border in baked.borders if (border.face, border.level) == (face, level))
-    points = np.concatenate([points, border_points(baked.cylinder, images, border)[0]])[border.triangles]
+    points = np.concatenate([points, FaceGrid.of(baked.cylinder, images[0]).border_points(images, border)[0]])[
+        border.triangles
+    ]
     corners = np.concatenate([points, corners_of(baked, face, level)])
     return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
 
@@ -217,6 +220,6 @@ def test_thin_things_do_not_fall_through_the_grid():
     baked = bake(rod, resolution=64, layers=2)
     images = images_of(baked, Face.TOP)
     border = next(border for border in baked.borders if (border.face, border.level) == (Face.TOP, 0))
-    _, depth = border_points(baked.cylinder, images, border)
+    _, depth = FaceGrid.of(baked.cylinder, images[0]).border_points(images, border)
     on_rod = depth < 0.1
     assert on_rod.sum() > 2 * 64 / 2**0.5

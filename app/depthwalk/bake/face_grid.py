@@ -1,0 +1,204 @@
+"""The texels of one face of a cylinder in space: their rays, and which texel a point falls on.
+
+A depth image holds depths alone; what they mean follows from its face and its size (Liu, Liu and Wu 2007, §2 for planar
+images and §3.1 for the cylinder's). Texel (row, column) is at u = (column + 0.5) / W and v = (row + 0.5) / H; u runs
+with θ on the side, with z on the right and left box faces, else with x; v runs with z on the caps, else with y.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.images import INWARD, BakedObject, Border, Cylinder, DepthImage, Face, plane_axes
+from depthwalk.bake.vectors import lengths
+from depthwalk.scene.arrays import Takes
+from depthwalk.types import Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Projection(Takes):
+    """Hold where n points fall on a face.
+
+    Attributes
+    ----------
+    point
+        (n, 3), metres, object frame.
+    u, v
+        (n,), position on the face, in [0, 1] within its bounds.
+    origin, direction
+        (n, 3) float32, the rays there: metres on the face, and unit vectors inward.
+    """
+
+    point: Array
+    u: Array
+    v: Array
+    origin: NDArray[np.float32]
+    direction: NDArray[np.float32]
+
+    @property
+    def depth(self) -> Array:
+        """Depth (n,) of the points, metres from the face inward."""
+        return lengths(self.point - self.origin)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaceGrid:
+    """Bind one face of a cylinder to the size of its images.
+
+    All layers of a face share one grid; arrays that take a moment to make are made once, when first asked for.
+
+    Attributes
+    ----------
+    cylinder
+        The volume that the face bounds, object frame, metres.
+    face
+        Which of its faces.
+    height, width
+        Size H, W of the face's images, texels.
+    """
+
+    cylinder: Cylinder
+    face: Face
+    height: int
+    width: int
+
+    @classmethod
+    def of(cls, cylinder: Cylinder, image: DepthImage) -> Self:
+        """Return the grid that `image` lies on."""
+        height, width = image.depth.shape
+        return cls(cylinder=cylinder, face=image.face, height=height, width=width)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height H and width W of the face's images."""
+        return self.height, self.width
+
+    @property
+    def max_depth(self) -> float:
+        """The greatest depth that the face measures, metres: up to the opposite side."""
+        if self.face is Face.SIDE:
+            return 2 * self.cylinder.radius
+        return float(self.cylinder.box[1][INWARD[self.face][0]])
+
+    @cached_property
+    def texel_size(self) -> tuple[float, float]:
+        """Width and height of a texel on the face itself, metres."""
+        if self.face is Face.SIDE:
+            return 2 * np.pi * self.cylinder.radius / self.width, self.cylinder.height / self.height
+        _, size = self.cylinder.box
+        across, up = plane_axes(self.face)
+        return float(size[across]) / self.width, float(size[up]) / self.height
+
+    @property
+    def longest_texel(self) -> float:
+        """The longer side of a texel on the face itself, metres."""
+        return max(self.texel_size)
+
+    @cached_property
+    def rays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """The rays through the texels' centres, as `rays_at` returns them: origins and directions (H, W, 3)."""
+        return self.rays_at(texel_centres(self.width), texel_centres(self.height)[:, None])
+
+    def rays_at(self, u: Array, v: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the rays that depth is measured along.
+
+        Depth d at (u, v) stands for the point origin + d · direction, on the side B = ((R − d) cos θ, y, (R − d) sin θ)
+        (Liu, Liu and Wu 2007, §3.1).
+
+        Parameters
+        ----------
+        u, v
+            Positions (…) on the face in [0, 1], broadcast against each other.
+
+        Returns
+        -------
+        origin
+            (…, 3) float32, metres, on the face.
+        direction
+            (…, 3) float32, unit, inward.
+        """
+        cylinder = self.cylinder
+        origin = np.empty((*np.broadcast_shapes(u.shape, v.shape), 3), np.float32)
+        direction = np.zeros_like(origin)
+        if self.face is Face.SIDE:
+            theta = 2 * np.pi * u
+            direction[..., 0], direction[..., 2] = -np.cos(theta), -np.sin(theta)
+            origin[...] = -cylinder.radius * direction
+            origin[..., 1] = cylinder.bottom + v * cylinder.height
+            return origin, direction
+        low, size = cylinder.box
+        inward, sign = INWARD[self.face]
+        across, up = plane_axes(self.face)
+        origin[..., across] = low[across] + u * size[across]
+        origin[..., up] = low[up] + v * size[up]
+        origin[..., inward] = low[inward] if sign > 0 else low[inward] + size[inward]
+        direction[..., inward] = sign
+        return origin, direction
+
+    def points(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the points (H, W, 3), object frame, metres, of an image's depths (H, W).
+
+        Empty texels, of depth +inf, give NaN or infinite points.
+        """
+        origin, direction = self.rays
+        with np.errstate(invalid="ignore"):
+            return origin + depth[..., None] * direction
+
+    def points_at(self, u: Array, v: Array, depth: Array) -> NDArray[np.float32]:
+        """Return the points (…, 3), object frame, of depths (…), metres, at positions u, v (…) in [0, 1]."""
+        origin, direction = self.rays_at(u, v)
+        return origin + depth[..., None] * direction
+
+    def border_points(
+        self, images: Sequence[DepthImage], border: Border
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the points (b, 3), object frame, and depths (b,), metres, of the vertices of a boundary strip.
+
+        Parameters
+        ----------
+        images
+            All layers of the face, in order.
+        border
+            A strip of this face.
+        """
+        row, column = np.divmod(border.start % (self.height * self.width), self.width)
+        u = (column + 0.5 + border.offset[:, 0]) / self.width
+        v = (row + 0.5 + border.offset[:, 1]) / self.height
+        depth = np.concatenate([image.depth.ravel() for image in images])[border.start] + border.rise
+        return self.points_at(u, v, depth).astype(np.float32), depth.astype(np.float32)
+
+    def position_of(self, point: Array) -> tuple[Array, Array]:
+        """Return u and v (n,) of points (n, 3), object frame, on this side of the axis; in [0, 1] within the face."""
+        if self.face is Face.SIDE:
+            theta = np.arctan2(point[:, 2], point[:, 0])
+            return theta / (2 * np.pi) % 1.0, (point[:, 1] - self.cylinder.bottom) / self.cylinder.height
+        low, size = self.cylinder.box
+        across, up = plane_axes(self.face)
+        return (point[:, across] - low[across]) / size[across], (point[:, up] - low[up]) / size[up]
+
+    def texel_at(self, u: Array, v: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return row and column (…) of the texels nearest to positions u, v (…); what lies outside is clipped."""
+        row = np.clip((v * self.height).astype(int), 0, self.height - 1)
+        return row, np.clip((u * self.width).astype(int), 0, self.width - 1)
+
+    def project(self, point: Array) -> Projection:
+        """Return where points (n, 3), object frame, fall on the face, and the rays that meet them."""
+        u, v = self.position_of(point)
+        origin, direction = self.rays_at(u, v)
+        return Projection(point=point, u=u, v=v, origin=origin, direction=direction)
+
+
+def texel_centres(count: int) -> NDArray[np.float64]:
+    """Return the centres (count,) of `count` texels over [0, 1]."""
+    return (np.arange(count) + 0.5) / count
+
+
+def square_texel(baked: BakedObject) -> float:
+    """Return the side, metres, of a square of a texel's area, on the side image or else on the first one."""
+    image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
+    width, height = FaceGrid.of(baked.cylinder, image).texel_size
+    return float(np.sqrt(width * height))
