@@ -1,4 +1,4 @@
-// Linear radiance of the sky in a direction, of unit length. Twin: render/sky.py.
+// Computes the linear radiance of the sky in a world direction, of unit length. Twin: render/sky.py.
 // PREETHAM: Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight"; else from horizon to zenith.
 #ifdef PREETHAM
 uniform vec3 perez[5];      // A to E of Y, x and y

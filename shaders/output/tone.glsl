@@ -1,4 +1,4 @@
-// Light of any strength to what a screen can show, both linear. Twin: reference/tone.py.
+// Maps light of any strength to what a screen can show, both linear. Twin: reference/tone.py.
 #if defined(REINHARD)
 // Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images", equation 3.
 vec3 tone(vec3 c) { return c / (1.0 + dot(c, vec3(0.2126, 0.7152, 0.0722))); }

@@ -29,6 +29,7 @@ class Face(IntEnum):
     LEFT = 6
 
 
+FACE_COUNT = len(Face)
 PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
 FLANKS = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
 _INWARD = {  # what planar faces look along: axis and sign

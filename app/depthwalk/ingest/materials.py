@@ -8,9 +8,9 @@ from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from depthwalk.ingest.image import rgba
 from depthwalk.ingest.mesh import Material
+from depthwalk.limits import MAX_SHININESS
 
 WHITE = (1.0, 1.0, 1.0)
-MAX_SHININESS = 1024.0
 
 
 def convert_material(material: Any, name: str) -> Material | None:

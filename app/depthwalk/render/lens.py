@@ -18,6 +18,8 @@ DISC = (
     *((0.0, 0.0), (-0.2, -0.98), (0.25, 0.96), (0.97, 0.2), (-0.71, 0.68), (-0.88, -0.2), (0.65, -0.66)),
     *((-0.13, 0.57), (0.08, -0.52), (0.41, 0.4), (-0.41, -0.38), (-0.45, 0.2), (0.44, -0.21)),
 )
+DISC_POINTS = len(DISC)
+GAUSSIAN_RADIUS = 6  # taps of the kernel beside its middle one
 
 
 class DofParams(Params):
@@ -87,6 +89,7 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
 
 
 def gaussian() -> NDArray[np.float64]:
-    """Weights (7,) by the distance in pixels of the 13 × 13 kernel that is the product of both directions."""
-    weights = np.exp(-0.5 * (np.arange(7) / 3) ** 2)
+    """Return the weights (`GAUSSIAN_RADIUS` + 1,), by the distance in pixels, of the square kernel that is the product of
+    both directions."""
+    weights = np.exp(-0.5 * (np.arange(GAUSSIAN_RADIUS + 1) / 3) ** 2)
     return weights / (2 * weights.sum() - weights[0])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.floating]
 
-NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow; as in shaders/light/lamps.glsl
+NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow
 
 
 @dataclass(frozen=True)

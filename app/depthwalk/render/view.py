@@ -76,11 +76,6 @@ class View:
         return self.size[1] / (2 * self.half_extent[1])
 
 
-def matrix_bytes(matrix: NDArray[np.floating]) -> bytes:
-    """A matrix as GLSL wants it: float32, column by column."""
-    return np.ascontiguousarray(matrix.T, np.float32).tobytes()
-
-
 def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
     """Metres along the view axis, float32, of a depth buffer's values 0–1; +inf for 1, which is where nothing is."""
     with np.errstate(divide="ignore"):
