@@ -3,17 +3,12 @@
 // it meets the surface that has the circle c there. From the nearest on: what is in front hides what is behind. Twin:
 // reference/dof.py.
 #include "dof/circle.glsl"
-#from depthwalk.render.lens import GOLDEN_ANGLE
+#from depthwalk.render.lens import GOLDEN_ANGLE, SHARP, STRIDE, DENSITY, FEWEST
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile
 uniform int tile_side;
 uniform int samples;
 layout(location = 0) out vec4 lit;
-
-const float SHARP = 0.5;        // pixels: a radius that reaches no other pixel's middle
-const float STRIDE = 4.0;       // pixels that a ray moves aside from step to step
-const float DENSITY = 1.0;      // rays per square of the radius
-const int FEWEST = 16;
 
 ivec2 beside(ivec2 pixel, vec2 offset) {
     return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), textureSize(depth_texture, 0) - 1);

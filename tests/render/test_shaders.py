@@ -240,7 +240,8 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
         "#from depthwalk.render.grids import BORDER, EASE as MOST_EASE   // by other names, too\n"
         "#from depthwalk.bake.images import Face\n"
         "#from depthwalk.render.records import SURFACE_RECORD\n"
-        "#from depthwalk.render.pages import DEPTH_PERIOD\nfloat after;\n"
+        "#from depthwalk.render.pages import DEPTH_PERIOD\n"
+        "#from depthwalk.colour import LUMINANCE\n#from depthwalk.render.sky import RGB_FROM_XYZ\nfloat after;\n"
     )
     monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
     lines = Source("some/a.glsl").text.splitlines()
@@ -251,9 +252,11 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
         "#define SURFACE_RECORD_TEXELS 3",
         "#define SURFACE_RECORD_ROTATION 1",
         f"#define DEPTH_PERIOD {DEPTH_PERIOD}",
+        "#define LUMINANCE vec3(0.2126, 0.7152, 0.0722)",
+        "#define RGB_FROM_XYZ mat3(3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.204, -0.4986, 0.0415, 1.057)",
     ):
         assert expected in lines
-    assert lines[lines.index("float after;") - 1] == "#line 5 0"
+    assert lines[lines.index("float after;") - 1] == "#line 7 0"
 
 
 @pytest.mark.parametrize(

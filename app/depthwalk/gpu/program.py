@@ -103,12 +103,15 @@ def _constant_defines(module: str, names: str) -> list[str]:
 
 
 def _glsl(value: object) -> str:
-    """Return an integer or a float as a GLSL literal; raises TypeError for anything else."""
+    """Return an integer, a float, a vector (3,) or a matrix (3, 3) as GLSL; raises TypeError for anything else."""
     if isinstance(value, int) and not isinstance(value, bool):
         return str(int(value))
     if isinstance(value, float):
         return repr(float(value))
-    raise TypeError(f"{value!r} is neither an integer nor a float")
+    if isinstance(value, np.ndarray) and value.shape in ((3,), (3, 3)):
+        numbers = ", ".join(map(repr, value.T.ravel().tolist()))  # GLSL has matrices column by column
+        return f"{'vec' if value.ndim == 1 else 'mat'}3({numbers})"
+    raise TypeError(f"{value!r} is neither a number nor three or three by three of them")
 
 
 class Program:

@@ -5,6 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.colour import LUMINANCE
+
 Array = NDArray[np.floating]
 
 # AgX's narrower space, rows by what comes out, as Wrensch 2023 gives it.
@@ -21,7 +23,7 @@ _CURVE = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232]
 
 def reinhard(light: Array) -> Array:
     """Reinhard et al. 2002, equation 3."""
-    return light / (1 + light @ np.array([0.2126, 0.7152, 0.0722]))[:, None]
+    return light / (1 + light @ LUMINANCE)[:, None]
 
 
 def aces(light: Array) -> Array:

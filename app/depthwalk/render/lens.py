@@ -20,6 +20,11 @@ DISC = (
 )
 DISC_POINTS = len(DISC)
 GAUSSIAN_RADIUS = 6  # taps of the kernel beside its middle one
+# Of rays through the depth buffer (`gather`):
+SHARP = 0.5  # pixels: a radius that reaches no other pixel's middle
+STRIDE = 4.0  # pixels that a ray moves aside from step to step
+DENSITY = 1.0  # rays per square of the radius
+FEWEST = 16  # rays of a pixel
 
 
 class DofParams(Params):
@@ -89,7 +94,6 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
 
 
 def gaussian() -> NDArray[np.float64]:
-    """Return the weights (`GAUSSIAN_RADIUS` + 1,), by the distance in pixels, of the square kernel that is the product of
-    both directions."""
+    """Return weights (`GAUSSIAN_RADIUS` + 1,) by the distance in pixels; their products make up a square kernel."""
     weights = np.exp(-0.5 * (np.arange(GAUSSIAN_RADIUS + 1) / 3) ** 2)
     return weights / (2 * weights.sum() - weights[0])
