@@ -34,7 +34,8 @@ bool in_pages(int image, vec2 texel, int segment, out vec2 place) {
 // The place of a point of an image: xy, texels of the pages; z, the level of detail there. uv: within the image.
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
-    int segment = clamp(int(lod / float(SEGMENT_LEVELS)), 0, last_segment);  // lanes that draw nothing have any lod, and walk as far
+    // Lanes that draw nothing have any lod, and walk as far.
+    int segment = clamp(int(lod / float(SEGMENT_LEVELS)), 0, last_segment);
     vec2 place;
     while (!in_pages(image, texel, segment, place) && segment < last_segment) ++segment;
     return vec3(place, clamp(lod - float(SEGMENT_LEVELS * segment), 0.0, float(SEGMENT_LEVELS)));

@@ -6,7 +6,8 @@
 uniform sampler2DShadow sun_maps;   // tiles of equal size, COLUMNS to a row
 uniform int cascades;               // the nearest first
 uniform mat3 light_from_world;      // to the right, up and away from the sun
-uniform vec4 places[MOST_CASCADES]; // what takes such metres from the viewer to 0 … 1 across a map, and so in depth: offset, factor
+// What takes such metres from the viewer to 0 … 1 across a map, and so in depth: offset, factor.
+uniform vec4 places[MOST_CASCADES];
 uniform int map_resolution;         // texels along a tile's edge
 uniform float shadow_reach;         // distance along the view axis at which shadows end, metres
 

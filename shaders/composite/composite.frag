@@ -51,5 +51,6 @@ void main() {
     uint owner = texelFetch(atlas_owner, nearest, 0).r;
     uint image = owner & ((1u << IMAGE_BITS) - 1u);
     visible = visible_from(object + (owner >> IMAGE_BITS), image, inverse, uncovered);
-    gl_FragDepth = max(depth_from_inverse.x - depth_from_inverse.y * inverse, gl_FragCoord.z);      // as promised, against rounding
+    float depth = depth_from_inverse.x - depth_from_inverse.y * inverse;
+    gl_FragDepth = max(depth, gl_FragCoord.z);      // as promised, against rounding
 }
