@@ -7,6 +7,6 @@ uniform sampler2D objects;
 
 // part: which of the record's texels.
 vec4 object_texel(uint object, int part) {
-    int number = int(object);
-    return texelFetch(objects, ivec2(number % RECORDS_PER_ROW * SURFACE_RECORD_TEXELS + part, number / RECORDS_PER_ROW), 0);
+    uint column = object % uint(RECORDS_PER_ROW), row = object / uint(RECORDS_PER_ROW);
+    return texelFetch(objects, ivec2(column * uint(SURFACE_RECORD_TEXELS) + uint(part), row), 0);
 }

@@ -11,7 +11,7 @@ in which of them each field begins: `LAMP_RECORD` gives `LAMP_RECORD_TEXELS`, `L
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from enum import EnumType
+from enum import IntEnum
 from functools import cached_property
 from importlib import import_module
 from types import MappingProxyType
@@ -95,7 +95,7 @@ def _constant_defines(module: str, names: str) -> list[str]:
             lines.append(f"#define {prefix}_TEXELS {value.itemsize // _TEXEL_BYTES}")
             fields = (value.fields or {}).items()
             lines += [f"#define {prefix}_{field.upper()} {info[1] // _TEXEL_BYTES}" for field, info in fields]
-        elif isinstance(value, EnumType):
+        elif isinstance(value, type) and issubclass(value, IntEnum):
             lines += [f"#define {(other or name).upper()}_{member.name} {_glsl(member.value)}" for member in value]
         else:
             lines.append(f"#define {other or name} {_glsl(value)}")
