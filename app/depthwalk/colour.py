@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear red, green and blue (Rec. 709)
+
 
 def linear_from_srgb(encoded: ArrayLike) -> NDArray[np.float32]:
     """Linear values of sRGB values, both in [0, 1], any shape."""

@@ -4,6 +4,7 @@ MAX_COORDINATE = 1e6  # metres, of what files and options place; float32 still r
 MIN_FOV, MAX_FOV = 1, 170  # degrees, vertical
 MAX_SCENE_BYTES = 16 << 20  # a scene or path file; a million objects come from `grid`, not from text
 MAX_PLACES_BYTES = 1 << 29  # a file of places: text of the most objects there may be
+MAX_SHININESS = 1024.0  # Phong exponent of a material
 MAX_MESH_BYTES = 4 << 30
 MAX_MESH_TRIANGLES = 200_000_000
 MAX_TEXTURE_SIDE = 16_384  # the GL 3.3 floor of common hardware

@@ -1,4 +1,6 @@
-// Perceived brightness, 0 to 1; of what is not there −1, so that it differs from everything.
+// Computes perceived brightness, 0 to 1: the square root of the luminance (Rec. 709) of linear colour. Of transparent pixels
+// it is −1, so that these differ from everything.
+#from depthwalk.colour import LUMINANCE
 float brightness(vec4 colour) {
-    return sqrt(dot(clamp(colour.rgb, 0.0, 1.0), vec3(0.2126, 0.7152, 0.0722))) + colour.a - 1.0;
+    return sqrt(dot(clamp(colour.rgb, 0.0, 1.0), LUMINANCE)) + colour.a - 1.0;
 }

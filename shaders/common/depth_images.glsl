@@ -1,9 +1,10 @@
-// Colour and normal of a depth-image object at a point of its surface. Geometry comes from the warp; shading is looked
-// up here at full resolution, whatever the grid's step was.
+// Looks up colour and normal of a depth-image object at a point of its surface, in the object frame (Liu, Liu and Wu 2007,
+// §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
 // MESO: the object has meso-structure.
+#from depthwalk.render.pages import DEPTH_PERIOD
 #include "common/meso.glsl"
 #include "common/pages.glsl"
-uniform float texels[7];                // per metre, on each face
+uniform float texels[FACE_COUNT];                // per metre, on each face
 uniform float shininess;
 
 struct Surface {
@@ -12,10 +13,9 @@ struct Surface {
     vec3 normal;
 };
 
-// How far `depth` is from the one stored, texels, of which the latter has the remainder (render/pages.py: depth_code).
+// How far `depth` is from the one stored, texels, of which the latter has the remainder (`depth_code` in Python).
 float depth_off(float stored, float depth) {
-    const float PERIOD = 128.0;
-    return abs(fract(stored * (255.0 / 256.0) - depth / PERIOD + 0.5) - 0.5) * PERIOD;
+    return abs(fract(stored * (255.0 / 256.0) - depth / DEPTH_PERIOD + 0.5) - 0.5) * DEPTH_PERIOD;
 }
 
 // Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface,
@@ -30,7 +30,7 @@ void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, o
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
     if (any(greaterThan(off, vec4(LIKE)))) {
         int first = first_images[face_of(image)], own = number_of(image);
-        int last = (face_of(image) < LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
+        int last = (face_of(image) < FACE_LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
         for (int other = max(own - 1, first); other <= min(own + 1, last); ++other) {
             vec2 there;
             if (other == own || !page_stored(other, uv, there)) continue;
@@ -68,12 +68,12 @@ Surface surface_at(vec3 p, int image, float footprint) {
     Meso wound = wound_at(p, footprint);
     p += wound_out(p, part * wound.depth) * wound.outward;      // where its image has it
     Meso straight = Meso(0.0, vec3(0.0), vec3(0.0));
-    if (face != SIDE) straight = straight_at(p, image, footprint);
+    if (face != FACE_SIDE) straight = straight_at(p, image, footprint);
 #endif
     vec3 position = image_position(p, image);
     float covered = footprint * texels[face];
     float lod = max(log2(covered) - 1.0, 0.0);      // what blends two texels averages over as many
-    if (face == SIDE) position.x = fract(position.x);
+    if (face == FACE_SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
     vec4 albedo = page_colour(place);
     vec3 normal;

@@ -1,16 +1,21 @@
-// Meso-structure in the vertex stage: what the grid and the pixels can show of it; the rest is left to the normals.
+// Displaces depth samples by the object's meso-structure before they are warped, in the object frame (Liu, Liu and Wu 2007,
+// §3.4): as much of it as the grid and the pixels can show; the rest is left to the normals. Without MESO samples stay.
+#include "common/samples.glsl"
 #include "common/meso.glsl"
+#include "common/view.glsl"
 uniform float meso_spacing;     // metres between the samples of the finest grid
-uniform float pixel_angle;      // metres that a pixel covers at one metre
 
-// p: object frame; ease: what part of the depth below its own face applies; distance: of the viewer, in the object's
-// metres.
-vec3 displaced(vec3 p, int image, float ease, float distance) {
-    float footprint = distance * pixel_angle, part = displaced_part(footprint), seen = max(footprint, meso_spacing);
-    if (face_of(image) != SIDE) {
-        Meso straight = straight_at(p, image, seen);
-        p -= ease * part * straight.depth * straight.outward;
+// texel: the sample; point: its position; away: distance of the viewer from it, in the object's metres.
+vec3 displaced(uvec4 texel, vec3 point, float away) {
+#ifdef MESO
+    int image = int(sample_image(texel));
+    float footprint = away * pixel_angle, part = displaced_part(footprint), seen = max(footprint, meso_spacing);
+    if (face_of(image) != FACE_SIDE) {
+        Meso straight = straight_at(point, image, seen);
+        point -= sample_ease(texel) * part * straight.depth * straight.outward;
     }
-    Meso wound = wound_at(p, seen);
-    return p - wound_in(p, part * wound.depth) * wound.outward;
+    Meso wound = wound_at(point, seen);
+    point -= wound_in(point, part * wound.depth) * wound.outward;
+#endif
+    return point;
 }

@@ -1,7 +1,6 @@
-// Metres along the view axis, from the depth buffer.
+// Converts depth-buffer values to metres along the view axis, and back.
+#include "common/view.glsl"
 uniform sampler2D depth_texture;
-uniform vec2 depth_range;       // near and far plane, metres
-uniform float pixel_angle;      // metres a pixel covers at one metre
 
 float distance_of(float depth) {
     return depth_range.x * depth_range.y / (depth_range.y - depth * (depth_range.y - depth_range.x));

@@ -1,5 +1,6 @@
-// The picture at the far plane, where a test for GREATER passes surfaces and one for EQUAL what is left.
-uniform mat3 ray_from_screen;
+// Covers the picture with one triangle at the far plane, in clip space, where a test for GREATER passes surfaces and one for
+// EQUAL what is left.
+#include "common/view.glsl"
 
 out vec2 uv;                // over the picture, 0 to 1
 out vec3 ray;               // world, from the viewer to one metre along the view axis

@@ -1,4 +1,4 @@
-// One triangle that covers the screen; uv runs over [0, 1] there.
+// Covers the picture with one triangle, in clip space; uv runs over [0, 1] there.
 out vec2 uv;
 
 void main() {

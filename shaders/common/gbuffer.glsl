@@ -1,7 +1,7 @@
-// The G-buffer: what the lighting pass must know of a pixel.
+// Packs what the lighting pass must know of a pixel into the G-buffer, and unpacks it; normals are in world space.
 //   albedo:  RGBA8, colour as its square root (8 bits then suffice), a = specular strength
 //   surface: RGBA16, xy = world normal (octahedral), z = shininess / MAX_SHININESS
-const float MAX_SHININESS = 1024.0;
+#from depthwalk.limits import MAX_SHININESS
 const float LIT = 0.0;          // in place of the shininess: the pixel is lit already
 
 // Unit vectors as points of a square: Meyer et al. 2010, "On Floating-Point Normal Vectors".

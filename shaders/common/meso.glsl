@@ -1,10 +1,11 @@
-// Meso-structure: a tiling relief modulates the depth of an object's images before they are warped (Liu et al. 2007,
-// §3.4). Twin: reference/meso.py.
+// Computes meso-structure in the object frame: a tiling relief modulates the depth of an object's images before they are
+// warped (Liu, Liu and Wu 2007, §3.4). Twin: reference/meso.py.
 //
 // It winds round the axis and moves all that is at a place toward that, whatever image it is in, so images stay joined.
-// What faces along the axis or round it only slides along itself then: caps and flanks have relief of their own as well,
+// What faces along the axis or round it only slides along itself then: caps and box faces have relief of their own as well,
 // straight below their faces, which is level where they meet others.
 #include "common/faces.glsl"
+#from depthwalk.bake.meso import SQUARE_LEAST, SQUARE_RANGE, WOUND_MOST, WOUND_RANGE
 uniform sampler2D meso_relief;  // r = metres inward, gb = its slopes to the tile's right and up
 uniform vec2 meso_tile;         // width and height of a tile, metres
 uniform float meso_turn;        // tiles round the side
@@ -50,7 +51,7 @@ vec3 wound_gradient(vec3 p, Meso wound) {
     return deep < 1.0 ? deep * wound.gradient + wound.depth / shallow_radius() * wound.outward : wound.gradient;
 }
 
-// Below the face of the image, a cap or a flank.
+// Below the face of the image, a cap or a box face.
 Meso straight_at(vec3 p, int image, float footprint) {
     vec3 outward = face_outward(p, image);
     vec3 up = outward.y != 0.0 ? vec3(0.0, 0.0, -outward.y) : vec3(0.0, 1.0, 0.0), right = cross(up, outward);
@@ -62,7 +63,8 @@ Meso straight_at(vec3 p, int image, float footprint) {
 
 // How much of the latter a surface takes: all where it faces straight outward, and the axis not at all. Twin: bake/meso.py.
 float straight_share(vec3 normal, vec3 outward, vec3 from_axis) {
-    float square = (dot(normal, outward) - 0.7) / 0.25, wound = (0.7 - abs(dot(normal, from_axis))) / 0.4;
+    float square = (dot(normal, outward) - SQUARE_LEAST) / SQUARE_RANGE;
+    float wound = (WOUND_MOST - abs(dot(normal, from_axis))) / WOUND_RANGE;
     return clamp(square, 0.0, 1.0) * clamp(wound, 0.0, 1.0);
 }
 

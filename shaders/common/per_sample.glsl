@@ -1,3 +1,4 @@
+// Declares inputs that make a shader run per sample.
 // MULTISAMPLED: a shader that has inputs PER_SAMPLE runs for each sample of a pixel, with what they are there.
 #ifdef MULTISAMPLED
 #extension GL_ARB_gpu_shader5 : require

@@ -1,11 +1,12 @@
-// What a surface sends to the viewer of the light that falls on it. Twin: reference/light.py.
+// Computes what a surface sends to the viewer of the light that falls on it, linear. Twin: reference/light.py.
+#from depthwalk.render.lighting import POLYNOMIALS, UPRIGHT_POLYNOMIALS
 uniform vec3 to_sun;        // world
 uniform vec3 sun;           // linear, on a white surface that faces it
-// Light from everywhere: a polynomial of the normal, see render/lighting.py. UPRIGHT: of its y alone.
+// Light from everywhere: spherical harmonics of the normal (Ramamoorthi and Hanrahan 2001). UPRIGHT: of its y alone.
 #ifdef UPRIGHT
-uniform vec3 ambient[3];
+uniform vec3 ambient[UPRIGHT_POLYNOMIALS];
 #else
-uniform vec3 ambient[9];
+uniform vec3 ambient[POLYNOMIALS];
 #endif
 
 // Of light of strength 1 (Phong 1975). view: from the viewer; all vectors of unit length, in any one frame.

@@ -1,8 +1,8 @@
-// A part of the picture, at some depth.
+// Covers a rectangle of the picture, in clip space, at one depth.
+#include "common/view.glsl"
 uniform float level;        // depth, 0 to 1
 uniform vec2 low;           // corners, −1 to 1
 uniform vec2 high;
-uniform mat3 ray_from_screen;
 
 out vec2 uv;                // over the picture, 0 to 1
 out vec3 ray;               // world, from the viewer to one metre along the view axis

@@ -1,4 +1,4 @@
-// What part of the sun's light reaches a pixel's surface, as the pass `sun` found.
+// Looks up what part of the sun's light reaches a pixel's surface, as the pass `sun` found.
 #ifdef SHADOWS
 uniform sampler2D shadow_texture;
 float sun_share(vec2 uv) { return texture(shadow_texture, uv).r; }

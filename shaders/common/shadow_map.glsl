@@ -1,4 +1,5 @@
-// Shadow maps, several to a texture as tiles of equal size. Twin: reference/shadows.py.
+// Filters shadow maps, in texels of a tile: several maps share a texture, as tiles of equal size (percentage-closer
+// filtering, Reeves, Salesin and Cook 1987). Twin: reference/shadows.py.
 uniform int filter_width;       // texels
 uniform float error;            // texels by which what casts shadows may be off
 uniform float seen_error;       // metres at one metre by which what the picture shows may be off

@@ -1,6 +1,7 @@
-// Linear radiance of the sky in a direction, of unit length. Twin: render/sky.py.
+// Computes the linear radiance of the sky in a world direction, of unit length. Twin: render/sky.py.
 // PREETHAM: Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight"; else from horizon to zenith.
 #ifdef PREETHAM
+#from depthwalk.render.sky import RGB_FROM_XYZ
 uniform vec3 perez[5];      // A to E of Y, x and y
 uniform vec3 at_zenith;     // these over Perez' function there
 uniform vec3 sky_sun;       // to the sun, not below the horizon
@@ -11,7 +12,7 @@ vec3 sky_at(vec3 direction) {
     vec3 aside = 1.0 + perez[2] * exp(perez[3] * acos(cosine)) + perez[4] * cosine * cosine;
     vec3 seen = at_zenith * rise * aside;   // Y, x, y
     vec3 xyz = seen.x / seen.z * vec3(seen.y, seen.z, 1.0 - seen.y - seen.z);
-    return max(mat3(3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570) * xyz, 0.0);
+    return max(RGB_FROM_XYZ * xyz, 0.0);
 }
 #else
 uniform vec3 zenith;        // both the plain background where there is no sky

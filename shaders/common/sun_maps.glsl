@@ -1,12 +1,15 @@
-// What part of the sun's light reaches a point, by its shadow maps. Twin: reference/shadows.py.
+// Computes what part of the sun's light reaches a point, by its cascaded shadow maps (Zhang et al. 2006), in world vectors
+// from the viewer. Twin: reference/shadows.py.
+#from depthwalk.render.cascades import MOST as MOST_CASCADES, DEPTH as MAP_DEPTH
+#from depthwalk.render.sun_maps import COLUMNS
 #include "common/shadow_map.glsl"
-uniform sampler2DShadow sun_maps;   // tiles of equal size, two to a row
+uniform sampler2DShadow sun_maps;   // tiles of equal size, COLUMNS to a row
 uniform int cascades;               // the nearest first
 uniform mat3 light_from_world;      // to the right, up and away from the sun
-uniform vec4 places[4];             // what takes such metres from the viewer to 0 … 1 across a map, and so in depth: offset, factor
+// What takes such metres from the viewer to 0 … 1 across a map, and so in depth: offset, factor.
+uniform vec4 places[MOST_CASCADES];
 uniform int map_resolution;         // texels along a tile's edge
 uniform float shadow_reach;         // distance along the view axis at which shadows end, metres
-const float MAP_DEPTH = 1.5;        // in widths; as in render/cascades.py
 
 // At `away` times `ray` from the viewer. ray: 1 m along the view axis; normal: world.
 float sun_share_at(vec3 ray, float away, vec3 normal) {
@@ -17,11 +20,12 @@ float sun_share_at(vec3 ray, float away, vec3 normal) {
     float margin = map_margin(map_resolution);
     for (int k = 0; k < cascades; ++k) {
         vec3 at = point * places[k].w + places[k].xyz + offset;
+        // A map is MAP_DEPTH times as deep as wide.
         at.z = 0.5 + (at.z - 0.5) / MAP_DEPTH;
         // Before or behind what the map holds are others' casters: from high above, ground in line with a near slice.
         if (any(lessThan(at, vec3(vec2(margin), 0.0))) || any(greaterThan(at, vec3(vec2(1.0 - margin), 1.0)))) continue;
         float fade = clamp(10.0 * away / shadow_reach - 9.0, 0.0, 1.0);
-        return mix(filtered(sun_maps, vec2(k & 1, k >> 1), map_resolution, at), 1.0, fade);
+        return mix(filtered(sun_maps, vec2(k % COLUMNS, k / COLUMNS), map_resolution, at), 1.0, fade);
     }
     return 1.0;
 }

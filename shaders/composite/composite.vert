@@ -1,12 +1,13 @@
-// Pass 2: one rectangle per object, the part of the plane that its intermediate image covers.
+// Draws one rectangle per impostor tile, the part of the plane that the tile covers, from the object frame to clip space (Liu,
+// Liu and Wu 2007, §2.5).
 //
-// The image may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
+// The tile may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
 // (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
 //   λ·x + (1 − λ)·r·(x − δ):
 // between x itself and x(∞) = r·(x − δ), what C sees at infinity there. So the tile's texel is linear in λ too.
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
-uniform mat4 clip_from_eye;     // clip coordinates of a world vector from the viewer
+#include "common/view.glsl"
 
 in vec4 in_right;               // plane axes, object frame; w: low corner of the rectangle
 in vec4 in_up;

@@ -1,3 +1,4 @@
+// Writes the owner of a pixel and its distance along the view axis into the visibility buffer.
 #include "common/per_sample.glsl"
 #include "common/visible.glsl"
 

@@ -1,28 +1,15 @@
-// 3-D warp: depth samples straight to the screen, for a viewer inside the cylinder, where no plane lies between
-// (and as a rival: Pajarola et al. 2004, "DMesh").
+// Warps depth samples in 3-D, straight to clip space, for a viewer inside the cylinder, where no plane lies between (and as a
+// rival: Pajarola et al. 2004, "DMesh").
 #include "common/per_sample.glsl"
-#include "common/rotation.glsl"
-#include "common/samples.glsl"
-#include "common/displace.glsl"
-uniform mat4 clip_from_eye;
-uniform uint first;      // number of the first object
-
-in uvec4 in_sample;      // position within the box, number of the image
-in vec3 in_origin;      // of the object, world, relative to the viewer
-in vec4 in_rotation;
-in float in_scale;
+#include "common/placed_samples.glsl"
+uniform uint first;     // number of the first object
 
 flat out uint object;
 flat out uint image;
 PER_SAMPLE out float forward;  // metres along the view axis
 
 void main() {
-    vec3 point = sample_position(in_sample);
-#ifdef MESO
-    float away = length(in_origin + in_scale * rotate(in_rotation, point)) / in_scale;
-    point = displaced(point, int(sample_image(in_sample)), sample_ease(in_sample), away);
-#endif
-    vec3 from_viewer = in_origin + in_scale * rotate(in_rotation, point);
+    vec3 from_viewer = placed_sample();
     image = sample_image(in_sample);
     object = first + uint(gl_InstanceID);
     gl_Position = clip_from_eye * vec4(from_viewer, 1.0);

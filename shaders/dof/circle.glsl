@@ -1,4 +1,5 @@
-// Circles of confusion, from the depth buffer: 1 over the distance is affine in depth, and so are they. Twin: reference/dof.py.
+// Computes circles of confusion from the depth buffer, in pixels (Huang et al. 2008, formulas 1 and 2): 1 over the distance is
+// affine in depth, and so are they. Twin: reference/dof.py.
 uniform sampler2D depth_texture;
 uniform vec3 circle_from_depth;     // radius at depth 0, pixels; what it gains up to depth 1; that of the sky
 uniform float largest;              // radius, pixels

@@ -1,19 +1,14 @@
-// Rays from a pixel's point of the focal plane to points of the lens, traced through the depth buffer (Lee, Eisemann and
-// Seidel 2010). Where the circle of confusion is c, a ray to the point u of the unit disc passes c·u beside the pixel. So
+// Traces rays from a pixel's point of the focal plane to points of the lens through the depth buffer, in pixels (Lee, Eisemann
+// and Seidel 2010). Where the circle of confusion is c, a ray to the point u of the unit disc passes c·u beside the pixel. So
 // it meets the surface that has the circle c there. From the nearest on: what is in front hides what is behind. Twin:
 // reference/dof.py.
 #include "dof/circle.glsl"
+#from depthwalk.render.lens import GOLDEN_ANGLE, SHARP, STRIDE, DENSITY, FEWEST
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile
 uniform int tile_side;
 uniform int samples;
 layout(location = 0) out vec4 lit;
-
-const float SHARP = 0.5;        // pixels: a radius that reaches no other pixel's middle
-const float STRIDE = 4.0;       // pixels that a ray moves aside from step to step
-const float DENSITY = 1.0;      // rays per square of the radius
-const int FEWEST = 16;
-const float GOLDEN_ANGLE = 2.399963229728653;
 
 ivec2 beside(ivec2 pixel, vec2 offset) {
     return clamp(pixel + ivec2(floor(offset + 0.5)), ivec2(0), textureSize(depth_texture, 0) - 1);

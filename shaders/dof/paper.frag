@@ -1,9 +1,11 @@
-// Sharp and blurred picture mixed by the circle of confusion, at 13 points of it (Huang et al. 2008, §2.3). What is before
-// the pixel counts by its own blur, so that what is sharp does not run into what is behind it. Twin: reference/dof.py.
+// Mixes the sharp and the blurred picture by the circle of confusion, at DISC_POINTS points of it, in linear light (Huang
+// et al. 2008, §2.3). What is before the pixel counts by its own blur, so that what is sharp does not run into what is
+// behind it. Twin: reference/dof.py.
 #include "dof/circle.glsl"
+#from depthwalk.render.lens import DISC_POINTS
 uniform sampler2D lit_texture;      // as it was
 uniform sampler2D blurred_texture;
-uniform vec2 disc[13];              // the middle, and 12 points of the unit disc
+uniform vec2 disc[DISC_POINTS];     // the middle, and points of the unit disc
 uniform float most;                 // radius where the blur factor is 1, pixels
 layout(location = 0) out vec4 lit;
 
@@ -11,7 +13,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(lit_texture, 0) - 1;
     float own = circle_at(pixel), total = 0.0;
     lit = vec4(0.0);
-    for (int k = 0; k < 13; ++k) {
+    for (int k = 0; k < DISC_POINTS; ++k) {
         ivec2 at = clamp(pixel + ivec2(floor(abs(own) * disc[k] + 0.5)), ivec2(0), last);
         float circle = circle_at(at), blur = min(abs(circle) / most, 1.0);
         float weight = circle >= own ? 1.0 : blur;

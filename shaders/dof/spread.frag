@@ -1,5 +1,5 @@
-// The least and the greatest circle of confusion that may reach into each tile: its own, and of the tiles around those that
-// are larger than the gap between (McGuire et al. 2012, with the gap in place of the next neighbours).
+// Finds the least and the greatest circle of confusion, in pixels, that may reach into each tile: its own, and of the tiles
+// around those that are larger than the gap between (McGuire et al. 2012, with the gap in place of the next neighbours).
 uniform sampler2D tile_texture;
 uniform int tile_side;      // pixels
 uniform float largest;      // radius, pixels

@@ -1,4 +1,4 @@
-// The least and the greatest circle of confusion of each tile of the picture.
+// Finds the least and the greatest circle of confusion, in pixels, of each tile of the picture (McGuire et al. 2012).
 #include "dof/circle.glsl"
 uniform int tile_side;      // pixels
 layout(location = 0) out vec2 range;

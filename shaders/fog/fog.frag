@@ -1,4 +1,5 @@
-// Fog over what is lit, blended by how much of it comes through. Twin: reference/fog.py.
+// Computes fog between the viewer and what is lit, in world space, and blends it by how much light comes through (Beer and
+// Lambert). Twin: reference/fog.py.
 // COLOUR: of its own; else that of the sky at the horizon.
 #include "common/distance.glsl"
 #ifdef COLOUR
@@ -9,7 +10,6 @@ uniform vec3 colour;        // linear
 uniform float density;      // 1/m, up to `height`
 uniform float height;       // metres, world
 uniform float falloff;      // metres over which it thins to 1/e above that
-uniform float viewer_y;
 uniform int transparent;    // where nothing is, no fog either
 
 in vec2 uv;
@@ -22,13 +22,13 @@ float fog_at(float y) { return exp(min(height - y, 0.0) / falloff); }
 
 // Metres of fog as it is at `height` along `way`, or to the sky in that direction.
 float fog_along(vec3 way) {
-    float rise = way.y, from = fog_below(viewer_y);
+    float rise = way.y, from = fog_below(view_position.y);
     // So level that the difference would drown in rounding.
-    if (abs(rise) < 1e-2 * falloff) return length(way) * fog_at(viewer_y + 0.5 * rise);
-    return length(way) * (fog_below(viewer_y + rise) - from) / rise;
+    if (abs(rise) < 1e-2 * falloff) return length(way) * fog_at(view_position.y + 0.5 * rise);
+    return length(way) * (fog_below(view_position.y + rise) - from) / rise;
 }
 float fog_to_sky(vec3 direction) {
-    float above = falloff * fog_at(viewer_y) + max(height - viewer_y, 0.0);
+    float above = falloff * fog_at(view_position.y) + max(height - view_position.y, 0.0);
     return direction.y > 0.0 ? above / direction.y : 1e30;
 }
 

@@ -1,5 +1,5 @@
-// Fast approximate anti-aliasing (Lottes 2009, the variant with five taps of brightness): where brightness jumps, the
-// picture is blurred along the edge, which runs across the gradient.
+// Smooths edges of the lit picture, in texture space: fast approximate anti-aliasing (Lottes 2009, the variant with five
+// taps of brightness): where brightness jumps, the picture is blurred along the edge, which runs across the gradient.
 #include "common/brightness.glsl"
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform float contrast;             // of the brightest of the pixels around: less is no edge

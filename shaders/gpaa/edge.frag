@@ -1,5 +1,5 @@
-// A pixel that an edge divides blends with its neighbour across that edge, by the part of it that lies beyond (Persson 2011;
-// edge-optimised GPAA, §1.3, with the area in place of the distance). Twin: reference/gpaa.py.
+// Blends a pixel that an edge divides with its neighbour across that edge, in pixels, by the part of it that lies beyond
+// (Persson 2011; edge-optimised GPAA, §1.3, with the area in place of the distance). Twin: reference/gpaa.py.
 #include "common/distance.glsl"
 #include "common/gbuffer.glsl"
 #include "gpaa/line.glsl"

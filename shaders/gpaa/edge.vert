@@ -1,6 +1,7 @@
-// An edge of a polygon as a line on the screen, as wide along its minor axis as the pixels are that it divides.
+// Expands an edge of a polygon, a line in pixels, to a rectangle in clip space, as wide along its minor axis as the pixels are
+// that it divides (Persson 2011).
+#include "common/view.glsl"
 #include "gpaa/line.glsl"
-uniform vec2 screen_size;
 in vec4 in_ends;        // pixels; the surface is on the left of the way from one to the other
 in vec2 in_depths;
 in float in_outline;
@@ -16,5 +17,5 @@ void main() {
     at[line.steep ? 0 : 1] += (gl_VertexID >> 1) == 0 ? -reach : reach;
     ends = in_ends;
     outline = in_outline;
-    gl_Position = vec4(at / screen_size * 2.0 - 1.0, in_depths[end] * 2.0 - 1.0, 1.0);
+    gl_Position = vec4(at / view_size * 2.0 - 1.0, in_depths[end] * 2.0 - 1.0, 1.0);
 }

@@ -1,4 +1,4 @@
-// A line on the screen against the middle of a pixel, both in pixels.
+// Tells how a line on the screen runs past the middle of a pixel, both in pixels.
 struct Line {
     bool steep;     // its major axis is y
     float slope;    // along the major axis

@@ -1,3 +1,4 @@
+// Writes colour and normal of the level ground into the G-buffer; world space.
 #include "common/gbuffer.glsl"
 #include "common/visible.glsl"
 uniform sampler2D ground_texture;

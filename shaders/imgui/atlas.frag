@@ -1,4 +1,4 @@
-// The intermediate images for the eye: near is bright, empty is dark blue.
+// Shows the atlas of impostor tiles to the eye: near is bright, empty is dark blue.
 uniform sampler2D atlas_depth;  // 1 − nearest·λ/w, 1 where empty
 uniform vec2 used;              // share of the atlas that is shown
 in vec2 uv;

@@ -1,3 +1,4 @@
+// Multiplies the panel's vertex colours by its font texture, in sRGB.
 uniform sampler2D image;
 in vec2 uv;
 in vec4 colour;

@@ -1,4 +1,4 @@
-// The panel's triangles: positions in window coordinates from the top left.
+// Takes the panel's triangles from window coordinates, from the top left, to clip space.
 uniform vec2 display_size;
 
 in vec2 in_position;

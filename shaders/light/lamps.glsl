@@ -1,23 +1,26 @@
-// Lamps, from a list for each cell of the view (render/lamps.py). Twin: reference/light.py.
+// Adds up the light of lamps at a point, a world vector from the viewer, from a list for each cell of the view (clustered
+// shading, Olsson, Billeter and Assarsson 2012). Twin: reference/light.py.
+#from depthwalk.gpu.instances import RECORDS_PER_ROW
+#from depthwalk.render.lamps import LAMP_RECORD, SQUARE, SLICES, SLICES_PER_DOUBLING
 uniform sampler2D lamps;        // LAMP_RECORDs
 uniform sampler2D lamp_lists;   // their numbers, four to a texel, cell by cell
 uniform sampler2D lamp_cells;   // of each cell, the first in the list, how many, and how many of these, first, have maps
 uniform ivec2 squares;          // columns and rows of the picture
 #ifdef LAMP_SHADOWS
 #include "common/shadow_map.glsl"
+#from depthwalk.render.spots import NEAR as MAP_NEAR     // of a lamp's range, where its map begins
 uniform sampler2DShadow lamp_maps;
 uniform int map_columns;        // of tiles
 uniform int map_resolution;     // texels along a tile's edge
-const float NEAR = 0.01;        // of a lamp's range, where its map begins; as in render/spots.py
 #endif
 
-const int PER_ROW = 1024, SQUARE = 32, SLICES = 16, PARTS = 4;
-
 vec4 lamp_part(int number, int part) {
-    return texelFetch(lamps, ivec2(number % PER_ROW * PARTS + part, number / PER_ROW), 0);
+    return texelFetch(lamps, ivec2(number % RECORDS_PER_ROW * LAMP_RECORD_TEXELS + part, number / RECORDS_PER_ROW), 0);
 }
 
-int lamp_number(int k) { return int(texelFetch(lamp_lists, ivec2(k / 4 % PER_ROW, k / 4 / PER_ROW), 0)[k % 4]); }
+int lamp_number(int k) {
+    return int(texelFetch(lamp_lists, ivec2(k / 4 % RECORDS_PER_ROW, k / 4 / RECORDS_PER_ROW), 0)[k % 4]);
+}
 
 #ifdef LAMP_SHADOWS
 // What part of a spot light's light reaches a point, from the lamp, that is in its cone. axis: of the cone; shadow: as in
@@ -28,7 +31,7 @@ float lamp_share(vec3 point, float range, vec3 axis, vec4 shadow, vec3 normal) {
     point += normal * texel * lift(length(cross(normal, axis)));
     float along = dot(point, axis), margin = map_margin(map_resolution);
     vec2 at = clamp(0.5 + 0.5 * vec2(dot(point, right), dot(point, up)) / along, margin, 1.0 - margin);
-    float depth = (1.0 - NEAR * range / along) / (1.0 - NEAR);
+    float depth = (1.0 - MAP_NEAR * range / along) / (1.0 - MAP_NEAR);
     int tile = int(shadow.w);
     return filtered(lamp_maps, vec2(tile % map_columns, tile / map_columns), map_resolution, vec3(at, depth));
 }
@@ -41,7 +44,8 @@ vec3 of_lamp(
     int number, bool shadowed, vec3 point, float away,
     vec3 albedo, float specular, float shininess, vec3 normal, vec3 view
 ) {
-    vec4 place = lamp_part(number, 0), light = lamp_part(number, 1), cone = lamp_part(number, 2);
+    vec4 place = lamp_part(number, LAMP_RECORD_PLACE), light = lamp_part(number, LAMP_RECORD_LIGHT);
+    vec4 cone = lamp_part(number, LAMP_RECORD_CONE);
     vec3 to_lamp = place.xyz - point;
     float square_distance = max(dot(to_lamp, to_lamp), 1e-4);
     float part = square_distance / (place.w * place.w);
@@ -52,7 +56,7 @@ vec3 of_lamp(
 #ifdef LAMP_SHADOWS
     if (shadowed && strength > 0.0 && dot(normal, to_lamp) > 0.0) {
         vec3 from_lamp = point + normal * seen_error * away - place.xyz;
-        strength *= lamp_share(from_lamp, place.w, cone.xyz, lamp_part(number, 3), normal);
+        strength *= lamp_share(from_lamp, place.w, cone.xyz, lamp_part(number, LAMP_RECORD_SHADOW), normal);
     }
 #endif
     return strength * light.rgb * phong(albedo, specular, shininess, normal, view, to_lamp);
@@ -62,8 +66,8 @@ vec3 of_lamp(
 // same, but only as often as there is a map.
 vec3 of_lamps(vec3 point, float away, vec3 albedo, float specular, float shininess, vec3 normal, vec3 view) {
     ivec2 at = ivec2(gl_FragCoord.xy) / SQUARE;
-    int cell = (min(int(2.0 * log2(max(away, 1.0))), SLICES - 1) * squares.y + at.y) * squares.x + at.x;
-    ivec3 run = ivec3(texelFetch(lamp_cells, ivec2(cell % PER_ROW, cell / PER_ROW), 0).xyz);
+    int cell = (min(int(float(SLICES_PER_DOUBLING) * log2(max(away, 1.0))), SLICES - 1) * squares.y + at.y) * squares.x + at.x;
+    ivec3 run = ivec3(texelFetch(lamp_cells, ivec2(cell % RECORDS_PER_ROW, cell / RECORDS_PER_ROW), 0).xyz);
     int k = run.x, end = run.x + run.y;
     vec3 colour = vec3(0.0);
 #ifdef LAMP_SHADOWS

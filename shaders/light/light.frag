@@ -1,4 +1,4 @@
-// Deferred Phong lighting.
+// Lights what the G-buffer holds (Phong 1975), in world space, to linear colour: deferred lighting.
 // LAMPS: there are some; LAMP_SHADOWS: which cast them; SHADOWS: the sun casts them; FORWARD: what `shade` has lit stays.
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"

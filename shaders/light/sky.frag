@@ -1,11 +1,11 @@
-// The sky or the plain background.
+// Draws the sky or the plain background, in world directions, as linear radiance.
 // TRANSPARENT: nothing is left; DISC: with the sun's disc.
 #include "common/sky.glsl"
 #ifdef DISC
+#include "common/view.glsl"
 uniform vec3 to_sun;
 uniform vec3 disc;              // linear radiance
 uniform float disc_radius;      // radians
-uniform float pixel_angle;      // metres a pixel covers at one metre
 #endif
 
 in vec3 ray;

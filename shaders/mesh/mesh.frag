@@ -1,3 +1,4 @@
+// Writes colour and world normal of polygons into the G-buffer.
 // PAINTED: vertices have colours, or the material has a texture.
 #include "common/gbuffer.glsl"
 #include "common/visible.glsl"

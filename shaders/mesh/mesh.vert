@@ -1,6 +1,6 @@
-// Ordinary polygons, instanced. PAINTED: see mesh.frag.
+// Takes ordinary polygons, instanced, from their asset's frame to clip space. PAINTED: see mesh.frag.
 #include "common/rotation.glsl"
-uniform mat4 clip_from_eye;
+#include "common/view.glsl"
 
 in vec3 in_position;    // asset frame, metres
 in vec3 in_normal;

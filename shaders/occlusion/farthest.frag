@@ -1,4 +1,4 @@
-// The farthest depth in each cell of `side` × `side` pixels; twin: reference/occlusion.py.
+// Finds the farthest depth in each cell of `side` × `side` pixels (Greene, Kass and Miller 1993). Twin: reference/occlusion.py.
 // MULTISAMPLED: of all `samples` of each pixel.
 uniform int side;       // even
 

@@ -1,4 +1,4 @@
-// Linear, premultiplied, to sRGB (IEC 61966-2-1) with alpha apart.
+// Converts linear, premultiplied light to sRGB (IEC 61966-2-1) with alpha apart.
 #include "output/tone.glsl"
 uniform sampler2D lit_texture;
 uniform float exposure;

@@ -1,7 +1,8 @@
-// Light of any strength to what a screen can show, both linear. Twin: reference/tone.py.
+// Maps light of any strength to what a screen can show, both linear. Twin: reference/tone.py.
+#from depthwalk.colour import LUMINANCE
 #if defined(REINHARD)
 // Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images", equation 3.
-vec3 tone(vec3 c) { return c / (1.0 + dot(c, vec3(0.2126, 0.7152, 0.0722))); }
+vec3 tone(vec3 c) { return c / (1.0 + dot(c, LUMINANCE)); }
 #elif defined(ACES)
 // Narkowicz 2015, "ACES Filmic Tone Mapping Curve".
 vec3 tone(vec3 c) { return c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14); }

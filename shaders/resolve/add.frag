@@ -1,4 +1,4 @@
-// A sample's part of the picture.
+// Adds a sample's part to the picture, in linear light.
 uniform sampler2D lit_texture;
 uniform int samples;
 

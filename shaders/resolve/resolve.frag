@@ -1,4 +1,4 @@
-// The mean of a pixel's samples, and the depth of the nearest.
+// Writes the mean of a pixel's samples, in linear light, and the depth of the nearest.
 uniform sampler2D mean_texture;
 uniform sampler2DMS depth_samples;
 uniform int samples;

@@ -1,4 +1,4 @@
-// The samples of one pixel, side by side.
+// Copies the samples of one pixel side by side.
 uniform sampler2DMS samples;
 
 layout(location = 0) out vec2 at;

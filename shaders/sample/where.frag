@@ -1,4 +1,4 @@
-// Where each sample of a pixel is, 0 to 1.
+// Writes where each sample of a pixel is, in parts of the pixel, 0 to 1.
 #extension GL_ARB_sample_shading : require
 
 layout(location = 0) out vec2 at;

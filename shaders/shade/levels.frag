@@ -1,11 +1,12 @@
-// The asset that is visible at each pixel, as a depth: a test for EQUAL then picks the pixels of one asset. Where nothing is
-// drawn the number is 0, as of polygons.
+// Writes the asset that is visible at each pixel as a depth, its material depth: a test for EQUAL then picks the pixels of one
+// asset. Where nothing is drawn the number is 0, as of polygons.
+#from depthwalk.render.shading import CLOSED as FULL_COVERAGE    // what full coverage adds to a depth
 #include "shade/objects.glsl"
-uniform float closed;       // what is added to the depths of pixels that one object covers whole
 
 in vec2 uv;
 
 void main() {
     uvec2 visible = texture(visible_texture, uv).xy;
-    gl_FragDepth = object_texel(object_of(visible), LEVEL).x - (open_of(visible) > 0.0 ? closed : 0.0);
+    gl_FragDepth = object_texel(object_of(visible), SURFACE_RECORD_LEVEL).x;
+    if (uncovered_of(visible) > 0.0) gl_FragDepth -= FULL_COVERAGE;
 }

@@ -1,11 +1,12 @@
-// Records of the objects that are visible, three texels each (render/records.py: SURFACE_RECORD).
+// Fetches records of the objects that are visible, by their numbers.
+#from depthwalk.gpu.instances import RECORDS_PER_ROW
+#from depthwalk.render.records import SURFACE_RECORD
 #include "common/visible.glsl"
 uniform usampler2D visible_texture;
 uniform sampler2D objects;
 
-const uint TEXELS = 3u, PER_ROW = 1024u;
-const uint VIEWER = 0u, ROTATION = 1u, LEVEL = 2u;
-
-vec4 object_texel(uint object, uint part) {
-    return texelFetch(objects, ivec2(object % PER_ROW * TEXELS + part, object / PER_ROW), 0);
+// part: which of the record's texels.
+vec4 object_texel(uint object, int part) {
+    uint column = object % uint(RECORDS_PER_ROW), row = object / uint(RECORDS_PER_ROW);
+    return texelFetch(objects, ivec2(column * uint(SURFACE_RECORD_TEXELS) + uint(part), row), 0);
 }

@@ -1,8 +1,9 @@
-// Each pixel that shows a depth-image object is shaded once, whatever was drawn there before: deferred texturing, sorted by
-// asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
+// Looks up colour and world normal of each pixel that shows a depth-image object, once, whatever was drawn there before:
+// deferred texturing, sorted by asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
 // FORWARD: and lit here, in the frame of its object; SHADOWS: the sun casts some.
-// SHOW_TILES: objects with intermediate images are painted, each in a colour of its own.
+// SHOW_TILES: objects with impostor tiles are painted, each in a colour of its own.
 #include "common/rotation.glsl"
+#include "common/view.glsl"
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
 #include "shade/objects.glsl"
@@ -13,8 +14,6 @@
 #endif
 layout(location = 2) out vec4 lit;
 #endif
-
-uniform float pixel_angle;      // metres a pixel covers at one metre
 
 // Nobody sees what faces away. Normals do that are blended about outlines, by less than 20°; and those of leaves, whose two
 // sides are one surface where they are simplified, which looks up either: lit so, far trees were dark. Relief that is
@@ -29,8 +28,8 @@ layout(location = 1) out vec4 out_surface;
 
 void main() {
     uvec2 visible = texture(visible_texture, uv).xy;
-    vec4 viewer = object_texel(object_of(visible), VIEWER);     // w: the object's scale
-    vec4 rotation = object_texel(object_of(visible), ROTATION);
+    vec4 viewer = object_texel(object_of(visible), SURFACE_RECORD_VIEWER);     // w: the object's scale
+    vec4 rotation = object_texel(object_of(visible), SURFACE_RECORD_ROTATION);
     vec3 from_viewer = ray * distance_of(visible);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
     Surface surface = surface_at(point, image_of(visible), length(from_viewer) * pixel_angle / viewer.w);
@@ -39,7 +38,7 @@ void main() {
     if (dot(surface.normal, view) > AVERTED) surface.normal = -surface.normal;
 #endif
 #ifdef SHOW_TILES
-    if (object_texel(object_of(visible), LEVEL).y > 0.0) {
+    if (object_texel(object_of(visible), SURFACE_RECORD_LEVEL).y > 0.0) {
         surface.albedo = fract(float(object_of(visible)) * vec3(0.618, 0.414, 0.732));
         surface.specular = 0.0;
     }
@@ -48,7 +47,7 @@ void main() {
     vec3 normal = rotate(rotation, surface.normal);
     out_surface = encode_surface(normal, shininess);
 #ifdef FORWARD
-    // Liu et al. 2007, §2.4: light, normal and viewer in the space of the texture, where the sample was warped.
+    // Liu, Liu and Wu 2007, §2.4: light, normal and viewer in the space of the texture, where the sample was warped.
     vec3 to_light = rotate_back(rotation, to_sun);
     vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light);
 #ifdef SHADOWS

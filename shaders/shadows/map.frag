@@ -1,2 +1,2 @@
-// Depth is all that a shadow map holds.
+// Writes nothing: depth is all that a shadow map holds.
 void main() {}

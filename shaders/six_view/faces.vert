@@ -1,4 +1,5 @@
-// One of the six views: which triangle of the mesh each texel sees.
+// Projects the mesh, from the object frame to clip space of one of the six views, to find which triangle each texel sees (Liu,
+// Liu and Wu 2007, §3.1).
 uniform mat4 clip_from_object;
 in vec3 in_position;
 

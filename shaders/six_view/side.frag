@@ -1,3 +1,4 @@
+// Writes the samples of the unrolled cylinder: depth in metres, normal in the object frame, linear colour.
 in float depth;
 in vec3 normal;
 in vec4 albedo;

@@ -1,4 +1,4 @@
-// Edges between a pixel and its neighbours on the left (r) and below (g): where brightness jumps (SMAA, §4.1, with local
+// Finds edges between a pixel and its neighbours on the left (r) and below (g): where brightness jumps (SMAA, §4.1, with local
 // contrast adaptation: no edge where one beside it is so much stronger that it hides it).
 #include "common/brightness.glsl"
 uniform sampler2D lit_texture;

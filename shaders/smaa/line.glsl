@@ -1,5 +1,5 @@
-// What a line cuts off the pixels along an edge of pixels, in closed form where SMAA (§4.2) looks it up in a table that it
-// computes from this. Twin: reference/smaa.py.
+// Computes what a line cuts off the pixels along an edge of pixels, in closed form where SMAA (§4.2) looks it up in a table
+// that it computes from this. Twin: reference/smaa.py.
 //
 // The edge runs from 0 to `reach`; the line is at `heights` ±½ at its ends where it goes on in another row, above or below,
 // at 0 where it does not, and crosses the edge in the middle.

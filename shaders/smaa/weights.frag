@@ -1,5 +1,5 @@
-// How much of a pixel its neighbour takes across each edge (SMAA, §4.2 to §4.3): of what is above an edge below (r), of what
-// is below it (g), of what is on the right of an edge on the left (b), of what is on its left (a).
+// Computes how much of a pixel its neighbour takes across each edge (SMAA, §4.2 to §4.3): of what is above an edge below
+// (r), of what is below it (g), of what is on the right of an edge on the left (b), of what is on its left (a).
 #include "smaa/line.glsl"
 uniform sampler2D edge_texture;     // r: to the left of a pixel, g: below it
 uniform int longest;                // pixels that an edge is followed either way

@@ -1,4 +1,4 @@
-// What part of the sun's light reaches each pixel's surface.
+// Computes what part of the sun's light reaches each pixel's surface, in world space.
 #include "common/distance.glsl"
 #include "common/gbuffer.glsl"
 #include "common/sun_maps.glsl"

@@ -1,4 +1,4 @@
-// A slot of the atlas, emptied.
+// Covers a slot of the atlas that is emptied, in clip space of the atlas, at the far plane.
 uniform vec2 atlas_size;
 in vec4 in_slot;    // x, y, width, height in texels
 

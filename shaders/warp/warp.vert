@@ -1,6 +1,6 @@
-// Pass 1: every depth sample moves within a plane that touches the object, toward the epipole (the viewer's foot).
-// Liu, Liu and Wu 2007, §2.2 and §3.2:  X = e + (1 − Table(depth))·(S − e),  1 − Table = λ = D_t / (D_t + depth).
-#include "common/samples.glsl"
+// Warps every depth sample within a plane that touches the object, toward the epipole (the viewer's foot), into its impostor
+// tile. From the object frame to clip space of the atlas, Liu, Liu and Wu 2007, §2.2 and §3.2:
+//   X = e + (1 − Table(depth))·(S − e),  1 − Table = λ = D_t / (D_t + depth).
 #include "common/displace.glsl"
 
 in uvec4 in_sample;      // position within the box, number of the image
@@ -19,11 +19,8 @@ out float gl_ClipDistance[4];
 
 void main() {
     vec3 sample_point = sample_position(in_sample);
-#ifdef MESO
     vec3 viewer = in_right.xyz * in_right.w + in_up.xyz * in_up.w + in_normal.xyz * (in_normal.w + in_depths.x);
-    float away = distance(viewer, sample_point);
-    sample_point = displaced(sample_point, int(sample_image(in_sample)), sample_ease(in_sample), away);
-#endif
+    sample_point = displaced(in_sample, sample_point, distance(viewer, sample_point));
     float depth = in_normal.w - dot(in_normal.xyz, sample_point);   // behind the plane
     float lambda = in_depths.x / (in_depths.x + depth);
     vec2 from_epipole = vec2(dot(in_right.xyz, sample_point) - in_right.w, dot(in_up.xyz, sample_point) - in_up.w);

@@ -1,5 +1,7 @@
 """The shaders themselves against their twins: vertices by transform feedback, pixels by pictures of known shapes."""
 
+import re
+
 import moderngl
 import numpy as np
 import pytest
@@ -12,9 +14,12 @@ from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference.light import phong
 from depthwalk.reference.warp import warp
 from depthwalk.render.footprint import box_footprint
+from depthwalk.render.grids import BORDER, EASE
+from depthwalk.render.pages import DEPTH_PERIOD
 from depthwalk.render.planes import Volumes, choose_planes
 from depthwalk.render.records import WARP_RECORD
 from depthwalk.render.view import View
+from depthwalk.resources import shader_root
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 
@@ -225,3 +230,54 @@ def test_everything_made_is_released(gl_device, studio):
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), ground={"height": 0.0}, sky={})
     studio.picture(scene, ShapeLibrary([sphere(columns=32, rows=16)], resolution=64), Camera((0, 1, 4), (0, 1, 0), 0.8))
     assert dict(+gl_device.live) == before
+
+
+def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch):
+    """Numbers by name or another one, enumerations by their members, records by where their fields begin."""
+    folder = tmp_path / "some"
+    folder.mkdir()
+    (folder / "a.glsl").write_text(
+        "#from depthwalk.render.grids import BORDER, EASE as MOST_EASE   // by other names, too\n"
+        "#from depthwalk.bake.images import Face\n"
+        "#from depthwalk.render.records import SURFACE_RECORD\n"
+        "#from depthwalk.render.pages import DEPTH_PERIOD\n"
+        "#from depthwalk.colour import LUMINANCE\n#from depthwalk.render.sky import RGB_FROM_XYZ\nfloat after;\n"
+    )
+    monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
+    lines = Source("some/a.glsl").text.splitlines()
+    for expected in (
+        f"#define BORDER {BORDER}",
+        f"#define MOST_EASE {EASE}",
+        "#define FACE_SIDE 1",
+        "#define SURFACE_RECORD_TEXELS 3",
+        "#define SURFACE_RECORD_ROTATION 1",
+        f"#define DEPTH_PERIOD {DEPTH_PERIOD}",
+        "#define LUMINANCE vec3(0.2126, 0.7152, 0.0722)",
+        "#define RGB_FROM_XYZ mat3(3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.204, -0.4986, 0.0415, 1.057)",
+    ):
+        assert expected in lines
+    assert lines[lines.index("float after;") - 1] == "#line 7 0"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "#from depthwalk.render.grids import NO_SUCH",
+        "#from depthwalk.render.no_such import BORDER",
+        "#from depthwalk.render.grids import GRID_LAYOUT",
+    ],
+)
+def test_a_constant_that_python_has_not_is_an_error(tmp_path, monkeypatch, line):
+    folder = tmp_path / "some"
+    folder.mkdir()
+    (folder / "a.glsl").write_text(f"// A comment.\n{line}\n")
+    monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
+    with pytest.raises(GpuError, match=r"shaders/some/a\.glsl:2: "):
+        Source("some/a.glsl")
+
+
+def test_every_shader_says_what_it_does():
+    files = [path for path in shader_root().rglob("*") if path.suffix in (".glsl", ".vert", ".frag")]
+    assert len(files) > 70
+    for path in files:
+        assert re.match(r"// [A-Z]\w+s ", path.read_text(encoding="utf-8")), path

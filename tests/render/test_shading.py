@@ -8,6 +8,7 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.frame_plan import Rectangles
+from depthwalk.render.grids import IMAGE_BITS
 from depthwalk.render.records import SURFACE_RECORD
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.shading import extents
@@ -47,7 +48,9 @@ def test_records_are_fetched_by_number(gl_device):
     texture.upload(records[:10])
     texture.upload(records)
     numbers = np.array([[0, 7, 1023, 1024], [2047, 2048, 2400, 2499]])
-    visible = scope.texture((4, 2), 2, "u4", np.stack([numbers << 10, 0 * numbers], -1).astype(np.uint32).tobytes())
+    visible = scope.texture(
+        (4, 2), 2, "u4", np.stack([numbers << IMAGE_BITS, 0 * numbers], -1).astype(np.uint32).tobytes()
+    )
     out = scope.depth_texture((4, 2))
     framebuffer = scope.framebuffer([], out)
     framebuffer.use()

@@ -4,14 +4,15 @@ import moderngl
 import numpy as np
 import pytest
 
-from depthwalk.colour import linear_from_srgb, srgb_from_linear
+from depthwalk.colour import LUMINANCE, linear_from_srgb, srgb_from_linear
 from depthwalk.gpu.program import Program
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.reference.fog import fog_before_sky, fog_density, fog_through
 from depthwalk.reference.tone import TONES
 from depthwalk.render.lighting import lighting, polynomials
 from depthwalk.render.sky import daylight, sky_of, sunlight
-from depthwalk.render.view import View, matrix_bytes
+from depthwalk.render.view import View
+from depthwalk.render.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment
 from shapes import ShapeLibrary, box, scene_of
@@ -37,7 +38,8 @@ def drawn(gl_device, fragment, defines, view, **values):
     out = scope.texture(view.size, 4, "f4")
     scope.framebuffer([out]).use()
     gl_device.context.enable_only(moderngl.NOTHING)
-    program.set(ray_from_screen=matrix_bytes(view.ray_from_screen), **values)
+    ViewBlock(scope, PICTURE_VIEW).show(view)
+    program.set(**values)
     program.fill()
     found = np.frombuffer(out.read(), np.float32).reshape(-1, 4)
     scope.release()
@@ -48,7 +50,7 @@ def drawn(gl_device, fragment, defines, view, **values):
 @pytest.mark.parametrize("environment", [Environment(), Environment(sky={}), sun_at(4), sun_at(50, turbidity=6.0)])
 @pytest.mark.parametrize("azimuth", [20, 200])
 def test_the_sky_is_its_twins(gl_device, environment, azimuth):
-    sky, view = sky_of(environment), View(Camera((0, 0, 0), tuple(toward(25, azimuth)), 1.5), SIZE)
+    sky, view = sky_of(environment), View(Camera((0, 0, 0), tuple(toward(25, azimuth)), 1.5), SIZE, near=0.1, far=10.0)
     found, rays = drawn(gl_device, "light/sky.frag", sky.defines, view, **sky.uniforms())
     expected = sky.radiance(rays / np.linalg.norm(rays, axis=1, keepdims=True))
     np.testing.assert_allclose(found[:, :3], expected, rtol=2e-3, atol=1e-5)
@@ -59,8 +61,8 @@ def test_daylight_is_of_the_brightness_that_is_measured():
     unit = 128 / np.pi
     for elevation, low, high in ((30, 2.0, 6.0), (60, 4.0, 20.0)):
         environment = sun_at(elevation, turbidity=3.0, light=True)
-        zenith = sky_of(environment).radiance(np.array([[0.0, 1, 0]]))[0] @ [0.2126, 0.7152, 0.0722]
-        level = (polynomials(np.array([[0.0, 1, 0]])) @ lighting(environment).ambient)[0] @ [0.2126, 0.7152, 0.0722]
+        zenith = sky_of(environment).radiance(np.array([[0.0, 1, 0]]))[0] @ LUMINANCE
+        level = (polynomials(np.array([[0.0, 1, 0]])) @ lighting(environment).ambient)[0] @ LUMINANCE
         assert low < zenith * unit < high
         assert 5 < level * 128 < 35
 
@@ -128,9 +130,8 @@ def test_the_pass_fogs_as_its_twin(gl_device, fog, viewer_y):
     scope = gl_device.scope("depth")
     scope.texture(SIZE, 1, "f4", depth.tobytes()).use(0)
     density, height, falloff = fog
-    values = {"density": density, "height": height, "falloff": falloff, "viewer_y": viewer_y, "transparent": 0}
-    distance = {"depth_texture": 0, "depth_range": view.depth_range}
-    found, rays = drawn(gl_device, "fog/fog.frag", ("COLOUR",), view, colour=(0.1, 0.2, 0.3), **values, **distance)
+    values = {"density": density, "height": height, "falloff": falloff, "transparent": 0, "depth_texture": 0}
+    found, rays = drawn(gl_device, "fog/fog.frag", ("COLOUR",), view, colour=(0.1, 0.2, 0.3), **values)
     scope.release()
     near, far = view.depth_range
     stored = depth.reshape(-1, 1).astype(float)

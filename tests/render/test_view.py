@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyglm import glm
 
-from depthwalk.render.view import View, matrix_array, matrix_bytes, view_distance
+from depthwalk.render.view import View, matrix_array, view_distance
 from depthwalk.scene.arrays import Camera
 
 coordinate = st.floats(-1000, 1000)
@@ -107,13 +107,11 @@ def test_a_view_without_planes_says_so():
 
 
 @pytest.mark.parametrize("size", [3, 4])
-def test_a_matrix_becomes_an_array_and_bytes(size):
+def test_a_matrix_becomes_an_array(size):
     matrix = {3: glm.dmat3, 4: glm.dmat4}[size](*range(size**2))  # column by column
     array = matrix_array(matrix)
     np.testing.assert_array_equal(array, np.arange(size**2).reshape(size, size).T)
     assert type(matrix)(array) == matrix
-    np.testing.assert_array_equal(np.frombuffer(matrix_bytes(matrix), np.float32), np.arange(size**2))
-    assert matrix_bytes(array) == matrix_bytes(matrix)
 
 
 def test_nothing_is_infinitely_far():

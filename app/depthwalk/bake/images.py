@@ -32,6 +32,7 @@ class Face(IntEnum):
     LEFT = 6
 
 
+FACE_COUNT = len(Face)
 PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
 FLANKS = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
 INWARD = {  # the direction of depth on the planar faces: axis (0, 1, 2 for x, y, z) and sign

@@ -7,6 +7,11 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
+# Relief straight below a face is taken by surfaces by the cosines of two angles: that to the face's outward direction,
+# from the least on over so much, and that to the axis, up to the most.
+SQUARE_LEAST, SQUARE_RANGE = 0.7, 0.25
+WOUND_MOST, WOUND_RANGE = 0.7, 0.4
+
 
 @dataclass(frozen=True, kw_only=True)
 class Meso:
@@ -59,6 +64,6 @@ def straight_share(normal: Array, outward: Array, from_axis: Array) -> Array:
     from_axis
         (…, 3) unit vectors from the cylinder's axis.
     """
-    square = (np.einsum("...i,...i->...", normal, outward) - 0.7) / 0.25
+    square = (np.einsum("...i,...i->...", normal, outward) - SQUARE_LEAST) / SQUARE_RANGE
     wound = np.abs(np.einsum("...i,...i->...", normal, from_axis))
-    return np.asarray(np.clip(square, 0, 1) * np.clip((0.7 - wound) / 0.4, 0, 1))
+    return np.asarray(np.clip(square, 0, 1) * np.clip((WOUND_MOST - wound) / WOUND_RANGE, 0, 1))

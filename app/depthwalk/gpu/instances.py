@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Scope
 
+RECORDS_PER_ROW = 1024  # of a `RecordTexture`
 _TOO_LARGE = 16  # times the room needed: drivers allocate all of a buffer anew when its contents are replaced
 
 
@@ -47,9 +48,7 @@ class InstanceStream:
 
 
 class RecordTexture:
-    """Records that shaders fetch by number, `PER_ROW` to a row of a texture of floats, four to a texel."""
-
-    PER_ROW = 1024
+    """Records that shaders fetch by number, `RECORDS_PER_ROW` to a row of a texture of floats, four to a texel."""
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
         self._scope = scope
@@ -57,15 +56,15 @@ class RecordTexture:
         self._texture = self._make(1)
 
     def _make(self, rows: int) -> moderngl.Texture:
-        return self._scope.texture((self.PER_ROW * self._dtype.itemsize // 16, rows), 4, "f4")
+        return self._scope.texture((RECORDS_PER_ROW * self._dtype.itemsize // 16, rows), 4, "f4")
 
     def upload(self, records: NDArray[np.void]) -> None:
         """Replaces what the texture holds by `records` (n,)."""
-        rows = -(-len(records) // self.PER_ROW)
+        rows = -(-len(records) // RECORDS_PER_ROW)
         if rows > self._texture.height:
             self._scope.free(self._texture)
             self._texture = self._make(2 * rows)
-        padded = np.zeros(rows * self.PER_ROW, self._dtype)
+        padded = np.zeros(rows * RECORDS_PER_ROW, self._dtype)
         padded[: len(records)] = records
         self._texture.write(padded.tobytes(), viewport=(0, 0, self._texture.width, rows))
 

@@ -7,13 +7,13 @@ import numpy as np
 
 from depthwalk.ingest.image import rgba
 from depthwalk.ingest.mesh import Material
+from depthwalk.limits import MAX_SHININESS
 
 if TYPE_CHECKING:  # most of a second to import; whoever has a material of trimesh has imported it
     from PIL import Image
     from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 WHITE = (1.0, 1.0, 1.0)
-MAX_SHININESS = 1024.0
 
 
 def convert_material(material: object, name: str) -> Material | None:

@@ -5,12 +5,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
+from depthwalk.render.lens import DENSITY, FEWEST, GOLDEN_ANGLE, SHARP, STRIDE
 from depthwalk.types import Array
 
 Rows = NDArray[np.intp]
-
-SHARP, STRIDE, DENSITY, FEWEST = 0.5, 4.0, 1.0, 16
-GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
 def ranges(circles: Array, tile: int) -> Array:

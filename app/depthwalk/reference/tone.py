@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from depthwalk.colour import LUMINANCE
 from depthwalk.types import Array
 
 # AgX's narrower space, rows by what comes out, as Wrensch 2023 gives it.
@@ -20,7 +21,7 @@ _CURVE = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232]
 
 def reinhard(light: Array) -> Array:
     """Reinhard et al. 2002, equation 3."""
-    return light / (1 + light @ np.array([0.2126, 0.7152, 0.0722]))[:, None]
+    return light / (1 + light @ LUMINANCE)[:, None]
 
 
 def aces(light: Array) -> Array:

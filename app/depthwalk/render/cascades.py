@@ -12,10 +12,10 @@ from depthwalk.render.bounds import Bounds
 from depthwalk.render.view import View, matrix_array
 from depthwalk.types import Array
 
-MOST = 4  # cascades; as in shaders/common/sun_maps.glsl
+MOST = 4  # cascades
 WORST = 4.0  # times the error that is asked for: so far is taken to be off what has no more triangles than it may
 MOST_LAMPS = 16  # with a map at a time
-DEPTH = 1.5  # of a map, in widths: along the light it need not move as often; as in shaders/common/sun_maps.glsl
+DEPTH = 1.5  # of a map, in widths: along the light it need not move as often
 _STEPS = 4  # a map's centre moves by this part of the radius of its slice, sideways
 _FIRST = 1 / 64  # of the distance: what logarithms take for the near plane, which would have slices of centimetres
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from depthwalk.render.bounds import Bounds
 from depthwalk.render.cells import Cells, boxes, runs, within_runs
 from depthwalk.render.footprint import box_footprint
+from depthwalk.render.grids import IMAGE_BITS
 from depthwalk.render.lod import Case
 from depthwalk.render.occlusion import Cylinders, box_cylinders
 from depthwalk.render.planes import Planes, Volumes
@@ -25,8 +26,7 @@ from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Rows
 
-MEMBERS = 64  # at most: a texel of the atlas holds 6 bits for the member beside 10 for its image
-_IMAGE_BITS = 10  # as in shaders/common/visible.glsl
+MEMBERS = 1 << 16 - IMAGE_BITS  # at most: a texel of the atlas holds the member in the bits that its image leaves
 _STEEP = 0.1  # height above or below a cell by distance; from among them, one by one most are found to be hidden
 _AWAY = 4.0  # half diagonals of a cell, from which on it is far off: parallax within a cluster is an eighth of its own
 
@@ -142,5 +142,5 @@ def member_records(
     own = Planes(planes.face, right, up, normal, distance, epipole, offset, planes.low / scale, planes.high / scale)
     texel = tiles.texel * np.concatenate([scale, scale, np.ones_like(scale)], 1)[:, None]
     records = warp_records(own, Tiles(texel, tiles.nearest, tiles.size, tiles.pixel), corners, atlas_size)
-    records["depths"][:, 2] = number << _IMAGE_BITS
+    records["depths"][:, 2] = number << IMAGE_BITS
     return records

@@ -81,11 +81,10 @@ class DepthObject:
                 array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
                 array.render(vertices=count, first=first, instances=instances)
 
-    def use_geometry(self, program: Program, unit: int, lod: LodParams, pixel_angle: float) -> None:
-        """Binds relief and uniforms that the vertex stage reads, to a texture unit. pixel_angle: metres that a pixel
-        covers at one metre."""
+    def use_geometry(self, program: Program, unit: int, lod: LodParams) -> None:
+        """Binds relief and uniforms that the vertex stage reads, to a texture unit."""
         self.meso.use(unit)
-        program.set(meso_relief=unit, meso_fade=lod.meso_fade, pixel_angle=pixel_angle, **self.geometry, **self.relief)
+        program.set(meso_relief=unit, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
         """Binds images and uniforms that `surface_at` reads, to five texture units from `first_unit` on."""

@@ -15,7 +15,9 @@ FACE_SHIFT = 3
 EDGE = 128  # of the last, provoking vertex of a triangle beside which texels show another surface
 PAST_AXIS = 256  # where depth exceeds the radius: its θ is half a turn off
 BORDER = 512  # gives way to others: a border vertex, a guess at where the surface goes on; what another face owns
-EASE_SHIFT = 10  # above the flags: how much of the meso-structure's depth a vertex takes, of EASE
+POSITION_STEPS = 65535  # of the box about a grid, along each axis: positions take 16 bits
+IMAGE_BITS = 10  # of a vertex's image with its flags, and of what is drawn of it
+EASE_SHIFT = IMAGE_BITS  # above these: how much of the meso-structure's depth a vertex takes, of EASE
 EASE = 63
 RUNS_PER_CASE = 3  # of indices, at most
 
@@ -59,4 +61,4 @@ def vertex_positions(
     vertices: NDArray[np.uint16], box_low: NDArray[np.float32], box_size: NDArray[np.float32]
 ) -> NDArray[np.float64]:
     """Positions (n, 3) of `vertices` (n, 4), see `Grids`. As `sample_position` in shaders/common/samples.glsl."""
-    return box_low.astype(np.float64) + vertices[:, :3] * (box_size / np.float32(65535))
+    return box_low.astype(np.float64) + vertices[:, :3] * (box_size / np.float32(POSITION_STEPS))

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 SQUARE = 32  # pixels
+SLICES_PER_DOUBLING = 2  # of the distance
 SLICES = 16  # the first ends at √2 m, each of the others √2 times as far as the one before; the last has no end
 FADE = 0.8  # part of a cone's angle within which it is as bright as it gets
 # Where it is, relative to the viewer, and its range; its light at 1 m, linear, and the cosine at which its cone ends;
@@ -60,7 +61,9 @@ def lamps_in_sight(view: View, lights: Sequence["LampParams"], tiles: Mapping[in
     across = -(-view.size[0] // SQUARE), -(-view.size[1] // SQUARE)
     shape = *across, SLICES
     first, last = (
-        np.column_stack([(corner[seen] + 1) / 2 * view.size / SQUARE, 2 * np.log2(np.maximum(distance, 1))])
+        np.column_stack(
+            [(corner[seen] + 1) / 2 * view.size / SQUARE, SLICES_PER_DOUBLING * np.log2(np.maximum(distance, 1))]
+        )
         for corner, distance in ((low, forward - reach), (high, forward + reach))
     )
     numbers, counts = lamps_by_cell(first, last, shape)

@@ -19,6 +19,13 @@ DISC = (
     *((0.0, 0.0), (-0.2, -0.98), (0.25, 0.96), (0.97, 0.2), (-0.71, 0.68), (-0.88, -0.2), (0.65, -0.66)),
     *((-0.13, 0.57), (0.08, -0.52), (0.41, 0.4), (-0.41, -0.38), (-0.45, 0.2), (0.44, -0.21)),
 )
+DISC_POINTS = len(DISC)
+GAUSSIAN_RADIUS = 6  # taps of the kernel beside its middle one
+# Of rays through the depth buffer (`gather`):
+SHARP = 0.5  # pixels: a radius that reaches no other pixel's middle
+STRIDE = 4.0  # pixels that a ray moves aside from step to step
+DENSITY = 1.0  # rays per square of the radius
+FEWEST = 16  # rays of a pixel
 
 
 class DofParams(Params):
@@ -100,9 +107,9 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
 
 
 def gaussian() -> NDArray[np.float64]:
-    """Return the weights of a Gaussian of 3 pixels' deviation: (7,), by the distance in pixels from the middle.
+    """Return the weights (`GAUSSIAN_RADIUS` + 1,) of a Gaussian of 3 pixels' deviation, by the distance in pixels.
 
     The 13 weights of a direction have the sum 1; the blur's 13 × 13 kernel is the product of both directions.
     """
-    weights = np.exp(-0.5 * (np.arange(7) / 3) ** 2)
+    weights = np.exp(-0.5 * (np.arange(GAUSSIAN_RADIUS + 1) / 3) ** 2)
     return weights / (2 * weights.sum() - weights[0])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 GROUND = 0.2  # part of the light that ground sends back, for the light from below: grass and soil
 _STEPS = 48  # of the sphere, from pole to pole
-_UPRIGHT = 3  # of the polynomials: those of y alone
+POLYNOMIALS, UPRIGHT_POLYNOMIALS = 9, 3  # of the normal up to the second order; those of y alone, which come first
 _NOTHING = 1e-6  # of the strongest: what no picture shows
 
 
@@ -39,12 +39,14 @@ class Lighting:
         return {
             "to_sun": tuple(self.to_sun.tolist()),
             "sun": tuple(self.sun.tolist()),
-            "ambient": [tuple(each) for each in self.ambient[: _UPRIGHT if self._upright else None].tolist()],
+            "ambient": [
+                tuple(each) for each in self.ambient[: UPRIGHT_POLYNOMIALS if self._upright else None].tolist()
+            ],
         }
 
     @cached_property
     def _upright(self) -> bool:
-        return bool(np.abs(self.ambient[_UPRIGHT:]).max() <= _NOTHING * np.abs(self.ambient).max())
+        return bool(np.abs(self.ambient[UPRIGHT_POLYNOMIALS:]).max() <= _NOTHING * np.abs(self.ambient).max())
 
 
 def lighting(environment: "Environment") -> Lighting:
@@ -54,7 +56,7 @@ def lighting(environment: "Environment") -> Lighting:
         from_below = float(max(to_sun[1], 0)) * sun
         x, y, z = from_below.tolist()
         return Lighting(to_sun, sun, skylight(sky_of(environment), (x, y, z)))
-    ambient = np.zeros((9, 3))
+    ambient = np.zeros((POLYNOMIALS, 3))
     constant = linear_from_srgb(environment.ambient.colour) * environment.ambient.intensity
     ambient[0], ambient[1] = 0.75 * constant, 0.25 * constant  # a little less from below
     return Lighting(to_sun, sun, ambient)

@@ -34,6 +34,7 @@ from depthwalk.render.spots import assign_tiles, shadowing, spot_of
 from depthwalk.render.stand_ins import StandInRule
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View, view_distance
+from depthwalk.render.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
@@ -58,6 +59,8 @@ class Renderer:
         self.timers = PassTimers(device)
         self._rounds = Rounds(device, scene.render, self.placed, self.timers)
         self.passes: list[Pass] = []
+        self._gl = device.scope("view")
+        self._view_block = ViewBlock(self._gl, PICTURE_VIEW)
         try:
             self.passes += (make(device) for make in PASSES)
         except BaseException:
@@ -110,6 +113,7 @@ class Renderer:
         self.plan.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
 
     def _draw(self, passes: Sequence[Pass], frame: Frame) -> None:
+        self._view_block.show(frame.view)
         for each in passes:
             with self.timers.measure(each.name):
                 each.draw(frame)
@@ -198,6 +202,7 @@ class Renderer:
         self.assets.release()
         for each in self.passes:
             each.release()
+        self._gl.release()
         self._release_targets()
 
     def _release_targets(self) -> None:

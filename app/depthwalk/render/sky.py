@@ -40,7 +40,7 @@ _ZENITH = np.array(
         ],
     ]
 )
-_RGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+RGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 _WAVELENGTHS = np.array([0.68, 0.55, 0.44])  # µm, that stand for red, green and blue
 _TWILIGHT = np.radians(3.0)  # what the sun sinks while the light of the sky falls to a tenth
 
@@ -77,7 +77,7 @@ class Daylight:
         up, cosine = np.maximum(direction[:, 1], 1e-3), np.clip(direction @ np.array(self.sun), -1, 1)
         luminance, x, y = (np.array(self.at_zenith) * _perez(np.array(self.perez), up, cosine)).T
         xyz = (luminance / y)[:, None] * np.column_stack([x, y, 1 - x - y])
-        return np.maximum(xyz @ _RGB_FROM_XYZ.T, 0)
+        return np.maximum(xyz @ RGB_FROM_XYZ.T, 0)
 
     def uniforms(self) -> dict[str, Any]:
         return {"perez": list(self.perez), "at_zenith": self.at_zenith, "sky_sun": self.sun}

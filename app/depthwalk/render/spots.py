@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
 
-NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow; as in shaders/light/lamps.glsl
+NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow
 
 
 @dataclass(frozen=True)

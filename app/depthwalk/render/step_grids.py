@@ -16,7 +16,17 @@ from depthwalk.bake.meso import straight_share
 from depthwalk.bake.vectors import lengths
 from depthwalk.render.chunks import WHOLE
 from depthwalk.render.coarsen import Surface, coarse_triangles
-from depthwalk.render.grids import BORDER, EASE, EASE_SHIFT, EDGE, FACE_SHIFT, PAST_AXIS, RUNS_PER_CASE, Grids
+from depthwalk.render.grids import (
+    BORDER,
+    EASE,
+    EASE_SHIFT,
+    EDGE,
+    FACE_SHIFT,
+    PAST_AXIS,
+    POSITION_STEPS,
+    RUNS_PER_CASE,
+    Grids,
+)
 from depthwalk.render.lod import Case
 
 # How far samples may come off the triangles of step s: this part of s texels, hence of about one pixel.
@@ -293,6 +303,6 @@ def _pack(
 ) -> NDArray[np.uint16]:
     twice, point = np.divmod(kept, len(points.depth))
     out = np.empty((len(kept), 4), np.uint16)
-    out[:, :3] = np.round(np.clip((points.position[point] - low) / size, 0, 1) * 65535)
+    out[:, :3] = np.round(np.clip((points.position[point] - low) / size, 0, 1) * POSITION_STEPS)
     out[:, 3] = points.image[point] + EDGE * twice
     return out

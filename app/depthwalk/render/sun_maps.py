@@ -8,13 +8,15 @@ import numpy as np
 
 from depthwalk.render.cascades import MOST, Cascade, ShadowParams
 from depthwalk.render.lod import LodParams, error_at_a_metre
-from depthwalk.render.view import View, matrix_bytes
+from depthwalk.render.view import View
+
+COLUMNS = 2  # of tiles in the texture
 
 
 @dataclass(frozen=True)
 class SunMaps:
-    """texture: depth, tiles of equal size, two to a row; cascades: what each shows, the nearest first, all along one
-    light."""
+    """texture: depth, tiles of equal size, `COLUMNS` to a row; cascades: what each shows, the nearest first, all along
+    one light."""
 
     texture: moderngl.Texture
     cascades: tuple[Cascade, ...]
@@ -30,7 +32,7 @@ class SunMaps:
         return {
             "sun_maps": unit,
             "cascades": len(self.cascades),
-            "light_from_world": matrix_bytes(axes),
+            "light_from_world": tuple(axes.T.ravel().tolist()),
             "places": places.tobytes(),
             "map_resolution": self.cascades[0].resolution,
             "filter_width": params.filter_width,

@@ -22,7 +22,7 @@ from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
 from depthwalk.render.contract import WeldedSurface, contract, surface_of, vertex_directions, weld
 from depthwalk.render.facets import facets_of
-from depthwalk.render.grids import BORDER, RUNS_PER_CASE, Grids
+from depthwalk.render.grids import BORDER, POSITION_STEPS, RUNS_PER_CASE, Grids
 from depthwalk.render.lod import Case
 from depthwalk.render.spread import cubes, spread
 from depthwalk.render.step_grids import build_grids
@@ -164,7 +164,7 @@ def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array
     indices: list[NDArray[np.uint16]] = []
     sizes: list[int] = []  # of levels, indices
     for corners, image in zip(levels, np.split(images, ends[:-1]), strict=True):
-        position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * 65535).astype(np.uint16)
+        position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * POSITION_STEPS).astype(np.uint16)
         # Neighbours together: a vertex is shaded once for all its triangles.
         order = np.argsort(morton(corners.mean(1)), kind="stable")
         order = order[image[order] != NOWHERE]

@@ -4,9 +4,9 @@ Single matrices, vectors and quaternions are PyGLM's, in double precision (`glm.
 computes what is done for all objects at once. `View` therefore offers `position`, `axes` and `ray_from_screen`, by
 which arrays of points are multiplied, as NumPy arrays, and its other matrices as PyGLM's.
 
-PyGLM stores matrices column by column, as GLSL does, and indexes them `matrix[column][row]`. Two functions lead out of
-it, so that nobody else has to think of that: `matrix_array` gives the NumPy array that is indexed `[row, column]` and
-multiplies column vectors from the left, `matrix_bytes` the bytes of a uniform. The way back is `glm.dmat4(array)`,
+PyGLM stores matrices column by column, as GLSL does, and indexes them `matrix[column][row]`. `matrix_array` leads out of
+it, so that nobody else has to think of that: it gives the NumPy array that is indexed `[row, column]` and
+multiplies column vectors from the left. The way back is `glm.dmat4(array)`,
 which reads such an array as the same matrix. Beware of tuples: `glm.dvec3(values)` rounds those of a tuple or a list to
 single precision, as does arithmetic with them; `glm.dvec3(*values)` keeps them.
 """
@@ -114,11 +114,6 @@ class View:
 def matrix_array(matrix: glm.dmat3 | glm.dmat4) -> NDArray[np.float64]:
     """Return a copy of `matrix` as a NumPy array, (3, 3) or (4, 4), indexed `[row, column]`."""
     return np.array(matrix, np.float64, order="C")
-
-
-def matrix_bytes(matrix: glm.dmat3 | glm.dmat4 | NDArray[np.floating]) -> bytes:
-    """Return `matrix` as a uniform holds it: float32, column by column. An array is indexed `[row, column]`."""
-    return np.asarray(matrix, np.float32).tobytes(order="F")
 
 
 def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:

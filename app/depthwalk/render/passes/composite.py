@@ -11,7 +11,6 @@ from depthwalk.params import Params, param
 from depthwalk.render.antialiasing import covering
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.records import COMPOSITE_RECORD
-from depthwalk.render.view import matrix_bytes
 
 
 class CompositeParams(Params):
@@ -55,11 +54,6 @@ class CompositePass(Pass):
     def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int) -> None:
         if count:
             program = self._programs[defines]
-            near, far = frame.view.depth_range
-            clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
-            depth_from_inverse = far / (far - near), near * far / (far - near)
             program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_number)
-            program.set(pixel_angle=1 / frame.view.focal_pixels)
-            program.set(clip_from_eye=clip_from_eye, depth_from_inverse=depth_from_inverse)
             self._instances.bind(program.array, first)
             program.rectangles(count)

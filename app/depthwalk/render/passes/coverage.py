@@ -28,7 +28,6 @@ class CoveragePass(Pass):
         context.enable_only(moderngl.DEPTH_TEST)
         context.depth_func = ">"  # what `shade` has marked as covered in part is in front
         self._program.set(lit_texture=0, visible_texture=1, depth_texture=2)
-        self._program.set(depth_range=frame.view.depth_range, pixel_angle=1 / frame.view.focal_pixels)
         self._program.set(level=CLOSED, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
         self._program.rectangles()
         context.depth_func = "<"

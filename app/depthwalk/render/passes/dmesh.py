@@ -7,7 +7,6 @@ from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.records import PLACED_RECORD
-from depthwalk.render.view import matrix_bytes
 
 
 class DmeshPass(Pass):
@@ -25,15 +24,13 @@ class DmeshPass(Pass):
         frame.targets.visible.use()
         context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         context.wireframe = frame.settings.warp.wireframe
-        clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
         self._instances.upload(frame.plan.dmesh.records)
         first_number = frame.plan.first_number + len(frame.plan.composite.records)
         for number, groups in frame.plan.dmesh.by_asset():
             asset = frame.assets.depth_object(number)
             defines = (*asset.defines, *frame.targets.defines)
             program, array = self._programs[defines], asset.array(self._arrays[defines], number)
-            asset.use_geometry(program, 0, frame.settings.lod, 1 / frame.view.focal_pixels)
-            program.set(clip_from_eye=clip_from_eye)
+            asset.use_geometry(program, 0, frame.settings.lod)
             for group in groups:
                 program.set(first=first_number + group.first)
                 self._instances.bind(array, group.first)

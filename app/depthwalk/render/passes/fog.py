@@ -6,7 +6,6 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.sky import sky_of
-from depthwalk.render.view import matrix_bytes
 
 
 class FogPass(Pass):
@@ -34,12 +33,9 @@ class FogPass(Pass):
         context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         self._programs[defines].set(
             depth_texture=0,
-            depth_range=frame.view.depth_range,
-            ray_from_screen=matrix_bytes(frame.view.ray_from_screen),
             density=fog.density,
             height=fog.height,
             falloff=fog.falloff,
-            viewer_y=float(frame.view.position[1]),
             transparent=int(frame.transparent),
             **values,
         )

@@ -8,7 +8,6 @@ import numpy as np
 from depthwalk.colour import linear_from_srgb, linear_from_srgb8
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.view import matrix_bytes
 
 
 class GroundPass(Pass):
@@ -39,8 +38,6 @@ class GroundPass(Pass):
         self._texture.use(0)
         self._program.set(
             ground_texture=0,
-            clip_from_eye=matrix_bytes(frame.view.clip_from_eye),
-            viewer=tuple(frame.view.position),
             height=ground.height,
             half_size=ground.size,
             colour=tuple(linear_from_srgb(ground.colour).tolist()),

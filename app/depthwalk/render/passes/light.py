@@ -14,7 +14,6 @@ from depthwalk.render.lamps import LAMP_RECORD, NUMBERS_RECORD, lamps_in_sight
 from depthwalk.render.lighting import lighting
 from depthwalk.render.lod import error_at_a_metre
 from depthwalk.render.sky import sky_of
-from depthwalk.render.view import matrix_bytes
 
 _BRIGHTEST = 1e4  # of the sun's disc: half floats end at 65504
 
@@ -74,7 +73,6 @@ class LightPass(Pass):
         self._light[defines].set(
             albedo_texture=0,
             surface_texture=1,
-            ray_from_screen=matrix_bytes(frame.view.ray_from_screen),
             **light.uniforms(),
             **values,
         )
@@ -92,7 +90,6 @@ class LightPass(Pass):
             texture.use(unit)
         return {
             "depth_texture": 2,
-            "depth_range": frame.view.depth_range,
             "lamps": 3,
             "lamp_lists": 4,
             "lamp_cells": 5,
@@ -131,7 +128,6 @@ class LightPass(Pass):
                 "to_sun": tuple(light.to_sun.tolist()),
                 "disc": tuple(disc.tolist()),
                 "disc_radius": radius,
-                "pixel_angle": 1 / frame.view.focal_pixels,
             }
-        self._sky[defines].set(ray_from_screen=matrix_bytes(frame.view.ray_from_screen), **sky.uniforms(), **values)
+        self._sky[defines].set(**sky.uniforms(), **values)
         self._sky[defines].fill()

@@ -13,7 +13,6 @@ from depthwalk.render.frame_plan import Group
 from depthwalk.render.mesh_lod import MeshLodParams
 from depthwalk.render.polygons import PAINTED_LAYOUT, PLAIN_LAYOUT, MeshObject
 from depthwalk.render.records import PLACED_RECORD
-from depthwalk.render.view import matrix_bytes
 
 _ONE_BY_ONE = 4  # objects in a frame, the nearest, of which only the meshlets that may be seen are drawn
 _ROOM = 1 << 18  # triangles of those of one part; a part of more is drawn whole
@@ -89,7 +88,7 @@ class MeshPass(Pass):
         defines = ("PAINTED",) if look.painted else ()
         look.texture.use(0)
         program = self._programs[defines]
-        program.set(clip_from_eye=matrix_bytes(frame.view.clip_from_eye), base_texture=0, **look.uniforms)
+        program.set(base_texture=0, **look.uniforms)
         array = self._arrays[defines].get(key, asset.vertices, indices)
         self._instances.bind(array, first)
         return array

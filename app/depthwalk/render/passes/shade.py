@@ -14,7 +14,6 @@ from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.lighting import lighting
 from depthwalk.render.records import SURFACE_RECORD
 from depthwalk.render.shading import CLOSED, Shading
-from depthwalk.render.view import matrix_bytes
 
 
 class ShadePass(Pass):
@@ -52,14 +51,14 @@ class ShadePass(Pass):
         context.enable_only(moderngl.DEPTH_TEST)
         context.depth_func = ALWAYS
         low, high = shading.low.min(0), shading.high.max(0)
-        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1, closed=CLOSED)
+        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1)
         self._levels.rectangles()
 
     def _shade(
         self, frame: Frame, shading: Shading, target: moderngl.Framebuffer, test: str, levels: NDArray[np.floating]
     ) -> None:
         """Draws each asset's rectangle into `target` at its `levels` (a, n), where these pass the depth `test`."""
-        context, view = self.gl.device.context, frame.view
+        context = self.gl.device.context
         defines, light = _light(frame)
         if frame.settings.composite.show_tiles:
             defines += ("SHOW_TILES",)
@@ -70,8 +69,6 @@ class ShadePass(Pass):
         common = {
             "objects": 0,
             "visible_texture": 1,
-            "pixel_angle": 1 / view.focal_pixels,
-            "ray_from_screen": matrix_bytes(view.ray_from_screen),
             **light,
         }
         columns = (each.tolist() for each in (shading.assets, levels, shading.low, shading.high))

@@ -16,8 +16,8 @@ from depthwalk.render.grids import GRID_LAYOUT
 from depthwalk.render.polygons import POSITION_LAYOUT
 from depthwalk.render.records import PLACED_RECORD
 from depthwalk.render.shadow_atlas import ShadowAtlas
-from depthwalk.render.sun_maps import SunMaps
-from depthwalk.render.view import matrix_bytes
+from depthwalk.render.sun_maps import COLUMNS, SunMaps
+from depthwalk.render.view_block import MAP_VIEW, ViewBlock
 
 
 class ShadowsPass(Pass):
@@ -28,12 +28,14 @@ class ShadowsPass(Pass):
     Params: ClassVar[type[Params]] = ShadowParams
 
     def setup(self) -> None:
-        self._grid = Variants(lambda defines: Program(self.gl, "shadows/grid.vert", "shadows/map.frag", defines))
+        self._view = ViewBlock(self.gl, MAP_VIEW)
+        shaders = "shadows/grid.vert", "shadows/map.frag"
+        self._grid = Variants(lambda defines: Program(self.gl, *shaders, defines, {"View": MAP_VIEW}))
         self._grid_arrays = Variants(lambda defines: AssetArrays(self.gl, self._grid[defines].gl, *GRID_LAYOUT))
-        self._mesh = Program(self.gl, "shadows/mesh.vert", "shadows/map.frag")
+        self._mesh = Program(self.gl, "shadows/mesh.vert", "shadows/map.frag", blocks={"View": MAP_VIEW})
         self._mesh_arrays = AssetArrays(self.gl, self._mesh.gl, *POSITION_LAYOUT)
         self._instances = InstanceStream(self.gl, PLACED_RECORD)
-        self._of_sun = ShadowAtlas(self.gl, columns=2)
+        self._of_sun = ShadowAtlas(self.gl, columns=COLUMNS)
         self._of_lamps = ShadowAtlas(self.gl, columns=4)
 
     def draw(self, frame: Frame) -> None:
@@ -61,20 +63,20 @@ class ShadowsPass(Pass):
         """By their tiles."""
         for tile, shadow_map in maps.items():
             atlas.begin(tile, shadow_map)
+            self._view.show(shadow_map.view)
             self._draw_grids(frame, shadow_map)
             self._draw_meshes(frame, shadow_map)
             frame.plan.counts["shadow_maps"] += 1
             frame.plan.counts["shadow_triangles"] += shadow_map.triangles
 
     def _draw_grids(self, frame: Frame, shadow_map: ShadowMap) -> None:
-        context, view = self.gl.device.context, shadow_map.view
+        context = self.gl.device.context
         self._instances.upload(shadow_map.grids.records)
         context.enable_only(moderngl.DEPTH_TEST)  # backs, too: they close what images miss of the fronts
         for number, groups in shadow_map.grids.by_asset():
             asset = frame.assets.depth_object(number)
             program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
-            asset.use_geometry(program, 0, frame.settings.lod, view.texel)
-            program.set(clip_from_centre=matrix_bytes(view.clip_from_centre), light=view.light)
+            asset.use_geometry(program, 0, frame.settings.lod)
             for group in groups:
                 self._instances.bind(array, group.first)
                 asset.draw(array, group.indices, group.count)
@@ -82,7 +84,6 @@ class ShadowsPass(Pass):
     def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
         context = self.gl.device.context
         self._instances.upload(shadow_map.meshes.records)
-        self._mesh.set(clip_from_centre=matrix_bytes(shadow_map.view.clip_from_centre))
         for group in shadow_map.meshes.groups:
             asset = frame.assets.meshes.object(group.asset, group.level)
             array = self._mesh_arrays.get((group.asset, group.level), asset.vertices, asset.indices)

@@ -4,7 +4,6 @@ import moderngl
 
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.view import matrix_bytes
 
 
 class SunPass(Pass):
@@ -27,8 +26,6 @@ class SunPass(Pass):
         self._program.set(
             depth_texture=0,
             surface_texture=1,
-            depth_range=view.depth_range,
-            ray_from_screen=matrix_bytes(view.ray_from_screen),
             **targets.sun_maps.use(2, view, settings.shadows, settings.lod),
         )
         self._program.fill()

@@ -52,7 +52,7 @@ class WarpPass(Pass):
         in_order = frame.settings.warp.order == "epipole"
         for number, groups in frame.plan.warp.by_asset():
             asset = frame.assets.depth_object(number)
-            asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod, 1 / frame.view.focal_pixels)
+            asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod)
             for group in groups:
                 for plane in CLIP_DISTANCES if group.clipped else ():
                     context.enable_direct(plane)

@@ -1,0 +1,25 @@
+// Closes cracks in an impostor tile: empty texels between two of one surface, where one image's samples end and another's
+// begin. Between two surfaces empty texels are a gap, the discontinuity cut, and stay open.
+#include "composite/tile_texels.glsl"
+
+// The depth that goes on between texels of two stored depths: the farther, or 1 where they do not continue one surface.
+float between(float one, float other) {
+    float farther = max(one, other);
+    return abs(one - other) <= reach(farther) ? farther : 1.0;
+}
+
+// Looks across the empty texels from `low` to `high`, which are the same or, each in its row and column, beside each other.
+// Gives the farther depth beyond them and moves `nearest` there, or 1 where there is no crack. before, after: the four depths
+// from `low` − 1 and from `high` on.
+float across_crack(ivec2 low, ivec2 high, vec4 before, vec4 after, out ivec2 nearest) {
+    vec2 first = vec2(low) - tile.xy, last = vec2(high) - tile.xy;
+    bvec2 inside = bvec2(first.x >= 1.0 && last.x + 2.0 <= tile.z, first.y >= 1.0 && last.y + 2.0 <= tile.w);
+    float across = inside.x ? between(before.x, after.z) : 1.0;
+    float along = inside.y ? between(before.z, after.x) : 1.0;
+    if (across <= along) nearest = before.x > after.z ? low - ivec2(1, 0) : high + ivec2(1, 0);
+    else nearest = before.z > after.x ? low - ivec2(0, 1) : high + ivec2(0, 1);
+    return min(across, along);
+}
+float across_crack(ivec2 low, ivec2 high, out ivec2 nearest) {
+    return across_crack(low, high, four_depths(low - 1), four_depths(high), nearest);
+}

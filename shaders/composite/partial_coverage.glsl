@@ -1,0 +1,54 @@
+// Weighs the four texels of an impostor tile around a pixel: which of them make up the surface that the pixel shows, and, where
+// PARTIAL, what part of the pixel they leave uncovered (docs/anti-aliasing.md). Texels are half a pixel wide then.
+#include "composite/cracks.glsl"
+
+// The pixel's surface lies on the texels of `depth` at `low` + (0,1) (1,1) (1,0) (0,0), as far as their bilinear `weight` says;
+// of empty ones it is 0. Returns whether any is left; if not, `stored` is what goes on across a crack, or 1, and `nearest` the
+// texel that owns it. position: in texels, of the atlas.
+bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 nearest) {
+    stored = 1.0;
+    nearest = low;
+#ifdef PARTIAL
+    float front = min(min(depth.x, depth.y), min(depth.z, depth.w));
+    if (front == 1.0) {     // of texels half a pixel wide a crack takes two
+        ivec2 high = min(low + 1, ivec2(tile.xy + tile.zw) - 1);
+        stored = across_crack(low, high, nearest);
+        return false;
+    }
+    weight *= step(depth - front, vec4(reach(front)));      // of several surfaces the one in front
+#else
+    // The silhouette runs where half of the weight is on empty texels.
+    if (dot(weight, vec4(1.0)) < 0.5) {
+        ivec2 here = ivec2(floor(position + 0.5));
+        if (objects == 1u) stored = across_crack(here, here, nearest);     // between two objects is no crack
+        return false;
+    }
+#endif
+    return true;
+}
+
+// Stored depth at `texel` of the atlas, 1 outside the silhouette; `nearest` is the texel that owns the result, `uncovered` the
+// part of the pixel that shows what is behind.
+float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered) {
+    vec2 position = clamp(texel, tile.xy + 0.5, tile.xy + tile.zw - 0.5) - 0.5;
+    ivec2 low = ivec2(floor(position));
+    vec2 f = position - vec2(low);
+    vec4 depth = four_depths(low);
+    vec4 weight = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
+    depth = mix(depth, vec4(1.0), equal(weight, vec4(0.0)));    // at the border these may be the texels of the tile beside
+    weight *= vec4(lessThan(depth, vec4(1.0)));
+    uncovered = 0.0;
+    float stored;
+    if (!is_covered(position, low, depth, weight, stored, nearest)) return stored;
+    // The heaviest that is not empty owns the pixel; of equals exactly one.
+    vec2 left_right = vec2(max(weight.x, weight.w), max(weight.y, weight.z));
+    bool right = left_right.y > left_right.x;
+    bool upper = right ? weight.y > weight.z : weight.x > weight.w;
+    nearest += ivec2(right, upper);
+    float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
+    weight *= step(abs(depth - own), vec4(reach(own)));
+#ifdef PARTIAL
+    uncovered = 1.0 - dot(weight, vec4(1.0));
+#endif
+    return dot(weight, depth) / dot(weight, vec4(1.0));
+}

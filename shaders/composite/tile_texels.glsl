@@ -1,0 +1,29 @@
+// Reads the impostor tile of a rectangle: stored depths, and which of them belong to one surface.
+uniform sampler2D atlas_depth;      // 1 − nearest·λ/w, 1 where empty
+uniform usampler2D atlas_owner;
+
+flat in uint objects;               // how many the tile shows
+flat in vec4 tile;                  // x, y, width, height in texels
+
+// Stored depths of the texels at `low` + (0,1) (1,1) (1,0) (0,0).
+vec4 four_depths(ivec2 low) {
+#ifdef TEXTURE_GATHER
+    return textureGather(atlas_depth, (vec2(low) + 1.0) / vec2(textureSize(atlas_depth, 0)));
+#else
+    vec4 depth;
+    depth.x = texelFetch(atlas_depth, low + ivec2(0, 1), 0).r;
+    depth.y = texelFetch(atlas_depth, low + ivec2(1, 1), 0).r;
+    depth.z = texelFetch(atlas_depth, low + ivec2(1, 0), 0).r;
+    depth.w = texelFetch(atlas_depth, low, 0).r;
+    return depth;
+#endif
+}
+
+// Texels continue one surface where their λ differs by less than this many pixels' worth: from one to the next, it is less
+// than 8 times as deep as wide.
+const float STEEPEST = 8.0;
+
+// How far the stored depths of texels that continue the one of depth `stored` may be from it.
+float reach(float stored) {
+    return STEEPEST * pixel_angle * (1.0 - stored);
+}
