@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable
 from functools import cached_property
+from pathlib import Path
 from typing import Any, TypeVar
 
 import moderngl
@@ -24,18 +25,21 @@ _PREAMBLE = "".join(
 
 
 class Source:
-    """One shader stage: `#include "common/x.glsl"` is resolved below shaders/, each file at most once."""
+    """One shader stage: `#include "common/x.glsl"` is resolved below shaders/, each file at most once.
 
-    def __init__(self, name: str, preamble: str = "") -> None:
-        self.files: list[str] = []
+    name: a file below shaders/, or the Path of one elsewhere, which may also include what lies beside it.
+    """
+
+    def __init__(self, name: str | Path, preamble: str = "") -> None:
+        self.files: list[str | Path] = []
         self.text = f"#version 330 core\n{preamble}{self._expand(name)}"
 
-    def _expand(self, name: str) -> str:
-        path = shader_root() / name
+    def _expand(self, name: str | Path) -> str:
+        path = shader_root() / name if isinstance(name, str) else name
         try:
             lines = path.read_text(encoding="utf-8").splitlines()
         except FileNotFoundError:
-            raise GpuError(f"shaders/{name}: no such shader") from None
+            raise GpuError(f"{_shown(name)}: no such shader") from None
         number = len(self.files)
         self.files.append(name)
         out = [f"#line 1 {number}"]
@@ -43,8 +47,8 @@ class Source:
             include = _INCLUDE.match(line)
             if include is None:
                 out.append(line)
-            elif include[1] not in self.files:
-                out += [self._expand(include[1]), f"#line {index + 1} {number}"]
+            elif (included := _included(name, include[1])) not in self.files:
+                out += [self._expand(included), f"#line {index + 1} {number}"]
             else:
                 out.append("")
         return "\n".join(out) + "\n"
@@ -54,9 +58,20 @@ class Source:
 
         def name(match: re.Match[str]) -> str:
             number = int(match[1])
-            return f"shaders/{self.files[number]}:{match[2]}" if number < len(self.files) else match[0]
+            return f"{_shown(self.files[number])}:{match[2]}" if number < len(self.files) else match[0]
 
         return _LOCATION.sub(name, message)
+
+
+def _shown(name: str | Path) -> str:
+    """How messages name a file."""
+    return f"shaders/{name}" if isinstance(name, str) else str(name)
+
+
+def _included(by: str | Path, name: str) -> str | Path:
+    """The file that `by` includes as `name`: from beside a file that lies elsewhere, else below shaders/."""
+    beside = by.parent / name if isinstance(by, Path) else None
+    return beside if beside is not None and beside.is_file() else name
 
 
 class Program:
@@ -65,7 +80,7 @@ class Program:
     defines: names that the shaders may ask for by #ifdef, which stand for 1 or, written NAME=VALUE, for that.
     """
 
-    def __init__(self, scope: Scope, vertex: str, fragment: str, defines: Iterable[str] = ()) -> None:
+    def __init__(self, scope: Scope, vertex: str | Path, fragment: str | Path, defines: Iterable[str] = ()) -> None:
         pairs = (each.partition("=") for each in defines)
         preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
         self._scope = scope

@@ -55,7 +55,7 @@ class ShadowMap:
         return mine.half == its.half and np.array_equal(mine.axes, its.axes) and bool((np.abs(moved) < mine.half).all())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Shadows:
     """The shadow maps of a frame. sun: the nearest first, None where it casts no shadows; may_wait: whether its maps
     may be redrawn some frames later; lamps: by tile; tiles: the tile of each lamp that has one, by its number among the
