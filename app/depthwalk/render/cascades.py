@@ -54,7 +54,7 @@ class ShadowParams(Params):
         return WORST * self.error
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cascade:
     """The view of a shadow map, orthographic. centre: world, metres; half: half its width and height, metres; axes:
     rows right, up and towards the sun (3, 3), world, unit; resolution: texels along an edge."""
@@ -130,7 +130,14 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
         steps = np.array([sideways, sideways, 2 * (DEPTH * half - radius)])
         middle = axes @ (view.position + along * view.axes[2])
         centre = np.round(middle / steps) * steps @ axes
-        cascades.append(Cascade((float(centre[0]), float(centre[1]), float(centre[2])), half, axes, params.resolution))
+        cascades.append(
+            Cascade(
+                centre=(float(centre[0]), float(centre[1]), float(centre[2])),
+                half=half,
+                axes=axes,
+                resolution=params.resolution,
+            )
+        )
     return tuple(cascades)
 
 

@@ -20,7 +20,7 @@ Rows = NDArray[np.integer]
 MapView = Cascade | Spot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ShadowMap:
     """What a shadow map sees and what casts shadows in it: grids of depth images, and polygons."""
 
@@ -91,12 +91,15 @@ def shadow_map(
     grids, meshes = order[imaged[order]], order[~imaged[order]]
     centre = np.array(view.centre)
     return ShadowMap(
-        view,
-        Drawing(
-            placed_records(centre, placed.take(grids)),
-            draw_groups(table, placed.asset[grids], level[grids], case[grids]),
+        view=view,
+        grids=Drawing(
+            records=placed_records(centre, placed.take(grids)),
+            groups=draw_groups(table, placed.asset[grids], level[grids], case[grids]),
         ),
-        Drawing(placed_records(centre, placed.take(meshes)), draw_groups(table, placed.asset[meshes], level[meshes])),
+        meshes=Drawing(
+            records=placed_records(centre, placed.take(meshes)),
+            groups=draw_groups(table, placed.asset[meshes], level[meshes]),
+        ),
     )
 
 

@@ -59,7 +59,7 @@ class ShadowPlanner:
         with self._timers.measure_cpu("plan"):
             scene = self._placed.arrays()
             fewer = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
-            rule = StandInRule(magnification, uploads.stand_in, params.error)
+            rule = StandInRule(magnification=magnification, has_come=uploads.stand_in, error=params.error)
             maps = [
                 shadow_map(each, rows, scene, rule, params.triangles_per_texel * part)
                 for each, rows, part in zip(views, casters, fewer, strict=True)

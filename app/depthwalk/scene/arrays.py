@@ -33,16 +33,19 @@ class Takes:
     __dataclass_fields__: ClassVar[dict[str, Any]]  # by their names
 
     def take(self, rows: NDArray[np.integer] | NDArray[np.bool_] | slice) -> Self:
-        columns = (getattr(self, name) for name in self.__dataclass_fields__)
+        columns = {name: getattr(self, name) for name in self.__dataclass_fields__}
         if isinstance(rows, slice):
-            return type(self)(*(column[rows] for column in columns))
+            return type(self)(**{name: column[rows] for name, column in columns.items()})
         if rows.dtype == bool:
             rows = rows.nonzero()[0]
-        return type(self)(*(column.take(rows, 0) for column in columns))  # quicker than an index, by far of records
+        # `take` is quicker than an index, by far of records.
+        return type(self)(**{name: column.take(rows, 0) for name, column in columns.items()})
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__dataclass_fields__))
+        return cls(
+            **{name: np.concatenate([getattr(part, name) for part in parts]) for name in cls.__dataclass_fields__}
+        )
 
     def put(self, rows: NDArray[np.integer] | slice, other: Self) -> None:
         for name in self.__dataclass_fields__:
