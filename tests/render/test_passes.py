@@ -14,6 +14,7 @@ from depthwalk.headless import HeadlessRenderer
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes import PASSES, default_passes
+from depthwalk.render.renderer import Renderer
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import TARGETS, DeclaredTargets, Targets, declared
 from depthwalk.render.view import View
@@ -142,19 +143,25 @@ def test_a_mistake_in_a_shader_from_outside_is_located(gl_device, shader):
     vignette = Vignette(shader)
     with pytest.raises(GpuError, match=r"vignette\.frag:9"):
         vignette.attach(gl_device)
-    vignette.release()
     shader.unlink()
     with pytest.raises(GpuError, match=r"vignette\.frag: no such shader"):
         vignette.attach(gl_device)
-    vignette.release()
 
 
-def test_a_pass_serves_one_renderer_at_a_time(gl_device):
-    ground = next(each for each in default_passes() if each.name == "ground")
+def ground_of_its_own():
+    return next(each for each in default_passes() if each.name == "ground")
+
+
+def test_a_pass_serves_one_renderer_at_a_time(gl_device, library):
+    ground = ground_of_its_own()
     before = dict(gl_device.live)
     ground.attach(gl_device)
     with pytest.raises(ValueError, match="ground belongs to a renderer already"):
         ground.attach(gl_device)
+    with OnScreen(gl_device, still_life(), library, SIZE) as stage:
+        with pytest.raises(ValueError, match="warp belongs to a renderer already"):
+            Renderer(gl_device, still_life(), library, [ground_of_its_own(), stage.renderer.passes[0]])
+        stage.draw(VIEW)  # the passes of the other renderer are as they were
     ground.release()
     assert {kind: count for kind, count in gl_device.live.items() if count} == {k: n for k, n in before.items() if n}
     ground.attach(gl_device)

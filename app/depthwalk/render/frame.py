@@ -109,11 +109,15 @@ class Pass(ABC, Generic[P]):
         self.params: P = cast(P, self.Params()) if params is None else params
 
     def attach(self, device: Device) -> None:
-        """Create what the pass needs on a device. One pass serves one renderer at a time."""
+        """Create what the pass needs on a device. One pass serves one renderer at a time, or ValueError is raised."""
         if hasattr(self, "gl"):
             raise ValueError(f"pass {self.name} belongs to a renderer already")
         self.gl = device.scope(self.name)
-        self.setup(self.gl)
+        try:
+            self.setup(self.gl)
+        except BaseException:
+            self.release()
+            raise
 
     def params_in(self, settings: "RenderSettings") -> P:
         """The parameters that hold: its own, or its group in the settings."""

@@ -53,10 +53,11 @@ class Renderer:
         self.timers = PassTimers(device)
         self._rounds = Rounds(device, scene.render, self.placed, self.timers)
         self._shadows = ShadowPlanner(self.placed, self.timers)
-        self.passes = default_passes() if passes is None else list(passes)
+        self.passes: list[Pass[Any]] = []
         try:
-            for each in self.passes:
+            for each in default_passes() if passes is None else passes:
                 each.attach(device)
+                self.passes.append(each)
         except BaseException:
             self.release()
             raise
