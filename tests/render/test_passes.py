@@ -217,7 +217,7 @@ def test_what_does_not_draw_is_not_timed(gl_device, library):
             stage.draw(VIEW)
         timed = set(stage.renderer.timers.milliseconds)
     names = {each.name for each in PASSES}
-    assert timed & names == {"warp", "composite", "shade", "light", "output"}
+    assert timed & names == {"warp", "composite", "dmesh", "mesh", "shade", "light", "output"}
 
 
 def modes():

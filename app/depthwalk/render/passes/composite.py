@@ -31,9 +31,6 @@ class CompositePass(Pass[CompositeParams]):
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
         self._instances = InstanceStream(gl, COMPOSITE_RECORD)
 
-    def enabled(self, frame: Frame, params: CompositeParams) -> bool:
-        return len(frame.plan.composite.records) > 0
-
     def draw(self, frame: Frame, params: CompositeParams) -> None:
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
         frame.targets.atlas_depth.use(0)

@@ -21,9 +21,6 @@ class DmeshPass(Pass[Params]):
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
 
-    def enabled(self, frame: Frame, params: Params) -> bool:
-        return len(frame.plan.dmesh.groups) > 0
-
     def draw(self, frame: Frame, params: Params) -> None:
         clip_from_eye = matrix_bytes(frame.view.clip_from_eye)
         self._instances.upload(frame.plan.dmesh.records)

@@ -35,9 +35,6 @@ class MeshPass(Pass[MeshParams]):
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._seen = gl.buffer(reserve=12 * _ROOM, dynamic=True)  # indices of meshlets
 
-    def enabled(self, frame: Frame, params: MeshParams) -> bool:
-        return len(frame.plan.mesh.groups) > 0
-
     def draw(self, frame: Frame, params: MeshParams) -> None:
         with self.gl.state(into=frame.targets.polygons, depth_test=LESS, wireframe=params.wireframe):
             self._draw(frame)

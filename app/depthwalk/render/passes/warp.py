@@ -41,9 +41,6 @@ class WarpPass(Pass[WarpParams]):
         self._clear = Program(gl, "warp/clear.vert", "warp/clear.frag")
         self._slots = InstanceStream(gl, _SLOT)
 
-    def enabled(self, frame: Frame, params: WarpParams) -> bool:
-        return len(frame.plan.cleared) > 0
-
     def draw(self, frame: Frame, params: WarpParams) -> None:
         self._clear_slots(frame)
         with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
