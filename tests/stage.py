@@ -17,10 +17,10 @@ def view_of(position=(0.0, 1.6, 5.0), target=(0.0, 1.0, 0.0), far=60.0):
 class OnScreen:
     """A renderer of one scene, and a screen."""
 
-    def __init__(self, device, scene, library, size=SIZE):
+    def __init__(self, device, scene, library, size=SIZE, passes=None):
         self.scope = device.scope("stage")
         self.screen = self.scope.framebuffer([self.scope.texture(size, 4)])
-        self.renderer = Renderer(device, scene, library)
+        self.renderer = Renderer(device, scene, library, passes)
 
     def __enter__(self):
         return self

@@ -1,14 +1,17 @@
 """Pictures without a window."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.gpu.device import headless_device
 from depthwalk.render.assets import Library
+from depthwalk.render.frame import Pass
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
@@ -35,10 +38,17 @@ class HeadlessRenderer:
     own context current and then again the one that was.
 
     A picture does not depend on those before it. To draw a walk as the window does, set `renderer.remembers`.
+
+    passes: see `Renderer`.
     """
 
     def __init__(
-        self, scene: Scene, library: Library, size: tuple[int, int], representation: Representation | None = None
+        self,
+        scene: Scene,
+        library: Library,
+        size: tuple[int, int],
+        representation: Representation | None = None,
+        passes: Sequence[Pass[Any]] | None = None,
     ) -> None:
         self.size = size
         self.device = headless_device()
@@ -48,7 +58,7 @@ class HeadlessRenderer:
                 scope = self.device.scope("headless")
                 objects.callback(scope.release)
                 self._screen = scope.framebuffer([scope.texture(size, 4)])
-                self.renderer = Renderer(self.device, scene, library)
+                self.renderer = Renderer(self.device, scene, library, passes)
                 objects.callback(self.renderer.release)
                 self.renderer.placed.representation = representation
                 self.renderer.placed.table()

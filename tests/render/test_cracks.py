@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from depthwalk.render.depth_cells import DepthCells
+from depthwalk.render.frame import common
 from depthwalk.render.passes.composite import CompositePass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view import View
@@ -48,7 +49,8 @@ def test_cracks_are_bridged_and_gaps_are_not(wall, aa, widest, along):
         lines[middle + count :] = 1 - (1 - lines[middle + count :]) / farther
         targets.atlas_depth = scope.texture(targets.atlas_size, 1, "f4", cut.tobytes())
         targets.polygons.clear(depth=1.0)
-        composite.draw(SimpleNamespace(view=renderer.view, plan=plan, settings=renderer.settings, targets=targets))
+        frame = SimpleNamespace(view=renderer.view, plan=plan, common=common(renderer.settings), targets=targets)
+        composite.draw(frame, renderer.settings.composite)
         farthest = cells.read(targets)[rows, columns]  # of all samples, well within the wall
         assert (farthest == 1.0).any() == holes
     cells.release()

@@ -104,7 +104,12 @@ def test_records_hold_the_viewer():
     rng = np.random.default_rng(8)
     one = np.ones(50)
     viewer = rng.normal(size=(50, 3)) * 4
-    planes = choose_planes(viewer, Volumes(0.5 * one, 0 * one, one, box_footprint(0.5 * one, 0.5 * one), one > 0))
+    planes = choose_planes(
+        viewer,
+        Volumes(
+            radius=0.5 * one, bottom=0 * one, top=one, footprint=box_footprint(0.5 * one, 0.5 * one), has_side=one > 0
+        ),
+    )
     records = np.zeros(50, WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])

@@ -9,9 +9,10 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.headless import HeadlessRenderer
 from depthwalk.reference.light import lamp_light, phong, reflected
 from depthwalk.render.casters import Shadows
+from depthwalk.render.frame import common
 from depthwalk.render.lamps import SLICES, SQUARE, lamps_in_sight
 from depthwalk.render.lighting import irradiance, lighting, polynomials, sphere_directions
-from depthwalk.render.passes.light import LightPass
+from depthwalk.render.passes.light import LightParams, LightPass
 from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import Targets
 from depthwalk.render.view import View, view_distance
@@ -55,7 +56,8 @@ def test_the_pass_lights_what_the_twin_lights(gl_device, count):
     rng = np.random.default_rng(count)
     environment = Environment(lights=random_lamps(rng, count))
     view = View(Camera((1.0, 2.0, 13.0), (0, 1, -4), 0.9), SIZE, near=2.0, far=40.0)
-    targets, light, scope = Targets(gl_device, SIZE), LightPass(gl_device), gl_device.scope("test")
+    targets, light, scope = Targets(gl_device, SIZE), LightPass(), gl_device.scope("test")
+    light.attach(gl_device)
     albedo = rng.integers(0, 256, (*SIZE[::-1], 4), np.uint8)
     surface = rng.integers(0, 65536, (*SIZE[::-1], 4), np.uint16)
     depth = rng.uniform(0.3, 0.98, SIZE[::-1]).astype(np.float32)
@@ -67,11 +69,13 @@ def test_the_pass_lights_what_the_twin_lights(gl_device, count):
         SimpleNamespace(
             targets=targets,
             view=view,
-            settings=RenderSettings(),
+            common=common(RenderSettings()),
             environment=environment,
+            light=lighting(environment),
             transparent=False,
             shadows=Shadows(),
-        )
+        ),
+        LightParams(),
     )
     found = np.frombuffer(targets.lit_texture.read(), np.float16).reshape(-1, 4)
     for each in (light, targets, scope):

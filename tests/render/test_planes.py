@@ -22,7 +22,9 @@ R, Y0, Y1 = 0.7, -0.2, 1.9
 
 def cylinder(count=1):
     one = np.ones(count)
-    return Volumes(R * one, Y0 * one, Y1 * one, box_footprint(R * one, R * one), one > 0)
+    return Volumes(
+        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=box_footprint(R * one, R * one), has_side=one > 0
+    )
 
 
 coordinates = st.floats(-8, 8, allow_nan=False, width=32)
@@ -54,9 +56,11 @@ def test_the_rectangle_holds_every_sample(viewer, point):
 def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer, points):
     points[:, 1] += 0.85
     one = np.ones(1)
-    volumes = Volumes(R * one, Y0 * one, Y1 * one, footprint(points)[None], one > 0)
+    volumes = Volumes(
+        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=footprint(points)[None], has_side=one > 0
+    )
     planes = choose_planes(viewer[None], volumes)
-    many = Planes(*(np.repeat(getattr(planes, field.name), len(points), 0) for field in fields(Planes)))
+    many = Planes(**{each.name: np.repeat(getattr(planes, each.name), len(points), 0) for each in fields(Planes)})
     position, lam = warp(points, many)
     assert (position >= planes.low - 1e-9).all() and (position <= planes.high + 1e-9).all()
     nearest, farthest = depths_behind(planes, volumes)[0]

@@ -34,7 +34,9 @@ def test_no_point_is_shown_farther_off_than_the_bound():
     count = 20000
     one = np.ones(count)
     half = rng.uniform(0.2, 0.7, (2, count))
-    volumes = Volumes(0.7 * one, -0.2 * one, 1.9 * one, box_footprint(*half), one > 0)
+    volumes = Volumes(
+        radius=0.7 * one, bottom=-0.2 * one, top=1.9 * one, footprint=box_footprint(*half), has_side=one > 0
+    )
     there = rng.normal(size=(count, 3))
     there *= (rng.uniform(2.4, 30, count) / np.linalg.norm(there, axis=1))[:, None]
     moved = rng.normal(size=(count, 3))
@@ -43,7 +45,9 @@ def test_no_point_is_shown_farther_off_than_the_bound():
     ]
     here = there + moved
     planes = choose_planes(there, volumes)
-    tiles = Tiles(np.tile(np.eye(3), (count, 1, 1)), one, np.ones((count, 2), int), np.zeros((count, 2)))
+    tiles = Tiles(
+        texel=np.tile(np.eye(3), (count, 1, 1)), nearest=one, size=np.ones((count, 2), int), pixel=np.zeros((count, 2))
+    )
     records = tile_records(there, planes, depths_behind(planes, volumes), tiles, np.zeros((count, 2), int))
     bound = parallax(records, here, FOCAL)
 
@@ -85,8 +89,8 @@ class Walk:
         view = View(Camera(position, target, 0.9), size, 0.1, 100.0)
         bounds = object_bounds(objects, self.table.centre, self.table.reach)
         visible, _ = bounds.visible(view)
-        settings = PlanSettings(LodParams(), self.layout, MeshLodParams(), self.atlas)
-        scene = SceneArrays(objects, bounds, self.table, self.renderer.placed.clusters())
+        settings = PlanSettings(lod=LodParams(), layout=self.layout, polygons=MeshLodParams(), atlas_size=self.atlas)
+        scene = SceneArrays(objects=objects, bounds=bounds, table=self.table, clusters=self.renderer.placed.clusters())
         return self.planner.plan(view, scene, visible, settings)
 
 

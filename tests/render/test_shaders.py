@@ -29,7 +29,13 @@ def test_pass_one_matches_its_twin(gl_device):
     rng = np.random.default_rng(5)
     count = 100
     one = np.ones(count)
-    volumes = Volumes(0.8 * one, -0.5 * one, 1.5 * one, box_footprint(0.8 * one, 0.8 * one), one > 0)
+    volumes = Volumes(
+        radius=0.8 * one,
+        bottom=-0.5 * one,
+        top=1.5 * one,
+        footprint=box_footprint(0.8 * one, 0.8 * one),
+        has_side=one > 0,
+    )
     direction = rng.normal(size=(count, 3))
     viewer = direction / np.linalg.norm(direction, axis=1, keepdims=True) * rng.uniform(3, 9, (count, 1))
     planes = choose_planes(viewer, volumes)

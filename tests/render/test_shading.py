@@ -79,7 +79,9 @@ def test_pixels_as_texels_show_what_resampling_shows(gl_device, monkeypatch, pos
         renderer.render(View(Camera(position, (0, 0.4, 0), 0.9), SIZE), screen)
         assert renderer.plan.composite.aligned == (0 if whole else 2)
         pictures.append(read_pixels(screen).astype(int))
-        monkeypatch.setattr("depthwalk.render.plan.Rectangles", lambda records, aligned: Rectangles(records, 0))
+        monkeypatch.setattr(
+            "depthwalk.render.plan.Rectangles", lambda records, aligned: Rectangles(records=records, aligned=0)
+        )
     renderer.release()
     scope.release()
     difference = np.abs(pictures[0] - pictures[1]).max(-1)

@@ -84,7 +84,7 @@ def test_casters_are_all_that_may_shadow_the_map():
     """Against every sphere swept along the light, sampled; what is under a texel is left out."""
     rng = np.random.default_rng(4)
     bounds = Bounds(rng.uniform(-60, 60, (3000, 3)), rng.choice([0.01, 0.5, 3.0], 3000))
-    cascade = Cascade((1.0, 2.0, 3.0), 10.0, light_axes(TO_SUN), 512)
+    cascade = Cascade(centre=(1.0, 2.0, 3.0), half=10.0, axes=light_axes(TO_SUN), resolution=512)
     found = np.isin(np.arange(3000), find_casters(cascade, bounds))
     light = in_light(cascade, bounds.centre) * cascade.half * [1, 1, DEPTH]
     beside = np.maximum(np.abs(light[:, :2]) - cascade.half, 0).max(1)
@@ -99,7 +99,13 @@ def test_the_suns_view_is_the_limit_of_a_far_viewers():
     """λ tells nothing, and the shift is linear in depth, straight up on the side's plane (docs/conventions.md)."""
     rng = np.random.default_rng(6)
     one = np.ones(200)
-    volumes = Volumes(0.8 * one, -0.5 * one, 1.5 * one, box_footprint(0.8 * one, 0.8 * one), one > 0)
+    volumes = Volumes(
+        radius=0.8 * one,
+        bottom=-0.5 * one,
+        top=1.5 * one,
+        footprint=box_footprint(0.8 * one, 0.8 * one),
+        has_side=one > 0,
+    )
     sun = np.array([0.48, 0.6, 0.64])
     planes = choose_planes(np.tile(1e7 * sun, (200, 1)), volumes)
     point = rng.uniform([-0.5, -0.5, -0.5], [0.5, 1.5, 0.5], (200, 3))

@@ -59,11 +59,17 @@ def test_limits_are_texels_and_triangles(studio, library, kind):
         placed = stage.renderer.placed
         scene, table = placed.arrays(), placed.table()
         table.meshes.add(0, [MeshLevel(library.mesh(0), 0.0)])
-        rule, finest = StandInRule(2.0, all_have, 0.125), 0.0
+        rule, finest = StandInRule(magnification=2.0, has_come=all_have, error=0.125), 0.0
         for resolution in range(64, 1024, 32):
-            view = Cascade((0.0, 1.0, 0.0), 3.0, light_axes(TO_SUN), resolution)
+            view = Cascade(centre=(0.0, 1.0, 0.0), half=3.0, axes=light_axes(TO_SUN), resolution=resolution)
             if kind == "lamp":
-                view = Spot((-0.8, 20.0, 0.0), light_axes(np.array([0.0, 1.0, 0.01])), 0.7, 40.0, resolution)
+                view = Spot(
+                    centre=(-0.8, 20.0, 0.0),
+                    axes=light_axes(np.array([0.0, 1.0, 0.01])),
+                    angle=0.7,
+                    reach=40.0,
+                    resolution=resolution,
+                )
             nearest, middle = (float(texel[0]) for texel in view.texels(placed.bounds()))
             magnified = 1.5 * float(table.stand_ins.texel[placed.objects().asset[0]]) / nearest > 2.0
             texels = 4 * table.girth[0] * table.half_height[0] * (1.5 / middle) ** 2

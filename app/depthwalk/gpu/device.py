@@ -3,15 +3,17 @@
 import logging
 from collections import Counter
 from collections.abc import Callable
-from typing import Any
+from contextlib import AbstractContextManager
+from typing import Any, Unpack
 
 import moderngl
+
+from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
 
 log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
-ALWAYS = "1"  # the depth function, as moderngl names it
 R8_SNORM = 0x8F94  # GL_R8_SNORM
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
 
@@ -26,6 +28,7 @@ class Device:
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self.live: Counter[str] = Counter()
+        self.state = StateKeeper(context)
         self.renderer: str = context.info["GL_RENDERER"]
         self.software = any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
@@ -159,6 +162,17 @@ class Scope:
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
         make = self.device.context.vertex_array
         return self._make("vertex_array", None, lambda: make(program, content, **options))
+
+    def state(
+        self,
+        into: moderngl.Framebuffer | None = None,
+        *,
+        depth_write: bool = True,
+        colour_mask: ColourMask | None = None,
+        **changes: Unpack[Changes],
+    ) -> AbstractContextManager[None]:
+        """GL state for a `with` block, by the fields of `gpu.state.State`; see `StateKeeper.changed`."""
+        return self.device.state.changed(into, depth_write=depth_write, colour_mask=colour_mask, **changes)
 
     def free(self, *objects: Any) -> None:
         """Releases single objects of this scope before the scope itself."""

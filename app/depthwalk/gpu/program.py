@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping
 from enum import IntEnum
 from functools import cached_property
 from importlib import import_module
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -42,20 +43,21 @@ _PREAMBLE = "".join(
 class Source:
     """The text of one shader stage, with its includes and constants resolved.
 
+    name: a file below shaders/, or the Path of one elsewhere, which may also include what lies beside it.
     `#include "common/x.glsl"` is looked up below shaders/, each file at most once; for `#from` see the module's
     docstring. Raises GpuError for a file, module or constant that does not exist.
     """
 
-    def __init__(self, name: str, preamble: str = "") -> None:
-        self.files: list[str] = []
+    def __init__(self, name: str | Path, preamble: str = "") -> None:
+        self.files: list[str | Path] = []
         self.text = f"#version 330 core\n{preamble}{self._expand(name)}"
 
-    def _expand(self, name: str) -> str:
-        path = shader_root() / name
+    def _expand(self, name: str | Path) -> str:
+        path = shader_root() / name if isinstance(name, str) else name
         try:
             lines = path.read_text(encoding="utf-8").splitlines()
         except FileNotFoundError:
-            raise GpuError(f"shaders/{name}: no such shader") from None
+            raise GpuError(f"{_shown(name)}: no such shader") from None
         number = len(self.files)
         self.files.append(name)
         out = [f"#line 1 {number}"]
@@ -65,11 +67,11 @@ class Source:
                 try:
                     out += [*_constant_defines(constants[1], constants[2]), f"#line {index + 1} {number}"]
                 except (ImportError, AttributeError, TypeError) as error:
-                    raise GpuError(f"shaders/{name}:{index}: {error}") from None
+                    raise GpuError(f"{_shown(name)}:{index}: {error}") from None
             elif include is None:
                 out.append(line)
-            elif include[1] not in self.files:
-                out += [self._expand(include[1]), f"#line {index + 1} {number}"]
+            elif (included := _included(name, include[1])) not in self.files:
+                out += [self._expand(included), f"#line {index + 1} {number}"]
             else:
                 out.append("")
         return "\n".join(out) + "\n"
@@ -79,7 +81,7 @@ class Source:
 
         def name(match: re.Match[str]) -> str:
             number = int(match[1])
-            return f"shaders/{self.files[number]}:{match[2]}" if number < len(self.files) else match[0]
+            return f"{_shown(self.files[number])}:{match[2]}" if number < len(self.files) else match[0]
 
         return _LOCATION.sub(name, message)
 
@@ -114,6 +116,17 @@ def _glsl(value: object) -> str:
     raise TypeError(f"{value!r} is neither a number nor three or three by three of them")
 
 
+def _shown(name: str | Path) -> str:
+    """How messages name a file."""
+    return f"shaders/{name}" if isinstance(name, str) else str(name)
+
+
+def _included(by: str | Path, name: str) -> str | Path:
+    """The file that `by` includes as `name`: from beside a file that lies elsewhere, else below shaders/."""
+    beside = by.parent / name if isinstance(by, Path) else None
+    return beside if beside is not None and beside.is_file() else name
+
+
 class Program:
     """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`.
 
@@ -128,8 +141,8 @@ class Program:
     def __init__(
         self,
         scope: Scope,
-        vertex: str,
-        fragment: str,
+        vertex: str | Path,
+        fragment: str | Path,
         defines: Iterable[str] = (),
         blocks: Mapping[str, int] = MappingProxyType({}),
     ) -> None:

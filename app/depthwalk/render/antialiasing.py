@@ -1,6 +1,6 @@
 """Which anti-aliasing a picture gets, and what that asks of the passes before it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -43,6 +43,24 @@ def samples(settings: Any) -> int:
     if geometric(settings):
         return int(settings.gpaa.samples)
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class AntiAliasing:
+    """What passes go by of the settings' anti-aliasing. mode: see `PictureParams.aa`; samples: those of a pixel along
+    either axis; geometric, covering: see the functions of these names."""
+
+    mode: str
+    samples: int
+    geometric: bool
+    covering: bool
+
+
+def anti_aliasing(settings: Any) -> AntiAliasing:
+    """The anti-aliasing that a RenderSettings asks for."""
+    return AntiAliasing(
+        mode=settings.aa, samples=samples(settings), geometric=geometric(settings), covering=covering(settings)
+    )
 
 
 def hardware_samples(settings: PictureParams, device: Device) -> int:

@@ -54,7 +54,7 @@ class ShadowParams(Params):
         return WORST * self.error
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cascade:
     """The view of a shadow map, orthographic. centre: world, metres; half: half its width and height, metres; axes:
     rows right, up and towards the sun (3, 3), world, unit; resolution: texels along an edge."""
@@ -130,7 +130,7 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
         steps = glm.dvec3(sideways, sideways, 2 * (DEPTH * half - radius))
         middle = light_from_world * (glm.dvec3(view.position) + forward * along)
         centre = (glm.round(middle / steps) * steps) * light_from_world  # a row vector is turned back
-        cascades.append(Cascade(centre.to_tuple(), half, axes, params.resolution))
+        cascades.append(Cascade(centre=centre.to_tuple(), half=half, axes=axes, resolution=params.resolution))
     return tuple(cascades)
 
 

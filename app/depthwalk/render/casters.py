@@ -19,7 +19,7 @@ from depthwalk.types import Array, Rows
 MapView = Cascade | Spot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ShadowMap:
     """What a shadow map sees and what casts shadows in it: grids of depth images, and polygons."""
 
@@ -54,7 +54,7 @@ class ShadowMap:
         return mine.half == its.half and np.array_equal(mine.axes, its.axes) and bool((np.abs(moved) < mine.half).all())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Shadows:
     """The shadow maps of a frame. sun: the nearest first, None where it casts no shadows; may_wait: whether its maps
     may be redrawn some frames later; lamps: by tile; tiles: the tile of each lamp that has one, by its number among the
@@ -90,12 +90,15 @@ def shadow_map(
     grids, meshes = order[imaged[order]], order[~imaged[order]]
     centre = np.array(view.centre)
     return ShadowMap(
-        view,
-        Drawing(
-            placed_records(centre, placed.take(grids)),
-            draw_groups(table, placed.asset[grids], level[grids], case[grids]),
+        view=view,
+        grids=Drawing(
+            records=placed_records(centre, placed.take(grids)),
+            groups=draw_groups(table, placed.asset[grids], level[grids], case[grids]),
         ),
-        Drawing(placed_records(centre, placed.take(meshes)), draw_groups(table, placed.asset[meshes], level[meshes])),
+        meshes=Drawing(
+            records=placed_records(centre, placed.take(meshes)),
+            groups=draw_groups(table, placed.asset[meshes], level[meshes]),
+        ),
     )
 
 

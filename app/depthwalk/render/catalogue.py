@@ -127,8 +127,21 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     held = stand_ins.centre, np.hypot(stand_ins.half_height, stand_ins.girth), stand_ins.half_height, stand_ins.girth
     for column, of_asset in zip(bounds, held, strict=True):
         column[stand_ins.mesh[standing]] = of_asset[standing]
-    drawn = index_first, index_count, triangles, error
-    return AssetTable(volumes, texel, levels, *bounds, *drawn, meshes, stand_ins)
+    return AssetTable(
+        volumes=volumes,
+        texel=texel,
+        levels=levels,
+        centre=centre,
+        reach=reach,
+        half_height=half_height,
+        girth=girth,
+        index_first=index_first,
+        index_count=index_count,
+        triangles=triangles,
+        error=error,
+        meshes=meshes,
+        stand_ins=stand_ins,
+    )
 
 
 def _level_columns(

@@ -27,7 +27,7 @@ class CullingParams(Params):
     occlusion: bool = param(True, "Objects hidden behind others are left out")
 
 
-@dataclass(frozen=True)
+@dataclass(kw_only=True)
 class Cells:
     """c cells. order: (n,) int32, rows of the objects cell by cell; first: (c + 1,), where each cell begins in it;
     low, high: (c, 3) float32, world, the box around all spheres of a cell; largest: (c,) float32, the greatest reach
@@ -112,7 +112,8 @@ def sort_into_cells(bounds: Bounds) -> Cells:
     count = len(bounds.reach)
     order = neighbours(bounds.centre, _LEAF).astype(np.int32)
     first = np.append(np.arange(0, count, _OBJECTS), count)
-    return Cells(order, first, *boxes(bounds.take(order), first[:-1]))
+    low, high, largest = boxes(bounds.take(order), first[:-1])
+    return Cells(order=order, first=first, low=low, high=high, largest=largest)
 
 
 def neighbours(points: Array, size: int) -> Rows:

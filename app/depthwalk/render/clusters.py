@@ -31,7 +31,7 @@ _STEEP = 0.1  # height above or below a cell by distance; from among them, one b
 _AWAY = 4.0  # half diagonals of a cell, from which on it is far off: parallax within a cluster is an eighth of its own
 
 
-@dataclass(frozen=True)
+@dataclass(kw_only=True)
 class Clusters:
     """k runs of neighbours, within cells. order: see `Cells`; first: (k + 1,), where each begins in it; of_cell: the
     first cluster of each cell (c + 1,); able: (c,), whether all objects of a cell may share images; low, high: (k, 3),
@@ -92,14 +92,20 @@ class Clusters:
         dpci = np.full(count, Representation.DPCI, np.uint8)
         radius = np.hypot(half[:, 0], half[:, 2])
         return Shown(
-            len(self.order) + numbers,
-            Objects(like.asset, bounds.centre, upright, np.ones(count, np.float32), dpci),
-            bounds,
-            Volumes(radius, -half[:, 1], half[:, 1], box_footprint(half[:, 0], half[:, 2]), np.ones(count, bool)),
-            view.position - bounds.centre,
-            level,
-            np.full(count, Case.ALL, np.int64),
-            triangles * (self.first[numbers + 1] - self.first[numbers]),
+            row=len(self.order) + numbers,
+            objects=Objects(like.asset, bounds.centre, upright, np.ones(count, np.float32), dpci),
+            bounds=bounds,
+            volumes=Volumes(
+                radius=radius,
+                bottom=-half[:, 1],
+                top=half[:, 1],
+                footprint=box_footprint(half[:, 0], half[:, 2]),
+                has_side=np.ones(count, bool),
+            ),
+            viewer=view.position - bounds.centre,
+            level=level,
+            case=np.full(count, Case.ALL, np.int64),
+            triangles=triangles * (self.first[numbers + 1] - self.first[numbers]),
         )
 
     def refit(self, bounds: Bounds, cells: Rows) -> None:
@@ -117,7 +123,15 @@ def make_clusters(cells: Cells, bounds: Bounds, shareable: NDArray[np.bool_]) ->
     first = np.append(np.repeat(cells.first[:-1], count) + MEMBERS * within_runs(count), len(cells.order))
     low, high, _ = boxes(bounds.take(cells.order), first[:-1])
     able = np.logical_and.reduceat(shareable[cells.order], cells.first[:-1]) if len(count) else np.zeros(0, bool)
-    return Clusters(cells.order, first, of_cell, able, low, high, np.zeros(len(low), np.int64))
+    return Clusters(
+        order=cells.order,
+        first=first,
+        of_cell=of_cell,
+        able=able,
+        low=low,
+        high=high,
+        version=np.zeros(len(low), np.int64),
+    )
 
 
 def member_records(
@@ -139,8 +153,20 @@ def member_records(
     epipole = np.stack([np.einsum("ni,ni->n", viewer, axis) for axis in (right, up)], -1)
     distance = planes.distance / members.scale
     offset = np.einsum("ni,ni->n", viewer, normal) - distance
-    own = Planes(planes.face, right, up, normal, distance, epipole, offset, planes.low / scale, planes.high / scale)
+    own = Planes(
+        face=planes.face,
+        right=right,
+        up=up,
+        normal=normal,
+        distance=distance,
+        epipole=epipole,
+        offset=offset,
+        low=planes.low / scale,
+        high=planes.high / scale,
+    )
     texel = tiles.texel * np.concatenate([scale, scale, np.ones_like(scale)], 1)[:, None]
-    records = warp_records(own, Tiles(texel, tiles.nearest, tiles.size, tiles.pixel), corners, atlas_size)
+    records = warp_records(
+        own, Tiles(texel=texel, nearest=tiles.nearest, size=tiles.size, pixel=tiles.pixel), corners, atlas_size
+    )
     records["depths"][:, 2] = number << IMAGE_BITS
     return records

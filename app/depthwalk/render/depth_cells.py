@@ -1,6 +1,5 @@
 """The depth buffer in cells, brought back to the CPU."""
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,13 +25,12 @@ class DepthCells:
     def read(self, targets: Targets) -> NDArray[np.float32]:
         """The farthest depth (rows, columns) in cells of `side` × `side` pixels, 0 to 1, row 0 at the bottom. Waits
         until what was drawn so far is drawn."""
-        self._framebuffer.use()
-        self.gl.device.context.enable_only(moderngl.NOTHING)
         targets.drawn.depth.use(0)
         defines = targets.defines
         samples = {"samples": targets.samples} if defines else {}
         self._programs[defines].set(depth_texture=0, side=self.side, **samples)
-        self._programs[defines].fill()
+        with self.gl.state(into=self._framebuffer):
+            self._programs[defines].fill()
         width, height = self._texture.size
         return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
 

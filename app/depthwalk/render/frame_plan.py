@@ -25,7 +25,7 @@ _OF_ROUNDS: dict[str, Any] = {  # how the counts of a frame's rounds make its ow
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AssetTable:
     """What the plan must know of each of a meshes and depth objects; arrays (a,) unless said otherwise.
 
@@ -60,7 +60,7 @@ class AssetTable:
         return outside(viewer, self.centre[asset], self.half_height[asset], self.girth[asset])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Group:
     """`count` instance records from `first` on are drawn with the same asset and indices."""
 
@@ -73,7 +73,7 @@ class Group:
     case: int = Case.ALL
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Drawing:
     """Instance records sorted so that each group is one run."""
 
@@ -90,10 +90,10 @@ class Drawing:
         starts = np.cumsum([0] + [len(each.records) for each in drawings]).tolist()
         pairs = zip(starts, drawings, strict=False)
         groups = [replace(group, first=start + group.first) for start, each in pairs for group in each.groups]
-        return cls(np.concatenate([each.records for each in drawings]), groups)
+        return cls(records=np.concatenate([each.records for each in drawings]), groups=groups)
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Rectangles:
     """What pass 2 draws: records of which the first `aligned` have texels that are pixels; of either, nearest first."""
 
@@ -105,10 +105,10 @@ class Rectangles:
         """All of them; those of one round after those of another."""
         first = [each.records[: each.aligned] for each in rectangles]
         others = [each.records[each.aligned :] for each in rectangles]
-        return cls(np.concatenate(first + others), sum(each.aligned for each in rectangles))
+        return cls(records=np.concatenate(first + others), aligned=sum(each.aligned for each in rectangles))
 
 
-@dataclass
+@dataclass(kw_only=True)
 class FramePlan:
     """What the passes draw. counts: numbers for HUD and benchmark; cleared: (n, 4), slots of the atlas, x, y, width and
     height, that pass 1 fills anew; numbered: (d,) rows of the objects that composite and dmesh draw, by the numbers
@@ -166,5 +166,15 @@ def draw_groups(
         if case is not None:
             pairs = zip(table.index_first[key].tolist(), table.index_count[key].tolist(), strict=True)
             runs = tuple((first, length) for first, length in pairs if length)
-        groups.append(Group(key[0], start, count, runs, bool(clipped[start]), *key[1:]))
+        groups.append(
+            Group(
+                asset=int(asset[start]),
+                first=start,
+                count=count,
+                indices=runs,
+                clipped=bool(clipped[start]),
+                level=0 if level is None else int(level[start]),
+                case=Case.ALL if case is None else int(case[start]),
+            )
+        )
     return groups

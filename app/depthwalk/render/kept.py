@@ -17,7 +17,7 @@ _MANY = 64  # tiles that are placed at once where they can be: one by one each f
 _SELDOM = 120  # frames from one packing to the next for that reason: it costs a frame without reuse
 
 
-@dataclass
+@dataclass(kw_only=True)
 class KeptTiles(Takes):
     """n tiles in the atlas.
 
@@ -43,11 +43,19 @@ class KeptTiles(Takes):
 
     @classmethod
     def none(cls) -> "KeptTiles":
-        number = np.zeros(0, np.int64)
-        real = np.zeros(0)
-        slot, frustum = np.zeros((0, 4), np.int64), np.zeros((0, 3, 3))
-        whole = np.zeros(0, bool)
-        return cls(np.zeros(0, COMPOSITE_RECORD), number, slot, number, real, frustum, whole, number, number, real)
+        number, real = np.zeros(0, np.int64), np.zeros(0)
+        return cls(
+            record=np.zeros(0, COMPOSITE_RECORD),
+            object=number,
+            slot=np.zeros((0, 4), np.int64),
+            seen=number,
+            density=real,
+            frustum=np.zeros((0, 3, 3)),
+            whole=np.zeros(0, bool),
+            level=number,
+            case=number,
+            resolution=real,
+        )
 
 
 class TileCache:

@@ -36,7 +36,7 @@ NUMBERS_RECORD = np.dtype([("numbers", "4f4")])
 _NONE: Mapping[int, int] = MappingProxyType({})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Lamps:
     """records: (n,) LAMP_RECORD of those in sight; cells: (k,) NUMBERS_RECORD, slice by slice, row by row from the
     lower left: the first in the list, how many, and how many of these have shadow maps, which come first; lists: their
@@ -77,7 +77,7 @@ def lamps_in_sight(view: View, lights: Sequence["LampParams"], tiles: Mapping[in
     for record, number in zip(records, seen[: mapped.sum()].tolist(), strict=False):
         spot = spot_of(lights[number], 1)
         record["shadow"] = *(spot.axes[0] / spot.tangent), tiles[number]
-    return Lamps(records, cells, lists, across)
+    return Lamps(records=records, cells=cells, lists=lists, across=across)
 
 
 def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]:

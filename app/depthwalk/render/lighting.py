@@ -20,14 +20,15 @@ POLYNOMIALS, UPRIGHT_POLYNOMIALS = 9, 3  # of the normal up to the second order;
 _NOTHING = 1e-6  # of the strongest: what no picture shows
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Lighting:
     """to_sun: (3,), unit, world; sun: (3,), linear, what a white surface shows that faces it; ambient: (9, 3), what
-    light from everywhere adds to that, by the `polynomials` of the normal."""
+    light from everywhere adds to that, by the `polynomials` of the normal; sky: what is behind everything."""
 
     to_sun: Array
     sun: Array
     ambient: Array
+    sky: Sky
 
     @property
     def defines(self) -> tuple[str, ...]:
@@ -50,16 +51,16 @@ class Lighting:
 
 
 def lighting(environment: "Environment") -> Lighting:
-    """The light of an environment's sun, and of its sky or of `ambient:`."""
-    to_sun, sun = direction_to_sun(environment), sunlight(environment)
+    """Derive the light of an environment's sun, and of its sky or of `ambient:`. Once per frame, for all passes."""
+    to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), sky_of(environment)
     if environment.sky is not None and environment.sky.light:
         from_below = float(max(to_sun[1], 0)) * sun
         x, y, z = from_below.tolist()
-        return Lighting(to_sun, sun, skylight(sky_of(environment), (x, y, z)))
+        return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (x, y, z)), sky=sky)
     ambient = np.zeros((POLYNOMIALS, 3))
     constant = linear_from_srgb(environment.ambient.colour) * environment.ambient.intensity
     ambient[0], ambient[1] = 0.75 * constant, 0.25 * constant  # a little less from below
-    return Lighting(to_sun, sun, ambient)
+    return Lighting(to_sun=to_sun, sun=sun, ambient=ambient, sky=sky)
 
 
 @lru_cache(maxsize=8)

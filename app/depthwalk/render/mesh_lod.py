@@ -26,7 +26,7 @@ class MeshLodParams(Params):
     )
 
 
-@dataclass(frozen=True)
+@dataclass(kw_only=True)
 class MeshLevels:
     """Of each of a meshes the levels of detail: error (a, levels), metres, and triangles (a, levels), see `MeshLevel`;
     +inf and 0 where a mesh has no such level, or has not come yet."""
@@ -37,7 +37,7 @@ class MeshLevels:
     @classmethod
     def empty(cls, count: int) -> "MeshLevels":
         """For `count` numbers."""
-        return cls(np.full((count, MOST_LEVELS), np.inf), np.zeros((count, MOST_LEVELS), np.int64))
+        return cls(error=np.full((count, MOST_LEVELS), np.inf), triangles=np.zeros((count, MOST_LEVELS), np.int64))
 
     def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
         """Mesh `number` has come."""

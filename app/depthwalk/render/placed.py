@@ -69,7 +69,7 @@ class Placed:
 
     def arrays(self) -> SceneArrays:
         """All of these at once."""
-        return SceneArrays(self.objects(), self.bounds(), self.table(), self.clusters())
+        return SceneArrays(objects=self.objects(), bounds=self.bounds(), table=self.table(), clusters=self.clusters())
 
     def moved(self, changed: slice | None = None) -> None:
         """To be called after `set_node_transform`, with the slice of the scene's objects that it returned; None: any

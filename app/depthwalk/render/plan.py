@@ -35,7 +35,7 @@ from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Rows
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SceneArrays:
     """All objects of a scene, in sight or not: where they are, their assets, and in what clusters."""
 
@@ -45,7 +45,7 @@ class SceneArrays:
     clusters: Clusters
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PlanSettings:
     """What plans follow. layout: of tiles; polygons: how coarse meshes may be; atlas_size: width and height, texels."""
 
@@ -110,17 +110,25 @@ class Planner:
         case[near] = Case.ALL  # from inside, any image may be seen
         imaged = imaged[usable]
         triangles = table.triangles[placed.asset[imaged], level[imaged]]
-        parts = placed.take(imaged), spheres.take(imaged), volumes.take(usable)
-        shown = Shown(visible[imaged], *parts, viewer[imaged], level[imaged], case[imaged], triangles)
+        shown = Shown(
+            row=visible[imaged],
+            objects=placed.take(imaged),
+            bounds=spheres.take(imaged),
+            volumes=volumes.take(usable),
+            viewer=viewer[imaged],
+            level=level[imaged],
+            case=case[imaged],
+            triangles=triangles,
+        )
         work = self._tiles.plan(view, shown, settings.layout, goes_on)
 
         warp = draw_anew(shown, work, table, settings.atlas_size)
-        composite = Rectangles(work.composite, work.aligned)
+        composite = Rectangles(records=work.composite, aligned=work.aligned)
 
         direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
         direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
         runs = draw_groups(table, placed.asset[direct], level[direct], case[direct])
-        dmesh = Drawing(placed_records(view.position, placed.take(direct)), runs)
+        dmesh = Drawing(records=placed_records(view.position, placed.take(direct)), groups=runs)
         meshes = Objects.joined([placed.take(placed.polygonal), stand_ins])
         mesh = draw_meshes(view, meshes, table, settings.polygons)
         counts = _counts(len(objects), warp, composite, dmesh, mesh, work) | {"stand_ins": len(stand_ins)}
@@ -129,7 +137,17 @@ class Planner:
         )
         numbered = visible[np.concatenate([imaged[work.drawn], direct])]
         tiled = np.arange(len(numbered)) < len(composite.records)
-        return FramePlan(warp, composite, dmesh, mesh, work.slots, counts, numbered, tiled, first_number)
+        return FramePlan(
+            warp=warp,
+            composite=composite,
+            dmesh=dmesh,
+            mesh=mesh,
+            cleared=work.slots,
+            counts=counts,
+            numbered=numbered,
+            tiled=tiled,
+            first_number=first_number,
+        )
 
     def plan_clusters(
         self,
@@ -162,18 +180,30 @@ class Planner:
         planes, tiles, corners = work.planes.take(tile), work.tiles.take(tile), work.slots[tile, :2]
         place = within_runs(count)[order]
         records = member_records(planes, tiles, corners, settings.atlas_size, members, viewer[order], place)
-        warp = Drawing(records, draw_groups(table, members.asset, level[order], case[order], ~whole[order]))
+        warp = Drawing(
+            records=records, groups=draw_groups(table, members.asset, level[order], case[order], ~whole[order])
+        )
 
         numbered, count = clusters.members(numbers[work.drawn])
         work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
         composite, nothing = (
-            Rectangles(work.composite, work.aligned),
-            Drawing(placed_records(view.position, members.take(slice(0)))),
+            Rectangles(records=work.composite, aligned=work.aligned),
+            Drawing(records=placed_records(view.position, members.take(slice(0)))),
         )
         counts = _counts(len(objects), warp, composite, nothing, nothing, work)
         counts |= {"dpci": len(numbered), "clusters": len(composite.records), "mesh_triangles": 0}
         tiled = np.ones(len(numbered), bool)
-        return FramePlan(warp, composite, nothing, nothing, work.slots, counts, numbered, tiled, first_number)
+        return FramePlan(
+            warp=warp,
+            composite=composite,
+            dmesh=nothing,
+            mesh=nothing,
+            cleared=work.slots,
+            counts=counts,
+            numbered=numbered,
+            tiled=tiled,
+            first_number=first_number,
+        )
 
     def _forget_if_changed(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
         """Drops what is kept where it was made for other objects or with other settings. Where an object stands does
@@ -213,7 +243,7 @@ def _may_stand_in(
     view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, has_come: HasCome
 ) -> NDArray[np.bool_]:
     """See `StandIns.near_by`."""
-    rule = StandInRule(settings.lod.magnification, has_come, settings.polygons.error)
+    rule = StandInRule(magnification=settings.lod.magnification, has_come=has_come, error=settings.polygons.error)
     return scene.table.stand_ins.near_by(view, scene.objects, rows, scene.table.meshes, rule)
 
 
@@ -232,18 +262,22 @@ def draw_anew(shown: Shown, work: TileWork, table: AssetTable, atlas_size: tuple
     asset, level, case = (each[work.anew] for each in (shown.objects.asset, shown.level, shown.case))
     order = np.lexsort((~work.whole, case, level, asset))
     groups = draw_groups(table, asset[order], level[order], case[order], ~work.whole[order])
-    return Drawing(warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size).take(order), groups)
+    return Drawing(
+        records=warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size).take(order), groups=groups
+    )
 
 
 def draw_meshes(view: View, meshes: Objects, table: AssetTable, polygons: MeshLodParams) -> Drawing:
     """Draws the objects `meshes` (n,), of an asset and a level in their order, as coarsely as nobody sees."""
     if not len(meshes):
-        return Drawing(placed_records(view.position, meshes))
+        return Drawing(records=placed_records(view.position, meshes))
     asset = meshes.asset
     viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
     level = mesh_level(view, meshes, table.nearest(asset, viewer), table.meshes.error, polygons.error)
     order = np.lexsort((level, asset))  # of equals, the nearest stays first
-    return Drawing(placed_records(view.position, meshes.take(order)), draw_groups(table, asset[order], level[order]))
+    return Drawing(
+        records=placed_records(view.position, meshes.take(order)), groups=draw_groups(table, asset[order], level[order])
+    )
 
 
 def choose_levels(

@@ -21,7 +21,7 @@ MIN_PLANE_DISTANCE = 0.1
 GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neighbours for filtering at its border
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Planes(Takes):
     """The chosen planes. Directions `right` × `up` = `normal`, toward the viewer.
 
@@ -45,7 +45,7 @@ class Planes(Takes):
         return replace(self, low=self.low - margin, high=self.high + margin)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Volumes(Takes):
     """The cylinders of n objects: (n,) each, metres in the object frame; footprint: (n, DIRECTIONS), how far their
     samples reach from the axis, see `render.footprint`; has_side is false for planar images."""
@@ -93,7 +93,17 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
     epipole = np.stack([np.einsum("ni,ni->n", viewer, right), np.einsum("ni,ni->n", viewer, up)], -1)
     offset = np.einsum("ni,ni->n", viewer, normal) - distance
     low, high = _rectangles(v, side, right, up, distance, epipole)
-    return Planes(face, right, up, normal, distance, epipole, offset, low - epipole, high - epipole)
+    return Planes(
+        face=face,
+        right=right,
+        up=up,
+        normal=normal,
+        distance=distance,
+        epipole=epipole,
+        offset=offset,
+        low=low - epipole,
+        high=high - epipole,
+    )
 
 
 def depths_behind(planes: Planes, volumes: Volumes) -> Array:
@@ -127,7 +137,7 @@ def _rectangles(
     return low, high
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Seen(Takes):
     """What the camera sees of n rectangles. camera: (n, 3, 3), camera coordinates (right, up, forward) of plane
     coordinates (s, v, −D); visible: (n,) bool; whole: (n,) bool, nothing was cut away; pixel_low, pixel_high: (n, 2),
@@ -172,7 +182,9 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = 
         visible[cut] = (high[cut] > low[cut]).all(-1)
         seen_at = _in_camera(camera[cut], planes.distance[cut], candidates)
         pixel_low[cut], pixel_high[cut] = _pixel_bounds(view, guard, seen_at, inside)
-    return replace(planes, low=low, high=high), Seen(camera, visible, whole, pixel_low, pixel_high)
+    return replace(planes, low=low, high=high), Seen(
+        camera=camera, visible=visible, whole=whole, pixel_low=pixel_low, pixel_high=pixel_high
+    )
 
 
 def _in_camera(camera: Array, distance: Array, points: Array) -> Array:

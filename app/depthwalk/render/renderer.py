@@ -1,14 +1,14 @@
 """A scene to pictures: plans the frame, runs the passes in order, times each.
 
-GL state between passes: whichever framebuffer the last one used; a pass sets what it needs by `enable_only`, and
-wireframe is off. Depth function LESS, counter-clockwise faces are front.
+GL state between passes: the defaults of `gpu.state.State`, and whichever framebuffer the last one used.
 """
 
-import logging
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -17,36 +17,35 @@ from pyglm import glm
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing import geometric, hardware_samples, sample_views, samples
+from depthwalk.render.antialiasing import AntiAliasing, hardware_samples, sample_views
 from depthwalk.render.assets import AssetStore, Library
 from depthwalk.render.bounds import depth_range, ground_range
-from depthwalk.render.cascades import fit_cascades
-from depthwalk.render.casters import MapView, Shadows, find_casters, shadow_map
-from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.frame import Frame, Pass, common
 from depthwalk.render.frame_plan import FramePlan
-from depthwalk.render.lens import lens_views
-from depthwalk.render.passes import PASSES
+from depthwalk.render.lighting import lighting
+from depthwalk.render.passes import default_passes
 from depthwalk.render.placed import Placed, Uploads
 from depthwalk.render.rounds import InSight, Rounds
-from depthwalk.render.shading import shading
-from depthwalk.render.sky import direction_to_sun, sunlight
-from depthwalk.render.spots import assign_tiles, shadowing, spot_of
-from depthwalk.render.stand_ins import StandInRule
-from depthwalk.render.targets import Targets
+from depthwalk.render.shading import Shading, shading
+from depthwalk.render.shadow_planner import ShadowPlanner
+from depthwalk.render.targets import Targets, declared
 from depthwalk.render.view import View, view_distance
 from depthwalk.render.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
-log = logging.getLogger(__name__)
-
 _IN_FRONT = glm.dvec3(0, 0.25, 1)  # the direction from which all is seen, a little from above
 
 
 class Renderer:
-    """Draws one scene. `settings` and `scene.environment` may change between frames."""
+    """Draws one scene. `settings` and `scene.environment` may change between frames.
 
-    def __init__(self, device: Device, scene: Scene, library: Library) -> None:
+    passes: what a frame consists of, in this order, for this renderer alone; None: `default_passes()`.
+    """
+
+    def __init__(
+        self, device: Device, scene: Scene, library: Library, passes: Sequence[Pass[Any]] | None = None
+    ) -> None:
         self.device = device
         self.scene = scene
         self.settings = scene.render
@@ -58,65 +57,84 @@ class Renderer:
         self.targets: Targets | None = None
         self.timers = PassTimers(device)
         self._rounds = Rounds(device, scene.render, self.placed, self.timers)
-        self.passes: list[Pass] = []
         self._gl = device.scope("view")
         self._view_block = ViewBlock(self._gl, PICTURE_VIEW)
+        self._shadows = ShadowPlanner(self.placed, self.timers)
+        self.passes: list[Pass[Any]] = []
         try:
-            self.passes += (make(device) for make in PASSES)
+            for each in default_passes() if passes is None else passes:
+                each.attach(device)
+                self.passes.append(each)
         except BaseException:
             self.release()
             raise
-        self._told_of_lamps = False
         self.plan: FramePlan | None = None  # of the frame drawn last
         self.view: View | None = None  # of the frame drawn last, near and far plane fitted
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
         """Draws what `view` sees of the scene into `screen`, which has the view's size. Supersampled, the targets and
         the view of the passes before `output` are larger by that."""
-        for lens_point, seen in enumerate(lens_views(view, self.settings.dof)):
+        views = [view]
+        for each in self.passes:
+            views = [seen for whole in views for seen in each.views(whole, each.params_in(self.settings))]
+        for lens_point, seen in enumerate(views):
             self._render(seen, screen, transparent, lens_point)
         self.timers.end_frame()
 
     def _render(self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int) -> None:
-        settings, (width, height) = self.settings, view.size
-        finer = samples(settings)
-        view = replace(view, size=(width * finer, height * finer))
-        targets = self._targets(view.size, hardware_samples(settings, self.device))
+        settings, environment = self.settings, self.scene.environment
+        by = common(settings)
+        view = replace(view, size=(view.size[0] * by.aa.samples, view.size[1] * by.aa.samples))
+        targets = self._prepare_targets(view.size, hardware_samples(settings, self.device), by.aa)
+        targets.screen = screen
         self.placed.table()  # loads what is not loaded yet
         in_sight = self._rounds.in_sight(view)
         view = self._fitted(view, in_sight)
-        # Only GPAA reads albedo and normals where nothing is.
-        cleared = targets.polygons if geometric(settings) else targets.visible
-        cleared.use()
-        cleared.clear(depth=1.0)
-        surroundings = self.scene.environment, self.assets, targets, screen
         self.assets.budget = settings.gpu_memory
         uploads = Uploads(self.placed, self.assets, self.upload_seconds)
-        draw_objects = [each for each in self.passes if each.draws_objects]
-        rounds: list[FramePlan] = []
+        light = lighting(environment)
+        frame_of = partial(
+            Frame,
+            view=view,
+            common=by,
+            environment=environment,
+            light=light,
+            assets=self.assets,
+            targets=targets,
+            transparent=transparent,
+            lens_point=lens_point,
+        )
+        plans: list[FramePlan] = []
         for plan in self._rounds.plans(view, in_sight, targets, uploads, self.remembers):
-            rounds.append(plan)
-            self._draw(draw_objects, Frame(view, plan, settings, *surroundings, transparent))
-        self.plan, self.view = FramePlan.joined(rounds), view
-        with self.timers.measure_cpu("plan"):
-            drawn, placed = self.plan.numbered, self.placed
-            shaded = shading(view, placed.objects().take(drawn), placed.bounds().take(drawn), self.plan.tiled)
-        shadows = self._shadows(view, uploads)
-        frame = Frame(view, self.plan, settings, *surroundings, transparent, shaded, shadows, lens_point)
-        others = [each for each in self.passes if not each.draws_objects]
-        for per_sample, passes in groupby(others, lambda each: each.per_sample):
-            several = per_sample and targets.samples > 1
-            together, views = list(passes), sample_views(view, targets.offsets) if several else [view]
-            for number, seen in enumerate(views):
-                self._draw(together, replace(frame, view=seen, sample=number))
+            plans.append(plan)
+            self._draw([each for each in self.passes if each.draws_objects], frame_of(plan=plan))
+        self.plan, self.view = FramePlan.joined(plans), view
+        shaded = self._shading(view, self.plan)
+        shadows = self._shadows.plan(
+            view, light, environment.lights, settings.shadows, settings.lod.magnification, uploads, self.remembers
+        )
+        frame = frame_of(plan=self.plan, shading=shaded, shadows=shadows)
+        self._draw_samples([each for each in self.passes if not each.draws_objects], frame)
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
 
-    def _draw(self, passes: Sequence[Pass], frame: Frame) -> None:
+    def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> None:
+        """Runs of passes that are `per_sample` once for each of a pixel's samples, the others once."""
+        targets = frame.targets
+        for per_sample, run in groupby(passes, lambda each: each.per_sample):
+            several = per_sample and targets.samples > 1
+            together, views = list(run), sample_views(frame.view, targets.offsets) if several else [frame.view]
+            for number, seen in enumerate(views):
+                self._draw(together, replace(frame, view=seen, sample=number))
+
+    def _draw(self, passes: Sequence[Pass[Any]], frame: Frame) -> None:
         self._view_block.show(frame.view)
         for each in passes:
-            with self.timers.measure(each.name):
-                each.draw(frame)
+            params = each.params_in(self.settings)
+            own = replace(frame, targets=declared(frame.targets, each.name, each.reads, each.writes))
+            if each.enabled(own, params):
+                with self.timers.measure(each.name):
+                    each.draw(own, params)
 
     def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
         """Metres along the view axis to what the frame drawn last shows there; +inf where nothing is. Waits for that
@@ -163,36 +181,10 @@ class Renderer:
         near, far = depth_range(in_sight.forward, in_sight.reach, seen_ground)
         return replace(view, near=near, far=far)
 
-    def _shadows(self, view: View, uploads: Uploads) -> Shadows:
-        """The shadow maps of sun and lamps, and what casts shadows in each."""
-        params, environment, placed = self.settings.shadows, self.scene.environment, self.placed
-        with self.timers.measure_cpu("cull"):
-            by_sun = params.enabled and sunlight(environment).any()
-            cascades = fit_cascades(view, direction_to_sun(environment), params) if by_sun else ()
-            chosen = shadowing(view, environment.lights)
-            tiles = assign_tiles(chosen[: params.lamps], environment.lights, params.lamps)
-            self._tell_of_lamps(len(chosen), params.lamps)
-            spots = [spot_of(environment.lights[number], params.lamp_resolution) for number in tiles]
-            views: list[MapView] = [*cascades, *spots]
-            found = [find_casters(each, placed.bounds()) for each in views]
-        with self.timers.measure_cpu("upload"):
-            casters = [rows[uploads.there(rows)] for rows in found]
+    def _shading(self, view: View, plan: FramePlan) -> Shading:
         with self.timers.measure_cpu("plan"):
-            scene = placed.arrays()
-            fewer = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
-            rule = StandInRule(self.settings.lod.magnification, uploads.stand_in, params.error)
-            maps = [
-                shadow_map(each, rows, scene, rule, params.triangles_per_texel * part)
-                for each, rows, part in zip(views, casters, fewer, strict=True)
-            ]
-        of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
-        return Shadows(tuple(maps[: len(cascades)]) if by_sun else None, self.remembers, of_lamps, tiles)
-
-    def _tell_of_lamps(self, wanted: int, allowed: int) -> None:
-        """Warns once that some of the lamps in sight cast no shadows, though they should."""
-        if wanted > allowed > 0 and not self._told_of_lamps:
-            self._told_of_lamps = True
-            log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", wanted, allowed)
+            objects, bounds = self.placed.objects().take(plan.numbered), self.placed.bounds().take(plan.numbered)
+            return shading(view, objects, bounds, plan.tiled)
 
     def _forget_arrays(self) -> None:
         for each in self.passes:
@@ -211,12 +203,16 @@ class Renderer:
             self.targets.release()
         self.targets = None
 
-    def _targets(self, size: tuple[int, int], samples: int) -> Targets:
+    def _prepare_targets(self, size: tuple[int, int], samples: int, aa: AntiAliasing) -> Targets:
+        """Those of that size, cleared."""
         if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
             self._release_targets()
             self.targets = Targets(self.device, size, samples)
             for each in self.passes:
                 each.resize(size)
+        # Only GPAA reads albedo and normals where nothing is.
+        cleared = self.targets.polygons if aa.geometric else self.targets.visible
+        cleared.clear(depth=1.0)
         return self.targets
 
 

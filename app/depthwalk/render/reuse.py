@@ -18,7 +18,7 @@ from depthwalk.types import Array, Mask, Rows
 _MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all is, and packed tightly: a cut
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Shown:
     """m objects of a frame that are drawn by intermediate images, nearest first.
 
@@ -39,12 +39,19 @@ class Shown:
         return len(self.row)
 
     def take(self, rows: Rows | Mask) -> "Shown":
-        parts = self.objects.take(rows), self.bounds.take(rows), self.volumes.take(rows)
-        level, case, triangles = self.level[rows], self.case[rows], self.triangles[rows]
-        return Shown(self.row[rows], *parts, self.viewer[rows], level, case, triangles)
+        return Shown(
+            row=self.row[rows],
+            objects=self.objects.take(rows),
+            bounds=self.bounds.take(rows),
+            volumes=self.volumes.take(rows),
+            viewer=self.viewer[rows],
+            level=self.level[rows],
+            case=self.case[rows],
+            triangles=self.triangles[rows],
+        )
 
 
-@dataclass(frozen=True)
+@dataclass(kw_only=True)
 class TileWork:
     """What passes 1 and 2 do in a frame.
 
@@ -111,9 +118,21 @@ class TilePlanner:
         kept, row = cache.tiles, row[drawn]
         composite = kept.record.take(row)  # of records, far quicker than an index
         place_tiles(composite, shown.viewer[drawn], shown.objects.scale[drawn], shown.objects.rotation[drawn])
-        warped = placed.number, placed.planes, placed.tiles, slots, placed.whole
-        columns = kept.level[row], kept.case[row], kept.resolution[row], error[drawn]
-        return TileWork(*warped, drawn, int(aligned.sum()), composite, *columns, cache.used)
+        return TileWork(
+            anew=placed.number,
+            planes=placed.planes,
+            tiles=placed.tiles,
+            slots=slots,
+            whole=placed.whole,
+            drawn=drawn,
+            aligned=int(aligned.sum()),
+            composite=composite,
+            level=kept.level[row],
+            case=kept.case[row],
+            resolution=kept.resolution[row],
+            error=error[drawn],
+            atlas_used=cache.used,
+        )
 
     def _store(self, view: View, shown: Shown, number: Rows, layout: TileParams, pack: bool) -> tuple["_Placed", Rows]:
         """Puts those of `number` (n,) that are in sight into the atlas, and tells where and into which slots (k, 4).
@@ -153,7 +172,7 @@ class TilePlanner:
         return error
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Placed:
     """Planes and tiles of k objects, the `shown`, which are `number` (k,) of all, and which tiles hold the whole
     object."""
@@ -180,7 +199,7 @@ def _place(view: View, shown: Shown, number: Rows, layout: TileParams, limit: in
         nearest = (some.bounds.centre - view.position) @ view.axes[2] - some.bounds.reach
         depth = np.maximum(nearest, view.depth_range[0]) / some.objects.scale
         tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale, limit)
-    return _Placed(some, number, planes, tiles, seen.whole)
+    return _Placed(shown=some, number=number, planes=planes, tiles=tiles, whole=seen.whole)
 
 
 def _kept(view: View, placed: _Placed, slots: Rows, resolution: Array, frame: int) -> KeptTiles:
@@ -189,14 +208,14 @@ def _kept(view: View, placed: _Placed, slots: Rows, resolution: Array, frame: in
     depths = depths_behind(placed.planes, shown.volumes)
     distance = np.linalg.norm(shown.bounds.centre - view.position, axis=1)
     return KeptTiles(
-        tile_records(shown.viewer, placed.planes, depths, placed.tiles, slots[:, :2]),
-        shown.row,
-        slots,
-        np.full(len(slots), frame),
-        view.focal_pixels * shown.objects.scale / distance,
-        frustum_rows(view, shown.objects.rotation),
-        placed.whole,
-        shown.level,
-        shown.case,
-        resolution,
+        record=tile_records(shown.viewer, placed.planes, depths, placed.tiles, slots[:, :2]),
+        object=shown.row,
+        slot=slots,
+        seen=np.full(len(slots), frame),
+        density=view.focal_pixels * shown.objects.scale / distance,
+        frustum=frustum_rows(view, shown.objects.rotation),
+        whole=placed.whole,
+        level=shown.level,
+        case=shown.case,
+        resolution=resolution,
     )

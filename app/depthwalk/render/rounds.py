@@ -32,7 +32,7 @@ from depthwalk.types import Array, Rows
 _ASKED, _CROWDED = 1024, 0.25  # far objects; where more of them are hidden, one by one is quicker than in clusters
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class InSight:
     """What a view may show, before anything is known to hide anything.
 
@@ -48,7 +48,7 @@ class InSight:
     reach: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Given:
     """What a frame is drawn with. remembers: what the frames before found may be used."""
 
@@ -83,8 +83,13 @@ class Rounds:
                     [rows, *(cells.visible(view, bounds, culling.min_pixels, each)[0] for each in others)]
                 )
                 others = []
-            along = np.concatenate([forward, far_forward]), np.concatenate([near_reach, far_reach])
-            return InSight(rows, others, clustered, *along)
+            return InSight(
+                rows=rows,
+                portions=others,
+                far=clustered,
+                forward=np.concatenate([forward, far_forward]),
+                reach=np.concatenate([near_reach, far_reach]),
+            )
 
     def _far(self, view: View, cells: Rows) -> NDArray[np.bool_]:
         """Whether (m,) the objects of `cells` (m,) are drawn in clusters."""
@@ -98,7 +103,7 @@ class Rounds:
     ) -> Iterator[FramePlan]:
         """The plans of the rounds, each to be drawn into `targets` before the next is asked for: of objects, then of
         clusters, which are farther. remembers: what the frames before found may be used."""
-        given = _Given(view, targets, uploads, remembers)
+        given = _Given(view=view, targets=targets, uploads=uploads, remembers=remembers)
         portions, far, occlusion = list(in_sight.portions), in_sight.far, self._settings.culling.occlusion
         now, left = self._first_round(self._there(in_sight.rows, uploads), remembers)
         size, number = max(len(now), FIRST_ROUND), 1
@@ -184,7 +189,9 @@ class Rounds:
     def _plan_settings(self, given: _Given) -> PlanSettings:
         settings = self._settings
         layout = tile_layout(settings, settings.warp, given.remembers)
-        return PlanSettings(settings.lod, layout, settings.mesh, given.targets.atlas_size)
+        return PlanSettings(
+            lod=settings.lod, layout=layout, polygons=settings.mesh, atlas_size=given.targets.atlas_size
+        )
 
     def _held(self, rows: Rows) -> Cylinders:
         """What holds the objects `rows` (n,)."""

@@ -19,7 +19,7 @@ LEVELS = 1 << 17
 CLOSED = 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Shading:
     """records: (1 + n,) SURFACE_RECORD by number, 0 is none, at the far plane; assets: (a,) those that may be visible;
     level: (a,) the depth that stands for each, see CLOSED; low, high: (a, 2), corners of the part of the picture in
@@ -51,7 +51,7 @@ def shading(view: View, objects: Objects, bounds: Bounds, tiled: NDArray[np.bool
     ):
         gather.at(corner, group[few], each)
     half_pixel = 1 / np.array(view.size)  # as far a pixel's samples may be from its middle
-    return Shading(records, assets, level, low - half_pixel, high + half_pixel)
+    return Shading(records=records, assets=assets, level=level, low=low - half_pixel, high=high + half_pixel)
 
 
 def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:

@@ -45,7 +45,7 @@ _WAVELENGTHS = np.array([0.68, 0.55, 0.44])  # µm, that stand for red, green an
 _TWILIGHT = np.radians(3.0)  # what the sun sinks while the light of the sky falls to a tenth
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Gradient:
     """Linear colours at zenith and horizon."""
 
@@ -62,7 +62,7 @@ class Gradient:
         return {"zenith": self.zenith, "horizon": self.horizon}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Daylight:
     """perez: A to E of Y, x and y, each; at_zenith: Y, x and y there over Perez' function; sun: to it, unit, not below
     the horizon."""
@@ -105,9 +105,9 @@ def sky_of(environment: "Environment") -> Sky:
     sky = environment.sky
     if sky is None:
         background = _triple(linear_from_srgb(environment.background))
-        return Gradient(background, background)
+        return Gradient(zenith=background, horizon=background)
     if sky.model == "gradient":
-        return Gradient(_triple(linear_from_srgb(sky.zenith)), _triple(linear_from_srgb(sky.horizon)))
+        return Gradient(zenith=_triple(linear_from_srgb(sky.zenith)), horizon=_triple(linear_from_srgb(sky.horizon)))
     return daylight(direction_to_sun(environment), sky.turbidity, environment.sun.intensity)
 
 
@@ -122,7 +122,7 @@ def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
     colour = [turbidity**2, turbidity, 1] @ _ZENITH @ [angle**3, angle**2, angle, 1]
     zenith = np.array([luminance / _WHITE * intensity * _twilight(to_sun), *colour])
     over = zenith / _perez(perez, np.ones(1), level[1:2])[0]
-    return Daylight(tuple(map(_triple, perez)), _triple(over), _triple(level))
+    return Daylight(perez=tuple(map(_triple, perez)), at_zenith=_triple(over), sun=_triple(level))
 
 
 def sunlight(environment: "Environment") -> Array:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Spot:
     """The view of a spot light's shadow map, a pyramid about its cone. centre: the lamp, world, metres; axes: rows
     right, up and back towards the lamp (3, 3), world, unit; angle: of the cone, radians; reach: the lamp's range,
@@ -72,7 +72,9 @@ class Spot:
 def spot_of(lamp: "LampParams", resolution: int) -> Spot:
     """What the map of a lamp with a `direction` sees."""
     axes = light_axes(-np.array(lamp.direction, float))
-    return Spot(lamp.position, axes, float(np.radians(lamp.angle)), lamp.range, resolution)
+    return Spot(
+        centre=lamp.position, axes=axes, angle=float(np.radians(lamp.angle)), reach=lamp.range, resolution=resolution
+    )
 
 
 def shadowing(view: View, lamps: Sequence["LampParams"]) -> list[int]:

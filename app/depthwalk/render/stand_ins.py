@@ -24,7 +24,7 @@ HasCome = Callable[[Rows], NDArray[np.bool_]]  # meshes (n,), those first read f
 _TRIANGLES_PER_PIXEL = 2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StandInRule:
     """When meshes stand in: where a texel may cover more than `magnification` pixels, never where that is 0; those that
     have come, drawn as coarsely as `error`, in pixels, allows (see `mesh_level`)."""
@@ -34,7 +34,7 @@ class StandInRule:
     error: float
 
 
-@dataclass(frozen=True)
+@dataclass(kw_only=True)
 class StandIns:
     """Which mesh may stand in for each depth object; arrays (a,) over the numbers of `AssetStore`.
 
@@ -57,9 +57,17 @@ class StandIns:
     @classmethod
     def empty(cls, count: int) -> "StandIns":
         """For `count` numbers, none of which has one."""
-        none, zero = np.full(count, -1), np.zeros(count)
-        turn = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
-        return cls(none, none.copy(), np.zeros((count, 3)), turn, zero, np.zeros((count, 3)), *np.zeros((3, count)))
+        return cls(
+            mesh=np.full(count, -1),
+            part=np.full(count, -1),
+            offset=np.zeros((count, 3)),
+            turn=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
+            texel=np.zeros(count),
+            centre=np.zeros((count, 3)),
+            half_height=np.zeros(count),
+            girth=np.zeros(count),
+            span=np.zeros(count),
+        )
 
     def add(self, mesh: int, numbers: range, objects: list[BakedObject]) -> None:
         """Mesh `mesh` may stand in for all the depth objects `objects`, which have these `numbers`."""

@@ -1,4 +1,4 @@
-"""The sun's shadow maps as the shaders take them."""
+"""Shadow maps as the shaders take them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,17 +13,27 @@ from depthwalk.render.view import View
 COLUMNS = 2  # of tiles in the texture
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
+class LampMaps:
+    """texture: depth, tiles of equal size; params: what they were drawn by."""
+
+    texture: moderngl.Texture
+    params: ShadowParams
+
+
+@dataclass(frozen=True, kw_only=True)
 class SunMaps:
     """texture: depth, tiles of equal size, `COLUMNS` to a row; cascades: what each shows, the nearest first, all along
-    one light."""
+    one light; params: what they were drawn by."""
 
     texture: moderngl.Texture
     cascades: tuple[Cascade, ...]
+    params: ShadowParams
 
-    def use(self, unit: int, view: View, params: ShadowParams, lod: LodParams) -> dict[str, Any]:
+    def use(self, unit: int, view: View, lod: LodParams) -> dict[str, Any]:
         """Binds the texture to a unit; the uniforms of shaders/common/sun_maps.glsl."""
         self.texture.use(unit)
+        params = self.params
         axes = self.cascades[0].axes * np.array([[1], [1], [-1]])
         places = np.zeros((MOST, 4), np.float32)
         for place, cascade in zip(places, self.cascades, strict=False):

@@ -44,7 +44,7 @@ class TileParams(Params):
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Tiles(Takes):
     """n tiles. texel: (n, 3, 3) homography: texel · (s, v, 1) = (x·w, y·w, w), x and y from the tile's corner;
     nearest: (n,), the least w / λ of the object; size: (n, 2) texels; pixel: (n, 2), of the picture, where the tile's
@@ -62,7 +62,12 @@ class Tiles(Takes):
         """The same with other numbers (n, 2) of texels."""
         scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
         same = (size == self.size).all(1, keepdims=True)
-        return Tiles(self.texel * scale[..., None], self.nearest, size, np.where(same, self.pixel, np.nan))
+        return Tiles(
+            texel=self.texel * scale[..., None],
+            nearest=self.nearest,
+            size=size,
+            pixel=np.where(same, self.pixel, np.nan),
+        )
 
 
 def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes, Tiles]:
@@ -72,7 +77,10 @@ def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes
     texel = (planes.high - planes.low) / size
     planes = planes.widened(texel)
     return planes, Tiles(
-        _scaling(1 / texel, -planes.low / texel), np.ones(len(size)), size + 2, np.full(size.shape, np.nan)
+        texel=_scaling(1 / texel, -planes.low / texel),
+        nearest=np.ones(len(size)),
+        size=size + 2,
+        pixel=np.full(size.shape, np.nan),
     )
 
 
@@ -89,7 +97,7 @@ def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: fl
     texel = (pixel - low[..., None] * forward[:, None]) * factor[..., None]
     size = np.clip(np.ceil((high - low) * factor), 1, limit).astype(np.int64)
     pixel = np.where(factor == 1, low, np.nan)
-    return Tiles(np.concatenate([texel, forward[:, None]], 1), depth, size, pixel)
+    return Tiles(texel=np.concatenate([texel, forward[:, None]], 1), nearest=depth, size=size, pixel=pixel)
 
 
 def _scaling(scale: Array, offset: Array) -> Array:

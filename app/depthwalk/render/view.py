@@ -4,11 +4,11 @@ Single matrices, vectors and quaternions are PyGLM's, in double precision (`glm.
 computes what is done for all objects at once. `View` therefore offers `position`, `axes` and `ray_from_screen`, by
 which arrays of points are multiplied, as NumPy arrays, and its other matrices as PyGLM's.
 
-PyGLM stores matrices column by column, as GLSL does, and indexes them `matrix[column][row]`. `matrix_array` leads out of
-it, so that nobody else has to think of that: it gives the NumPy array that is indexed `[row, column]` and
-multiplies column vectors from the left. The way back is `glm.dmat4(array)`,
-which reads such an array as the same matrix. Beware of tuples: `glm.dvec3(values)` rounds those of a tuple or a list to
-single precision, as does arithmetic with them; `glm.dvec3(*values)` keeps them.
+PyGLM stores matrices column by column, as GLSL does, and indexes them `matrix[column][row]`. `matrix_array` leads out
+of it, so that nobody else has to think of that: it gives the NumPy array that is indexed `[row, column]` and multiplies
+column vectors from the left. The way back is `glm.dmat4(array)`, which reads such an array as the same matrix.
+Beware of tuples: `glm.dvec3(values)` rounds those of a tuple or a list to single precision, as does arithmetic with
+them; `glm.dvec3(*values)` keeps them.
 """
 
 import math

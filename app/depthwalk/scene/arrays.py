@@ -39,7 +39,7 @@ class Takes:
             return type(self)(**{name: column[rows] for name, column in columns.items()})
         if rows.dtype == bool:
             rows = rows.nonzero()[0]
-        # Quicker than an index, by far of records.
+        # `take` is quicker than an index, by far of records.
         return type(self)(**{name: column.take(rows, 0) for name, column in columns.items()})
 
     @classmethod

@@ -1,4 +1,7 @@
-"""The passes of a frame, in order. Adding one: a module here, a folder in shaders/, a line in `PASSES`."""
+"""The passes of a frame, in order. Adding one: a module here, a folder in shaders/, a line in `PASSES`; or without
+touching the package, one of a user's own in `Renderer(…, passes=…)`."""
+
+from typing import Any
 
 from depthwalk.render.frame import Pass
 from depthwalk.render.passes.composite import CompositePass
@@ -20,7 +23,7 @@ from depthwalk.render.passes.smaa import SmaaPass
 from depthwalk.render.passes.sun import SunPass
 from depthwalk.render.passes.warp import WarpPass
 
-PASSES: tuple[type[Pass], ...] = (
+PASSES: tuple[type[Pass[Any]], ...] = (
     WarpPass,
     CompositePass,
     DmeshPass,
@@ -40,3 +43,8 @@ PASSES: tuple[type[Pass], ...] = (
     DofPass,
     OutputPass,
 )
+
+
+def default_passes() -> list[Pass[Any]]:
+    """Make the package's own passes, in the order of a frame, for a renderer to take: others may be put in between."""
+    return [make() for make in PASSES]

@@ -1,14 +1,10 @@
 """Pass 2: each intermediate image as one rectangle with true depth per pixel; what is in front."""
 
-from typing import ClassVar
-
-import moderngl
-
-from depthwalk.gpu.device import DEPTH_CLAMP
+from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program, Variants
+from depthwalk.gpu.state import LESS
 from depthwalk.params import Params, param
-from depthwalk.render.antialiasing import covering
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.records import COMPOSITE_RECORD
 
@@ -23,33 +19,29 @@ class CompositeParams(Params):
     show_tiles: bool = param(False, "Paint each intermediate image in a colour of its own")
 
 
-class CompositePass(Pass):
+class CompositePass(Pass[CompositeParams]):
     name = "composite"
     draws_objects = True
     reads = ("atlas",)
-    writes = ("visible",)
-    Params: ClassVar[type[Params]] = CompositeParams
+    writes = ("visible", "depth")
 
-    def setup(self) -> None:
+    def setup(self, gl: Scope) -> None:
         shaders = "composite/composite.vert", "composite/composite.frag"
-        self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
-        self._instances = InstanceStream(self.gl, COMPOSITE_RECORD)
+        self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
+        self._instances = InstanceStream(gl, COMPOSITE_RECORD)
 
-    def draw(self, frame: Frame) -> None:
-        context = self.gl.device.context
+    def draw(self, frame: Frame, params: CompositeParams) -> None:
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
-        frame.targets.visible.use()
-        context.enable_only(moderngl.DEPTH_TEST)
-        context.enable_direct(DEPTH_CLAMP)  # the plane may be nearer than the near plane while its object is not
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
-        self._draw(frame, ("ALIGNED",), 0, aligned)
         # A loop of known length is none: software rasterisers take a tenth longer for one.
-        defines = (f"STEPS={frame.settings.composite.parallax}", *frame.targets.defines)
-        defines += ("PARTIAL",) if covering(frame.settings) else ()
-        self._draw(frame, defines, aligned, len(records) - aligned)
-        context.disable_direct(DEPTH_CLAMP)
+        defines = (f"STEPS={params.parallax}", *frame.targets.defines)
+        defines += ("PARTIAL",) if frame.common.aa.covering else ()
+        # Unclamped, a plane may be nearer than the near plane while its object is not.
+        with self.gl.state(into=frame.targets.visible, depth_test=LESS, direct=(DEPTH_CLAMP,)):
+            self._draw(frame, ("ALIGNED",), 0, aligned)
+            self._draw(frame, defines, aligned, len(records) - aligned)
 
     def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int) -> None:
         if count:

@@ -1,33 +1,30 @@
 """Anti-aliasing of depth images: what one covers in part blends with what is behind. See docs/anti-aliasing.md."""
 
-import moderngl
-
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
-from depthwalk.render.antialiasing import covering
+from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.shading import CLOSED
 
 
-class CoveragePass(Pass):
+class CoveragePass(Pass[Params]):
     name = "coverage"
-    reads = ("visible", "gbuffer", "lit")
+    reads = ("visible", "depth", "levels", "lit")
     writes = ("lit",)
 
-    def setup(self) -> None:
-        self._program = Program(self.gl, "common/rectangle.vert", "coverage/coverage.frag")
+    def setup(self, gl: Scope) -> None:
+        self._program = Program(gl, "common/rectangle.vert", "coverage/coverage.frag")
 
-    def draw(self, frame: Frame) -> None:
+    def enabled(self, frame: Frame, params: Params) -> bool:
+        return frame.common.aa.covering and frame.shading is not None and len(frame.shading.assets) > 0
+
+    def draw(self, frame: Frame, params: Params) -> None:
         targets, shading = frame.targets, frame.shading
-        if not covering(frame.settings) or shading is None or not len(shading.assets):
-            return
+        assert shading is not None  # says `enabled`
         for unit, texture in enumerate((targets.lit_before(), targets.visible_texture, targets.depth)):
             texture.use(unit)
-        context = self.gl.device.context
-        targets.covered.use()
-        targets.covered.depth_mask = False
-        context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = ">"  # what `shade` has marked as covered in part is in front
         self._program.set(lit_texture=0, visible_texture=1, depth_texture=2)
         self._program.set(level=CLOSED, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
-        self._program.rectangles()
-        context.depth_func = "<"
+        # What `shade` has marked as covered in part is in front.
+        with self.gl.state(into=targets.covered, depth_test=">", depth_write=False):
+            self._program.rectangles()

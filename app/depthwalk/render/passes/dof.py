@@ -5,29 +5,28 @@ the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Foc
 Haeberli and Akeley, *The Accumulation Buffer*, 1990.
 """
 
-from typing import ClassVar
+from collections.abc import Iterable
 
 import moderngl
 import numpy as np
 
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
-from depthwalk.params import Params
-from depthwalk.render.antialiasing import samples
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.lens import DISC, DofParams, circle_radius, gaussian, largest_radius
+from depthwalk.render.lens import DISC, DofParams, circle_radius, gaussian, largest_radius, lens_views
+from depthwalk.render.view import View
 
 TILE = 16  # pixels
 
 
-class DofPass(Pass):
+class DofPass(Pass[DofParams]):
     name = "dof"
-    reads = ("gbuffer", "lit")
+    reads = ("depth", "lit")
     writes = ("lit",)
-    Params: ClassVar[type[Params]] = DofParams
 
-    def setup(self) -> None:
+    def setup(self, gl: Scope) -> None:
         self._programs = {
-            name: Program(self.gl, "common/fullscreen.vert", f"dof/{name}.frag")
+            name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag")
             for name in ("tiles", "spread", "gather", "blur", "paper", "scaled")
         }
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
@@ -37,18 +36,23 @@ class DofPass(Pass):
             self.gl.free(framebuffer, texture)
         self._pictures.clear()
 
-    def draw(self, frame: Frame) -> None:
-        self.gl.device.context.enable_only(moderngl.NOTHING)
-        match frame.settings.dof.mode:
+    def views(self, view: View, params: DofParams) -> Iterable[View]:
+        return lens_views(view, params)
+
+    def enabled(self, frame: Frame, params: DofParams) -> bool:
+        return params.mode != "none"
+
+    def draw(self, frame: Frame, params: DofParams) -> None:
+        match params.mode:
             case "paper":
-                self._draw_paper(frame)
+                self._draw_paper(frame, params)
             case "gather":
-                self._draw_gather(frame)
+                self._draw_gather(frame, params)
             case "accumulate":
                 self._add(frame)
 
-    def _draw_gather(self, frame: Frame) -> None:
-        targets, circles = frame.targets, self._circles(frame)
+    def _draw_gather(self, frame: Frame, params: DofParams) -> None:
+        targets, circles = frame.targets, _circles(frame, params)
         tiles = -(-targets.size[0] // TILE), -(-targets.size[1] // TILE)
         targets.depth.use(0)
         extremes = self._run("tiles", "tiles", tiles, 2, tile_side=TILE, **circles)
@@ -56,57 +60,45 @@ class DofPass(Pass):
         spread = {"tile_texture": 1, "tile_side": TILE, "largest": circles["largest"]}
         self._run("spread", "spread", tiles, 2, **spread).use(1)
         targets.lit_before().use(2)
-        targets.lit.use()
-        numbers = {"tile_side": TILE, "samples": frame.settings.dof.samples}
-        self._fill("gather", range_texture=1, lit_texture=2, **numbers, **circles)
+        numbers = {"tile_side": TILE, "samples": params.samples}
+        self._fill(targets.lit, "gather", range_texture=1, lit_texture=2, **numbers, **circles)
 
-    def _draw_paper(self, frame: Frame) -> None:
-        targets, circles = frame.targets, self._circles(frame)
-        near, far = circle_radius(frame.settings.dof, frame.view, np.array(frame.view.depth_range))
+    def _draw_paper(self, frame: Frame, params: DofParams) -> None:
+        targets, circles = frame.targets, _circles(frame, params)
+        near, far = circle_radius(params, frame.view, np.array(frame.view.depth_range))
         most = max(min(max(abs(near), abs(far)), circles["largest"]), 1e-6)  # formula (3)
         before = targets.lit_before()
-        weights, apart = gaussian().tolist(), samples(frame.settings)  # pixels of the finished picture
+        weights, apart = gaussian().tolist(), frame.common.aa.samples  # pixels of the finished picture
         before.use(1)
         self._run("blur", "across", targets.size, 4, picture=1, along=(apart, 0), weights=weights).use(1)
         self._run("blur", "blurred", targets.size, 4, picture=1, along=(0, apart), weights=weights).use(1)
         targets.depth.use(0)
         before.use(2)
-        targets.lit.use()
-        self._fill("paper", lit_texture=2, blurred_texture=1, disc=DISC, most=most, **circles)
+        self._fill(targets.lit, "paper", lit_texture=2, blurred_texture=1, disc=DISC, most=most, **circles)
 
     def _add(self, frame: Frame) -> None:
         """The mean of the frames up to this one takes its place: the last has that of all."""
-        context, (total, framebuffer) = self.gl.device.context, self._picture("total", frame.targets.size, 4)
-        framebuffer.use()
+        total, framebuffer = self._picture("total", frame.targets.size, 4)
         if frame.lens_point == 0:
             framebuffer.clear()
-        context.enable(moderngl.BLEND)
-        context.blend_func = moderngl.ONE, moderngl.ONE
         frame.targets.lit_texture.use(0)
-        self._fill("scaled", picture=0, factor=1.0)
-        context.disable(moderngl.BLEND)
-        frame.targets.lit.use()
+        with self.gl.state(blend=(moderngl.ONE, moderngl.ONE)):
+            self._fill(framebuffer, "scaled", picture=0, factor=1.0)
         total.use(0)
-        self._fill("scaled", picture=0, factor=1 / (frame.lens_point + 1))
-
-    def _circles(self, frame: Frame) -> dict[str, float | tuple[float, ...]]:
-        """Uniforms of dof/circle.glsl."""
-        near, far, sky = circle_radius(frame.settings.dof, frame.view, np.array([*frame.view.depth_range, np.inf]))
-        largest = largest_radius(frame.settings.dof, frame.view)
-        return {"depth_texture": 0, "circle_from_depth": (near, far - near, sky), "largest": largest}
+        self._fill(frame.targets.lit, "scaled", picture=0, factor=1 / (frame.lens_point + 1))
 
     def _run(
         self, program: str, name: str, size: tuple[int, int], components: int, **uniforms: object
     ) -> moderngl.Texture:
         """Draws a picture that this pass keeps for itself."""
         texture, framebuffer = self._picture(name, size, components)
-        framebuffer.use()
-        self._fill(program, **uniforms)
+        self._fill(framebuffer, program, **uniforms)
         return texture
 
-    def _fill(self, program: str, **uniforms: object) -> None:
+    def _fill(self, into: moderngl.Framebuffer, program: str, **uniforms: object) -> None:
         self._programs[program].set(**uniforms)
-        self._programs[program].fill()
+        with self.gl.state(into=into):
+            self._programs[program].fill()
 
     def _picture(
         self, name: str, size: tuple[int, int], components: int
@@ -115,3 +107,10 @@ class DofPass(Pass):
             texture = self.gl.texture(size, components, "f4")
             self._pictures[name] = texture, self.gl.framebuffer([texture])
         return self._pictures[name]
+
+
+def _circles(frame: Frame, params: DofParams) -> dict[str, float | tuple[float, ...]]:
+    """Uniforms of dof/circle.glsl."""
+    near, far, sky = circle_radius(params, frame.view, np.array([*frame.view.depth_range, np.inf]))
+    largest = largest_radius(params, frame.view)
+    return {"depth_texture": 0, "circle_from_depth": (near, far - near, sky), "largest": largest}

@@ -3,34 +3,33 @@
 import moderngl
 
 from depthwalk.colour import linear_from_srgb
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants
+from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.sky import sky_of
 
 
-class FogPass(Pass):
+class FogPass(Pass[Params]):
     name = "fog"
     per_sample = True
-    reads = ("gbuffer",)
+    reads = ("depth",)
     writes = ("lit",)
 
-    def setup(self) -> None:
+    def setup(self, gl: Scope) -> None:
         shaders = "common/far_plane.vert", "fog/fog.frag"
-        self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
+        self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
 
-    def draw(self, frame: Frame) -> None:
+    def enabled(self, frame: Frame, params: Params) -> bool:
         fog = frame.environment.fog
-        if fog is None or fog.density == 0:
-            return
-        context, sky = self.gl.device.context, sky_of(frame.environment)
+        return fog is not None and fog.density > 0
+
+    def draw(self, frame: Frame, params: Params) -> None:
+        fog, sky = frame.environment.fog, frame.light.sky
+        assert fog is not None  # says `enabled`
         defines, values = sky.defines, sky.uniforms()
         if fog.colour is not None:
             defines, values = ("COLOUR",), {"colour": tuple(linear_from_srgb(fog.colour).tolist())}
         frame.targets.depth.use(0)
-        frame.targets.lit.color_mask = True, True, True, False
-        frame.targets.lit.use()
-        context.enable_only(moderngl.BLEND)
-        context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         self._programs[defines].set(
             depth_texture=0,
             density=fog.density,
@@ -39,5 +38,6 @@ class FogPass(Pass):
             transparent=int(frame.transparent),
             **values,
         )
-        self._programs[defines].fill()
-        frame.targets.lit.color_mask = True, True, True, True
+        blend = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        with self.gl.state(into=frame.targets.lit, blend=blend, colour_mask=(True, True, True, False)):
+            self._programs[defines].fill()

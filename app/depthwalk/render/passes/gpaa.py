@@ -5,16 +5,14 @@ Persson, *Geometric Post-process Anti-Aliasing*, 2011, and its edge-optimised va
 
 from collections.abc import Callable
 from functools import partial
-from typing import ClassVar
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
-from depthwalk.render.antialiasing import geometric
 from depthwalk.render.edges import Edges, Shape, build_edges
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.frame_plan import Group
@@ -30,38 +28,37 @@ class GpaaParams(Params):
     )
 
 
-class GpaaPass(Pass):
+class GpaaPass(Pass[GpaaParams]):
     name = "gpaa"
-    reads = ("gbuffer", "lit")
+    reads = ("surface", "depth", "lit")
     writes = ("lit",)
-    Params: ClassVar[type[Params]] = GpaaParams
 
-    def setup(self) -> None:
-        self._edge = Program(self.gl, "gpaa/edge.vert", "gpaa/edge.frag")
-        self._lines = InstanceStream(self.gl, LINE_RECORD)
+    def setup(self, gl: Scope) -> None:
+        self._edge = Program(gl, "gpaa/edge.vert", "gpaa/edge.frag")
+        self._lines = InstanceStream(gl, LINE_RECORD)
         self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and case
 
-    def draw(self, frame: Frame) -> None:
-        if not geometric(frame.settings):
-            return
-        lines = self._outlines(frame)
+    def enabled(self, frame: Frame, params: GpaaParams) -> bool:
+        return frame.common.aa.geometric and len(frame.plan.mesh.groups) + len(frame.plan.dmesh.groups) > 0
+
+    def draw(self, frame: Frame, params: GpaaParams) -> None:
+        lines = self._outlines(frame, params)
         if not len(lines):
             return
         targets = frame.targets
         for unit, texture in enumerate((targets.lit_before(), targets.surface, targets.depth)):
             texture.use(unit)
-        targets.lit.use()
-        self.gl.device.context.enable_only(moderngl.NOTHING)
         self._edge.set(lit_texture=0, surface_texture=1, depth_texture=2)
-        least_fold = float(np.cos(np.radians(frame.settings.gpaa.crease)))
+        least_fold = float(np.cos(np.radians(params.crease)))
         self._edge.set(least_fold=least_fold)
         self._lines.upload(lines)
         self._lines.bind(self._edge.array, 0)
-        self._edge.rectangles(len(lines))
+        with self.gl.state(into=targets.lit):
+            self._edge.rectangles(len(lines))
 
-    def _outlines(self, frame: Frame) -> NDArray[np.void]:
+    def _outlines(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
         """LINE_RECORDs of all that is drawn as triangles; depth images tell by themselves what they cover."""
-        least_fold = np.radians(frame.settings.gpaa.crease) if frame.settings.aa == "gpaa-edge" else None
+        least_fold = np.radians(params.crease) if frame.common.aa.mode == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
         for group in frame.plan.mesh.groups:
             mesh = frame.assets.meshes.object(group.asset, group.level)

@@ -2,28 +2,32 @@
 
 from pathlib import Path
 
-import moderngl
 import numpy as np
 
 from depthwalk.colour import linear_from_srgb, linear_from_srgb8
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
+from depthwalk.gpu.state import LESS
+from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
 
 
-class GroundPass(Pass):
+class GroundPass(Pass[Params]):
     name = "ground"
-    writes = ("gbuffer", "visible")
+    writes = ("albedo", "surface", "visible", "depth")
 
-    def setup(self) -> None:
-        self._program = Program(self.gl, "ground/ground.vert", "ground/ground.frag")
-        self._texture = self.gl.srgb_texture((1, 1), b"\xff" * 4)
+    def setup(self, gl: Scope) -> None:
+        self._program = Program(gl, "ground/ground.vert", "ground/ground.frag")
+        self._texture = gl.srgb_texture((1, 1), b"\xff" * 4)
         self._mean = np.ones(3, np.float32)
         self._path: Path | None = None
 
-    def draw(self, frame: Frame) -> None:
+    def enabled(self, frame: Frame, params: Params) -> bool:
+        return frame.environment.ground is not None
+
+    def draw(self, frame: Frame, params: Params) -> None:
         ground = frame.environment.ground
-        if ground is None:
-            return
+        assert ground is not None  # says `enabled`
         if ground.texture != self._path:
             texels = frame.assets.texture(ground.texture)
             self.gl.free(self._texture)
@@ -32,9 +36,6 @@ class GroundPass(Pass):
             if not self.gl.device.software:  # there it costs more than the rest of the frame
                 self._texture.anisotropy = 8.0
             self._mean = np.maximum(linear_from_srgb8(texels[..., :3]).mean((0, 1)), 1e-3)
-        context = self.gl.device.context
-        frame.targets.polygons.use()
-        context.enable_only(moderngl.DEPTH_TEST)
         self._texture.use(0)
         self._program.set(
             ground_texture=0,
@@ -44,4 +45,5 @@ class GroundPass(Pass):
             mean=tuple(self._mean.tolist()),
             tile=ground.tile,
         )
-        self._program.rectangles()
+        with self.gl.state(into=frame.targets.polygons, depth_test=LESS):
+            self._program.rectangles()

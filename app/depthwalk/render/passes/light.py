@@ -1,19 +1,17 @@
 """Deferred Phong lighting by sun, ambient light and lamps, and the sky behind everything."""
 
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
-import moderngl
 import numpy as np
 
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
-from depthwalk.render.cascades import ShadowParams
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.lamps import LAMP_RECORD, NUMBERS_RECORD, lamps_in_sight
-from depthwalk.render.lighting import lighting
 from depthwalk.render.lod import error_at_a_metre
-from depthwalk.render.sky import sky_of
+from depthwalk.render.sun_maps import LampMaps
 
 _BRIGHTEST = 1e4  # of the sun's disc: half floats end at 65504
 
@@ -26,44 +24,36 @@ class LightParams(Params):
     )
 
 
-class LightPass(Pass):
+class LightPass(Pass[LightParams]):
     name = "light"
     per_sample = True
-    reads = ("gbuffer", "shadow", "lamp_maps")
+    reads = ("albedo", "surface", "depth", "shadow", "sun_maps", "lamp_maps")
     writes = ("lit",)
-    Params: ClassVar[type[Params]] = LightParams
 
-    def setup(self) -> None:
+    def setup(self, gl: Scope) -> None:
         vertex = "common/far_plane.vert"
-        self._light = Variants(lambda defines: Program(self.gl, vertex, "light/light.frag", defines))
-        self._sky = Variants(lambda defines: Program(self.gl, vertex, "light/sky.frag", defines))
-        self._records = RecordTexture(self.gl, LAMP_RECORD)
-        self._lists = RecordTexture(self.gl, NUMBERS_RECORD)
-        self._cells = RecordTexture(self.gl, NUMBERS_RECORD)
+        self._light = Variants(lambda defines: Program(gl, vertex, "light/light.frag", defines))
+        self._sky = Variants(lambda defines: Program(gl, vertex, "light/sky.frag", defines))
+        self._records = RecordTexture(gl, LAMP_RECORD)
+        self._lists = RecordTexture(gl, NUMBERS_RECORD)
+        self._cells = RecordTexture(gl, NUMBERS_RECORD)
 
-    def draw(self, frame: Frame) -> None:
-        frame.targets.lighting.depth_mask = False
+    def draw(self, frame: Frame, params: LightParams) -> None:
         self._draw_sky(frame)
         self._draw_surfaces(frame)
-        self.gl.device.context.depth_func = "<"
 
     def _draw_surfaces(self, frame: Frame) -> None:
-        context = self.gl.device.context
-        light = lighting(frame.environment)
-        defines = (*light.defines, *(("FORWARD",) if frame.settings.light.mode == "forward" else ()))
+        light, into = frame.light, frame.targets.lighting
+        depth_test: str | None = ">"
+        defines = (*light.defines, *(("FORWARD",) if frame.common.forward else ()))
         values = self._lamps(frame) if frame.environment.lights else {}
         if values:  # they ask how far a pixel is: the depth buffer is read, and so cannot be tested against
             defines += ("LAMPS",)
-            frame.targets.lit.use()
-            context.enable_only(moderngl.NOTHING)
+            into, depth_test = frame.targets.lit, None
             if frame.targets.lamp_maps is not None:
                 defines += ("LAMP_SHADOWS",)
-                values |= self._lamp_maps(frame.targets.lamp_maps, frame.settings.shadows)
-                values["seen_error"] = error_at_a_metre(frame.view, frame.settings.lod)
-        else:
-            frame.targets.lighting.use()
-            context.enable_only(moderngl.DEPTH_TEST)
-            context.depth_func = ">"
+                values |= self._lamp_maps(frame.targets.lamp_maps)
+                values["seen_error"] = error_at_a_metre(frame.view, frame.common.lod)
         if frame.targets.sun_maps is not None:
             defines += ("SHADOWS",)
             frame.targets.shadow_texture.use(6)
@@ -76,7 +66,8 @@ class LightPass(Pass):
             **light.uniforms(),
             **values,
         )
-        self._light[defines].fill()
+        with self.gl.state(into=into, depth_test=depth_test, depth_write=False):
+            self._light[defines].fill()
 
     def _lamps(self, frame: Frame) -> dict[str, Any]:
         """Uploads those in sight; the uniforms that tell of them, none where none is."""
@@ -96,12 +87,13 @@ class LightPass(Pass):
             "squares": lamps.across,
         }
 
-    def _lamp_maps(self, maps: moderngl.Texture, params: ShadowParams) -> dict[str, Any]:
+    def _lamp_maps(self, maps: LampMaps) -> dict[str, Any]:
         """Binds the shadow maps of lamps; the uniforms that tell of them."""
-        maps.use(7)
+        params = maps.params
+        maps.texture.use(7)
         return {
             "lamp_maps": 7,
-            "map_columns": maps.width // params.lamp_resolution,
+            "map_columns": maps.texture.width // params.lamp_resolution,
             "map_resolution": params.lamp_resolution,
             "filter_width": params.filter_width,
             "error": params.worst_error,
@@ -110,19 +102,11 @@ class LightPass(Pass):
     def _draw_sky(self, frame: Frame) -> None:
         """Over all: software rasterisers take three times as long to test before they write half floats. In forward
         mode `shade` has lit what it draws before."""
-        context = self.gl.device.context
-        if frame.settings.light.mode == "forward":
-            frame.targets.lighting.use()
-            context.enable_only(moderngl.DEPTH_TEST)
-            context.depth_func = "=="
-        else:
-            frame.targets.lit.use()
-            context.enable_only(moderngl.NOTHING)
-        sky, params, values = sky_of(frame.environment), frame.environment.sky, {}
+        sky, params, values = frame.light.sky, frame.environment.sky, {}
         defines = (*sky.defines, "TRANSPARENT") if frame.transparent else sky.defines
         if params is not None and params.sun_size > 0:
             defines += ("DISC",)
-            light, radius = lighting(frame.environment), np.radians(params.sun_size / 2)
+            light, radius = frame.light, np.radians(params.sun_size / 2)
             disc = np.minimum(light.sun / radius**2, _BRIGHTEST)  # π · sun over the solid angle π · radius²
             values = {
                 "to_sun": tuple(light.to_sun.tolist()),
@@ -130,4 +114,9 @@ class LightPass(Pass):
                 "disc_radius": radius,
             }
         self._sky[defines].set(**sky.uniforms(), **values)
-        self._sky[defines].fill()
+        if frame.common.forward:
+            state = self.gl.state(into=frame.targets.lighting, depth_test="==", depth_write=False)
+        else:
+            state = self.gl.state(into=frame.targets.lit)
+        with state:
+            self._sky[defines].fill()

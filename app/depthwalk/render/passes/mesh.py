@@ -1,13 +1,13 @@
 """Ordinary polygons, instanced per asset and level of detail, into the same G-buffer and depth buffer."""
 
-from typing import ClassVar
-
 import moderngl
 import numpy as np
 
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
-from depthwalk.params import Params, param
+from depthwalk.gpu.state import LESS
+from depthwalk.params import param
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.frame_plan import Group
 from depthwalk.render.mesh_lod import MeshLodParams
@@ -22,36 +22,36 @@ class MeshParams(MeshLodParams):
     wireframe: bool = param(False, "Draw triangles as lines")
 
 
-class MeshPass(Pass):
+class MeshPass(Pass[MeshParams]):
     name = "mesh"
     draws_objects = True
-    writes = ("gbuffer", "visible")
-    Params: ClassVar[type[Params]] = MeshParams
+    writes = ("albedo", "surface", "visible", "depth")
 
-    def setup(self) -> None:
+    def setup(self, gl: Scope) -> None:
         layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT}
-        self._programs = Variants(lambda defines: Program(self.gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
-        self._arrays = Variants(lambda defines: AssetArrays(self.gl, self._programs[defines].gl, *layouts[defines]))
-        self._instances = InstanceStream(self.gl, PLACED_RECORD)
-        self._seen = self.gl.buffer(reserve=12 * _ROOM, dynamic=True)  # indices of meshlets
+        self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *layouts[defines]))
+        self._instances = InstanceStream(gl, PLACED_RECORD)
+        self._seen = gl.buffer(reserve=12 * _ROOM, dynamic=True)  # indices of meshlets
 
-    def draw(self, frame: Frame) -> None:
-        context, drawn = self.gl.device.context, frame.plan.mesh
-        frame.targets.polygons.use()
-        context.wireframe = frame.settings.mesh.wireframe
+    def draw(self, frame: Frame, params: MeshParams) -> None:
+        with self.gl.state(into=frame.targets.polygons, depth_test=LESS, wireframe=params.wireframe):
+            self._draw(frame)
+
+    def _draw(self, frame: Frame) -> None:
+        drawn = frame.plan.mesh
         self._instances.upload(drawn.records)
         away = np.linalg.norm(drawn.records["origin"], axis=1)
         farthest = np.partition(away, _ONE_BY_ONE)[_ONE_BY_ONE] if len(away) > _ONE_BY_ONE else np.inf
         for group in drawn.groups:
             asset = frame.assets.meshes.object(group.asset, group.level)
-            context.enable_only(moderngl.DEPTH_TEST | (moderngl.CULL_FACE if asset.look.solid else moderngl.NOTHING))
             near = away[group.first : group.first + group.count] < farthest
             alone = int(np.logical_and.accumulate(near).sum()) if asset.meshlets else 0  # the first are the nearest
-            for record in range(group.first, group.first + alone):
-                self._draw_seen(frame, asset, group, record)
-            for number in range(len(asset.parts)) if group.count > alone else ():
-                self._draw_part(frame, asset, group, number, group.first + alone, group.count - alone)
-        context.wireframe = False
+            with self.gl.state(cull=asset.look.solid):
+                for record in range(group.first, group.first + alone):
+                    self._draw_seen(frame, asset, group, record)
+                for number in range(len(asset.parts)) if group.count > alone else ():
+                    self._draw_part(frame, asset, group, number, group.first + alone, group.count - alone)
 
     def _draw_seen(self, frame: Frame, asset: MeshObject, group: Group, record: int) -> None:
         """Of the object of one record what may be seen."""

@@ -1,12 +1,10 @@
 """Linear light to the screen's sRGB, exposed and toned; where pixels have several samples, their mean."""
 
-from typing import ClassVar, Literal
+from typing import Literal
 
-import moderngl
-
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.params import Params, param
-from depthwalk.render.antialiasing import samples
 from depthwalk.render.frame import Frame, Pass
 
 
@@ -17,23 +15,20 @@ class OutputParams(Params):
     exposure: float = param(0.0, "Light is doubled so many times before that", unit="EV", ge=-16, le=16)
 
 
-class OutputPass(Pass):
+class OutputPass(Pass[OutputParams]):
     name = "output"
     reads = ("lit",)
     writes = ("screen",)
-    Params: ClassVar[type[Params]] = OutputParams
 
-    def setup(self) -> None:
+    def setup(self, gl: Scope) -> None:
         shaders = "common/fullscreen.vert", "output/output.frag"
-        self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines=defines))
+        self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
 
-    def draw(self, frame: Frame) -> None:
-        frame.screen.use()
-        self.gl.device.context.enable_only(moderngl.NOTHING)
+    def draw(self, frame: Frame, params: OutputParams) -> None:
         frame.targets.lit_texture.use(0)
-        finer = samples(frame.settings)
+        finer = frame.common.aa.samples
         # A loop over one sample costs software rasterisers four times as much as none.
-        settings = frame.settings.output
-        defines = (settings.tone.upper(), *(("SUPERSAMPLED",) if finer > 1 else ()))
-        self._programs[defines].set(lit_texture=0, samples=finer, exposure=2.0**settings.exposure)
-        self._programs[defines].fill()
+        defines = (params.tone.upper(), *(("SUPERSAMPLED",) if finer > 1 else ()))
+        self._programs[defines].set(lit_texture=0, samples=finer, exposure=2.0**params.exposure)
+        with self.gl.state(into=frame.targets.screen):
+            self._programs[defines].fill()

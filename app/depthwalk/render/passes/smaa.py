@@ -3,10 +3,9 @@
 Jimenez, Echevarria, Sousa and Gutierrez 2012, without its diagonal patterns; see docs/anti-aliasing.md.
 """
 
-from typing import ClassVar
-
 import moderngl
 
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
@@ -17,15 +16,14 @@ class SmaaParams(Params):
     longest: int = param(32, "How far an edge is followed either way", unit="pixels", ge=1, le=256)
 
 
-class SmaaPass(Pass):
+class SmaaPass(Pass[SmaaParams]):
     name = "smaa"
     reads = ("lit",)
     writes = ("lit",)
-    Params: ClassVar[type[Params]] = SmaaParams
 
-    def setup(self) -> None:
+    def setup(self, gl: Scope) -> None:
         shaders = (f"smaa/{step}.frag" for step in ("edges", "weights", "blend"))
-        self._programs = [Program(self.gl, "common/fullscreen.vert", shader) for shader in shaders]
+        self._programs = [Program(gl, "common/fullscreen.vert", shader) for shader in shaders]
         self._own: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []  # edges and weights, from first use on
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -33,22 +31,21 @@ class SmaaPass(Pass):
             self.gl.free(*own)
         self._own = []
 
-    def draw(self, frame: Frame) -> None:
-        if frame.settings.aa != "smaa":
-            return
+    def enabled(self, frame: Frame, params: SmaaParams) -> bool:
+        return frame.common.aa.mode == "smaa"
+
+    def draw(self, frame: Frame, params: SmaaParams) -> None:
         if not self._own:
             textures = [self.gl.texture(frame.targets.size, components) for components in (2, 4)]
             self._own = [(texture, self.gl.framebuffer([texture])) for texture in textures]
-        settings = frame.settings.smaa
         for unit, texture in enumerate((frame.targets.lit_before(), *(texture for texture, _ in self._own))):
             texture.use(unit)
-        self.gl.device.context.enable_only(moderngl.NOTHING)
         find, weigh, blend = self._programs
-        find.set(lit_texture=0, contrast=settings.contrast)
-        weigh.set(edge_texture=1, longest=settings.longest)
+        find.set(lit_texture=0, contrast=params.contrast)
+        weigh.set(edge_texture=1, longest=params.longest)
         blend.set(lit_texture=0, weight_texture=2)
         for _, own in self._own:
             own.clear()
         for program, target in zip(self._programs, (*(own for _, own in self._own), frame.targets.lit), strict=True):
-            target.use()
-            program.fill()
+            with self.gl.state(into=target):
+                program.fill()

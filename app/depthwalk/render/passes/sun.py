@@ -1,31 +1,32 @@
 """What part of the sun's light reaches each pixel, where it casts shadows."""
 
-import moderngl
-
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
+from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
 
 
-class SunPass(Pass):
+class SunPass(Pass[Params]):
     name = "sun"
     per_sample = True
-    reads = ("gbuffer", "sun_maps")
+    reads = ("surface", "depth", "sun_maps")
     writes = ("shadow",)
 
-    def setup(self) -> None:
-        self._program = Program(self.gl, "common/far_plane.vert", "sun/sun.frag")
+    def setup(self, gl: Scope) -> None:
+        self._program = Program(gl, "common/far_plane.vert", "sun/sun.frag")
 
-    def draw(self, frame: Frame) -> None:
-        targets, settings, view = frame.targets, frame.settings, frame.view
-        if targets.sun_maps is None:
-            return
-        targets.shadow.use()
-        self.gl.device.context.enable_only(moderngl.NOTHING)
+    def enabled(self, frame: Frame, params: Params) -> bool:
+        return frame.targets.sun_maps is not None
+
+    def draw(self, frame: Frame, params: Params) -> None:
+        targets, view, maps = frame.targets, frame.view, frame.targets.sun_maps
+        assert maps is not None  # says `enabled`
         targets.depth.use(0)
         targets.surface.use(1)
         self._program.set(
             depth_texture=0,
             surface_texture=1,
-            **targets.sun_maps.use(2, view, settings.shadows, settings.lod),
+            **maps.use(2, view, frame.common.lod),
         )
-        self._program.fill()
+        with self.gl.state(into=targets.shadow):
+            self._program.fill()

@@ -1,14 +1,14 @@
 """Pass 1: depth samples move within a plane that touches their object, into a tile of the atlas."""
 
-from typing import ClassVar, Literal
+from typing import Literal
 
-import moderngl
 import numpy as np
 
-from depthwalk.gpu.device import ALWAYS, CLIP_DISTANCES
+from depthwalk.gpu.device import CLIP_DISTANCES, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
-from depthwalk.params import Params, param
+from depthwalk.gpu.state import ALWAYS, LESS
+from depthwalk.params import param
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.frame_plan import Group
 from depthwalk.render.grids import GRID_LAYOUT
@@ -28,66 +28,55 @@ class WarpParams(TileParams):
     wireframe: bool = param(False, "Draw the warped grids as lines")
 
 
-class WarpPass(Pass):
+class WarpPass(Pass[WarpParams]):
     name = "warp"
     draws_objects = True
     writes = ("atlas",)
-    Params: ClassVar[type[Params]] = WarpParams
 
-    def setup(self) -> None:
-        self._programs = Variants(lambda defines: Program(self.gl, "warp/warp.vert", "warp/warp.frag", defines))
-        self._arrays = Variants(lambda defines: AssetArrays(self.gl, self._programs[defines].gl, *GRID_LAYOUT))
-        self._ordered = Variants(lambda defines: OrderedIndices(self.gl, self._programs[defines].gl))
-        self._instances = InstanceStream(self.gl, WARP_RECORD)
-        self._clear = Program(self.gl, "warp/clear.vert", "warp/clear.frag")
-        self._slots = InstanceStream(self.gl, _SLOT)
+    def setup(self, gl: Scope) -> None:
+        self._programs = Variants(lambda defines: Program(gl, "warp/warp.vert", "warp/warp.frag", defines))
+        self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
+        self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
+        self._instances = InstanceStream(gl, WARP_RECORD)
+        self._clear = Program(gl, "warp/clear.vert", "warp/clear.frag")
+        self._slots = InstanceStream(gl, _SLOT)
 
-    def draw(self, frame: Frame) -> None:
-        context = self.gl.device.context
-        frame.targets.atlas.use()
+    def draw(self, frame: Frame, params: WarpParams) -> None:
         self._clear_slots(frame)
-        context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        context.wireframe = frame.settings.warp.wireframe
+        with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
+            self._draw(frame, in_order=params.order == "epipole")
+
+    def _draw(self, frame: Frame, in_order: bool) -> None:
         self._instances.upload(frame.plan.warp.records)
-        in_order = frame.settings.warp.order == "epipole"
         for number, groups in frame.plan.warp.by_asset():
             asset = frame.assets.depth_object(number)
-            asset.use_geometry(self._programs[asset.defines], 0, frame.settings.lod)
+            asset.use_geometry(self._programs[asset.defines], 0, frame.common.lod)
             for group in groups:
-                for plane in CLIP_DISTANCES if group.clipped else ():
-                    context.enable_direct(plane)
-                if in_order:
-                    self._draw_in_order(frame, group, self._ordered[asset.defines])
-                else:
-                    array = asset.array(self._arrays[asset.defines], number)
-                    self._instances.bind(array, group.first)
-                    asset.draw(array, group.indices, group.count)
-                for plane in CLIP_DISTANCES if group.clipped else ():
-                    context.disable_direct(plane)
-        context.wireframe = False
+                with self.gl.state(direct=CLIP_DISTANCES if group.clipped else ()):
+                    if in_order:
+                        self._draw_in_order(frame, group, self._ordered[asset.defines])
+                    else:
+                        array = asset.array(self._arrays[asset.defines], number)
+                        self._instances.bind(array, group.first)
+                        asset.draw(array, group.indices, group.count)
 
     def _clear_slots(self, frame: Frame) -> None:
         """Empties the slots that are drawn into: one draw, where a scissored clear each would be as many calls."""
-        context = self.gl.device.context
         slots = np.zeros(len(frame.plan.cleared), _SLOT)
         slots["slot"] = frame.plan.cleared
         self._slots.upload(slots)
         self._slots.bind(self._clear.array, 0)
         self._clear.set(atlas_size=frame.targets.atlas_size)
-        context.enable_only(moderngl.DEPTH_TEST)
-        context.depth_func = ALWAYS
-        self._clear.rectangles(len(slots))
-        context.depth_func = "<"
+        with self.gl.state(into=frame.targets.atlas, depth_test=ALWAYS):
+            self._clear.rectangles(len(slots))
 
     def _draw_in_order(self, frame: Frame, group: Group, indices: OrderedIndices) -> None:
         """Each triangle overwrites what is there; then those that have no place in the order, by depth."""
-        context = self.gl.device.context
         for record in range(group.first, group.first + group.count):
             array, ordered, others = indices.get(frame.assets, group, frame.plan.warp.records[record])
             self._instances.bind(array, record)
-            context.depth_func = ALWAYS  # the test is off, but λ is written
-            array.render(vertices=ordered, instances=1)
-            context.depth_func = "<"
+            with self.gl.state(depth_test=ALWAYS):  # λ is written
+                array.render(vertices=ordered, instances=1)
             array.render(vertices=others, first=ordered, instances=1)
 
     def forget_assets(self) -> None:

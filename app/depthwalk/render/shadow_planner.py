@@ -1,0 +1,75 @@
+"""Which shadow maps a frame has, of sun and lamps, and what is drawn into each."""
+
+import logging
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from depthwalk.gpu.timers import PassTimers
+from depthwalk.render.cascades import ShadowParams, fit_cascades
+from depthwalk.render.casters import MapView, Shadows, find_casters, shadow_map
+from depthwalk.render.lighting import Lighting
+from depthwalk.render.placed import Placed, Uploads
+from depthwalk.render.spots import assign_tiles, shadowing, spot_of
+from depthwalk.render.stand_ins import StandInRule
+from depthwalk.render.view import View
+
+if TYPE_CHECKING:
+    from depthwalk.scene.environment import LampParams
+
+log = logging.getLogger(__name__)
+
+
+class ShadowPlanner:
+    """Finds what casts shadows of the objects that are `placed`; its times go to the `timers`."""
+
+    def __init__(self, placed: Placed, timers: PassTimers) -> None:
+        self._placed, self._timers = placed, timers
+        self._warned = False
+
+    def plan(
+        self,
+        view: View,
+        light: Lighting,
+        lamps: Sequence["LampParams"],
+        params: ShadowParams,
+        magnification: float,
+        uploads: Uploads,
+        may_wait: bool,
+    ) -> Shadows:
+        """Plan the maps of the sun, where it casts shadows, and of those of the `lamps` in sight that do.
+
+        Parameters
+        ----------
+        view : near and far plane fitted.
+        magnification : pixels that a texel of a depth image may cover, see `StandInRule`.
+        uploads : brings to the GPU what casts shadows; what does not come in time casts none.
+        may_wait : whether maps of the sun may be redrawn some frames later.
+        """
+        with self._timers.measure_cpu("cull"):
+            by_sun = params.enabled and bool(light.sun.any())
+            cascades = fit_cascades(view, light.to_sun, params) if by_sun else ()
+            chosen = shadowing(view, lamps)
+            self._warn_of_lamps(len(chosen), params.lamps)
+            tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
+            spots = [spot_of(lamps[number], params.lamp_resolution) for number in tiles]
+            views: list[MapView] = [*cascades, *spots]
+            found = [find_casters(each, self._placed.bounds()) for each in views]
+        with self._timers.measure_cpu("upload"):
+            casters = [rows[uploads.there(rows)] for rows in found]
+        with self._timers.measure_cpu("plan"):
+            scene = self._placed.arrays()
+            fewer = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
+            rule = StandInRule(magnification=magnification, has_come=uploads.stand_in, error=params.error)
+            maps = [
+                shadow_map(each, rows, scene, rule, params.triangles_per_texel * part)
+                for each, rows, part in zip(views, casters, fewer, strict=True)
+            ]
+        of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
+        of_sun = tuple(maps[: len(cascades)]) if by_sun else None
+        return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
+
+    def _warn_of_lamps(self, wanted: int, allowed: int) -> None:
+        """Warn, once, that some of the lamps in sight cast no shadows, though they should."""
+        if wanted > allowed > 0 and not self._warned:
+            self._warned = True
+            log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", wanted, allowed)
