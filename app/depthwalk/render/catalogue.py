@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject, Face, square_texel
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.cases import PIECES, RANGES
 from depthwalk.render.cells import within_runs
 from depthwalk.render.footprint import DIRECTIONS
 from depthwalk.render.frame_plan import AssetTable
-from depthwalk.render.grids import RUNS_PER_CASE
-from depthwalk.render.lod import Case
 from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import Volumes
 from depthwalk.render.prepared import Prepared
@@ -114,8 +113,8 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         levels[number] = len(prepared.error) - 1
         centre[number], half_height[number], girth[number] = _bounding_cylinder(baked)
         reach[number] = np.hypot(half_height[number], girth[number])
-    index_first, index_count, error = _level_columns(count, imaged)
-    triangles = index_count[:, :, Case.ALL].sum(-1) // 3
+    index_first, index_count, horizon, error = _level_columns(count, imaged)
+    triangles = index_count[:, :, :PIECES].sum(-1) // 3
     volumes = Volumes(**numbers, footprint=footprint, has_side=has_side)
     meshes = MeshLevels.empty(count)
     for number, some in details.items():
@@ -126,22 +125,23 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     held = stand_ins.centre, np.hypot(stand_ins.half_height, stand_ins.girth), stand_ins.half_height, stand_ins.girth
     for column, of_asset in zip(bounds, held, strict=True):
         column[stand_ins.mesh[standing]] = of_asset[standing]
-    drawn = index_first, index_count, triangles, error
-    return AssetTable(volumes, texel, levels, *bounds, *drawn, meshes, stand_ins)
+    drawn = index_first, index_count, horizon, triangles
+    return AssetTable(volumes, texel, levels, *bounds, *drawn, error, meshes, stand_ins)
 
 
 def _level_columns(
     count: int, imaged: dict[int, Prepared]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """`AssetTable.index_first`, `index_count` and `error` of `count` numbers, of which these are depth objects."""
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """`AssetTable.index_first`, `index_count`, `horizon` and `error` of `count` numbers, of which
+    these are depth objects."""
     most = max((len(each.error) for each in imaged.values()), default=1)
-    index_first, index_count = np.zeros((2, count, most, len(Case), RUNS_PER_CASE), np.int64)
-    error = np.full((count, most), np.inf)
+    index_first, index_count = np.zeros((2, count, most, RANGES), np.int64)
+    horizon, error = np.full((count, most, PIECES, 4), np.inf), np.full((count, most), np.inf)
     for number, each in imaged.items():
         levels = len(each.error)
         index_first[number, :levels], index_count[number, :levels] = each.first, each.count
-        error[number, :levels] = each.error
-    return index_first, index_count, error
+        horizon[number, :levels], error[number, :levels] = each.horizon, each.error
+    return index_first, index_count, horizon, error
 
 
 def _stand_ins(objects: Objects, library: Library, store: AssetStore) -> StandIns:

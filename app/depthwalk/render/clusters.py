@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
+from depthwalk.render.cases import ALL_PIECES
 from depthwalk.render.cells import Cells, boxes, runs, within_runs
 from depthwalk.render.footprint import box_footprint
-from depthwalk.render.lod import Case
 from depthwalk.render.occlusion import Cylinders, box_cylinders
 from depthwalk.render.planes import Planes, Volumes
 from depthwalk.render.records import warp_records
@@ -100,7 +100,7 @@ class Clusters:
             Volumes(radius, -half[:, 1], half[:, 1], box_footprint(half[:, 0], half[:, 2]), np.ones(count, bool)),
             view.position - bounds.centre,
             level,
-            np.full(count, Case.ALL, np.int64),
+            np.full(count, ALL_PIECES),
             triangles * (self.first[numbers + 1] - self.first[numbers]),
         )
 

@@ -25,8 +25,8 @@ _MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all
 class Shown:
     """m objects of a frame that are drawn by intermediate images, nearest first.
 
-    row: (m,) of all objects; viewer: (m, 3) in their frames; level, case: (m,) of the grids that serve them now;
-    triangles: (m,) of those.
+    row: (m,) of all objects; viewer: (m, 3) in their frames; level, pieces: (m,) of the grids that serve them now, the
+    latter as bit masks (`render.cases`); triangles: (m,) of all pieces.
     """
 
     row: Rows
@@ -35,7 +35,7 @@ class Shown:
     volumes: Volumes
     viewer: Array
     level: Rows
-    case: Rows
+    pieces: Rows
     triangles: Rows
 
     def __len__(self) -> int:
@@ -43,8 +43,8 @@ class Shown:
 
     def take(self, rows: Rows | Mask) -> "Shown":
         parts = self.objects.take(rows), self.bounds.take(rows), self.volumes.take(rows)
-        level, case, triangles = self.level[rows], self.case[rows], self.triangles[rows]
-        return Shown(self.row[rows], *parts, self.viewer[rows], level, case, triangles)
+        level, pieces, triangles = self.level[rows], self.pieces[rows], self.triangles[rows]
+        return Shown(self.row[rows], *parts, self.viewer[rows], level, pieces, triangles)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class TileWork:
     anew: (k,) numbers of those `Shown` whose tiles are warped; planes, tiles, slots (k, 4) of the atlas: where to;
     whole: (k,), the tile holds all of the object.
     drawn: (d,) numbers of those that are drawn, first the `aligned` ones whose texels are pixels, of either the nearest
-    first; composite: (d,) COMPOSITE_RECORD; level, case, resolution: (d,), see `KeptTiles`; error: (d,), how far off
+    first; composite: (d,) COMPOSITE_RECORD; level, pieces, resolution: (d,), see `KeptTiles`; error: (d,), how far off
     they may be, 1 where as far as allowed.
     atlas_used: part of the atlas.
     """
@@ -68,7 +68,7 @@ class TileWork:
     aligned: int
     composite: NDArray[np.void]
     level: Rows
-    case: Rows
+    pieces: Rows
     resolution: Array
     error: Array
     atlas_used: float
@@ -115,7 +115,7 @@ class TilePlanner:
         composite = kept.record.take(row)  # of records, far quicker than an index
         place_tiles(composite, shown.viewer[drawn], shown.objects.scale[drawn], shown.objects.rotation[drawn])
         warped = placed.number, placed.planes, placed.tiles, slots, placed.whole
-        columns = kept.level[row], kept.case[row], kept.resolution[row], error[drawn]
+        columns = kept.level[row], kept.pieces[row], kept.resolution[row], error[drawn]
         return TileWork(*warped, drawn, int(aligned.sum()), composite, *columns, cache.used)
 
     def _store(self, view: View, shown: Shown, number: Rows, layout: TileParams, pack: bool) -> tuple["_Placed", Rows]:
@@ -153,6 +153,8 @@ class TilePlanner:
         span = np.stack([np.maximum(forward - reach, 0), forward + reach], -1) / scale[cut, None]
         holds = held(tiles.take(row[cut]), view, shown.objects.rotation[known[cut]], viewer[cut], span)
         error[known[cut[~holds]]] = np.inf
+        lacks = shown.pieces[known] & ~tiles.pieces[row] != 0  # the viewer has come round what was left out
+        error[known[lacks]] = np.inf
         return error
 
 
@@ -200,6 +202,6 @@ def _kept(view: View, placed: _Placed, slots: Rows, resolution: Array, frame: in
         frustum_rows(view, shown.objects.rotation),
         placed.whole,
         shown.level,
-        shown.case,
+        shown.pieces,
         resolution,
     )

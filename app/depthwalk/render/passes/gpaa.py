@@ -39,7 +39,7 @@ class GpaaPass(Pass):
     def setup(self) -> None:
         self._edge = Program(self.gl, "gpaa/edge.vert", "gpaa/edge.frag")
         self._lines = InstanceStream(self.gl, LINE_RECORD)
-        self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and case
+        self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and pieces
 
     def draw(self, frame: Frame) -> None:
         if not geometric(frame.settings):
@@ -77,7 +77,7 @@ class GpaaPass(Pass):
         return np.concatenate(lines)
 
     def _edges_of(self, group: Group, shape: Callable[[], Shape]) -> Edges:
-        key = group.asset, group.level, group.case
+        key = group.asset, group.level, group.pieces
         if key not in self._edges:
             self._edges[key] = build_edges(*shape())
         return self._edges[key]
