@@ -68,8 +68,8 @@ def test_the_caps_are_what_lies_level():
     piece = piece_numbers(triangles)
     up = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     slope = np.degrees(np.arccos(up[:, 1] / np.linalg.norm(up, axis=1)))
-    assert ((piece == TOP_PIECE) == (slope < 2)).all() and (piece == TOP_PIECE).any()
-    assert ((piece == BOTTOM_PIECE) == (slope > 178)).all() and (piece == BOTTOM_PIECE).any()
+    assert ((piece == TOP_PIECE) == (slope < 0.5)).all() and (piece == TOP_PIECE).any()
+    assert ((piece == BOTTOM_PIECE) == (slope > 179.5)).all() and (piece == BOTTOM_PIECE).any()
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_a_box_from_beside_from_above_and_from_below(build, viewer, case):
         assert drawn_cases(mask).tolist() == [case]
         everything, drawn = grids.positions[grids.drawn(level)], grids.positions[grids.drawn(level, int(mask[0]))]
         assert facing(everything, viewer).sum() == facing(drawn, viewer).sum()
-        assert len(drawn) < 0.9 * len(everything)
+        assert len(drawn) < (0.95 if level == 0 else 1) * len(everything)
 
 
 def test_ranges_that_adjoin_are_drawn_at_once():
@@ -107,18 +107,19 @@ def whole(asset, *_):
 
 
 def table():
-    library = ShapeLibrary([joined(box(1.6, 0.1, 1.0, (0, 0.95, 0)), box(0.1, 0.9, 0.1, (0, 0.45, 0)))], resolution=96)
+    library = ShapeLibrary([joined(box(1.6, 0.3, 1.0, (0, 0.85, 0)), box(0.1, 0.7, 0.1, (0, 0.35, 0)))], resolution=96)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
-    scene.render.warp.reuse_error = 100.0  # its tile would be kept for ever but for what it lacks
+    scene.render.warp.reuse_error = 16.0  # its tile would be kept for ever but for what it lacks
     return scene, library
 
 
 def test_who_walks_up_past_the_top_sees_it(studio):
     """A tile that was warped without the top is warped anew as soon as the viewer is above, and only then."""
-    views = [View(Camera((0.0, y, 5.0), (0.0, 0.9, 0.0), 0.4), (240, 180)) for y in (0.9, 0.95, 1.05, 1.1)]
+    views = [View(Camera((0.0, y, 5.0), (0.0, 0.6, 0.0), 0.5), (240, 180)) for y in (0.84, 0.86, 1.15, 1.17)]
     above = views[2]
     with OnScreen(studio.device, *table()) as table_top:
         pictures, cases, warped = [], [], []
+        table_top.renderer.remembers = True
         for view in views:
             counts = table_top.draw(view)
             pictures.append(read_pixels(table_top.screen).astype(int))

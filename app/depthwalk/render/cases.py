@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
 
-_LEVEL = np.radians(2.0)  # slope up to which triangles count as level
+_LEVEL = np.radians(0.5)  # slope up to which triangles count as level
 _STEEP = np.radians(45.0)  # slope from which on a piece of the side is steep
 _DIRECTIONS = 8  # of the side's pieces, around the axis
 _SLOPES = 3  # of the side's pieces in each direction: facing up, steep, facing down

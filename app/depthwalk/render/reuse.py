@@ -18,6 +18,10 @@ Array = NDArray[np.floating]
 Rows = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
+# How far off a tile counts as in which something is missing that the viewer has just come round, 1 where as far as
+# allowed: it is due, but within the budget. What turned its back when the tile was warped is still seen from the edge,
+# and covers no more than the parallax by which the tile may be off.
+_LACKING = 2.0
 _MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all is, and packed tightly: a cut
 
 
@@ -153,8 +157,8 @@ class TilePlanner:
         span = np.stack([np.maximum(forward - reach, 0), forward + reach], -1) / scale[cut, None]
         holds = held(tiles.take(row[cut]), view, shown.objects.rotation[known[cut]], viewer[cut], span)
         error[known[cut[~holds]]] = np.inf
-        lacks = shown.pieces[known] & ~tiles.pieces[row] != 0  # the viewer has come round what was left out
-        error[known[lacks]] = np.inf
+        lacks = known[shown.pieces[known] & ~tiles.pieces[row] != 0]
+        error[lacks] = np.maximum(error[lacks], _LACKING)
         return error
 
 
