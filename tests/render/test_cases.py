@@ -133,6 +133,17 @@ def test_who_walks_up_past_the_top_sees_it(studio):
         assert np.abs(read_pixels(fresh.screen).astype(int) - pictures[2]).max() <= 1
 
 
+def test_the_counts_tell_the_papers_step(studio):
+    """Whatever chose the level: texels of the side image per pixel, rounded down to a power of two."""
+    with OnScreen(studio.device, *table()) as stage:
+        counts = stage.draw(View(Camera((0.0, 0.5, 80.0), (0.0, 0.5, 0.0), 0.5), (240, 180)))
+        placed = stage.renderer.placed
+        texel = placed.table().texel[placed.objects().asset[0]]
+    step = 2 * 80 * np.tan(0.25) / (180 * texel)
+    assert step > 4
+    assert [name for name in counts if name.startswith("step_")] == [f"step_{1 << int(np.log2(step))}"]
+
+
 def test_the_garden_has_all_three_cases_and_looks_as_with_all_images(gl_device, monkeypatch):
     """From eye height along its tour, and from above."""
     root, size = Path(__file__).resolve().parents[2] / "scenes", (320, 180)
