@@ -7,7 +7,7 @@ from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.images import FLANKS, Face
 from depthwalk.bake.model import BakedModel
-from depthwalk.render.lod import Case
+from depthwalk.render.cases import PAPER_PIECES, Case
 from depthwalk.render.step_grids import build_grids
 from shapes import bake, box, joined, sphere
 
@@ -26,7 +26,7 @@ def untrimmed(monkeypatch):
 def triangles(baked, level, case=Case.ALL):
     """The triangles drawn, in an order of their own: positions (n, 3) packed into numbers, smallest first in each."""
     grids = build_grids(baked, paper_cases=True, tolerance=-np.inf)  # larger ones depend on what is around
-    positions = grids.vertices[grids.drawn(level, case), :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
+    positions = grids.vertices[grids.drawn(level, int(PAPER_PIECES[case])), :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
     rows = np.sort(positions, axis=1)
     return rows[np.lexsort(rows.T)]
 

@@ -8,9 +8,9 @@ import pytest
 from depthwalk.bake.images import Face
 from depthwalk.bake.planar import bake_planar
 from depthwalk.ingest.image import PlanarImage
+from depthwalk.render.cases import ALL_PIECES
 from depthwalk.render.epipole import draw_order, epipole, image_cells
 from depthwalk.render.footprint import box_footprint
-from depthwalk.render.lod import Case
 from depthwalk.render.ordered import viewer_of
 from depthwalk.render.planes import Volumes, choose_planes
 from depthwalk.render.records import WARP_RECORD
@@ -83,7 +83,7 @@ def test_the_wrong_order_is_seen(studio, library, monkeypatch):
 def test_cells_that_a_ray_meets_come_far_to_near(library, asset):
     """Points along random rays, and the ranks of the cells they fall into."""
     (baked,) = library.baked(asset).parts
-    cells = image_cells(build_grids(baked, tolerance=-np.inf), baked, level=1, case=Case.ALL)
+    cells = image_cells(build_grids(baked, tolerance=-np.inf), baked, level=1, pieces=ALL_PIECES)
     rng = np.random.default_rng(3)
     side = any(image.face is Face.SIDE for image in baked.images)
     middle = np.array([0, (baked.cylinder.bottom + baked.cylinder.top) / 2, 0])

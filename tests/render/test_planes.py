@@ -11,8 +11,9 @@ from hypothesis.extra.numpy import arrays
 from depthwalk.bake.images import Face
 from depthwalk.reference.warp import table, unwarp, warp
 from depthwalk.render.atlas import pack_shelves
+from depthwalk.render.cases import Case
 from depthwalk.render.footprint import box_footprint, footprint
-from depthwalk.render.lod import Case, affordable_level, grid_level, iter_step, paper_cases
+from depthwalk.render.lod import affordable_level, grid_level, iter_step, paper_cases
 from depthwalk.render.planes import Planes, Volumes, choose_planes, crop_to_frustum, depths_behind, tile_sizes
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Camera

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds, object_bounds
 from depthwalk.render.cascades import Cascade
+from depthwalk.render.cases import ALL_PIECES
 from depthwalk.render.frame_plan import AssetTable, Drawing, draw_groups
-from depthwalk.render.lod import Case, affordable_level, error_level
+from depthwalk.render.lod import affordable_level, error_level
 from depthwalk.render.plan import SceneArrays
 from depthwalk.render.records import placed_records
 from depthwalk.render.spots import Spot
@@ -85,7 +86,7 @@ def shadow_map(
     level = np.where(imaged, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
     thinned = placed.representation == Representation.MESH_LOD
     level = np.where(thinned, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
-    case = np.full(len(placed), int(Case.ALL))
+    pieces = np.full(len(placed), ALL_PIECES)
     order = np.lexsort((level, placed.asset))
     grids, meshes = order[imaged[order]], order[~imaged[order]]
     centre = np.array(view.centre)
@@ -93,7 +94,7 @@ def shadow_map(
         view=view,
         grids=Drawing(
             records=placed_records(centre, placed.take(grids)),
-            groups=draw_groups(table, placed.asset[grids], level[grids], case[grids]),
+            groups=draw_groups(table, placed.asset[grids], level[grids], pieces[grids]),
         ),
         meshes=Drawing(
             records=placed_records(centre, placed.take(meshes)),

@@ -9,11 +9,10 @@ from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.assets import AssetStore, Library
+from depthwalk.render.cases import PIECES, RANGES
 from depthwalk.render.cells import within_runs
 from depthwalk.render.footprint import DIRECTIONS
 from depthwalk.render.frame_plan import AssetTable
-from depthwalk.render.grids import RUNS_PER_CASE
-from depthwalk.render.lod import Case
 from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import Volumes
 from depthwalk.render.prepared import Prepared
@@ -115,8 +114,8 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         levels[number] = len(prepared.error) - 1
         centre[number], half_height[number], girth[number] = _bounding_cylinder(baked)
         reach[number] = np.hypot(half_height[number], girth[number])
-    index_first, index_count, error = _level_columns(count, imaged)
-    triangles = index_count[:, :, Case.ALL].sum(-1) // 3
+    index_first, index_count, horizon, error = _level_columns(count, imaged)
+    triangles = index_count[:, :, :PIECES].sum(-1) // 3
     volumes = Volumes(**numbers, footprint=footprint, has_side=has_side)
     meshes = MeshLevels.empty(count)
     for number, some in details.items():
@@ -137,6 +136,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         girth=girth,
         index_first=index_first,
         index_count=index_count,
+        horizon=horizon,
         triangles=triangles,
         error=error,
         meshes=meshes,
@@ -146,16 +146,17 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
 
 def _level_columns(
     count: int, imaged: dict[int, Prepared]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """`AssetTable.index_first`, `index_count` and `error` of `count` numbers, of which these are depth objects."""
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """`AssetTable.index_first`, `index_count`, `horizon` and `error` of `count` numbers, of which
+    these are depth objects."""
     most = max((len(each.error) for each in imaged.values()), default=1)
-    index_first, index_count = np.zeros((2, count, most, len(Case), RUNS_PER_CASE), np.int64)
-    error = np.full((count, most), np.inf)
+    index_first, index_count = np.zeros((2, count, most, RANGES), np.int64)
+    horizon, error = np.full((count, most, PIECES, 4), np.inf), np.full((count, most), np.inf)
     for number, each in imaged.items():
         levels = len(each.error)
         index_first[number, :levels], index_count[number, :levels] = each.first, each.count
-        error[number, :levels] = each.error
-    return index_first, index_count, error
+        horizon[number, :levels], error[number, :levels] = each.horizon, each.error
+    return index_first, index_count, horizon, error
 
 
 def _stand_ins(objects: Objects, library: Library, store: AssetStore) -> StandIns:

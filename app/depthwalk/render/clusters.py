@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
+from depthwalk.render.cases import ALL_PIECES
 from depthwalk.render.cells import Cells, boxes, runs, within_runs
 from depthwalk.render.footprint import box_footprint
 from depthwalk.render.grids import IMAGE_BITS
-from depthwalk.render.lod import Case
 from depthwalk.render.occlusion import Cylinders, box_cylinders
 from depthwalk.render.planes import Planes, Volumes
 from depthwalk.render.records import warp_records
@@ -104,7 +104,7 @@ class Clusters:
             ),
             viewer=view.position - bounds.centre,
             level=level,
-            case=np.full(count, Case.ALL, np.int64),
+            pieces=np.full(count, ALL_PIECES),
             triangles=triangles * (self.first[numbers + 1] - self.first[numbers]),
         )
 

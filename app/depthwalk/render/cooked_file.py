@@ -18,7 +18,7 @@ from depthwalk.render.prepared import COOK_VERSION, Form, Prepared, bare_image
 
 COOKED = Cache(suffix=".npz", content="cooked depth images")
 
-_SMALL = "first", "count", "error"  # fields of grids that are needed before an object is drawn
+_SMALL = "first", "count", "horizon", "error"  # fields of grids that are needed before an object is drawn
 
 
 def find_prepared(key: str, form: Form) -> tuple[Prepared, ...] | None:
@@ -82,9 +82,9 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
         position=tuple(header["position"]),
         rotation=tuple(header["rotation"]),
     )
-    first, count, error = (stored[_column(Grids, number, name)] for name in _SMALL)
+    first, count, horizon, error = (stored[_column(Grids, number, name)] for name in _SMALL)
     around = np.array(header["footprint"])
-    return Prepared(outline, around, first, count, error, header["bytes"], _loader(path, number))
+    return Prepared(outline, around, first, count, horizon, error, header["bytes"], _loader(path, number))
 
 
 def _column(kind: type[Grids | Pages], number: int, name: str) -> str:

@@ -24,7 +24,7 @@ from depthwalk.render.grids import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Grids
 
 @dataclass(frozen=True)
 class Cells:
-    """Triangles of one level and case of whole `Grids`.
+    """Triangles of one level and some pieces of whole `Grids`.
 
     ordered: (n, 3) uint32, those with a cell of their own; unordered: (m, 3) uint32, the others.
     cell: (n, 2) int32, column and row of the cell, in nodes of the level's grid. nodes: texel numbers of those columns
@@ -43,9 +43,9 @@ def ordered_image(baked: BakedObject) -> DepthImage:
     return next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
 
 
-def image_cells(grids: Grids, baked: BakedObject, level: int, case: int) -> Cells:
-    """The triangles of whole `grids` at a level in a case, with the cells of those that can be ordered."""
-    triangles = grids.drawn(level, case).astype(np.uint32)
+def image_cells(grids: Grids, baked: BakedObject, level: int, pieces: int) -> Cells:
+    """The triangles of whole `grids` at a level that are in `pieces`, with the cells of those that can be ordered."""
+    triangles = grids.drawn(level, pieces).astype(np.uint32)
     image = ordered_image(baked)
     # Samples past the axis differ in their flag.
     number = grids.vertices[triangles, 3] & (1 << EASE_SHIFT) - 1 - EDGE - BORDER

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import outside
-from depthwalk.render.lod import Case
+from depthwalk.render.cases import ALL_PIECES, piece_runs
 from depthwalk.render.mesh_lod import MeshLevels
 from depthwalk.render.planes import Volumes
 from depthwalk.render.stand_ins import StandIns
@@ -31,9 +31,10 @@ class AssetTable:
 
     volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
     sphere about the asset's own centre, object frame; half_height, girth: half the height and the radius of an upright
-    cylinder about it that holds all; index_first, index_count: (a, levels, cases, runs), see Grids; triangles:
-    (a, levels), of all images; error: (a, levels), see Grids, +inf where there is no such level; meshes: levels of
-    detail; stand_ins: which of the meshes may stand in for which depth objects.
+    cylinder about it that holds all; index_first, index_count: (a, levels, RANGES) and horizon:
+    (a, levels, PIECES, 4), see Grids; triangles: (a, levels), of all pieces; error: (a, levels), see Grids, +inf where
+    there is no such level; meshes: levels of detail; stand_ins: which of the meshes may stand in for which depth
+    objects.
     """
 
     volumes: Volumes
@@ -45,6 +46,7 @@ class AssetTable:
     girth: Array
     index_first: NDArray[np.int64]
     index_count: NDArray[np.int64]
+    horizon: Array
     triangles: NDArray[np.int64]
     error: Array
     meshes: MeshLevels
@@ -70,7 +72,7 @@ class Group:
     indices: tuple[tuple[int, int], ...] = ()  # first index and number of indices of each run
     clipped: bool = False  # samples may fall outside their tile
     level: int = 0
-    case: int = Case.ALL
+    pieces: int = ALL_PIECES
 
 
 @dataclass(kw_only=True)
@@ -147,14 +149,14 @@ def draw_groups(
     table: AssetTable,
     asset: NDArray[np.integer],
     level: NDArray[np.integer] | None = None,
-    case: NDArray[np.integer] | None = None,
+    pieces: NDArray[np.integer] | None = None,
     clipped: NDArray[np.bool_] | None = None,
 ) -> list[Group]:
-    """Runs of equal asset (n,), and of equal level, case and clipped (n,) where given. The loop is over groups. With a
-    case, they hold the runs of indices that a depth object has for it."""
+    """Runs of equal asset (n,), and of equal level, pieces and clipped (n,) where given. The loop is over groups. With
+    pieces, bit masks, they hold the runs of indices that a depth object has for them."""
     if not len(asset):
         return []
-    keys = [key for key in (asset, level, case) if key is not None]
+    keys = [key for key in (asset, level, pieces) if key is not None]
     clipped = np.zeros(len(asset), bool) if clipped is None else clipped
     changed = np.logical_or.reduce([key[1:] != key[:-1] for key in (*keys, clipped)])
     starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
@@ -163,9 +165,8 @@ def draw_groups(
     for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
         key = tuple(int(k[start]) for k in keys)
         runs: tuple[tuple[int, int], ...] = ()
-        if case is not None:
-            pairs = zip(table.index_first[key].tolist(), table.index_count[key].tolist(), strict=True)
-            runs = tuple((first, length) for first, length in pairs if length)
+        if pieces is not None:
+            runs = piece_runs(table.index_first[key[:2]], table.index_count[key[:2]], key[2])
         groups.append(
             Group(
                 asset=int(asset[start]),
@@ -174,7 +175,7 @@ def draw_groups(
                 indices=runs,
                 clipped=bool(clipped[start]),
                 level=0 if level is None else int(level[start]),
-                case=Case.ALL if case is None else int(case[start]),
+                pieces=ALL_PIECES if pieces is None else int(pieces[start]),
             )
         )
     return groups

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.render.cases import ALL_PIECES, piece_runs
 from depthwalk.render.chunks import Chunks, vertex_numbers
-from depthwalk.render.lod import Case
 
 GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
 VERTEX_BYTES = 8
@@ -19,7 +19,6 @@ POSITION_STEPS = 65535  # of the box about a grid, along each axis: positions ta
 IMAGE_BITS = 10  # of a vertex's image with its flags, and of what is drawn of it
 EASE_SHIFT = IMAGE_BITS  # above these: how much of the meso-structure's depth a vertex takes, of EASE
 EASE = 63
-RUNS_PER_CASE = 3  # of indices, at most
 
 
 @dataclass(frozen=True)
@@ -28,8 +27,9 @@ class Grids:
 
     texels: (V, 2) int16, column and row of the sample that each vertex is, −1 for border vertices.
     indices: (I,) uint16 or uint32, triangles; they count from a vertex of the chunk that they are in, see `Chunks`.
-    first, count: (levels, cases, RUNS_PER_CASE) runs of `indices`; a run that adjoins the one before it is merged into
-    that, and has count 0 itself. error: (levels,) metres, rising: how far samples are off a level's triangles.
+    first, count: (levels, RANGES) ranges of `indices`, see `render.cases`; horizon: (levels, PIECES, 4) metres, from
+    where each piece may be seen, see `piece_horizons`. error: (levels,) metres, rising: how far samples are off a
+    level's triangles.
     """
 
     vertices: NDArray[np.uint16]
@@ -38,6 +38,7 @@ class Grids:
     chunks: Chunks
     first: NDArray[np.int64]
     count: NDArray[np.int64]
+    horizon: NDArray[np.float64]
     box_low: NDArray[np.float32]
     box_size: NDArray[np.float32]
     error: NDArray[np.floating]
@@ -51,10 +52,10 @@ class Grids:
         """Vertices (count / 3, 3) of the triangles of a run of indices."""
         return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)
 
-    def drawn(self, level: int, case: int = Case.ALL) -> NDArray[np.int64]:
-        """Vertices (t, 3) of the triangles of a level for a case."""
-        runs = zip(self.first[level, case].tolist(), self.count[level, case].tolist(), strict=True)
-        return np.concatenate([self.triangles(first, count) for first, count in runs])
+    def drawn(self, level: int, pieces: int = ALL_PIECES) -> NDArray[np.int64]:
+        """Vertices (t, 3) of the triangles of a level that are in `pieces`, a bit mask."""
+        runs = piece_runs(self.first[level], self.count[level], pieces)
+        return np.concatenate([np.zeros((0, 3), np.int64), *(self.triangles(*run) for run in runs)])
 
 
 def vertex_positions(

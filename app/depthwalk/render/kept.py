@@ -24,7 +24,8 @@ class KeptTiles(Takes):
     record: (n,) COMPOSITE_RECORD; object: (n,) row of Objects; slot: (n, 4) of the atlas; seen: (n,) number of the
     frame that showed it last; density: (n,) pixels per metre at the object's centre, object frame, that it was made
     for; whole: (n,), it holds all of the object; frustum: (n, 3, 3), rows a, b, c: else it holds the points p, from its
-    viewer, with |a·p|, |b·p| ≤ c·p; level, case: (n,) of the grid; resolution: (n,), part of the texels it should have.
+    viewer, with |a·p|, |b·p| ≤ c·p; level, pieces: (n,) that it shows, see `Shown`; resolution:
+    (n,), part of the texels it should have.
     """
 
     record: NDArray[np.void]
@@ -35,7 +36,7 @@ class KeptTiles(Takes):
     frustum: Array
     whole: NDArray[np.bool_]
     level: Rows
-    case: Rows
+    pieces: Rows
     resolution: Array
 
     def __len__(self) -> int:
@@ -53,7 +54,7 @@ class KeptTiles(Takes):
             frustum=np.zeros((0, 3, 3)),
             whole=np.zeros(0, bool),
             level=number,
-            case=number,
+            pieces=number,
             resolution=real,
         )
 

@@ -1,12 +1,12 @@
 """Level of detail and case per object: Liu et al. 2007, §3.3 (cases) and §3.5 (Iter_step)."""
 
-from enum import IntEnum
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.params import Params, param
+from depthwalk.render.cases import Case
 from depthwalk.render.view import View
 from depthwalk.types import Array
 
@@ -44,21 +44,10 @@ class LodParams(Params):
         1.0, "Meso-structure whose height covers fewer pixels is shading only", unit="pixels", ge=0, le=1000
     )
     cases: Literal["complete", "paper"] = param(
-        "complete", "Depth images per view: all that may be seen, or the paper's three cases"
+        "complete",
+        "What is left out: the top, the bottom and parts of the side of which a viewer sees nothing (complete), or the "
+        "top and the bottom by the viewer's height alone (paper)",
     )
-
-
-class Case(IntEnum):
-    """Which depth images a view needs (the paper's figure 11, cases 1 to 3).
-
-    The paper draws the side alone for viewers between the planes. But a step below eye height, a shoulder, the water
-    of a fountain are seen from there, and only a cap samples them; what faces along θ, only a flank. Hence ALL.
-    """
-
-    SIDE = 0
-    SIDE_AND_TOP = 1
-    SIDE_AND_BOTTOM = 2
-    ALL = 3
 
 
 def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject
 from depthwalk.gpu.device import Scope
 from depthwalk.render.assets import AssetStore
+from depthwalk.render.cases import ALL_PIECES
 from depthwalk.render.epipole import Cells, draw_order, epipole, image_cells
 from depthwalk.render.frame_plan import Group
 from depthwalk.render.grids import GRID_LAYOUT, Grids
 from depthwalk.render.step_grids import build_grids
 
-Kind = tuple[int, int]  # level and case
+Kind = tuple[int, int]  # level and pieces
 
 
 @dataclass
@@ -43,7 +44,9 @@ class OrderedIndices:
         on, and how many more follow. record: the object's WARP_RECORD."""
         if group.asset not in self._assets:
             self._assets[group.asset] = self._load(assets.baked(group.asset), assets.form.paper_cases)
-        asset, kind = self._assets[group.asset], (group.level, group.case)
+        # These grids are others than those in whose pieces the plan says what is seen.
+        pieces = group.pieces if assets.form.paper_cases else ALL_PIECES
+        asset, kind = self._assets[group.asset], (group.level, pieces)
         if kind not in asset.cells:
             asset.cells[kind] = image_cells(asset.grids, asset.baked, *kind)
         cells = asset.cells[kind]

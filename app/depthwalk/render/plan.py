@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.bounds import Bounds
+from depthwalk.render.cases import ALL_PIECES, CAPS, PAPER_PIECES, SIDE_PIECES, Case, drawn_cases, seen_pieces
 from depthwalk.render.cells import within_runs
 from depthwalk.render.clusters import Clusters, member_records
 from depthwalk.render.frame_plan import AssetTable, Drawing, FramePlan, Rectangles, draw_groups
 from depthwalk.render.lod import (
-    Case,
     LodParams,
     affordable_level,
     error_at_a_metre,
@@ -33,6 +33,8 @@ from depthwalk.render.tiles import TileParams
 from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Rows
+
+_WORTH = 2000  # triangles of an object of which pieces of the side are left out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,11 +59,11 @@ class PlanSettings:
 
 class _Frozen(NamedTuple):
     """How all n objects are drawn while `lod.freeze` is on. near_by: (n,), whether as meshes, where these have come;
-    level, case: (n,) else."""
+    level, pieces: (n,) else."""
 
     near_by: NDArray[np.bool_]
     level: NDArray[np.int64]
-    case: NDArray[np.int64]
+    pieces: NDArray[np.int64]
 
 
 class Planner:
@@ -97,9 +99,10 @@ class Planner:
         placed, spheres = objects.take(visible), scene.bounds.take(visible)
         viewer = viewer_in_object(view, placed.position, placed.rotation, placed.scale)
         if self._frozen is None:
-            level, case = choose_levels(view, placed, spheres, viewer, table, lod)
+            level = choose_levels(view, placed, spheres, viewer, table, lod)
+            pieces = choose_pieces(placed.asset, level, viewer, table, lod)
         else:
-            level, case = self._frozen.level[visible], self._frozen.case[visible]
+            level, pieces = self._frozen.level[visible], self._frozen.pieces[visible]
         imaged = np.flatnonzero(placed.representation == Representation.DPCI)
         volumes = table.volumes.take(placed.asset[imaged])
         _, distance = nearest_faces(viewer[imaged], volumes)
@@ -107,7 +110,7 @@ class Planner:
         # Inside the cylinder or nearly so no plane serves. A planar image seen from behind is left out: it has no back
         # (Liu et al. 2007, §2).
         near = imaged[~usable & (volumes.has_side | (distance > 0))]
-        case[near] = Case.ALL  # from inside, any image may be seen
+        pieces[near] = ALL_PIECES  # from inside, any image may be seen
         imaged = imaged[usable]
         triangles = table.triangles[placed.asset[imaged], level[imaged]]
         shown = Shown(
@@ -117,7 +120,7 @@ class Planner:
             volumes=volumes.take(usable),
             viewer=viewer[imaged],
             level=level[imaged],
-            case=case[imaged],
+            pieces=pieces[imaged],
             triangles=triangles,
         )
         work = self._tiles.plan(view, shown, settings.layout, goes_on)
@@ -126,12 +129,17 @@ class Planner:
         composite = Rectangles(records=work.composite, aligned=work.aligned)
 
         direct = np.concatenate([np.flatnonzero(placed.representation == Representation.DMESH), near])
-        direct = direct[np.lexsort((case[direct], level[direct], placed.asset[direct]))]
-        runs = draw_groups(table, placed.asset[direct], level[direct], case[direct])
+        if lod.cases != "paper":
+            pieces[direct] = ALL_PIECES  # their outlines are found once, for all viewers
+        direct = direct[np.lexsort((pieces[direct], level[direct], placed.asset[direct]))]
+        runs = draw_groups(table, placed.asset[direct], level[direct], pieces[direct])
         dmesh = Drawing(records=placed_records(view.position, placed.take(direct)), groups=runs)
         meshes = Objects.joined([placed.take(placed.polygonal), stand_ins])
         mesh = draw_meshes(view, meshes, table, settings.polygons)
-        counts = _counts(len(objects), warp, composite, dmesh, mesh, work) | {"stand_ins": len(stand_ins)}
+        distance = np.linalg.norm(spheres.centre[imaged] - view.position, axis=1)
+        texel = table.texel[placed.asset[imaged]] * placed.scale[imaged]
+        step = iter_step(distance, texel, view.half_extent[1], view.size[1])[work.drawn]
+        counts = _counts(len(objects), warp, composite, dmesh, mesh, work, step) | {"stand_ins": len(stand_ins)}
         counts["mesh_triangles"] = sum(
             group.count * int(table.meshes.triangles[group.asset, group.level]) for group in mesh.groups
         )
@@ -165,7 +173,7 @@ class Planner:
         some = clusters.order[clusters.first[numbers]]  # of each, what its members cost is guessed by
         like = objects.take(some)
         viewer = viewer_in_object(view, like.position, like.rotation, like.scale)
-        level, _ = choose_levels(view, like, bounds.take(some), viewer, table, lod)
+        level = choose_levels(view, like, bounds.take(some), viewer, table, lod)
         shown = clusters.shown(view, numbers, like, level, table.triangles[like.asset, level])
         work = self._tiles.plan(view, shown, settings.layout, goes_on=True)
 
@@ -173,15 +181,19 @@ class Planner:
         tile = np.repeat(np.arange(len(count)), count)
         members = objects.take(rows)
         viewer = viewer_in_object(view, members.position, members.rotation, members.scale)
-        level, case = choose_levels(view, members, bounds.take(rows), viewer, table, lod)
+        level = choose_levels(view, members, bounds.take(rows), viewer, table, lod)
+        # Members keep their pieces as long as their tile, whatever the viewer comes round meanwhile.
+        pieces = np.full(len(rows), ALL_PIECES)
+        if lod.cases == "paper":
+            pieces = choose_pieces(members.asset, level, viewer, table, lod)
         whole = work.whole[tile]
-        order = np.lexsort((~whole, case, level, members.asset))
+        order = np.lexsort((~whole, pieces, level, members.asset))
         tile, members = tile[order], members.take(order)
         planes, tiles, corners = work.planes.take(tile), work.tiles.take(tile), work.slots[tile, :2]
         place = within_runs(count)[order]
         records = member_records(planes, tiles, corners, settings.atlas_size, members, viewer[order], place)
         warp = Drawing(
-            records=records, groups=draw_groups(table, members.asset, level[order], case[order], ~whole[order])
+            records=records, groups=draw_groups(table, members.asset, level[order], pieces[order], ~whole[order])
         )
 
         numbered, count = clusters.members(numbers[work.drawn])
@@ -190,7 +202,9 @@ class Planner:
             Rectangles(records=work.composite, aligned=work.aligned),
             Drawing(records=placed_records(view.position, members.take(slice(0)))),
         )
-        counts = _counts(len(objects), warp, composite, nothing, nothing, work)
+        distance = np.linalg.norm(shown.bounds.centre - view.position, axis=1)
+        step = iter_step(distance, table.texel[like.asset] * like.scale, view.half_extent[1], view.size[1])
+        counts = _counts(len(objects), warp, composite, nothing, nothing, work, step[work.drawn])
         counts |= {"dpci": len(numbered), "clusters": len(composite.records), "mesh_triangles": 0}
         tiled = np.ones(len(numbered), bool)
         return FramePlan(
@@ -236,7 +250,8 @@ class Planner:
             return self._frozen
         near_by = _may_stand_in(view, scene, np.arange(len(objects)), settings, _all_have)
         viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-        return _Frozen(near_by, *choose_levels(view, objects, scene.bounds, viewer, scene.table, settings.lod))
+        level = choose_levels(view, objects, scene.bounds, viewer, scene.table, settings.lod)
+        return _Frozen(near_by, level, choose_pieces(objects.asset, level, viewer, scene.table, settings.lod))
 
 
 def _may_stand_in(
@@ -259,9 +274,9 @@ def _of_one_kind(objects: Objects, before: Objects | None) -> bool:
 
 def draw_anew(shown: Shown, work: TileWork, table: AssetTable, atlas_size: tuple[int, int]) -> Drawing:
     """Warps those of `shown` whose tiles the `work` makes anew."""
-    asset, level, case = (each[work.anew] for each in (shown.objects.asset, shown.level, shown.case))
-    order = np.lexsort((~work.whole, case, level, asset))
-    groups = draw_groups(table, asset[order], level[order], case[order], ~work.whole[order])
+    asset, level, pieces = (each[work.anew] for each in (shown.objects.asset, shown.level, shown.pieces))
+    order = np.lexsort((~work.whole, pieces, level, asset))
+    groups = draw_groups(table, asset[order], level[order], pieces[order], ~work.whole[order])
     return Drawing(
         records=warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size).take(order), groups=groups
     )
@@ -282,8 +297,8 @@ def draw_meshes(view: View, meshes: Objects, table: AssetTable, polygons: MeshLo
 
 def choose_levels(
     view: View, objects: Objects, bounds: Bounds, viewer: Array, table: AssetTable, lod: LodParams
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Level and Case (n,) of n objects, from their distance and the viewer (n, 3) in their frames."""
+) -> NDArray[np.int64]:
+    """Return the level (n,) of n objects, from their distance and the viewer (n, 3) in their frames."""
     asset, max_level = objects.asset, table.levels[objects.asset]
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
     if lod.mode == "paper":
@@ -294,15 +309,28 @@ def choose_levels(
         level = error_level(table.error[asset], error_at_a_metre(view, lod) * table.nearest(asset, viewer))
     pixels = table.area[asset] * objects.scale**2 * (view.focal_pixels / np.maximum(distance, bounds.reach)) ** 2
     affordable = affordable_level(table.triangles[asset], pixels, lod.triangles_per_pixel)
-    level = np.maximum(level, np.minimum(affordable, max_level))
-    if lod.cases != "paper":
-        return level, np.full(len(asset), int(Case.ALL))
-    return level, paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset]).astype(np.int64)
+    return np.maximum(level, np.minimum(affordable, max_level))
+
+
+def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> NDArray[np.int64]:
+    """Return which pieces of n objects viewers (n, 3), in their frames, may see, as bit masks (n,).
+
+    Objects of few triangles keep all pieces of their sides: leaving these out would save less than it costs to draw
+    them apart from others of the same asset.
+    """
+    if lod.cases == "paper":
+        return PAPER_PIECES[paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])]
+    caps = table.horizon[asset[:, None], level[:, None], CAPS]
+    pieces = seen_pieces(caps, viewer, CAPS) | SIDE_PIECES
+    some = np.flatnonzero(table.triangles[asset, level] >= _WORTH)
+    pieces[some] = seen_pieces(table.horizon[asset[some], level[some]], viewer[some])
+    return pieces
 
 
 def _counts(
-    total: int, warp: Drawing, composite: Rectangles, dmesh: Drawing, mesh: Drawing, work: TileWork
+    total: int, warp: Drawing, composite: Rectangles, dmesh: Drawing, mesh: Drawing, work: TileWork, step: Array
 ) -> dict[str, int | float]:
+    """Return what HUD and benchmark tell of a round. step: (d,), the Iter_step of each object with a tile."""
     warped = sum(group.count * length for group in warp.groups + dmesh.groups for _, length in group.indices) // 3
     drawn: dict[str, int | float] = {
         "objects": total,
@@ -318,11 +346,13 @@ def _counts(
         "warped_triangles": warped,
         "draw_groups": len(warp.groups),
     }
-    steps = {f"step_{1 << k}": int(n) for k, n in enumerate(np.bincount(work.level)) if n}
-    cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(work.case)) if n}
+    levels = {f"level_{k}": int(n) for k, n in enumerate(np.bincount(work.level)) if n}
+    halvings = np.floor(np.log2(step)).astype(np.int64)
+    steps = {f"step_{1 << k}": int(n) for k, n in enumerate(np.bincount(halvings)) if n}
+    cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(drawn_cases(work.pieces))) if n}
     atlas = {
         "atlas_used": work.atlas_used,
         "tile_resolution": float(work.resolution.min(initial=1)),
         "tile_error": float(work.error.max(initial=0)),
     }
-    return drawn | steps | cases | atlas
+    return drawn | levels | steps | cases | atlas

@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, DepthImage, Face
+from depthwalk.render.cases import PIECES
 from depthwalk.render.footprint import footprint
 from depthwalk.render.grids import Grids
-from depthwalk.render.lod import Case
 from depthwalk.render.pages import Pages, build_pages
 from depthwalk.render.step_grids import build_grids
 from depthwalk.render.surface_levels import build_levels
@@ -37,13 +37,14 @@ class Form(NamedTuple):
 @dataclass(frozen=True)
 class Prepared:
     """outline: the object, its images of the right size but without pixels; footprint: (DIRECTIONS,), see
-    `render.footprint`; first, count, error: see `Grids`; bytes: it takes on the GPU; load: its grids and pages. Raises
-    OSError where the file that holds them has gone or is damaged."""
+    `render.footprint`; first, count, horizon, error: see `Grids`; bytes: it takes on the GPU; load: its grids
+    and pages. Raises OSError where the file that holds them has gone or is damaged."""
 
     outline: BakedObject
     footprint: NDArray[np.floating]
     first: NDArray[np.int64]
     count: NDArray[np.int64]
+    horizon: NDArray[np.float64]
     error: NDArray[np.floating]
     bytes: int
     load: Callable[[], tuple[Grids, Pages]]
@@ -55,14 +56,18 @@ def prepare(baked: BakedObject, form: Form) -> Prepared:
     pages = build_pages(baked, grids)
     size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + pages.bytes_with_mip_maps
     around = footprint(grids.positions) + (0 if baked.meso is None else baked.meso.height)
-    return Prepared(_outline(baked), around, grids.first, grids.count, grids.error, size, lambda: (grids, pages))
+    return Prepared(_outline(baked), around, *_columns(grids), size, lambda: (grids, pages))
+
+
+def _columns(grids: Grids) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
+    return grids.first, grids.count, grids.horizon, grids.error
 
 
 def _build(baked: BakedObject, form: Form) -> Grids:
     height, width = baked.images[0].depth.shape
     if form.stepped or max(height, width) <= _SMALL:
         grids = build_grids(baked, form.paper_cases)
-        if form.stepped or grids.count[0, Case.ALL].sum() <= 3 * _DENSE * height * width:
+        if form.stepped or grids.count[0, :PIECES].sum() <= 3 * _DENSE * height * width:
             return grids
     return build_levels(baked)
 

@@ -15,6 +15,10 @@ from depthwalk.render.view import View
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
+# How far off a tile counts as in which something is missing that the viewer has just come round, 1 where as far as
+# allowed: it is due, but within the budget. What turned its back when the tile was warped is still seen from the edge,
+# and covers no more than the parallax by which the tile may be off.
+_LACKING = 2.0
 _MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all is, and packed tightly: a cut
 
 
@@ -22,8 +26,8 @@ _MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all
 class Shown:
     """m objects of a frame that are drawn by intermediate images, nearest first.
 
-    row: (m,) of all objects; viewer: (m, 3) in their frames; level, case: (m,) of the grids that serve them now;
-    triangles: (m,) of those.
+    row: (m,) of all objects; viewer: (m, 3) in their frames; level, pieces: (m,) of the grids that serve them now, the
+    latter as bit masks (`render.cases`); triangles: (m,) of all pieces.
     """
 
     row: Rows
@@ -32,7 +36,7 @@ class Shown:
     volumes: Volumes
     viewer: Array
     level: Rows
-    case: Rows
+    pieces: Rows
     triangles: Rows
 
     def __len__(self) -> int:
@@ -46,7 +50,7 @@ class Shown:
             volumes=self.volumes.take(rows),
             viewer=self.viewer[rows],
             level=self.level[rows],
-            case=self.case[rows],
+            pieces=self.pieces[rows],
             triangles=self.triangles[rows],
         )
 
@@ -58,7 +62,7 @@ class TileWork:
     anew: (k,) numbers of those `Shown` whose tiles are warped; planes, tiles, slots (k, 4) of the atlas: where to;
     whole: (k,), the tile holds all of the object.
     drawn: (d,) numbers of those that are drawn, first the `aligned` ones whose texels are pixels, of either the nearest
-    first; composite: (d,) COMPOSITE_RECORD; level, case, resolution: (d,), see `KeptTiles`; error: (d,), how far off
+    first; composite: (d,) COMPOSITE_RECORD; level, pieces, resolution: (d,), see `KeptTiles`; error: (d,), how far off
     they may be, 1 where as far as allowed.
     atlas_used: part of the atlas.
     """
@@ -72,7 +76,7 @@ class TileWork:
     aligned: int
     composite: NDArray[np.void]
     level: Rows
-    case: Rows
+    pieces: Rows
     resolution: Array
     error: Array
     atlas_used: float
@@ -128,7 +132,7 @@ class TilePlanner:
             aligned=int(aligned.sum()),
             composite=composite,
             level=kept.level[row],
-            case=kept.case[row],
+            pieces=kept.pieces[row],
             resolution=kept.resolution[row],
             error=error[drawn],
             atlas_used=cache.used,
@@ -169,6 +173,8 @@ class TilePlanner:
         span = np.stack([np.maximum(forward - reach, 0), forward + reach], -1) / scale[cut, None]
         holds = held(tiles.take(row[cut]), view, shown.objects.rotation[known[cut]], viewer[cut], span)
         error[known[cut[~holds]]] = np.inf
+        lacks = known[shown.pieces[known] & ~tiles.pieces[row] != 0]
+        error[lacks] = np.maximum(error[lacks], _LACKING)
         return error
 
 
@@ -216,6 +222,6 @@ def _kept(view: View, placed: _Placed, slots: Rows, resolution: Array, frame: in
         frustum=frustum_rows(view, shown.objects.rotation),
         whole=placed.whole,
         level=shown.level,
-        case=shown.case,
+        pieces=shown.pieces,
         resolution=resolution,
     )

@@ -14,6 +14,19 @@ from depthwalk.bake.grid import layer_triangles, triangle_places, whole_cells
 from depthwalk.bake.images import FLANKS, BakedObject, Border, DepthImage, Face, face_outward
 from depthwalk.bake.meso import straight_share
 from depthwalk.bake.vectors import lengths
+from depthwalk.render.cases import (
+    BOTTOM_PIECE,
+    PAPER_FLANKS,
+    PAPER_SIDE,
+    PIECES,
+    RANGES,
+    SIDE_OF_BOTTOM,
+    SIDE_OF_FLANKS,
+    SIDE_OF_TOP,
+    TOP_PIECE,
+    piece_horizons,
+    piece_numbers,
+)
 from depthwalk.render.chunks import WHOLE
 from depthwalk.render.coarsen import Surface, coarse_triangles
 from depthwalk.render.grids import (
@@ -24,10 +37,9 @@ from depthwalk.render.grids import (
     FACE_SHIFT,
     PAST_AXIS,
     POSITION_STEPS,
-    RUNS_PER_CASE,
     Grids,
+    vertex_positions,
 )
-from depthwalk.render.lod import Case
 
 # How far samples may come off the triangles of step s: this part of s texels, hence of about one pixel.
 _TOLERANCE = 0.07
@@ -50,23 +62,25 @@ class Run(IntEnum):
     BOTTOM = 6
 
 
-_RUNS_OF_CASE = {
-    Case.SIDE: (Run.SIDE_OF_TOP, Run.SIDE_OF_FLANKS, Run.SIDE, Run.SIDE_OF_BOTTOM),
-    Case.SIDE_AND_TOP: (Run.TOP, Run.SIDE_OF_FLANKS, Run.SIDE, Run.SIDE_OF_BOTTOM),
-    Case.SIDE_AND_BOTTOM: (Run.SIDE_OF_TOP, Run.SIDE_OF_FLANKS, Run.SIDE, Run.BOTTOM),
-    Case.ALL: (Run.FLANKS, Run.TOP, Run.SIDE, Run.BOTTOM),
-}
+_DRAWN = Run.FLANKS, Run.TOP, Run.SIDE, Run.BOTTOM  # unless for the paper's cases
+_PAPER_RANGES = np.array(  # of `render.cases`, by Run
+    [PAPER_FLANKS, TOP_PIECE, SIDE_OF_TOP, SIDE_OF_FLANKS, PAPER_SIDE, SIDE_OF_BOTTOM, BOTTOM_PIECE]
+)
 _RUN_OF_OWNER = {  # of a triangle on the side image
     Face.SIDE: Run.SIDE, Face.TOP: Run.SIDE_OF_TOP, Face.BOTTOM: Run.SIDE_OF_BOTTOM
 } | dict.fromkeys(FLANKS, Run.SIDE_OF_FLANKS)  # fmt: skip
 _OWN_RUN = {Face.TOP: Run.TOP, Face.BOTTOM: Run.BOTTOM} | dict.fromkeys(FLANKS, Run.FLANKS)
 
 
-def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float = _TOLERANCE) -> Grids:
+def build_grids(
+    baked: BakedObject, paper_cases: bool = False, tolerance: float = _TOLERANCE, in_pieces: bool = True
+) -> Grids:
     """The arrays of all images and steps of `baked`.
 
-    paper_cases: with what only `Case`s other than ALL draw; tolerance: how far samples may come off the triangles of
-    step s, in parts of s texels; −inf keeps every cell.
+    paper_cases: in index ranges for these, with what only they draw; tolerance: how far samples may come off the
+    triangles of step s, in parts of s texels; −inf keeps every cell; in_pieces: sorted into the
+    pieces of `render.cases`, unless for the paper's cases; else all triangles are in the first, in the order of their
+    faces.
     """
     low, size = baked.cylinder.box
     present = {image.face for image in baked.images}
@@ -91,7 +105,7 @@ def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float 
         total_points = len(points.depth)
         used = np.zeros(2 * total_points, bool)  # every point may be there a second time, marked as EDGE
         for level, (corners, run, edge) in enumerate(triangles):
-            drawn = np.isin(run, list(Run) if paper_cases else _RUNS_OF_CASE[Case.ALL])
+            drawn = np.isin(run, list(Run) if paper_cases else _DRAWN)
             corners, run, edge = corners[drawn], run[drawn], edge[drawn]
             corners = np.where(corners < numbers.samples, corners, corners + numbers.border_shift[level])
             corners = _outward(corners, points.depth, baked.cylinder.radius, face)
@@ -107,34 +121,42 @@ def build_grids(baked: BakedObject, paper_cases: bool = False, tolerance: float 
         for level, (corners, run, _) in enumerate(triangles):
             for kind in Run:
                 runs.setdefault((level, kind), []).append(number[corners[run == kind]].ravel())
-    lists = {key: np.concatenate(parts) for key, parts in sorted(runs.items())}
-    first, count = _ranges(lists, baked.steps)
-    indices = np.concatenate(list(lists.values()))
+    every = np.concatenate(vertices)
+    position = vertex_positions(every, low, size)
+    levels = [
+        _in_pieces([np.concatenate(runs[level, kind]).reshape(-1, 3) for kind in Run], position, paper_cases, in_pieces)
+        for level in range(baked.steps)
+    ]
+    indices, counts, horizons = (list(column) for column in zip(*levels, strict=True))
+    count = np.array(counts)
+    first = (np.cumsum(count) - count.ravel()).reshape(count.shape)
+    horizon = np.array(horizons)
+    if baked.meso is not None or present == {Face.TOP}:
+        horizon[:] = -np.inf  # relief turns triangles; a planar image is one cap
     error = _STEP_ERROR * square_texel(baked) * (2.0 ** np.arange(baked.steps) - 1)
-    return Grids(np.concatenate(vertices), np.concatenate(texels), indices, WHOLE, first, count, low, size, error)
+    joined = np.concatenate(indices)
+    return Grids(every, np.concatenate(texels), joined, WHOLE, first, count, horizon, low, size, error)
 
 
-def _ranges(
-    lists: dict[tuple[int, Run], NDArray[np.uint32]], levels: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Grids.first and Grids.count of the index lists, laid out one after another."""
-    ends = np.cumsum([len(part) for part in lists.values()])
-    starts = dict(zip(lists, np.concatenate([[0], ends[:-1]]).tolist(), strict=True))
-    first = np.zeros((levels, len(Case), RUNS_PER_CASE), np.int64)
-    count = np.zeros_like(first)
-    for level in range(levels):
-        for case, kinds in _RUNS_OF_CASE.items():
-            slot = -1
-            for kind in kinds:
-                start, length = starts[level, kind], len(lists[level, kind])
-                if not length:
-                    continue
-                if slot >= 0 and first[level, case, slot] + count[level, case, slot] == start:
-                    count[level, case, slot] += length
-                else:
-                    slot += 1
-                    first[level, case, slot], count[level, case, slot] = start, length
-    return first, count
+def _in_pieces(
+    runs: list[NDArray[np.uint32]], position: NDArray[np.float64], paper_cases: bool, in_pieces: bool
+) -> tuple[NDArray[np.uint32], NDArray[np.int64], NDArray[np.float64]]:
+    """Return one level's indices (i,), range after range, the length (RANGES,) of each, and its `Grids.horizon`.
+
+    runs: triangles (t, 3) of each Run; position: (V, 3) of the vertices; paper_cases, in_pieces: see `build_grids`.
+    """
+    triangles = np.concatenate(runs)
+    horizon = np.full((PIECES, 4), -np.inf)
+    if paper_cases:
+        piece = np.repeat(_PAPER_RANGES, [len(run) for run in runs])
+    elif in_pieces:
+        corners = position[triangles]
+        piece = piece_numbers(corners)
+        horizon = piece_horizons(corners, piece)
+    else:
+        piece = np.zeros(len(triangles), np.int64)
+    order = np.argsort(piece, kind="stable")
+    return triangles[order].ravel(), 3 * np.bincount(piece, minlength=RANGES), horizon
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,12 @@ from depthwalk.bake.sampling import face_normals, sample_triangles
 from depthwalk.bake.vectors import lengths
 from depthwalk.ingest.normals import row_ids
 from depthwalk.render.best_images import NOWHERE, best_images
+from depthwalk.render.cases import RANGES, piece_horizons, piece_numbers
 from depthwalk.render.cells import morton
 from depthwalk.render.chunks import MOST_VERTICES
 from depthwalk.render.contract import WeldedSurface, contract, surface_of, vertex_directions, weld
 from depthwalk.render.facets import facets_of
-from depthwalk.render.grids import BORDER, POSITION_STEPS, RUNS_PER_CASE, Grids
-from depthwalk.render.lod import Case
+from depthwalk.render.grids import BORDER, POSITION_STEPS, Grids, vertex_positions
 from depthwalk.render.spread import cubes, spread
 from depthwalk.render.step_grids import build_grids
 from depthwalk.types import Array, Ints
@@ -53,7 +53,7 @@ def build_levels(baked: BakedObject) -> Grids:
     every sample, have all their grids instead."""
     if baked.meso is not None:
         return build_grids(baked)
-    grid = build_grids(replace(baked, steps=1))
+    grid = build_grids(replace(baked, steps=1), in_pieces=False)
     triangles = grid.indices.reshape(-1, 3).astype(np.int64)
     point, yields = grid.positions, grid.vertices[:, 3] & BORDER > 0
     most = _DENSE * baked.images[0].depth.size
@@ -162,20 +162,23 @@ def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array
     ends = np.cumsum([len(corners) for corners in levels])
     vertices: list[NDArray[np.uint16]] = []
     indices: list[NDArray[np.uint16]] = []
-    sizes: list[int] = []  # of levels, indices
+    counts: list[Ints] = []  # of levels, indices of each range
+    horizons: list[Array] = []
     for corners, image in zip(levels, np.split(images, ends[:-1]), strict=True):
         position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * POSITION_STEPS).astype(np.uint16)
+        placed = vertex_positions(position.reshape(-1, 3), grid.box_low, grid.box_size).reshape(-1, 3, 3)
+        piece = piece_numbers(placed)
         # Neighbours together: a vertex is shaded once for all its triangles.
-        order = np.argsort(morton(corners.mean(1)), kind="stable")
+        order = np.lexsort((morton(corners.mean(1)), piece))
         order = order[image[order] != NOWHERE]
-        sizes.append(3 * len(order))
+        counts.append(3 * np.bincount(piece[order], minlength=RANGES))
+        horizons.append(piece_horizons(placed[order], piece[order]))
         for shared, numbers in _chunks(position[order], image[order]):
             vertices.append(shared)
             indices.append(numbers)
     chunks = np.array([[0, 0], *([part.size, len(shared)] for part, shared in zip(indices, vertices, strict=True))])
-    first, count = np.zeros((2, len(levels), len(Case), RUNS_PER_CASE), np.int64)
-    count[:, :, 0] = np.array(sizes)[:, None]
-    first[:, :, 0] = np.cumsum(count[:, :, 0], 0) - count[:, :, 0]
+    count = np.array(counts)
+    first = (np.cumsum(count) - count.ravel()).reshape(count.shape)
     texels = np.full((sum(map(len, vertices)), 2), -1, np.int16)
     return replace(
         grid,
@@ -185,6 +188,7 @@ def _as_grids(grid: Grids, baked: BakedObject, levels: list[Array], error: Array
         chunks=chunks[:-1].cumsum(0),
         first=first,
         count=count,
+        horizon=np.array(horizons),
         error=error,
     )
 

@@ -143,7 +143,10 @@ def _draw_counts(state: State) -> None:
         return
     counts = plan.counts
     cases = [f"{text} {counts[f'case_{name}']}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
-    steps = [(int(name[5:]), count) for name, count in counts.items() if name.startswith("step_")]
+    steps, levels = (
+        sorted((int(name.rpartition("_")[2]), count) for name, count in counts.items() if name.startswith(prefix))
+        for prefix in ("step_", "level_")
+    )
     kinds = [f"{name} {counts[name]:,}" for name in ("dpci", "dmesh", "mesh") if counts.get(name)]
     imgui.separator()
     _table(
@@ -153,7 +156,8 @@ def _draw_counts(state: State) -> None:
             ("occluded", f"{counts['occluded']:,}"),
             ("drawn", _lines(kinds)),
             ("case", _lines(cases)),
-            ("step", _lines([f"{step} on {count:,}" for step, count in sorted(steps)])),
+            ("step", _lines([f"{step} on {count:,}" for step, count in steps])),
+            ("level", _lines([f"{level} on {count:,}" for level, count in levels])),
             ("warped", f"{counts['warped']:,} of {counts['dpci']:,}\n{counts['warped_triangles']:,} triangles"),
             ("assets", f"{counts['assets']:,} on the GPU, {counts['gpu_mb']:,.0f} MB"),
             ("atlas", f"{counts['atlas_used']:.0%} used, tiles at {counts['tile_resolution']:.0%}"),

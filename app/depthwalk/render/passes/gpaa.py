@@ -36,7 +36,7 @@ class GpaaPass(Pass[GpaaParams]):
     def setup(self, gl: Scope) -> None:
         self._edge = Program(gl, "gpaa/edge.vert", "gpaa/edge.frag")
         self._lines = InstanceStream(gl, LINE_RECORD)
-        self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and case
+        self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and pieces
 
     def enabled(self, frame: Frame, params: GpaaParams) -> bool:
         return frame.common.aa.geometric and len(frame.plan.mesh.groups) + len(frame.plan.dmesh.groups) > 0
@@ -73,7 +73,7 @@ class GpaaPass(Pass[GpaaParams]):
         return np.concatenate(lines)
 
     def _edges_of(self, group: Group, shape: Callable[[], Shape]) -> Edges:
-        key = group.asset, group.level, group.case
+        key = group.asset, group.level, group.pieces
         if key not in self._edges:
             self._edges[key] = build_edges(*shape())
         return self._edges[key]
