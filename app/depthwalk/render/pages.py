@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BakedObject, Cylinder, DepthImage, Face
-from depthwalk.bake.parallel import thread_map
-from depthwalk.render.exposure import hardly_seen
 from depthwalk.render.grids import Grids
 from depthwalk.render.page_colours import few_components
 from depthwalk.render.residency import GRAIN, block_shape, covered_grains
@@ -178,11 +176,7 @@ def _charts(baked: BakedObject, grids: Grids, shapes: list[tuple[int, int]]) -> 
     # A pixel that covers 2^k texels is drawn by grids up to the k-th after the first, and looks up level k − 1. The
     # last before the next segment is drawn where this one has all but given way to that.
     levels = [(segment + 1) * LEVELS + 1 for segment in range(len(shapes))]
-    with thread_map() as each:
-        hidden = hardly_seen(baked, grids, each).repeat(2, 1).repeat(2, 2)
     for segment, grains in enumerate(covered_grains(baked, grids, levels)):
-        if segment == 0 and len(shapes) > 1:
-            grains &= ~hidden
         for rows, columns in shapes[1 : segment + 1]:
             grains = _covered_quarter(grains, (2 * rows, 2 * columns))
         grains |= segment == len(shapes) - 1

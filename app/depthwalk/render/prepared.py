@@ -17,7 +17,7 @@ from depthwalk.render.surface_levels import build_levels
 
 # Part of the names of cached files: raise it with every change of what `prepare` yields. A test compares the code that
 # cooks with what it was when the number was given.
-COOK_VERSION = 1
+COOK_VERSION = 2
 
 # Texels of images for whose grids surfaces by error take longer to build than a visitor of the garden should wait, and
 # spare few triangles. Grids of more than `_DENSE` triangles per texel are those of foliage, all borders: surfaces have
