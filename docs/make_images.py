@@ -16,7 +16,7 @@ from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.images import DepthImage, Face
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.output import png_bytes
+from depthwalk.pictures import png_bytes
 from depthwalk.resources import asset_root, scene_root
 
 IMAGES = Path(__file__).with_name("images")

@@ -3,7 +3,7 @@
     python tests/cook_digest.py
 
 records the digest of today's code for today's COOK_VERSION in `cook_digest.txt`. It covers every definition that
-`prepare` can reach, in whatever module of the package it is, but no comments, docstrings, layout or names of modules.
+`cook_object` can reach, in whatever module of the package it is, but no comments, docstrings, layout or names of modules.
 """
 
 import ast
@@ -18,15 +18,15 @@ APP = Path(__file__).parents[1] / "app"
 
 
 def cook_digest() -> str:
-    """Digest of all that `prepare` reaches."""
-    from depthwalk.render.prepared import prepare
+    """Digest of all that `cook_object` reaches."""
+    from depthwalk.cook.cook import cook_object
 
-    return digest(APP, prepare.__module__, prepare.__name__)
+    return digest(APP, cook_object.__module__, cook_object.__name__)
 
 
 def record_line() -> str:
     """What the record holds when it is up to date: version and digest."""
-    from depthwalk.render.prepared import COOK_VERSION
+    from depthwalk.cook.cook import COOK_VERSION
 
     return f"{COOK_VERSION} {cook_digest()}\n"
 

@@ -6,15 +6,15 @@ from functools import lru_cache
 from types import SimpleNamespace
 
 import numpy as np
+from tools.make_models.model import vertex_normals
 
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
-from depthwalk.demo.model import vertex_normals
 from depthwalk.ingest.mesh import Material, Mesh, Part
-from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import RenderSettings
 
 
 def mesh_of(positions, faces, normals, colour=(200, 120, 80), specular=0.15):
@@ -92,7 +92,7 @@ def joined(*meshes):
 
 
 def of_model(model):
-    """A generated model (`depthwalk.demo`) as a mesh."""
+    """A generated model (`tools.make_models`) as a mesh."""
     mesh = mesh_of(model.positions, model.faces, vertex_normals(model))
     mesh.colours[:] = np.round(255 * model.colours)
     return mesh
@@ -133,7 +133,7 @@ class ShapeLibrary:
     def has_mesh(self, asset):
         return self._meshes[asset] is not None
 
-    def prepare(self, assets):
+    def cook_object(self, assets):
         """All is there."""
 
     def key(self, asset):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from depthwalk.render.lod import error_at_a_metre
+from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
 SIZE = (240, 180)

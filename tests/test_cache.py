@@ -11,17 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from depthwalk import cache
+from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.parts import ModelParams
-from depthwalk.bakery import Baked, Job, Kept, bake_all
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
+from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.library import SceneLibrary
-from depthwalk.render.assets import AssetStore
-from depthwalk.render.cooked_file import COOKED, find_prepared, keep_prepared
-from depthwalk.render.prepared import Form, prepare
+from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.scene.loader import load_scene
 from shapes import bake, sphere
 
@@ -83,16 +83,16 @@ def baked():
 
 
 def test_damage_that_is_seen_late_is_named_and_removed(baked, caplog):
-    form = Form()
-    keep_prepared("ab", form, (prepare(baked, form),))
+    form = CookOptions()
+    keep_cooked("ab", form, (cook_object(baked, form),))
     (path,) = COOKED.file("").parent.glob("ab*")
-    (found,) = find_prepared("ab", form)
+    (found,) = find_cooked("ab", form)
     flip_within(path, found.load()[1].normals.tobytes())
-    (found,) = find_prepared("ab", form)  # outlines are whole
+    (found,) = find_cooked("ab", form)  # outlines are whole
     with caplog.at_level(logging.WARNING), pytest.raises(DamagedFileError):
         found.load()
     assert f"{path}: damaged cooked depth images" in caplog.text and not path.exists()
-    assert find_prepared("ab", form) is None
+    assert find_cooked("ab", form) is None
 
 
 @pytest.mark.parametrize("again", [False, True])
@@ -108,7 +108,7 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
     if again:
         keep = cache.write_arrays
         monkeypatch.setattr(
-            "depthwalk.render.cooked_file.write_arrays",
+            "depthwalk.cook.cooked_file.write_arrays",
             lambda path, arrays: (keep(path, arrays), flip_within(path, before[1].normals.tobytes())),
         )
     try:
@@ -119,7 +119,7 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
     finally:
         store.release()
     if not again:
-        after = find_prepared(library.key(0), Form())[0].load()
+        after = find_cooked(library.key(0), CookOptions())[0].load()
         np.testing.assert_array_equal(before[1].normals, after[1].normals)
 
 
@@ -176,7 +176,7 @@ def test_force_heals_all_of_the_asset(tiny_scene, tmp_path):
     library = SceneLibrary((spec,))
     baked = library.baked(0)
     library.mesh_levels(0)
-    keep_prepared(baked.key, Form(), tuple(prepare(part, Form()) for part in baked.parts))
+    keep_cooked(baked.key, CookOptions(), tuple(cook_object(part, CookOptions()) for part in baked.parts))
     other = BAKED.file("0" * 64)
     shutil.copyfile(BAKED.file(baked.key), other)
     assert len(list(other.parent.iterdir())) == 4

@@ -1,5 +1,5 @@
 """`python -m depthwalk`: the program, where its script is not on the path."""
 
-from depthwalk.cli import main
+from depthwalk.commands.cli import main
 
 main()

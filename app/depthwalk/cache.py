@@ -21,7 +21,7 @@ from platformdirs import user_cache_path
 
 from depthwalk import limits
 from depthwalk.errors import InputError
-from depthwalk.output import remove_leftovers, replacing
+from depthwalk.files import remove_leftovers, replacing
 
 log = logging.getLogger(__name__)
 

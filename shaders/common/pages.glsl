@@ -1,9 +1,9 @@
 // Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail: tiles that
-// are stored lie in one picture, `page_table` tells where. A block is 2 × 2 grains of GRAIN × GRAIN texels; a segment serves
-// SEGMENT_LEVELS levels of detail, each segment being a quarter, either way, of the one before (SEGMENT_LEVELS = log2 GRAIN).
+// are stored lie in one picture, `page_table` tells where. A block is 2 × 2 grains of SUB_TILE × SUB_TILE texels; a segment serves
+// MIP_TIER_LEVELS levels of detail, each segment being a quarter, either way, of the one before (MIP_TIER_LEVELS = log2 SUB_TILE).
 // COLOURED: their colours differ; TINTED: in what one component tells, and little else.
-#from depthwalk.render.residency import GRAIN
-#from depthwalk.render.pages import LEVELS as SEGMENT_LEVELS, MAX_SEGMENTS
+#from depthwalk.cook.used_texels import SUB_TILE
+#from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
 uniform sampler2D page_colours;         // components of colours, see colour_axes; with TINTED only the first,
 uniform sampler2D page_tints;           // the next two, at half the resolution
@@ -11,22 +11,22 @@ uniform vec4 first_colour;              // √linear colour, specular strength; 
 uniform mat3x4 colour_axes;             // what each component adds
 uniform isampler2DArray page_table;     // per block: what takes a texel to its place + which of its grains are stored
 uniform vec2 image_size;                // texels
-uniform int first_rows[MAX_SEGMENTS];   // of each segment's blocks in the table
+uniform int first_rows[MAX_MIP_TIERS];   // of each segment's blocks in the table
 uniform int last_segment;
 
 // Texels of an image as those of its segment `segment`, from half a grain before it on: each quarter begins so in the one
-// before, t' = t / GRAIN + GRAIN / 2, which leaves one texel where it is.
+// before, t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel where it is.
 vec2 in_segment(vec2 texel, int segment) {
-    const float FIXED = float(GRAIN * GRAIN) / float(2 * (GRAIN - 1));
-    return (texel + float(GRAIN / 2) - FIXED) * exp2(-float(SEGMENT_LEVELS * segment)) + FIXED;
+    const float FIXED = float(SUB_TILE * SUB_TILE) / float(2 * (SUB_TILE - 1));
+    return (texel + float(SUB_TILE / 2) - FIXED) * exp2(-float(MIP_TIER_LEVELS * segment)) + FIXED;
 }
 
 // Whether a segment of an image is stored around a texel of the image; if so, its place there, texels of the pages.
 bool in_pages(int image, vec2 texel, int segment, out vec2 place) {
     place = in_segment(texel, segment);
-    ivec2 grain = ivec2((place - float(GRAIN / 2)) / float(GRAIN));
+    ivec2 grain = ivec2((place - float(SUB_TILE / 2)) / float(SUB_TILE));
     ivec2 entry = texelFetch(page_table, ivec3(grain / 2 + ivec2(0, first_rows[segment]), image), 0).xy;
-    place += vec2(entry & ivec2(~(GRAIN - 1)));
+    place += vec2(entry & ivec2(~(SUB_TILE - 1)));
     int row = (grain.y & 1) == 0 ? entry.x : entry.y;
     return (row >> (grain.x & 1) & 1) != 0;
 }
@@ -35,10 +35,10 @@ bool in_pages(int image, vec2 texel, int segment, out vec2 place) {
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
     // Lanes that draw nothing have any lod, and walk as far.
-    int segment = clamp(int(lod / float(SEGMENT_LEVELS)), 0, last_segment);
+    int segment = clamp(int(lod / float(MIP_TIER_LEVELS)), 0, last_segment);
     vec2 place;
     while (!in_pages(image, texel, segment, place) && segment < last_segment) ++segment;
-    return vec3(place, clamp(lod - float(SEGMENT_LEVELS * segment), 0.0, float(SEGMENT_LEVELS)));
+    return vec3(place, clamp(lod - float(MIP_TIER_LEVELS * segment), 0.0, float(MIP_TIER_LEVELS)));
 }
 
 // Whether an image is stored around uv, itself and not its quarter; if so, its place there.

@@ -1,5 +1,5 @@
 // Computes what a surface sends to the viewer of the light that falls on it, linear. Twin: reference/light.py.
-#from depthwalk.render.lighting import POLYNOMIALS, UPRIGHT_POLYNOMIALS
+#from depthwalk.render.lighting.irradiance import POLYNOMIALS, UPRIGHT_POLYNOMIALS
 uniform vec3 to_sun;        // world
 uniform vec3 sun;           // linear, on a white surface that faces it
 // Light from everywhere: spherical harmonics of the normal (Ramamoorthi and Hanrahan 2001). UPRIGHT: of its y alone.

@@ -1,5 +1,5 @@
 // Unpacks depth samples from vertices, to the object frame: 16-bit positions within a box.
-#from depthwalk.render.grids import POSITION_STEPS, IMAGE_BITS, EASE_SHIFT, EASE, BORDER
+#from depthwalk.cook.lod_geometry import POSITION_STEPS, IMAGE_BITS, EASE_SHIFT, EASE, BORDER
 uniform vec3 box_low;   // object frame, metres
 uniform vec3 box_size;
 uniform float setback;  // metres: boundary-strip vertices, guesses at where a surface goes on, give way to samples of it

@@ -1,7 +1,7 @@
-// Computes the linear radiance of the sky in a world direction, of unit length. Twin: render/sky.py.
+// Computes the linear radiance of the sky in a world direction, of unit length. Twin: render/lighting/sky.py.
 // PREETHAM: Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight"; else from horizon to zenith.
 #ifdef PREETHAM
-#from depthwalk.render.sky import RGB_FROM_XYZ
+#from depthwalk.render.lighting.sky import RGB_FROM_XYZ
 uniform vec3 perez[5];      // A to E of Y, x and y
 uniform vec3 at_zenith;     // these over Perez' function there
 uniform vec3 sky_sun;       // to the sun, not below the horizon

@@ -1,7 +1,8 @@
 // Computes what part of the sun's light reaches a point, by its cascaded shadow maps (Zhang et al. 2006), in world vectors
 // from the viewer. Twin: reference/shadows.py.
-#from depthwalk.render.cascades import MOST as MOST_CASCADES, DEPTH as MAP_DEPTH
-#from depthwalk.render.sun_maps import COLUMNS
+#from depthwalk.scene.render_settings import MAX_CASCADES as MOST_CASCADES
+#from depthwalk.render.shadows.cascades import DEPTH as MAP_DEPTH
+#from depthwalk.render.shadows.sun_uniforms import COLUMNS
 #include "common/shadow_map.glsl"
 uniform sampler2DShadow sun_maps;   // tiles of equal size, COLUMNS to a row
 uniform int cascades;               // the nearest first

@@ -1,6 +1,6 @@
 // Packs what is in front at a pixel into the visibility buffer, before it is shaded (Burns and Hunt 2013): an image of an
 // object, and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
-#from depthwalk.render.grids import IMAGE_BITS
+#from depthwalk.cook.lod_geometry import IMAGE_BITS
 const uint COVERAGE_MASK = 15u;
 const uvec2 NO_OBJECT = uvec2(0u);     // polygons; objects count from 1
 

@@ -1,5 +1,5 @@
 // Blurs the picture in one direction of the separable Gaussian, in linear light (Huang et al. 2008, formula 5).
-#from depthwalk.render.lens import GAUSSIAN_RADIUS
+#from depthwalk.render.view.lens import GAUSSIAN_RADIUS
 uniform sampler2D picture;
 uniform ivec2 along;            // from one tap to the next
 uniform float weights[GAUSSIAN_RADIUS + 1];  // by the number of taps from the middle; the whole has a sum of 1

@@ -3,7 +3,7 @@
 // it meets the surface that has the circle c there. From the nearest on: what is in front hides what is behind. Twin:
 // reference/dof.py.
 #include "dof/circle.glsl"
-#from depthwalk.render.lens import GOLDEN_ANGLE, SHARP, STRIDE, DENSITY, FEWEST
+#from depthwalk.render.view.lens import GOLDEN_ANGLE, SHARP, STRIDE, DENSITY, FEWEST
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile
 uniform int tile_side;

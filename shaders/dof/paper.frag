@@ -2,7 +2,7 @@
 // et al. 2008, §2.3). What is before the pixel counts by its own blur, so that what is sharp does not run into what is
 // behind it. Twin: reference/dof.py.
 #include "dof/circle.glsl"
-#from depthwalk.render.lens import DISC_POINTS
+#from depthwalk.render.view.lens import DISC_POINTS
 uniform sampler2D lit_texture;      // as it was
 uniform sampler2D blurred_texture;
 uniform vec2 disc[DISC_POINTS];     // the middle, and points of the unit disc

@@ -1,14 +1,14 @@
 // Adds up the light of lamps at a point, a world vector from the viewer, from a list for each cell of the view (clustered
 // shading, Olsson, Billeter and Assarsson 2012). Twin: reference/light.py.
 #from depthwalk.gpu.instances import RECORDS_PER_ROW
-#from depthwalk.render.lamps import LAMP_RECORD, SQUARE, SLICES, SLICES_PER_DOUBLING
+#from depthwalk.render.lighting.light_clusters import LAMP_RECORD, SQUARE, SLICES, SLICES_PER_DOUBLING
 uniform sampler2D lamps;        // LAMP_RECORDs
 uniform sampler2D lamp_lists;   // their numbers, four to a texel, cell by cell
 uniform sampler2D lamp_cells;   // of each cell, the first in the list, how many, and how many of these, first, have maps
 uniform ivec2 squares;          // columns and rows of the picture
 #ifdef LAMP_SHADOWS
 #include "common/shadow_map.glsl"
-#from depthwalk.render.spots import NEAR as MAP_NEAR     // of a lamp's range, where its map begins
+#from depthwalk.render.shadows.spot_maps import NEAR as MAP_NEAR    // of a lamp's range, where its map begins
 uniform sampler2DShadow lamp_maps;
 uniform int map_columns;        // of tiles
 uniform int map_resolution;     // texels along a tile's edge

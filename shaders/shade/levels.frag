@@ -1,6 +1,6 @@
 // Writes the asset that is visible at each pixel as a depth, its material depth: a test for EQUAL then picks the pixels of one
 // asset. Where nothing is drawn the number is 0, as of polygons.
-#from depthwalk.render.shading import CLOSED as FULL_COVERAGE    // what full coverage adds to a depth
+#from depthwalk.render.draw.material_depth import FULL_COVERAGE    // what full coverage adds to a depth
 #include "shade/objects.glsl"
 
 in vec2 uv;

@@ -1,6 +1,6 @@
 // Fetches records of the objects that are visible, by their numbers.
 #from depthwalk.gpu.instances import RECORDS_PER_ROW
-#from depthwalk.render.records import SURFACE_RECORD
+#from depthwalk.render.draw.material_depth import SURFACE_RECORD
 #include "common/visible.glsl"
 uniform usampler2D visible_texture;
 uniform sampler2D objects;

@@ -5,15 +5,16 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from depthwalk.assets.batch_bake import mesh_key
 from depthwalk.bake.axis import candidate_axes, choose_axis
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.placement import cylinder_around, place_along, smallest_circle
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bake.sampling import probe, sampled_footprints, spread_directions
-from depthwalk.bakery import mesh_key
+from depthwalk.bake.sampling import probe, sampled_footprints
 from depthwalk.errors import InputError
-from depthwalk.render.rotation import rotate
+from depthwalk.geometry.quaternions import rotate
+from depthwalk.geometry.triangles import spread_directions
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply
 from shapes import box, joined, sphere

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_borders
+from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_boundary_strips
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Face, enclosing_cylinder
 from depthwalk.bake.raycast import RayCaster
@@ -20,7 +20,7 @@ def lid():
     grid = FaceGrid(cylinder=enclosing_cylinder(mesh.positions), face=Face.TOP, height=SIZE, width=SIZE)
     seen = cast_face(mesh, caster, grid, BakeParams(resolution=SIZE, layers=1))
     images = connect_face(caster, grid, seen, STEPS)
-    return grid, images, trace_borders(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
+    return grid, images, trace_boundary_strips(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
 
 
 def test_there_is_a_strip_for_every_level(lid):
@@ -65,5 +65,5 @@ def test_what_another_face_owns_has_no_strip():
     images = connect_face(caster, grid, seen, 1)
     for image in images:
         image.owner[:] = Face.SIDE
-    (border,) = trace_borders(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
+    (border,) = trace_boundary_strips(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
     assert len(border.triangles) == len(border.start) == 0

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from depthwalk.assets.batch_bake import mesh_key
 from depthwalk.bake.baker import BakeParams, peeled_layers
 from depthwalk.bake.depth import Depth, deep_enough
 from depthwalk.bake.parts import ModelParams, bake_model, probed_depth
 from depthwalk.bake.placement import place_along
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bakery import mesh_key
 from depthwalk.scene.scene import MeshAsset
 from shapes import bake, box, joined, sphere
 

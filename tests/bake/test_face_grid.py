@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel, texel_centres
-from depthwalk.bake.images import Border, Cylinder, DepthImage, Face, face_outward
+from depthwalk.bake.images import BoundaryStrip, Cylinder, DepthImage, Face, face_outward
 from depthwalk.bake.raycast import RayCaster
 from shapes import bake, box
 
@@ -102,7 +102,7 @@ def test_rays_are_made_once_and_equal_grids_are_equal():
 def test_vertices_of_boundary_strips_are_counted_from_their_samples():
     grid, layers = grid_of(Face.TOP), [np.full((H, W), depth, np.float32) for depth in (0.25, 0.5)]
     images = [image_of(Face.TOP, depth) for depth in layers]
-    border = Border(
+    border = BoundaryStrip(
         face=Face.TOP,
         level=0,
         start=np.array([3 * W + 5, H * W + 3 * W + 5], np.int32),  # the same texel on either layer

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.grid import MAX_STEPS
-from depthwalk.bake.images import Border, Face
-from depthwalk.cli import app
+from depthwalk.bake.images import BoundaryStrip, Face
+from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
 from shapes import bake, box, joined, model_of
 
@@ -84,7 +84,7 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, bake
     count = 4096 * 1024 + 1
     triangles = np.tile(np.arange(3, dtype=np.int32), (count, 1))
     nothing = np.zeros((0, 2), np.float16)
-    border = Border(
+    border = BoundaryStrip(
         face=Face.TOP, level=0, start=np.zeros(0, np.int32), offset=nothing, rise=nothing[:, 0], triangles=triangles
     )
     write_baked(tmp_path / "x.dpci.exr", model_of(replace(baked, borders=(border,))))

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk.bake.images import (
-    FLANKS,
+    BOX_FACES,
     PAPER_FACES,
     Cylinder,
     Face,
@@ -56,7 +56,7 @@ def test_opposite_faces_look_apart():
     pairs = (Face.TOP, Face.BOTTOM), (Face.FRONT, Face.BACK), (Face.RIGHT, Face.LEFT)
     for (one, other), axis in zip(pairs, (1, 2, 0), strict=True):
         assert face_outward(one)[axis] == 1 and (face_outward(one) == -face_outward(other)).all()
-    assert sorted([*PAPER_FACES, *FLANKS]) == sorted(Face)
+    assert sorted([*PAPER_FACES, *BOX_FACES]) == sorted(Face)
 
 
 def test_numbers_are_named_and_stay():

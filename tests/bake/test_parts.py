@@ -11,10 +11,10 @@ from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model, submesh
-from depthwalk.cli import app
+from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
+from depthwalk.geometry.quaternions import rotate
 from depthwalk.ingest.mesh import Material, Part
-from depthwalk.render.rotation import rotate
 from files import write_ply
 from shapes import bake, box, joined, sphere
 

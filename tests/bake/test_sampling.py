@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from depthwalk.bake.sampling import face_normals, sample_surface, sample_triangles, squared_texels
+from depthwalk.bake.sampling import sample_surface, squared_texels
+from depthwalk.geometry.triangles import face_normals, sample_triangles
 from shapes import box, sphere
 
 

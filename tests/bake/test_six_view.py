@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from depthwalk.assets.batch_bake import mesh_key
 from depthwalk.bake import six_view
 from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face
 from depthwalk.bake.face_grid import FaceGrid
@@ -16,8 +17,7 @@ from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder
 from depthwalk.bake.parts import ModelParams
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.six_view import sample_six_views
-from depthwalk.bakery import mesh_key
-from depthwalk.cli import app
+from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import GpuError, headless_device
 from depthwalk.ingest.loader import load_mesh
@@ -127,7 +127,7 @@ def test_a_baked_object_is_complete(tmp_path):
     baked = bake_object(mesh, BakeParams(resolution=64, layers=1, method="six-view"), "key", stages.append)
     assert stages == ["six views", "top", "side", "bottom", "owners", "borders"]
     assert [image.name for image in baked.images] == ["top.0", "side.0", "bottom.0"]
-    cast = bake_object(mesh, BakeParams(resolution=64, layers=1, refinements=Refinements(flanks=False)), "key")
+    cast = bake_object(mesh, BakeParams(resolution=64, layers=1, refinements=Refinements(box_faces=False)), "key")
     for image, other in zip(baked.images, (each for each in cast.images if each.layer == 0), strict=True):
         count, wanted = (len(layer_triangles(each, 0)[0]) for each in (image, other))
         assert count == pytest.approx(wanted, rel=0.02) and wanted > 1000

@@ -5,10 +5,10 @@ import pytest
 
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.file import read_baked, write_baked
-from depthwalk.bake.images import FLANKS, Face
+from depthwalk.bake.images import BOX_FACES, Face
 from depthwalk.bake.model import BakedModel
-from depthwalk.render.cases import PAPER_PIECES, Case
-from depthwalk.render.step_grids import build_grids
+from depthwalk.cook.cases import PAPER_PIECES, Case
+from depthwalk.cook.grid_lods import build_grid_lods
 from shapes import bake, box, joined, sphere
 
 
@@ -25,7 +25,7 @@ def untrimmed(monkeypatch):
 
 def triangles(baked, level, case=Case.ALL):
     """The triangles drawn, in an order of their own: positions (n, 3) packed into numbers, smallest first in each."""
-    grids = build_grids(baked, paper_cases=True, tolerance=-np.inf)  # larger ones depend on what is around
+    grids = build_grid_lods(baked, paper_cases=True, tolerance=-np.inf)  # larger ones depend on what is around
     positions = grids.vertices[grids.drawn(level, int(PAPER_PIECES[case])), :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
     rows = np.sort(positions, axis=1)
     return rows[np.lexsort(rows.T)]
@@ -44,7 +44,7 @@ def test_the_rest_goes(untrimmed, tmp_path):
     def samples(baked, faces):
         return sum(int(np.isfinite(image.depth).sum()) for image in baked.images if image.face in faces)
 
-    others = {Face.TOP, Face.BOTTOM, *FLANKS}
+    others = {Face.TOP, Face.BOTTOM, *BOX_FACES}
     assert samples(trimmed, others) < 0.85 * samples(untrimmed, others)
     assert samples(trimmed, {Face.SIDE}) == samples(untrimmed, {Face.SIDE})
     write_baked(tmp_path / "trimmed.dpci.exr", BakedModel(parts=(trimmed,)))

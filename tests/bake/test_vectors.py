@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.bake.vectors import lengths
+from depthwalk.geometry.vectors import lengths
 
 
 @pytest.mark.parametrize("shape", [(7,), (2, 5), (0,)])

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import depthwalk
 from depthwalk.bench import measure as bench
 from depthwalk.bench.report import to_html, to_json
-from depthwalk.cli import app
+from depthwalk.commands.cli import app
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import load_path
 

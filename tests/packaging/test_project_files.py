@@ -17,7 +17,7 @@ from packaging.utils import canonicalize_name
 
 import depthwalk
 from depthwalk import resources
-from depthwalk.cli import app
+from depthwalk.commands.cli import app
 from depthwalk.render.passes import PASSES
 from depthwalk.scene.loader import load_scene
 from depthwalk.walk.hud import _HELP

@@ -19,7 +19,7 @@ WAITING_FOR_SETTINGS = (
     "depthwalk.render",
     "depthwalk.gpu",
     "depthwalk.bake",
-    "depthwalk.output",
+    "depthwalk.files",
     "depthwalk.ingest.mesh",
     "depthwalk.ingest.normals",
     "depthwalk.colour",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.headless import LinearImage
+from depthwalk.pictures import LinearImage
 from depthwalk.quality.antialiasing import GAINS, KINDS, REFERENCE_SAMPLES, examine, truth
 from depthwalk.scene.loader import load_scene
 from files import write_ply

@@ -10,6 +10,7 @@ import pytest
 import shapes
 from depthwalk.bake.images import Face
 from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.quality.advise import recommend
 from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
 from depthwalk.quality.goals import MEASURES, summarise
@@ -17,8 +18,7 @@ from depthwalk.quality.measure import ViewQuality, measure, object_height, view_
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
 from depthwalk.quality.twin import Pair, Shot, TwinRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
-from depthwalk.render.settings import RenderSettings
-from depthwalk.render.step_grids import build_grids
+from depthwalk.scene.render_settings import RenderSettings
 
 SIZE = 96, 72
 LEVEL = Viewpoint(5.0, 30.0)
@@ -78,7 +78,7 @@ def test_a_ball_is_much_like_its_mesh(gl_device, ball):
     assert [view.viewpoint for view in found.views] == list(SPHERE[::10])
     assert all(view.iou > 0.97 and view.holes == 0 and view.psnr > 25 for view in found.views)
     assert all(view.depth_median < 0.002 for view in found.views)
-    grids = build_grids(ball[1].parts[0])
+    grids = build_grid_lods(ball[1].parts[0])
     texels = len(np.unique(grids.texels[grids.texels[:, 0] >= 0], axis=0))  # at least; each has a normal
     assert found.gpu_bytes > grids.vertices.nbytes + grids.indices.nbytes + 4 * texels
 

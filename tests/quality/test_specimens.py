@@ -4,14 +4,14 @@ from functools import partial
 
 import numpy as np
 import pytest
+from tools.make_models import specimens
+from tools.make_models.__main__ import generate
 
 import shapes
-from depthwalk.demo import specimens
-from depthwalk.demo.__main__ import generate
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.quality.measure import measure
 from depthwalk.quality.views import SPHERE
-from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.render_settings import RenderSettings
 
 # How each is made, coarsely; the least mean IoU; the most hole pixels, %. All are baked at 96² with 2 layers, too
 # few for the laths of the chair and the turns of the coil.

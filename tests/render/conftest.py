@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from depthwalk.render.renderer import Renderer, read_pixels
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 
 
 class Studio:

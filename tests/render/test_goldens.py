@@ -6,8 +6,8 @@ import pytest
 import goldens
 from depthwalk.bake.planar import bake_planar
 from depthwalk.ingest.image import PlanarImage
-from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.render_settings import RenderSettings
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 
 SKY = {"sky": {}, "ground": {"height": 0.0, "colour": (0.5, 0.6, 0.4)}}

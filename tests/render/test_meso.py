@@ -9,10 +9,10 @@ from scipy.ndimage import binary_erosion
 
 from depthwalk.bake.images import Face, face_outward
 from depthwalk.bake.meso import Meso, tiling_slopes
+from depthwalk.bake.meso_file import load_meso
 from depthwalk.errors import InputError
-from depthwalk.ingest.meso import load_meso
 from depthwalk.reference.meso import displaced, tilted, wind
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
 from shapes import ShapeLibrary, bake, box, joined, mesh_of, scene_of

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from depthwalk.library import SceneLibrary
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.render.renderer import Renderer, read_pixels
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import set_node_transform
 

@@ -8,12 +8,12 @@ from scipy.spatial import ConvexHull
 
 from depthwalk.errors import InputError
 from depthwalk.gpu.multisampling import sample_offsets
-from depthwalk.headless import HeadlessRenderer
-from depthwalk.render.antialiasing import MULTISAMPLING, hardware_samples, sample_views
+from depthwalk.render.antialiasing.modes import MULTISAMPLING, hardware_samples, sample_views
+from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.settings import RenderSettings
-from depthwalk.render.view import View, matrix_array
+from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.render_settings import RenderSettings
 from shapes import ShapeLibrary, box, scene_of
 
 CAMERA = Camera((2, 2.3, 3.5), (0, 0.7, 0), 0.7)

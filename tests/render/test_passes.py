@@ -10,15 +10,15 @@ import pytest
 from depthwalk.gpu.device import GpuError
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import State
-from depthwalk.headless import HeadlessRenderer
 from depthwalk.params import Params, param
 from depthwalk.render.frame import Pass
+from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes import PASSES, default_passes
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.settings import RenderSettings
 from depthwalk.render.targets import TARGETS, DeclaredTargets, Targets, declared
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.render_settings import RenderSettings
 from shapes import ShapeLibrary, box, scene_of, sphere
 from stage import OnScreen
 

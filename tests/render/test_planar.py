@@ -11,7 +11,7 @@ from depthwalk.colour import linear_from_srgb, linear_from_srgb8, srgb_from_line
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference import light
 from depthwalk.reference.planar import Placement, phong, view_vectors, warp_samples
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, scene_of
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.planar import connect_texels, range_mesh
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.range_image import Intrinsics, load_range_image
-from depthwalk.library import SceneLibrary
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
@@ -109,7 +109,7 @@ def test_from_aside_nothing_bridges_head_and_wall(studio, scene, side):
 
 
 def camera_points(camera, metres):
-    from depthwalk.render.view import View
+    from depthwalk.render.view.view import View
 
     height, width = metres.shape
     view = View(camera, (width, height))
@@ -123,7 +123,7 @@ def camera_points(camera, metres):
 
 def test_the_second_start_reads_the_cache(taken, scene, monkeypatch):
     scene[1].baked(0)
-    monkeypatch.setattr("depthwalk.library.bake_range", lambda *_: pytest.fail("baked again"))
+    monkeypatch.setattr("depthwalk.assets.library.bake_range", lambda *_: pytest.fail("baked again"))
     again = SceneLibrary(scene[0].assets).baked(0)
     assert np.array_equal(again.parts[0].images[0].depth, scene[1].baked(0).parts[0].images[0].depth)
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from depthwalk.headless import HeadlessRenderer
-from depthwalk.library import SceneLibrary
-from depthwalk.render.view import View
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path

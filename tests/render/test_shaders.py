@@ -8,17 +8,17 @@ import pytest
 
 from depthwalk.bake.planar import bake_planar
 from depthwalk.colour import linear_from_srgb, srgb_from_linear
+from depthwalk.cook.lod_geometry import BORDER, EASE
+from depthwalk.cook.virtual_texture import DEPTH_PERIOD
+from depthwalk.geometry.support_function import box_footprint
 from depthwalk.gpu.device import GpuError
 from depthwalk.gpu.program import Program, Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference.light import phong
 from depthwalk.reference.warp import warp
-from depthwalk.render.footprint import box_footprint
-from depthwalk.render.grids import BORDER, EASE
-from depthwalk.render.pages import DEPTH_PERIOD
-from depthwalk.render.planes import Volumes, choose_planes
-from depthwalk.render.records import WARP_RECORD
-from depthwalk.render.view import View
+from depthwalk.render.impostors.tile_records import WARP_RECORD
+from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
+from depthwalk.render.view.view import View
 from depthwalk.resources import shader_root
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
@@ -243,11 +243,11 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
     folder = tmp_path / "some"
     folder.mkdir()
     (folder / "a.glsl").write_text(
-        "#from depthwalk.render.grids import BORDER, EASE as MOST_EASE   // by other names, too\n"
+        "#from depthwalk.cook.lod_geometry import BORDER, EASE as MOST_EASE   // by other names, too\n"
         "#from depthwalk.bake.images import Face\n"
-        "#from depthwalk.render.records import SURFACE_RECORD\n"
-        "#from depthwalk.render.pages import DEPTH_PERIOD\n"
-        "#from depthwalk.colour import LUMINANCE\n#from depthwalk.render.sky import RGB_FROM_XYZ\nfloat after;\n"
+        "#from depthwalk.render.impostors.tile_records import SURFACE_RECORD\n"
+        "#from depthwalk.cook.virtual_texture import DEPTH_PERIOD\n"
+        "#from depthwalk.colour import LUMINANCE\n#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
     )
     monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
     lines = Source("some/a.glsl").text.splitlines()
@@ -268,9 +268,9 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
 @pytest.mark.parametrize(
     "line",
     [
-        "#from depthwalk.render.grids import NO_SUCH",
+        "#from depthwalk.cook.lod_geometry import NO_SUCH",
         "#from depthwalk.render.no_such import BORDER",
-        "#from depthwalk.render.grids import GRID_LAYOUT",
+        "#from depthwalk.cook.lod_geometry import GRID_LAYOUT",
     ],
 )
 def test_a_constant_that_python_has_not_is_an_error(tmp_path, monkeypatch, line):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyglm import glm
 
-from depthwalk.render.view import matrix_array
+from depthwalk.render.view.view import matrix_array
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import clip_from_view, view_from_world
 

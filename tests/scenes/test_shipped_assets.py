@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
+from tools.make_models.bake import bake_asset, baked_assets, baked_key, demo_scenes
 
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import read_header
-from depthwalk.demo.bake import bake_asset, baked_assets, baked_key, demo_scenes
 from depthwalk.errors import InputError
 from depthwalk.resources import asset_root, scene_root
 from depthwalk.scene.loader import load_scene
@@ -42,8 +42,8 @@ def test_a_file_beside_the_scene_or_in_an_asset_root_comes_before_a_shipped_one(
 @pytest.mark.parametrize("asset", BAKED, ids=lambda asset: asset.mesh.stem)
 def test_the_depth_images_beside_a_shipped_mesh_are_up_to_date(asset: MeshAsset) -> None:
     file = sidecar(asset.mesh)
-    assert file.is_file(), "run python -m depthwalk.demo.bake"
-    assert read_header(file)["depthwalk.key"] == baked_key(asset), "run python -m depthwalk.demo.bake"
+    assert file.is_file(), "run python -m tools.make_models.bake"
+    assert read_header(file)["depthwalk.key"] == baked_key(asset), "run python -m tools.make_models.bake"
 
 
 def test_the_depth_images_are_small_enough_to_ship() -> None:

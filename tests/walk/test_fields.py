@@ -3,9 +3,8 @@ from typing import Literal
 import pytest
 
 from depthwalk.params import Params, param
-from depthwalk.render.antialiasing import PictureParams
-from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.environment import SunParams
+from depthwalk.scene.render_settings import PictureParams, RenderSettings
 from depthwalk.walk.fields import controls_of
 
 

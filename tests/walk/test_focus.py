@@ -3,9 +3,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from depthwalk.render.lens import DofParams
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import DofParams
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.focus import FocusPull
 from depthwalk.walk.state import State

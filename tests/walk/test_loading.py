@@ -78,18 +78,18 @@ def test_a_stopped_bake_leads_back_to_what_was_shown():
     baked, told = [], []
 
     def table():
-        if placed.representation is None:
+        if world.representation is None:
             baked.append("bust")
             screen.report("bust", "side")
             screen.stop()
             screen.report("bust", "caps")
 
-    placed = SimpleNamespace(representation=None, table=table)
-    renderer = SimpleNamespace(placed=placed, settings=SimpleNamespace(aa="none"))
+    world = SimpleNamespace(representation=None, table=table)
+    renderer = SimpleNamespace(world=world, settings=SimpleNamespace(aa="none"))
     walk = object.__new__(_Walk)
     walk._window, walk._loading, walk._device, walk._then = window, screen, None, 0.0
     walk._state = SimpleNamespace(renderer=renderer, tell=told.append)
     walk._represented = Representation.MESH
     walk._load_missing()
-    assert placed.representation is Representation.MESH and baked == ["bust"]
+    assert world.representation is Representation.MESH and baked == ["bust"]
     assert told == ["Loading was stopped"] and not screen.busy

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyglm import glm
 
-from depthwalk.render.bounds import Bounds
+from depthwalk.render.view.bounds import Bounds
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment, GroundParams, WalkParams
 from depthwalk.scene.path import CameraPath, load_path
@@ -23,7 +23,7 @@ class FakeRenderer:
 
     def __init__(self, seen=None):
         bounds = Bounds(np.array([[0.0, 1.0, 0.0]]), np.array([2.0]))
-        self.placed = SimpleNamespace(representation=None, bounds=lambda: bounds)
+        self.world = SimpleNamespace(representation=None, bounds=lambda: bounds)
         self.seen = seen
 
     def distance_at(self, across=0.5, down=0.5):
@@ -90,7 +90,7 @@ def test_walking_stands_on_the_scenes_ground():
 def test_a_representation_reaches_the_renderer():
     walk = state()
     walk.represent(Representation.MESH)
-    assert walk.renderer.placed.representation is Representation.MESH and "mesh" in walk.toast
+    assert walk.renderer.world.representation is Representation.MESH and "mesh" in walk.toast
 
 
 def test_frame_times_are_smoothed_over_half_a_second():

@@ -14,9 +14,9 @@ import pytest
 import trimesh
 from PIL import Image
 
-from depthwalk.headless import HeadlessRenderer
-from depthwalk.library import SceneLibrary
-from depthwalk.render.view import View
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from depthwalk.bake.baker import BakeParams
 from depthwalk.bake.placement import cylinder_around, extent, place_along
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bake.sampling import Probes, sampled_footprints, spread_directions, squared_texels
+from depthwalk.bake.sampling import Probes, sampled_footprints, squared_texels
+from depthwalk.geometry.triangles import spread_directions
 from depthwalk.types import Array
 
 Direction = tuple[float, float, float]

@@ -11,22 +11,21 @@ from typing import Literal
 
 import numpy as np
 
-from depthwalk.bake.border import trace_border
+from depthwalk.bake.border import trace_boundary_strip
 from depthwalk.bake.connectivity import connect
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import usable_steps
 from depthwalk.bake.images import (
-    FLANKS,
+    BOX_FACES,
     PAPER_FACES,
     BakedObject,
-    Border,
+    BoundaryStrip,
     DepthImage,
     Face,
     enclosing_cylinder,
     with_margins,
 )
 from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_layers, worth_adding, yield_triangles
-from depthwalk.bake.parallel import Map, batches, thread_map
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.bake.surface import mean_shininess
@@ -35,6 +34,7 @@ from depthwalk.bake.visibility import prune_hidden
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
+from depthwalk.parallel import Map, batches, thread_map
 from depthwalk.types import Mask
 
 Progress = Callable[[str], None]
@@ -69,7 +69,7 @@ class Refinements:
     across_layers: bool = True
     borders: bool = True
     owners: bool = True
-    flanks: bool = True
+    box_faces: bool = True
 
 
 EVERYTHING = Refinements()
@@ -147,7 +147,7 @@ def bake_object(
         progress("six views")
         seen = sample_six_views(mesh, cylinder, side)
     with thread_map(workers) as each:
-        for face in tuple(seen) or (Face if refinements.flanks else PAPER_FACES):
+        for face in tuple(seen) or (Face if refinements.box_faces else PAPER_FACES):
             progress(face.name.lower())
             if face not in seen:
                 seen[face] = cast_face(mesh, caster, grids[face], params, rivals, each)
@@ -159,7 +159,7 @@ def bake_object(
             progress("owners")
             images = _owned(rivals, images, each)
         progress("borders")
-        borders = trace_borders(caster, grids, seen, images, each) if refinements.borders else []
+        borders = trace_boundary_strips(caster, grids, seen, images, each) if refinements.borders else []
         images, borders = trim(images, borders, each)
     return BakedObject(
         cylinder=cylinder,
@@ -217,7 +217,7 @@ def cast_face(
     origin, direction = (part.reshape(-1, 3) for part in grid.rays)
     hits = caster.peel(origin, direction, peeled_layers(params, caster), grid.max_depth, each)
     found = np.isfinite(hits.distance)
-    if grid.face in FLANKS and rivals:
+    if grid.face in BOX_FACES and rivals:
         layer, ray = found.nonzero()
 
         def worth_it(some: slice) -> Mask:
@@ -286,24 +286,24 @@ def connect_face(
     ]
 
 
-def trace_borders(
+def trace_boundary_strips(
     caster: RayCaster,
     grids: Mapping[Face, FaceGrid],
     seen: Mapping[Face, FaceSamples],
     images: Sequence[DepthImage],
     each: Map = map,
-) -> list[Border]:
+) -> list[BoundaryStrip]:
     """Trace the boundary strips of `images`, level by level and face by face.
 
     Where another face owns a surface, it needs none. `grids` and `seen` hold the texels and the samples of each face
     that has images.
     """
 
-    def trace(task: tuple[int, Face]) -> Border:
+    def trace(task: tuple[int, Face]) -> BoundaryStrip:
         level, face = task
         layers = [image for image in images if image.face is face]
         codes, wanted = [image.cells[level] for image in layers], np.stack([image.owner == face for image in layers])
-        return trace_border(caster, grids[face], seen[face].samples, level, codes, wanted)
+        return trace_boundary_strip(caster, grids[face], seen[face].samples, level, codes, wanted)
 
     steps = len(images[0].cells) if images else 0
     faces = dict.fromkeys(image.face for image in images)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import cell_triangles, grid_cells
-from depthwalk.bake.images import Border
+from depthwalk.bake.images import BoundaryStrip
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.types import Array
 
@@ -43,14 +43,14 @@ class Samples:
     flipped: NDArray[np.bool_]
 
 
-def trace_border(
+def trace_boundary_strip(
     caster: RayCaster,
     grid: FaceGrid,
     samples: Samples,
     level: int,
     codes: list[NDArray[np.uint16]],
     wanted: NDArray[np.bool_],
-) -> Border:
+) -> BoundaryStrip:
     """Trace the boundary strip of the grid of one level.
 
     From each sample that none of its grid triangles uses, the surface is followed with rays along the triangle's edges
@@ -113,7 +113,7 @@ def trace_border(
     offset = along[used, None] * (end[used] - begin[used]) * [width, height]
     rise = depth[used] - samples.depth.ravel()[from_sample]
     order = np.argsort(triangles[:, 0], kind="stable")
-    return Border(
+    return BoundaryStrip(
         face=grid.face,
         level=level,
         start=from_sample.astype(np.int32),

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import cell_triangles, grid_cells
 from depthwalk.bake.images import Face
-from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bake.vectors import lengths
-from depthwalk.scene.arrays import Takes
+from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.vectors import lengths
+from depthwalk.parallel import Map, batches
 from depthwalk.types import Array
 
 # A triangle is dropped where the surface on the ray through its centre is off its plane by more than this part of its

@@ -13,9 +13,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.images import INWARD, BakedObject, Border, Cylinder, DepthImage, Face, plane_axes
-from depthwalk.bake.vectors import lengths
-from depthwalk.scene.arrays import Takes
+from depthwalk.bake.images import INWARD, BakedObject, BoundaryStrip, Cylinder, DepthImage, Face, plane_axes
+from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array
 
 
@@ -154,7 +154,7 @@ class FaceGrid:
         return origin + depth[..., None] * direction
 
     def border_points(
-        self, images: Sequence[DepthImage], border: Border
+        self, images: Sequence[DepthImage], border: BoundaryStrip
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the points (b, 3), object frame, and depths (b,), metres, of the vertices of a boundary strip.
 

@@ -33,10 +33,10 @@ from depthwalk.bake.header import (
     is_list,
     split_name,
 )
-from depthwalk.bake.images import BakedObject, Border, DepthImage, Face
+from depthwalk.bake.images import BakedObject, BoundaryStrip, DepthImage, Face
 from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
-from depthwalk.output import save_exr
+from depthwalk.pictures import save_exr
 
 SUFFIX = ".dpci.exr"
 _LIST_WIDTH = 1024
@@ -216,7 +216,7 @@ def _samples(images: Iterable[DepthImage], face: Face) -> int:
     return sum(image.depth.size for image in images if image.face is face)
 
 
-def _border_lists(border: Border, samples: int) -> dict[str, Channels]:
+def _border_lists(border: BoundaryStrip, samples: int) -> dict[str, Channels]:
     """Return a boundary strip as two lists in the shape of images, vertices and triangles, as small numbers.
 
     Starts and first corners are differences to the one before; second and third corners are counted from the first
@@ -235,7 +235,7 @@ def _border_lists(border: Border, samples: int) -> dict[str, Channels]:
     return {LISTS[0]: _folded(vertices), LISTS[1]: _folded(triangles)}
 
 
-def _border(name: str, stored: dict[str, Channels], samples: int) -> Border:
+def _border(name: str, stored: dict[str, Channels], samples: int) -> BoundaryStrip:
     face, level = name.split(".")[1:]
     vertices, triangles = ({k: v.ravel() for k, v in stored[f"{kind}.{face}.{level}"].items()} for kind in LISTS)
     count, faces = _used(name, vertices["used"]), _used(name, triangles["used"])
@@ -252,7 +252,7 @@ def _border(name: str, stored: dict[str, Channels], samples: int) -> Border:
         raise ValueError(f"part {name} points outside its face")
     if not all(np.isfinite(vertices[channel]).all() for channel in ("du", "dv", "rise")):
         raise ValueError(f"part {name} holds places that are not numbers")
-    return Border(
+    return BoundaryStrip(
         face=Face[face.upper()],
         level=int(level),
         start=start.astype(np.int32),

@@ -34,7 +34,7 @@ class Face(IntEnum):
 
 FACE_COUNT = len(Face)
 PAPER_FACES = Face.TOP, Face.SIDE, Face.BOTTOM
-FLANKS = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
+BOX_FACES = Face.FRONT, Face.BACK, Face.RIGHT, Face.LEFT
 INWARD = {  # the direction of depth on the planar faces: axis (0, 1, 2 for x, y, z) and sign
     Face.TOP: (1, -1),
     Face.BOTTOM: (1, 1),
@@ -140,7 +140,7 @@ class DepthImage:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Border:
+class BoundaryStrip:
     """Hold the boundary strip of one face and level: it completes the grid up to the edges of its surfaces.
 
     Attributes
@@ -193,7 +193,7 @@ class BakedObject:
 
     cylinder: Cylinder
     images: tuple[DepthImage, ...]
-    borders: tuple[Border, ...]
+    borders: tuple[BoundaryStrip, ...]
     shininess: float
     steps: int
     key: str

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.sampling import face_normals, sample_surface, sample_triangles
+from depthwalk.bake.sampling import sample_surface
+from depthwalk.geometry.triangles import face_normals, row_ids, sample_triangles
 from depthwalk.ingest.mesh import MOST_LEVELS, Mesh, MeshLevel, Part
-from depthwalk.ingest.normals import row_ids
 from depthwalk.types import Array
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
     """
     import fast_simplification
 
-    weld, first = row_ids(mesh.positions)
-    points, faces = mesh.positions[first].astype(np.float64), weld[mesh.faces].astype(np.int32)
+    cluster_vertices, first = row_ids(mesh.positions)
+    points, faces = mesh.positions[first].astype(np.float64), cluster_vertices[mesh.faces].astype(np.int32)
     probes, wardrobe = sample_surface(mesh, _PROBES)[0], _Wardrobe(mesh)
     levels = [MeshLevel(mesh, 0.0)]
     for ratio in RATIOS:

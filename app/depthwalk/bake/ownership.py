@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid, Projection
 from depthwalk.bake.grid import layer_triangles, triangle_corners, triangle_places
-from depthwalk.bake.images import FLANKS, DepthImage, Face
-from depthwalk.bake.parallel import Map, batches
-from depthwalk.bake.vectors import lengths
+from depthwalk.bake.images import BOX_FACES, DepthImage, Face
+from depthwalk.geometry.vectors import lengths
+from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Mask
 
 _GRAZING = 1e-3  # cosine below which a face is taken to see nothing
@@ -174,7 +174,7 @@ def _held_better(rivals: Rivals, face: Face, point: Array, normal: Array, gain: 
 
 def _handicap(face: Face) -> float:
     """Return the factor on a face's footprints where faces compete: box faces must be better by it to win."""
-    return _FLANK_GAIN if face in FLANKS else 1.0
+    return _FLANK_GAIN if face in BOX_FACES else 1.0
 
 
 def footprints(grid: FaceGrid, seen_from: Projection, normal: Array) -> NDArray[np.float64]:

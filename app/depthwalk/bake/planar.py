@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_borders
+from depthwalk.bake.baker import BakeParams, cast_face, connect_face, trace_boundary_strips
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import grid_cells, usable_steps
-from depthwalk.bake.images import BakedObject, Border, Cylinder, DepthImage, Face
+from depthwalk.bake.images import BakedObject, BoundaryStrip, Cylinder, DepthImage, Face
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.colour import linear_from_srgb8
 from depthwalk.errors import InputError
@@ -82,7 +82,7 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
     grid = FaceGrid(cylinder=cylinder, face=Face.TOP, height=texels, width=texels)
     seen = cast_face(lying, caster, grid, BakeParams(resolution=texels, layers=_RANGE_LAYERS))
     images = connect_face(caster, grid, seen, steps)
-    borders = trace_borders(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
+    borders = trace_boundary_strips(caster, {Face.TOP: grid}, {Face.TOP: seen}, images)
     return _upright(cylinder, height, tuple(images), tuple(borders), steps, key)
 
 
@@ -178,7 +178,12 @@ def _slab(width: float, height: float, deepest: float) -> Cylinder:
 
 
 def _upright(
-    cylinder: Cylinder, height: float, images: tuple[DepthImage, ...], borders: tuple[Border, ...], steps: int, key: str
+    cylinder: Cylinder,
+    height: float,
+    images: tuple[DepthImage, ...],
+    borders: tuple[BoundaryStrip, ...],
+    steps: int,
+    key: str,
 ) -> BakedObject:
     """Turn the cap upright; its content is `height` metres high and centred."""
     return BakedObject(

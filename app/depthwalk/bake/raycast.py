@@ -5,10 +5,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.parallel import Map, batches
-from depthwalk.bake.vectors import lengths
+from depthwalk.geometry.triangles import row_ids
+from depthwalk.geometry.vectors import lengths
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.ingest.normals import row_ids
+from depthwalk.parallel import Map, batches
 
 _BATCH = 1 << 15  # rays per call: what is known of them stays in the cache
 
@@ -171,8 +171,8 @@ class RayCaster:
 
 def is_open(mesh: Mesh) -> bool:
     """Return whether some edge has but one face: the mesh is a shell with a boundary, not the skin of a solid."""
-    weld, _ = row_ids(mesh.positions)
-    faces = weld[mesh.faces]
+    cluster_vertices, _ = row_ids(mesh.positions)
+    faces = cluster_vertices[mesh.faces]
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     count = np.unique(edges[:, 0] * np.int64(len(mesh.positions)) + edges[:, 1], return_counts=True)[1]
     return bool((count == 1).any())

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.border import Samples
-from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits
 from depthwalk.bake.surface import surface_at
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.parallel import Map
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.baker import BakeParams, peeled_layers
 from depthwalk.bake.face_grid import FaceGrid
-from depthwalk.bake.images import FLANKS, Cylinder, Face
+from depthwalk.bake.images import BOX_FACES, Cylinder, Face
 from depthwalk.bake.ownership import footprints
 from depthwalk.bake.placement import Placement
 from depthwalk.bake.raycast import Hits, RayCaster
+from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.triangles import sample_triangles, spread_directions
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
-from depthwalk.scene.arrays import Takes
 from depthwalk.types import Array
 
 _DIRECTIONS = 64  # in which it is tried whether a point can be seen
@@ -90,7 +91,7 @@ def sampled_footprints(
         The least footprint (n,), metres, with which a face would hold each probe; +inf where none would.
     """
     point, normal = placement.into_object(probes.point), placement.turned_into_object(probes.normal)
-    faces = [face for face in Face if face not in FLANKS or params.method != "six-view"]  # which makes no box faces
+    faces = [face for face in Face if face not in BOX_FACES or params.method != "six-view"]  # which makes no box faces
     side = params.resolution
     grids = [FaceGrid(cylinder=cylinder, face=face, height=side, width=side) for face in faces]
     seen_from = [grid.project(point) for grid in grids]
@@ -120,34 +121,6 @@ def squared_texels(footprint: Array, texel: float) -> NDArray[np.float64]:
 def sample_surface(mesh: Mesh, count: int) -> tuple[Array, Array]:
     """Return points (count, 3) spread evenly over a mesh, the same each time, and its unit normals (count, 3)."""
     return sample_triangles(mesh.positions[mesh.faces].astype(np.float64), count)
-
-
-def sample_triangles(corners: Array, count: int) -> tuple[Array, Array]:
-    """Return points (count, 3) spread evenly over triangles (n, 3, 3), and the unit normals (count, 3) there."""
-    normals, areas = face_normals(corners)
-    random = np.random.default_rng(0)
-    ends = np.cumsum(areas)
-    face = np.searchsorted(ends, (np.arange(count) + random.random(count)) / count * ends[-1]).clip(0, len(ends) - 1)
-    u, v = random.random((2, count))
-    over = u + v > 1
-    u, v = np.where(over, 1 - u, u)[:, None], np.where(over, 1 - v, v)[:, None]
-    a, b, c = corners[face].transpose(1, 0, 2)
-    return a + u * (b - a) + v * (c - a), normals[face]
-
-
-def face_normals(corners: Array) -> tuple[Array, Array]:
-    """Return the unit normals (n, 3) and areas (n,) of triangles (n, 3, 3)."""
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    doubled = np.linalg.norm(cross, axis=1)
-    return cross / np.maximum(doubled, 1e-300)[:, None], doubled / 2
-
-
-def spread_directions(count: int) -> NDArray[np.float64]:
-    """Return unit vectors (count, 3) spread evenly over the sphere, from +Y down to −Y: a Fibonacci lattice."""
-    number = np.arange(count)
-    y = 1 - (2 * number + 1) / count
-    turn, level = np.pi * (1 + 5**0.5) * number, np.sqrt(1 - y**2)
-    return np.stack([level * np.cos(turn), y, level * np.sin(turn)], -1)
 
 
 def _within(hits: Hits, layers: int, part: NDArray[np.bool_] | None) -> NDArray[np.bool_]:

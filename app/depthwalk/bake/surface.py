@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.parallel import Map, batches
 from depthwalk.bake.raycast import Hits
-from depthwalk.bake.vectors import lengths
 from depthwalk.colour import linear_from_srgb8
+from depthwalk.geometry.vectors import lengths
 from depthwalk.ingest.mesh import Material, Mesh
+from depthwalk.parallel import Map, batches
 
 _BATCH = 1 << 15  # hits at a time
 

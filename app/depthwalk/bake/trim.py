@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.grid import layer_triangles, triangle_places
-from depthwalk.bake.images import Border, DepthImage, Face
-from depthwalk.bake.parallel import Map
+from depthwalk.bake.images import BoundaryStrip, DepthImage, Face
+from depthwalk.parallel import Map
 
 
-def trim(images: list[DepthImage], borders: list[Border], each: Map = map) -> tuple[list[DepthImage], list[Border]]:
+def trim(
+    images: list[DepthImage], borders: list[BoundaryStrip], each: Map = map
+) -> tuple[list[DepthImage], list[BoundaryStrip]]:
     """Leave out what is never drawn: samples and triangles of caps and box faces that another face owns.
 
     Returns
@@ -23,7 +25,7 @@ def trim(images: list[DepthImage], borders: list[Border], each: Map = map) -> tu
         The images and the boundary strips that remain. The side's are left as they are.
     """
 
-    def trim_face(face: Face) -> tuple[list[DepthImage], list[Border]]:
+    def trim_face(face: Face) -> tuple[list[DepthImage], list[BoundaryStrip]]:
         layers = [image for image in images if image.face is face]
         edges = [border for border in borders if border.face is face]
         return _trim_face(face, layers, edges) if layers and face is not Face.SIDE else (layers, edges)
@@ -32,7 +34,9 @@ def trim(images: list[DepthImage], borders: list[Border], each: Map = map) -> tu
     return list(chain(*trimmed)), list(chain(*left))
 
 
-def _trim_face(face: Face, layers: list[DepthImage], borders: list[Border]) -> tuple[list[DepthImage], list[Border]]:
+def _trim_face(
+    face: Face, layers: list[DepthImage], borders: list[BoundaryStrip]
+) -> tuple[list[DepthImage], list[BoundaryStrip]]:
     size = layers[0].depth.size
     owner = np.concatenate([image.owner.ravel() for image in layers])
     used = np.zeros(len(owner), bool)
@@ -67,7 +71,7 @@ def _kept_cells(image: DepthImage, level: int, owner: NDArray[np.uint8], used: N
     return image.cells[level] & ~cleared
 
 
-def _kept_border(border: Border, owner: NDArray[np.uint8], used: NDArray[np.bool_]) -> Border:
+def _kept_border(border: BoundaryStrip, owner: NDArray[np.uint8], used: NDArray[np.bool_]) -> BoundaryStrip:
     """Return a strip without triangles that are never drawn; mark the samples of the others in `used`."""
     samples, triangles = len(owner), border.triangles
     owners = owner[np.where(triangles < samples, triangles, triangles[:, :1])]

@@ -5,9 +5,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.parallel import Map
 from depthwalk.bake.raycast import Hits, RayCaster, no_hits
-from depthwalk.bake.vectors import lengths
+from depthwalk.geometry.vectors import lengths
+from depthwalk.parallel import Map
 from depthwalk.types import Mask
 
 _QUARTERS = 4  # of the samples: those still in doubt in each cast their first ray together

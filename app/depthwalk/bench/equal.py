@@ -6,9 +6,9 @@ from concurrent.futures import Executor
 import numpy as np
 
 from depthwalk.colour import srgb8_from_linear
-from depthwalk.headless import HeadlessRenderer
 from depthwalk.quality.metrics import FLIP_REACH, bounding_window, flip_map
-from depthwalk.render.view import View
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Picture
 

@@ -1,17 +1,14 @@
 """What a scene costs per frame along a camera path."""
 
-import subprocess
 import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-import depthwalk
-from depthwalk.headless import HeadlessRenderer
-from depthwalk.render.view import View
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath
 
@@ -114,18 +111,6 @@ def spread(milliseconds: Sequence[float]) -> Spread:
     p50, p95, p99 = np.percentile(milliseconds, (50, 95, 99))
     values = p50, p95, p99, np.max(milliseconds), np.mean(milliseconds)
     return Spread(*(round(float(value), 3) for value in values))
-
-
-def commit() -> str | None:
-    """The commit of the checkout that this package is run from; None where it is installed, or git is not."""
-    package = Path(depthwalk.__file__).resolve().parent
-    git = ["git", "-C", str(package)]
-    try:
-        # An installed package may lie inside somebody else's checkout: ask whether ours is tracked where it is.
-        subprocess.run([*git, "ls-files", "--error-unmatch", "errors.py"], capture_output=True, check=True)
-        return subprocess.run([*git, "rev-parse", "HEAD"], capture_output=True, check=True, text=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return None
 
 
 def _columns(rows: Sequence[dict[str, float]]) -> dict[str, list[float]]:

@@ -11,13 +11,14 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.equal import SUPERSAMPLING, coarsened, path_flip, supersampled
-from depthwalk.bench.measure import Run, commit, measure
+from depthwalk.bench.measure import Run, measure
 from depthwalk.errors import InputError
-from depthwalk.headless import HeadlessRenderer
-from depthwalk.library import SceneLibrary
-from depthwalk.render.bounds import Bounds
-from depthwalk.render.view import View
+from depthwalk.provenance import commit
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
@@ -183,7 +184,7 @@ def _tuned(
     for name in ("re-warped", "dpci"):
         to, flip = coarsened(partial(flip_at, name, _BIAS), bias, _BIAS.coarsest, target)
         tuned[name] = _BIAS.turn(drawn[name], to), flip
-    if len(drawn["mesh"].renderer.placed.objects()) <= MOST_MESHES:
+    if len(drawn["mesh"].renderer.world.objects()) <= MOST_MESHES:
         tuned["mesh"] = "", path_flip(drawn["mesh"], stills, references, pool)
     return tuned
 

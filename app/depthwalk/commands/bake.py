@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from depthwalk.assets.batch_bake import Baked, Job, Kept, Stage, bake_all
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
 from depthwalk.bake.parts import ModelParams
-from depthwalk.bakery import Baked, Job, Kept, Stage, bake_all
 from depthwalk.commands.console import live_options, log, show_progress
 from depthwalk.errors import InputError
+from depthwalk.files import check_folder
 from depthwalk.limits import MAX_COORDINATE
-from depthwalk.output import check_folder
 from depthwalk.scene.scene import MeshAsset
 
 

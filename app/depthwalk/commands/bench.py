@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import depthwalk
-from depthwalk.bench.measure import Report, Run, commit, measure, sample_path
+from depthwalk.bench.measure import Report, Run, measure, sample_path
 from depthwalk.bench.report import to_html, to_json, to_text
 from depthwalk.commands.console import frame_progress
 from depthwalk.commands.options import CameraOptions, RepresentationName, representation
 from depthwalk.commands.render import input_files, open_headless
 from depthwalk.errors import InputError
-from depthwalk.output import check_folder, write_bytes
+from depthwalk.files import check_folder, write_bytes
+from depthwalk.provenance import commit
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Scene
 

@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+from depthwalk.assets.library import complaints_about, read_meso, read_range_image, read_relief
 from depthwalk.bake.planar import range_mesh
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh
-from depthwalk.library import complaints_about, read_meso, read_range_image, read_relief
 from depthwalk.scene.document import read_document
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.lone_mesh import is_mesh_file

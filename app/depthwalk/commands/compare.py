@@ -10,18 +10,18 @@ from pathlib import Path
 from pydantic import Field
 
 import depthwalk
+from depthwalk.assets.batch_bake import mesh_key, read_body, read_mesh
 from depthwalk.bake.file import SUFFIX, read_baked, read_header
 from depthwalk.bake.parts import ModelParams
-from depthwalk.bakery import mesh_key, read_body, read_mesh
-from depthwalk.bench.measure import commit
 from depthwalk.commands.console import asset_progress, frame_progress, log
 from depthwalk.commands.render import asset_files
 from depthwalk.commands.subjects import Subject
 from depthwalk.errors import InputError
+from depthwalk.files import check_folder, write_bytes
 from depthwalk.gpu.device import GpuError
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.output import check_folder, write_bytes
 from depthwalk.params import Params
+from depthwalk.provenance import commit
 from depthwalk.quality.advise import Recommendation, recommend
 from depthwalk.quality.candidate import examine, warnings
 from depthwalk.quality.costs import measured_bake
@@ -31,8 +31,8 @@ from depthwalk.quality.page import WorstView, panels, to_html, worst_viewpoints
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell, to_json, to_text
 from depthwalk.quality.twin import TwinRenderer
 from depthwalk.quality.views import CLOSE_BY, SPHERE, VERIFY
-from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.document import parse_document
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import MeshAsset
 from depthwalk.scene.validate import check_model
 

@@ -123,7 +123,7 @@ def _baked_rows(path: Path) -> Iterator[Row]:
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
     """One object of a baked file; prefix: of the names of its images there."""
-    from depthwalk.render.rotation import rotate
+    from depthwalk.geometry.quaternions import rotate
 
     cylinder, axis = baked.cylinder, rotate(np.array(baked.rotation), np.array([0.0, 1.0, 0.0]))
     yield (

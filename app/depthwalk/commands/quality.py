@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import depthwalk
-from depthwalk.bench.measure import commit
+from depthwalk.assets.library import Report
 from depthwalk.commands.console import asset_progress
 from depthwalk.commands.render import input_files
 from depthwalk.errors import InputError
+from depthwalk.files import check_folder, write_bytes
 from depthwalk.gpu.device import headless_device
-from depthwalk.library import Report
-from depthwalk.output import check_folder, write_bytes
+from depthwalk.provenance import commit
 from depthwalk.quality import antialiasing, dof, edges, shadows
 from depthwalk.quality.overview import Overview, to_html, to_json, to_text
 from depthwalk.quality.rows import Row

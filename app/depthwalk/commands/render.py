@@ -8,18 +8,20 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import sidecar
 from depthwalk.commands.console import asset_progress, frame_progress
 from depthwalk.commands.options import CameraOptions
 from depthwalk.errors import InputError
-from depthwalk.headless import HeadlessRenderer
+from depthwalk.files import check_folder, write_bytes
 from depthwalk.ingest.sources import source_files
-from depthwalk.library import SceneLibrary
-from depthwalk.output import check_folder, jpeg_bytes, png_bytes, video, write_bytes, write_exr
-from depthwalk.render.view import View
+from depthwalk.pictures import jpeg_bytes, png_bytes, write_exr
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.path import CameraPath
 from depthwalk.scene.scene import Asset, DepthImageAsset, Scene
+from depthwalk.video import video
 
 JPEG = (".jpg", ".jpeg")
 SUFFIXES = (".png", *JPEG, ".exr", ".mp4")

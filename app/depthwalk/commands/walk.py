@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.measure import sample_path
 from depthwalk.commands.options import CameraOptions
 from depthwalk.commands.render import Output, draw_frames, open_headless, path_cameras
 from depthwalk.errors import InputError
-from depthwalk.library import SceneLibrary
 from depthwalk.resources import scene_root
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene

@@ -2,7 +2,7 @@
 
 A constant that Python and GLSL must agree about is declared once, in Python. A shader names it where it needs it,
 
-    #from depthwalk.render.pages import GRAIN, LEVELS as SEGMENT_LEVELS
+    #from depthwalk.cook.virtual_texture import GRAIN, LEVELS as SEGMENT_LEVELS
 
 and `Source` writes `#define`s in place of that line. An integer enumeration gives one per member: `Face` gives
 `FACE_TOP` and so on. The dtype of records in a texture of four floats a texel gives how many texels a record takes and

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
+from depthwalk.geometry.triangles import doubled_areas, row_ids
 from depthwalk.ingest.image import decode_texture
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Mesh, Part
-from depthwalk.ingest.normals import doubled_areas, row_ids, split_at_creases
+from depthwalk.ingest.normals import split_at_creases
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
 from depthwalk.ingest.sources import Sources

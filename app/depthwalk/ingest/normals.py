@@ -3,30 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.triangles import doubled_areas, row_ids
+
 CREASE_ANGLE = np.radians(60.0)
-
-
-def row_ids(columns: NDArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Number the distinct rows of a (V, K) array.
-
-    Returns (V,) the number of each row, and (N,) the first row that has each number.
-    """
-    varying = columns[:, (columns != columns[:1]).any(axis=0)]
-    if varying.shape[1] == 0:
-        return np.zeros(len(columns), np.int64), np.zeros(1, np.int64)
-    order = np.lexsort(varying.T)
-    ordered = varying[order]
-    starts = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
-    ids = np.empty(len(columns), np.int64)
-    ids[order] = np.cumsum(starts) - 1
-    return ids, order[starts]
-
-
-def doubled_areas(positions: NDArray, faces: NDArray) -> NDArray[np.float64]:
-    """(F, 3) cross product of two edges: along the face's normal, as long as twice its area."""
-    x, y, z = (np.ascontiguousarray(axis)[faces.T] for axis in positions.T)  # half the time of np.cross
-    (ux, uy, uz), (vx, vy, vz) = ([axis[k] - axis[0] for axis in (x, y, z)] for k in (1, 2))
-    return np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], -1)
 
 
 def split_at_creases(

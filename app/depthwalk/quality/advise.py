@@ -9,7 +9,7 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
 from depthwalk.quality.twin import TwinRenderer
 from depthwalk.quality.views import FEW, Viewpoint
-from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.render_settings import RenderSettings
 
 RESOLUTIONS = 256, 512, 1024
 LAYERS = 1, 2, 3, 4, 6, 8

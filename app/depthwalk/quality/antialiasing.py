@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, uniform_filter
 
+from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.colour import srgb8_from_linear
-from depthwalk.headless import HeadlessRenderer, LinearImage
-from depthwalk.library import Report, SceneLibrary
+from depthwalk.pictures import LinearImage
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
-from depthwalk.render.antialiasing import PictureParams
-from depthwalk.render.passes.gpaa import GpaaParams
-from depthwalk.render.view import View
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
+from depthwalk.scene.render_settings import GpaaParams, PictureParams
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 

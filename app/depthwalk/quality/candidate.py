@@ -15,11 +15,12 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, probed_depth
 from depthwalk.bake.placement import Placement
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.bake.sampling import face_normals, sample_surface
+from depthwalk.bake.sampling import sample_surface
+from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.geometry.quaternions import rotate
+from depthwalk.geometry.triangles import face_normals
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import SPHERE, away, bounding_sphere
-from depthwalk.render.rotation import rotate
-from depthwalk.render.step_grids import build_grids
 from depthwalk.types import Array
 
 SAMPLES = 4000
@@ -148,6 +149,6 @@ def _grid_mesh(model: BakedModel) -> Mesh:
 
 def _grid_triangles(baked: BakedObject) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """Positions (v, 3), asset's frame, and triangles (t, 3) of one object."""
-    grids = build_grids(baked)
+    grids = build_grid_lods(baked)
     turned = rotate(np.asarray(baked.rotation), grids.positions) + np.asarray(baked.position)
     return turned.astype(np.float32), grids.drawn(level=0)

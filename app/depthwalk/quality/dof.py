@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.headless import HeadlessRenderer
-from depthwalk.library import Report, SceneLibrary
+from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.reference.dof import SHARP, ranges
-from depthwalk.render.lens import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams, circle_radius, largest_radius
+from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes.dof import TILE
-from depthwalk.render.view import View
+from depthwalk.render.view.lens import circle_radius, largest_radius
+from depthwalk.render.view.view import View
+from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Picture
 

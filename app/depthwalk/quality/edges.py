@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from depthwalk.bakery import read_mesh
-from depthwalk.library import Report
+from depthwalk.assets.batch_bake import read_mesh
+from depthwalk.assets.library import Report
+from depthwalk.geometry.adjacency import EdgeAdjacency, build_adjacency
 from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FEW, Sphere, bounding_sphere, view_of
-from depthwalk.render.edges import Edges, build_edges
-from depthwalk.render.outlines import outlines
-from depthwalk.render.passes.gpaa import GpaaParams
-from depthwalk.render.records import PLACED_RECORD
+from depthwalk.render.antialiasing.silhouette_lines import outlines
+from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.scene.render_settings import GpaaParams
 from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Array
 
@@ -69,7 +69,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
         report(name, "edges")
         positions, triangles = shape()
         sphere = Sphere((0.0, 0.0, 0.0), float(np.linalg.norm(positions, axis=1).max()))
-        cost = _cost(build_edges(positions, triangles), sphere, MANY, size)
+        cost = _cost(build_adjacency(positions, triangles), sphere, MANY, size)
         yield _drawn(name, cost, MOST_OF_SHAPES)
         _, share = _shares(cost)
         yield Row(name, f"time, × all edges, of {MANY} objects", share, MOST_OF_SHAPES, more_is_better=False, digits=2)
@@ -77,7 +77,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     for asset in meshes.values():
         report(asset.name, "edges")
         mesh = read_mesh(asset)
-        edges = build_edges(mesh.positions, mesh.faces)
+        edges = build_adjacency(mesh.positions, mesh.faces)
         if edges.open.any():
             continue
         cost = _cost(edges, bounding_sphere(mesh), 1, size)
@@ -85,7 +85,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
             yield _drawn(asset.name, cost, MOST_OF_CLOSED)
 
 
-def _cost(edges: Edges, sphere: Sphere, count: int, size: tuple[int, int]) -> Cost:
+def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int]) -> Cost:
     """Of `count` objects at one place."""
     choices = None, float(np.radians(GpaaParams().crease))
     lines, rims, seconds = np.zeros(2), 0.0, np.full((len(FEW), 2), np.inf)

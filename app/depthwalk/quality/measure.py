@@ -15,7 +15,7 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
 from depthwalk.quality.twin import Pair, TwinRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
-from depthwalk.render.settings import RenderSettings
+from depthwalk.scene.render_settings import RenderSettings
 
 MOST_WAITING = 8  # views whose FLIP is not done: bounds the memory of their pictures
 MOST_WORKERS = 4

@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.output import png_bytes
+from depthwalk.pictures import png_bytes
 from depthwalk.quality import metrics
 from depthwalk.quality.goals import MEASURES, Measure, Summary, summarise
 from depthwalk.quality.measure import ViewQuality

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from operator import ge, le
 
-from depthwalk.output import png_bytes
+from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import flip_colours
 from depthwalk.types import Picture
 

@@ -11,18 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.headless import HeadlessRenderer
-from depthwalk.library import Report, SceneLibrary
-from depthwalk.output import png_bytes
+from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import silhouette_iou
 from depthwalk.quality.rows import Row
 from depthwalk.quality.twin import one_object_scene
 from depthwalk.quality.views import FOV, Sphere, bounding_sphere
-from depthwalk.render.lod import LodParams
-from depthwalk.render.settings import RenderSettings
-from depthwalk.render.view import View
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import LodParams, RenderSettings
 from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Picture
 
@@ -109,7 +108,7 @@ def _grounds(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tupl
 
 
 def _ground(headless: HeadlessRenderer, view: View, ground: float, representation: Representation) -> Ground:
-    headless.renderer.placed.representation = representation
+    headless.renderer.world.representation = representation
     headless.draw(view)
     image = headless.linear_image()
     height, width = image.distance.shape

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.model import BakedModel
-from depthwalk.headless import HeadlessRenderer
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.quality.views import Viewpoint, bounding_sphere, view_of
-from depthwalk.render.settings import RenderSettings
+from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Nodes, Scene
 from depthwalk.scene.similarity import identities
 
@@ -78,7 +78,7 @@ class TwinRenderer:
         return sum(assets.prepared(number).bytes for number in assets.depth_numbers(0))
 
     def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
-        self._headless.renderer.placed.representation = representation
+        self._headless.renderer.world.representation = representation
         view = view_of(self._sphere, viewpoint, self.size)
         self._headless.draw(view)
         return Shot(self._headless.pixels()[..., :3].copy(), self._headless.linear_image().distance)
@@ -99,7 +99,7 @@ class _OneObject:
     def has_mesh(self, asset: int) -> bool:
         return True
 
-    def prepare(self, assets: Sequence[int]) -> None:
+    def cook_object(self, assets: Sequence[int]) -> None:
         """It is there."""
 
     def key(self, asset: int) -> str:

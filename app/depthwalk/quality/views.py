@@ -7,7 +7,7 @@ import numpy as np
 from pyglm import glm
 
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
 FOV = 40.0  # degrees, vertical

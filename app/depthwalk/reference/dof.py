@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from depthwalk.render.lens import DENSITY, FEWEST, GOLDEN_ANGLE, SHARP, STRIDE
+from depthwalk.render.view.lens import DENSITY, FEWEST, GOLDEN_ANGLE, SHARP, STRIDE
 from depthwalk.types import Array
 
 Rows = NDArray[np.intp]

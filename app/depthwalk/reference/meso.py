@@ -11,7 +11,7 @@ from depthwalk.types import Array
 
 
 @dataclass(frozen=True)
-class Placed:
+class RenderWorld:
     """The tile at n points. uv: (n, 2) in tiles; outward: (n, 3), what its depth is below; right, up: (n, 3) metres of
     the tile per metre on the object, along the tile's axes."""
 
@@ -26,14 +26,14 @@ class Placed:
         return depth, slopes[0][:, None] * self.right + slopes[1][:, None] * self.up
 
 
-def wind(points: Array, meso: Meso, radius: float) -> Placed:
+def wind(points: Array, meso: Meso, radius: float) -> RenderWorld:
     """The tile at points (n, 3), object frame, as it winds round the axis. radius: the cylinder's."""
     x, y, z = points.T
     zero, one = np.zeros_like(x), np.ones_like(x)
     distance = np.hypot(x, z)
     turns = meso.tiles_per_turn(radius)
     across = np.stack([z, zero, -x], -1) / distance[:, None]
-    return Placed(
+    return RenderWorld(
         np.stack([-np.arctan2(z, x) / (2 * np.pi) * turns, y / meso.tile[1]], -1),
         np.stack([x, zero, z], -1) / distance[:, None],
         across * (_even_radius(meso, radius) / distance)[:, None],
@@ -41,13 +41,13 @@ def wind(points: Array, meso: Meso, radius: float) -> Placed:
     )
 
 
-def lay(points: Array, face: Face, meso: Meso) -> Placed:
+def lay(points: Array, face: Face, meso: Meso) -> RenderWorld:
     """The tile at points (n, 3), object frame, as a cap or a flank has it by itself."""
     outward = face_outward(face)
     up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # seen from outside
     right = np.cross(up, outward)
     uv = np.stack([points @ right / meso.tile[0], points @ up / meso.tile[1]], -1)
-    return Placed(uv, *(np.broadcast_to(axis, points.shape) for axis in (outward, right, up)))
+    return RenderWorld(uv, *(np.broadcast_to(axis, points.shape) for axis in (outward, right, up)))
 
 
 def relief_at(meso: Meso, uv: Array) -> Array:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from depthwalk.render.casters import MapView
-from depthwalk.render.view import matrix_array
+from depthwalk.render.shadows.casters import MapView
+from depthwalk.render.view.view import matrix_array
 from depthwalk.types import Array
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from depthwalk.render.planes import Planes
+from depthwalk.render.impostors.warp_planes import Planes
 from depthwalk.types import Array
 
 

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar, cast, get_args, ge
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
-from depthwalk.render.antialiasing import AntiAliasing, anti_aliasing
-from depthwalk.render.assets import AssetStore
-from depthwalk.render.casters import Shadows
-from depthwalk.render.frame_plan import FramePlan
-from depthwalk.render.lighting import Lighting
-from depthwalk.render.lod import LodParams
-from depthwalk.render.shading import Shading
+from depthwalk.render.antialiasing.modes import AntiAliasing, anti_aliasing
+from depthwalk.render.draw.draw_lists import FrameDrawLists
+from depthwalk.render.draw.material_depth import MaterialRecords
+from depthwalk.render.lighting.irradiance import Lighting
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
+from depthwalk.scene.render_settings import LodParams
 
 if TYPE_CHECKING:  # the settings are made of the passes' parameters, and the scene's schema of the settings
-    from depthwalk.render.settings import RenderSettings
     from depthwalk.scene.environment import Environment
+    from depthwalk.scene.render_settings import RenderSettings
 
 P = TypeVar("P", bound=Params)
 
@@ -61,14 +61,14 @@ class Frame:
     """
 
     view: View
-    plan: FramePlan
+    plan: FrameDrawLists
     common: Common
     environment: "Environment"
     light: Lighting
     assets: AssetStore
     targets: Targets
     transparent: bool = False
-    shading: Shading | None = None
+    shading: MaterialRecords | None = None
     shadows: Shadows = field(default_factory=Shadows)
     lens_point: int = 0
     sample: int = 0

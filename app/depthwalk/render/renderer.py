@@ -17,20 +17,20 @@ from pyglm import glm
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.antialiasing import AntiAliasing, hardware_samples, sample_views
-from depthwalk.render.assets import AssetStore, Library
-from depthwalk.render.bounds import depth_range, ground_range
+from depthwalk.render.antialiasing.modes import AntiAliasing, hardware_samples, sample_views
+from depthwalk.render.draw.draw_lists import FrameDrawLists
+from depthwalk.render.draw.material_depth import MaterialRecords, shading
 from depthwalk.render.frame import Frame, Pass, common
-from depthwalk.render.frame_plan import FramePlan
-from depthwalk.render.lighting import lighting
+from depthwalk.render.lighting.irradiance import lighting
+from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
 from depthwalk.render.passes import default_passes
-from depthwalk.render.placed import Placed, Uploads
-from depthwalk.render.rounds import InSight, Rounds
-from depthwalk.render.shading import Shading, shading
+from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.targets import Targets, declared
-from depthwalk.render.view import View, view_distance
-from depthwalk.render.view_block import PICTURE_VIEW, ViewBlock
+from depthwalk.render.view.bounds import depth_range, ground_range
+from depthwalk.render.view.view import View, view_distance
+from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
+from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
@@ -51,15 +51,15 @@ class Renderer:
         self.settings = scene.render
         self.assets = AssetStore(device, library)
         self.assets.before_release = self._forget_arrays
-        self.placed = Placed(scene, library, self.assets)
+        self.world = RenderWorld(scene, library, self.assets)
         self.remembers = False  # frames use what those before found: tiles, what was seen; else none depends on another
         self.upload_seconds: float | None = None  # of a frame, see `AssetStore.stream`
         self.targets: Targets | None = None
         self.timers = PassTimers(device)
-        self._rounds = Rounds(device, scene.render, self.placed, self.timers)
+        self._phases = OcclusionPhases(device, scene.render, self.world, self.timers)
         self._gl = device.scope("view")
         self._view_block = ViewBlock(self._gl, PICTURE_VIEW)
-        self._shadows = ShadowPlanner(self.placed, self.timers)
+        self._shadows = ShadowPlanner(self.world, self.timers)
         self.passes: list[Pass[Any]] = []
         try:
             for each in default_passes() if passes is None else passes:
@@ -68,7 +68,7 @@ class Renderer:
         except BaseException:
             self.release()
             raise
-        self.plan: FramePlan | None = None  # of the frame drawn last
+        self.plan: FrameDrawLists | None = None  # of the frame drawn last
         self.view: View | None = None  # of the frame drawn last, near and far plane fitted
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
@@ -87,11 +87,11 @@ class Renderer:
         view = replace(view, size=(view.size[0] * by.aa.samples, view.size[1] * by.aa.samples))
         targets = self._prepare_targets(view.size, hardware_samples(settings, self.device), by.aa)
         targets.screen = screen
-        self.placed.table()  # loads what is not loaded yet
-        in_sight = self._rounds.in_sight(view)
+        self.world.table()  # loads what is not loaded yet
+        in_sight = self._phases.in_sight(view)
         view = self._fitted(view, in_sight)
         self.assets.budget = settings.gpu_memory
-        uploads = Uploads(self.placed, self.assets, self.upload_seconds)
+        residency = FrameResidency(self.world, self.assets, self.upload_seconds)
         light = lighting(environment)
         frame_of = partial(
             Frame,
@@ -104,14 +104,14 @@ class Renderer:
             transparent=transparent,
             lens_point=lens_point,
         )
-        plans: list[FramePlan] = []
-        for plan in self._rounds.plans(view, in_sight, targets, uploads, self.remembers):
+        plans: list[FrameDrawLists] = []
+        for plan in self._phases.plans(view, in_sight, targets, residency, self.remembers):
             plans.append(plan)
             self._draw([each for each in self.passes if each.draws_objects], frame_of(plan=plan))
-        self.plan, self.view = FramePlan.joined(plans), view
+        self.plan, self.view = FrameDrawLists.joined(plans), view
         shaded = self._shading(view, self.plan)
         shadows = self._shadows.plan(
-            view, light, environment.lights, settings.shadows, settings.lod.magnification, uploads, self.remembers
+            view, light, environment.lights, settings.shadows, settings.lod.magnification, residency, self.remembers
         )
         frame = frame_of(plan=self.plan, shading=shaded, shadows=shadows)
         self._draw_samples([each for each in self.passes if not each.draws_objects], frame)
@@ -163,8 +163,8 @@ class Renderer:
         fov : vertical angle of view, radians.
         away : the world direction, of any length, from the objects to the camera.
         """
-        bounds = self.placed.bounds()
-        if not len(bounds.reach):
+        bounds = self.world.bounds()
+        if not len(bounds.bounding_radius):
             return Camera((0.0, 1.6, 5.0), (0.0, 1.0, 0.0), fov)
         middle, radius = bounds.sphere()
         narrower = min(fov, 2 * math.atan(math.tan(fov / 2) * aspect))
@@ -178,12 +178,12 @@ class Renderer:
             return view
         ground = self.scene.environment.ground
         seen_ground = ground_range(view, ground.height, ground.size) if ground is not None else None
-        near, far = depth_range(in_sight.forward, in_sight.reach, seen_ground)
+        near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
         return replace(view, near=near, far=far)
 
-    def _shading(self, view: View, plan: FramePlan) -> Shading:
+    def _shading(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
         with self.timers.measure_cpu("plan"):
-            objects, bounds = self.placed.objects().take(plan.numbered), self.placed.bounds().take(plan.numbered)
+            objects, bounds = self.world.objects().take(plan.numbered), self.world.bounds().take(plan.numbered)
             return shading(view, objects, bounds, plan.tiled)
 
     def _forget_arrays(self) -> None:
@@ -198,7 +198,7 @@ class Renderer:
         self._release_targets()
 
     def _release_targets(self) -> None:
-        self._rounds.resized()
+        self._phases.resized()
         if self.targets is not None:
             self.targets.release()
         self.targets = None

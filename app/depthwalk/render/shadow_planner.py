@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from depthwalk.gpu.timers import PassTimers
-from depthwalk.render.cascades import ShadowParams, fit_cascades
-from depthwalk.render.casters import MapView, Shadows, find_casters, shadow_map
-from depthwalk.render.lighting import Lighting
-from depthwalk.render.placed import Placed, Uploads
-from depthwalk.render.spots import assign_tiles, shadowing, spot_of
-from depthwalk.render.stand_ins import StandInRule
-from depthwalk.render.view import View
+from depthwalk.render.lighting.irradiance import Lighting
+from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
+from depthwalk.render.shadows.cascades import fit_cascades
+from depthwalk.render.shadows.casters import MapView, Shadows, find_casters, shadow_map
+from depthwalk.render.shadows.spot_maps import assign_tiles, shadowing, spot_of
+from depthwalk.render.view.view import View
+from depthwalk.render.world.render_world import FrameResidency, RenderWorld
+from depthwalk.scene.render_settings import ShadowParams
 
 if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
@@ -22,7 +23,7 @@ log = logging.getLogger(__name__)
 class ShadowPlanner:
     """Finds what casts shadows of the objects that are `placed`; its times go to the `timers`."""
 
-    def __init__(self, placed: Placed, timers: PassTimers) -> None:
+    def __init__(self, placed: RenderWorld, timers: PassTimers) -> None:
         self._placed, self._timers = placed, timers
         self._warned = False
 
@@ -33,7 +34,7 @@ class ShadowPlanner:
         lamps: Sequence["LampParams"],
         params: ShadowParams,
         magnification: float,
-        uploads: Uploads,
+        uploads: FrameResidency,
         may_wait: bool,
     ) -> Shadows:
         """Plan the maps of the sun, where it casts shadows, and of those of the `lamps` in sight that do.
@@ -41,7 +42,7 @@ class ShadowPlanner:
         Parameters
         ----------
         view : near and far plane fitted.
-        magnification : pixels that a texel of a depth image may cover, see `StandInRule`.
+        magnification : pixels that a texel of a depth image may cover, see `MeshFallbackRule`.
         uploads : brings to the GPU what casts shadows; what does not come in time casts none.
         may_wait : whether maps of the sun may be redrawn some frames later.
         """
@@ -59,7 +60,7 @@ class ShadowPlanner:
         with self._timers.measure_cpu("plan"):
             scene = self._placed.arrays()
             fewer = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
-            rule = StandInRule(magnification=magnification, has_come=uploads.stand_in, error=params.error)
+            rule = MeshFallbackRule(magnification=magnification, is_resident=uploads.fallback_mesh, error=params.error)
             maps = [
                 shadow_map(each, rows, scene, rule, params.triangles_per_texel * part)
                 for each, rows, part in zip(views, casters, fewer, strict=True)

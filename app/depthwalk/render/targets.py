@@ -8,7 +8,7 @@ import numpy as np
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.multisampling import sample_offsets
-from depthwalk.render.sun_maps import LampMaps, SunMaps
+from depthwalk.render.shadows.sun_uniforms import LampMaps, SunMaps
 
 ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
@@ -82,9 +82,9 @@ class Targets:
         self.albedo = gl.texture(size, 4)
         self.surface = gl.texture(size, 4, "nu2")
         self.depth = gl.depth_texture(size)
-        self.visible_texture = gl.texture(size, 2, "u4")
-        self.one_sample = gl.framebuffer([self.albedo, self.surface, self.visible_texture], self.depth)
-        self.drawn = Drawn(albedo=self.albedo, surface=self.surface, visible=self.visible_texture, depth=self.depth)
+        self.visibility_texture = gl.texture(size, 2, "u4")
+        self.one_sample = gl.framebuffer([self.albedo, self.surface, self.visibility_texture], self.depth)
+        self.drawn = Drawn(albedo=self.albedo, surface=self.surface, visible=self.visibility_texture, depth=self.depth)
         self.offsets = np.zeros((1, 2))
         if samples > 1:
             self.drawn, self.offsets = _multisampled(gl, size, samples), sample_offsets(device, samples)

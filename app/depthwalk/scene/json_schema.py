@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from depthwalk.output import write_bytes
+from depthwalk.files import write_bytes
 from depthwalk.resources import scene_root
 from depthwalk.scene.schema import SceneFile
 

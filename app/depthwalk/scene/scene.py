@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.environment import Environment, WalkParams
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.schema import DpciParams, IntrinsicsParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
 

@@ -14,7 +14,6 @@ from depthwalk.limits import (
     MIN_DPCI_RESOLUTION,
 )
 from depthwalk.params import param
-from depthwalk.render.settings import RenderSettings
 from depthwalk.scene.environment import CameraParams, Environment, WalkParams
 from depthwalk.scene.fields import (
     Coordinate,
@@ -29,6 +28,7 @@ from depthwalk.scene.fields import (
     Version,
     numbers,
 )
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.validate import KIND, shown
 
 _Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]

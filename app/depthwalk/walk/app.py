@@ -5,12 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
-from depthwalk.library import SceneLibrary
-from depthwalk.render.antialiasing import hardware_samples
+from depthwalk.render.antialiasing.modes import hardware_samples
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.view import View
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.lone_mesh import is_mesh_file
@@ -112,9 +112,9 @@ class _Walk:
         library.report = self._loading.report
         renderer = Renderer(self._device, scene, library)
         try:
-            renderer.placed.representation = representation
+            renderer.world.representation = representation
             renderer.remembers = True
-            renderer.placed.table()
+            renderer.world.table()
         except BaseException:
             renderer.release()
             raise
@@ -142,7 +142,7 @@ class _Walk:
     def _show(self, scene: Scene) -> None:
         """Another scene, or what has become of this one, which keeps camera and path. Raises InputError."""
         again, library = scene.path == self._state.scene.path, self._library.sibling(scene.assets)
-        renderer = self._load(scene, library, self._renderer.placed.representation if again else None)
+        renderer = self._load(scene, library, self._renderer.world.representation if again else None)
         self._state.show(scene, renderer, self._aspect)
         self._renderer.release()
         self._library, self._renderer = library, renderer
@@ -254,14 +254,14 @@ class _Walk:
         start = time.perf_counter()
         renderer = self._state.renderer
         try:
-            renderer.placed.table()
+            renderer.world.table()
         except (InputError, Stopped) as error:
             if self._window.is_closing:
                 raise
             self._state.tell(str(error) or "Loading was stopped")
-            renderer.placed.representation = self._represented
+            renderer.world.representation = self._represented
             self._load_anyway(renderer)
-        self._represented = renderer.placed.representation
+        self._represented = renderer.world.representation
         try:
             hardware_samples(renderer.settings, self._device)
         except InputError as error:
@@ -276,7 +276,7 @@ class _Walk:
         while True:
             self._loading.end()
             try:
-                renderer.placed.table()
+                renderer.world.table()
                 return
             except Stopped:
                 if self._window.is_closing:

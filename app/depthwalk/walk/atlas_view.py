@@ -4,7 +4,7 @@ import moderngl
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
-from depthwalk.render.frame_plan import FramePlan
+from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.targets import Targets
 
 _SIZE = 1024, 512  # texels; the atlas is several times as large
@@ -22,7 +22,7 @@ class AtlasView:
         self.aspect = 1.0
         self._framebuffer = self.gl.framebuffer([self.texture])
 
-    def draw(self, targets: Targets, plan: FramePlan) -> None:
+    def draw(self, targets: Targets, plan: FrameDrawLists) -> None:
         """Shows the corner of the atlas that holds the tiles of `plan`; `aspect` is then its width / height."""
         tiles = plan.composite.records["tile"]
         right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()

@@ -2,7 +2,7 @@
 
 import math
 
-from depthwalk.render.lens import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
+from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 
 _SETTLING = 0.2  # s in which what is left to turn falls to 1/e
 _ARRIVED = 1e-3  # of the distance

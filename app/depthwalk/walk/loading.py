@@ -2,7 +2,7 @@
 
 import threading
 
-from depthwalk.library import Report
+from depthwalk.assets.library import Report
 from depthwalk.walk import hud
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.window import Window

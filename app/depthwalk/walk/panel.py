@@ -4,8 +4,8 @@ from imgui_bundle import imgui
 from pyglm import glm
 
 from depthwalk.params import Params
-from depthwalk.render.antialiasing import PictureParams
 from depthwalk.scene.arrays import Representation
+from depthwalk.scene.render_settings import PictureParams
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import draw_group
 from depthwalk.walk.playback import Playback
@@ -70,7 +70,7 @@ def _end() -> Area:
 
 
 def _draw_view(state: State) -> None:
-    current = _CHOICES.index(state.renderer.placed.representation)
+    current = _CHOICES.index(state.renderer.world.representation)
     names = [representation_name(choice) for choice in _CHOICES]
     changed, index = imgui.combo("representation", current, names)
     if changed:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from platformdirs import user_documents_path
 
+from depthwalk.files import write_bytes
 from depthwalk.limits import MAX_KEYFRAMES
-from depthwalk.output import write_bytes
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath, load_path, path_text
 from depthwalk.walk.files import save_new

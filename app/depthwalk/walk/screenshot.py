@@ -11,7 +11,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 from platformdirs import user_pictures_path
 
-from depthwalk.output import write_bytes
+from depthwalk.files import write_bytes
 from depthwalk.scene.arrays import Camera
 from depthwalk.walk.files import save_new
 from depthwalk.walk.window import Window

@@ -73,8 +73,8 @@ class State:
     @property
     def extent(self) -> tuple[NDArray[np.float64], float]:
         """Centre (3,), world, and radius, metres, of a sphere that holds all objects; of some where there are none."""
-        bounds = self.renderer.placed.bounds()
-        return bounds.sphere() if len(bounds.reach) else (np.zeros(3), _EMPTY)
+        bounds = self.renderer.world.bounds()
+        return bounds.sphere() if len(bounds.bounding_radius) else (np.zeros(3), _EMPTY)
 
     @property
     def mode(self) -> Mode:
@@ -280,7 +280,7 @@ class State:
         self.pull.advance(lens, dt)
 
     def represent(self, wanted: Representation | None) -> None:
-        self.renderer.placed.representation = wanted
+        self.renderer.world.representation = wanted
         self.tell(f"Representation: {representation_name(wanted)}")
 
 

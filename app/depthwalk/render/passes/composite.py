@@ -4,19 +4,9 @@ from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
-from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.records import COMPOSITE_RECORD
-
-
-class CompositeParams(Params):
-    parallax: int = param(
-        1,
-        "Steps by which the surface is sought along the rays of a viewer who moved since the warp; 0: flat",
-        ge=0,
-        le=8,
-    )
-    show_tiles: bool = param(False, "Paint each intermediate image in a colour of its own")
+from depthwalk.render.impostors.tile_records import COMPOSITE_RECORD
+from depthwalk.scene.render_settings import CompositeParams
 
 
 class CompositePass(Pass[CompositeParams]):
@@ -46,6 +36,6 @@ class CompositePass(Pass[CompositeParams]):
     def _draw(self, frame: Frame, defines: tuple[str, ...], first: int, count: int) -> None:
         if count:
             program = self._programs[defines]
-            program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_number)
+            program.set(atlas_depth=0, atlas_owner=1, first=frame.plan.first_object_id)
             self._instances.bind(program.array, first)
             program.rectangles(count)

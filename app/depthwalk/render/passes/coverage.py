@@ -3,8 +3,8 @@
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.params import Params
+from depthwalk.render.draw.material_depth import FULL_COVERAGE
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.shading import CLOSED
 
 
 class CoveragePass(Pass[Params]):
@@ -21,10 +21,10 @@ class CoveragePass(Pass[Params]):
     def draw(self, frame: Frame, params: Params) -> None:
         targets, shading = frame.targets, frame.shading
         assert shading is not None  # says `enabled`
-        for unit, texture in enumerate((targets.lit_before(), targets.visible_texture, targets.depth)):
+        for unit, texture in enumerate((targets.lit_before(), targets.visibility_texture, targets.depth)):
             texture.use(unit)
-        self._program.set(lit_texture=0, visible_texture=1, depth_texture=2)
-        self._program.set(level=CLOSED, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
+        self._program.set(lit_texture=0, visibility_texture=1, depth_texture=2)
+        self._program.set(level=FULL_COVERAGE, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
         # What `shade` has marked as covered in part is in front.
         with self.gl.state(into=targets.covered, depth_test=">", depth_write=False):
             self._program.rectangles()

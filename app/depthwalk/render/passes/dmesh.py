@@ -1,13 +1,13 @@
 """Depth samples warped straight to the screen: viewers inside a cylinder, and the representation `dmesh`."""
 
+from depthwalk.cook.lod_geometry import GRID_LAYOUT
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.grids import GRID_LAYOUT
-from depthwalk.render.records import PLACED_RECORD
+from depthwalk.render.resources.placed_records import PLACED_RECORD
 
 
 class DmeshPass(Pass[Params]):
@@ -22,7 +22,7 @@ class DmeshPass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         self._instances.upload(frame.plan.dmesh.records)
-        first_number = frame.plan.first_number + len(frame.plan.composite.records)
+        first_object_id = frame.plan.first_object_id + len(frame.plan.composite.records)
         for number, groups in frame.plan.dmesh.by_asset():
             asset = frame.assets.depth_object(number)
             defines = (*asset.defines, *frame.targets.defines)
@@ -32,7 +32,7 @@ class DmeshPass(Pass[Params]):
                 into=frame.targets.visible, depth_test=LESS, cull=True, wireframe=frame.common.wireframe
             ):
                 for group in groups:
-                    program.set(first=first_number + group.first)
+                    program.set(first=first_object_id + group.first)
                     self._instances.bind(array, group.first)
                     asset.draw(array, group.indices, group.count)
 

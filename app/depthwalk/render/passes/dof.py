@@ -13,8 +13,9 @@ import numpy as np
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.lens import DISC, DofParams, circle_radius, gaussian, largest_radius, lens_views
-from depthwalk.render.view import View
+from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_radius, lens_views
+from depthwalk.render.view.view import View
+from depthwalk.scene.render_settings import DofParams
 
 TILE = 16  # pixels
 

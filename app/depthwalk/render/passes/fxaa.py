@@ -2,12 +2,8 @@
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
-from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
-
-
-class FxaaParams(Params):
-    contrast: float = param(0.125, "Part of the brightness around by which it must differ to be an edge", ge=0, le=1)
+from depthwalk.scene.render_settings import FxaaParams
 
 
 class FxaaPass(Pass[FxaaParams]):

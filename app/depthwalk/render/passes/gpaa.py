@@ -9,23 +9,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.adjacency import EdgeAdjacency, Shape, build_adjacency
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
-from depthwalk.params import Params, param
-from depthwalk.render.edges import Edges, Shape, build_edges
+from depthwalk.render.antialiasing.silhouette_lines import LINE_RECORD, outlines
+from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.frame_plan import Group
-from depthwalk.render.outlines import LINE_RECORD, outlines
-
-
-class GpaaParams(Params):
-    samples: int = param(
-        2, "Samples per pixel, along either axis: where leaves share pixels, lines do not help", ge=1, le=2
-    )
-    crease: float = param(
-        30.0, "Fold from which an edge between two visible faces is smoothed too", unit="degrees", ge=0, le=180
-    )
+from depthwalk.scene.render_settings import GpaaParams
 
 
 class GpaaPass(Pass[GpaaParams]):
@@ -36,7 +27,7 @@ class GpaaPass(Pass[GpaaParams]):
     def setup(self, gl: Scope) -> None:
         self._edge = Program(gl, "gpaa/edge.vert", "gpaa/edge.frag")
         self._lines = InstanceStream(gl, LINE_RECORD)
-        self._edges: dict[tuple[int, int, int], Edges] = {}  # by asset, level and pieces
+        self._edges: dict[tuple[int, int, int], EdgeAdjacency] = {}  # by asset, level and pieces
 
     def enabled(self, frame: Frame, params: GpaaParams) -> bool:
         return frame.common.aa.geometric and len(frame.plan.mesh.groups) + len(frame.plan.dmesh.groups) > 0
@@ -72,10 +63,10 @@ class GpaaPass(Pass[GpaaParams]):
             lines.append(outlines(edges, frame.view, placed, np.pi, solid=True))  # smooth, but where cut
         return np.concatenate(lines)
 
-    def _edges_of(self, group: Group, shape: Callable[[], Shape]) -> Edges:
+    def _edges_of(self, group: DrawBatch, shape: Callable[[], Shape]) -> EdgeAdjacency:
         key = group.asset, group.level, group.pieces
         if key not in self._edges:
-            self._edges[key] = build_edges(*shape())
+            self._edges[key] = build_adjacency(*shape())
         return self._edges[key]
 
     def forget_assets(self) -> None:

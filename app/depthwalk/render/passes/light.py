@@ -1,27 +1,19 @@
 """Deferred Phong lighting by sun, ambient light and lamps, and the sky behind everything."""
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
-from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.lamps import LAMP_RECORD, NUMBERS_RECORD, lamps_in_sight
-from depthwalk.render.lod import error_at_a_metre
-from depthwalk.render.sun_maps import LampMaps
+from depthwalk.render.lighting.light_clusters import LAMP_RECORD, NUMBERS_RECORD, visible_lamps
+from depthwalk.render.lod.selection import error_at_a_metre
+from depthwalk.render.shadows.sun_uniforms import LampMaps
+from depthwalk.scene.render_settings import LightParams
 
 _BRIGHTEST = 1e4  # of the sun's disc: half floats end at 65504
-
-
-class LightParams(Params):
-    mode: Literal["deferred", "forward"] = param(
-        "deferred",
-        "Where depth images are lit: with everything else, or as in the paper where they are shaded, in their own "
-        "space, by sun and ambient light alone",
-    )
 
 
 class LightPass(Pass[LightParams]):
@@ -71,7 +63,7 @@ class LightPass(Pass[LightParams]):
 
     def _lamps(self, frame: Frame) -> dict[str, Any]:
         """Uploads those in sight; the uniforms that tell of them, none where none is."""
-        lamps = lamps_in_sight(frame.view, frame.environment.lights, frame.shadows.tiles)
+        lamps = visible_lamps(frame.view, frame.environment.lights, frame.shadows.tiles)
         if not len(lamps.records):
             return {}
         frame.targets.depth.use(2)

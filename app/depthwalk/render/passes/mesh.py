@@ -7,19 +7,14 @@ from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
-from depthwalk.params import param
+from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.frame_plan import Group
-from depthwalk.render.mesh_lod import MeshLodParams
-from depthwalk.render.polygons import PAINTED_LAYOUT, PLAIN_LAYOUT, MeshObject
-from depthwalk.render.records import PLACED_RECORD
+from depthwalk.render.resources.mesh_object import PAINTED_LAYOUT, PLAIN_LAYOUT, MeshObject
+from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.scene.render_settings import MeshParams
 
 _ONE_BY_ONE = 4  # objects in a frame, the nearest, of which only the meshlets that may be seen are drawn
 _ROOM = 1 << 18  # triangles of those of one part; a part of more is drawn whole
-
-
-class MeshParams(MeshLodParams):
-    wireframe: bool = param(False, "Draw triangles as lines")
 
 
 class MeshPass(Pass[MeshParams]):
@@ -53,7 +48,7 @@ class MeshPass(Pass[MeshParams]):
                 for number in range(len(asset.parts)) if group.count > alone else ():
                     self._draw_part(frame, asset, group, number, group.first + alone, group.count - alone)
 
-    def _draw_seen(self, frame: Frame, asset: MeshObject, group: Group, record: int) -> None:
+    def _draw_seen(self, frame: Frame, asset: MeshObject, group: DrawBatch, record: int) -> None:
         """Of the object of one record what may be seen."""
         meshlets = asset.meshlets
         assert meshlets is not None  # says the caller
@@ -68,7 +63,9 @@ class MeshPass(Pass[MeshParams]):
                 array = self._array(frame, asset, (group.asset, group.level, "seen"), number, self._seen, record)
                 array.render(vertices=faces.size)
 
-    def _draw_part(self, frame: Frame, asset: MeshObject, group: Group, number: int, first: int, count: int) -> None:
+    def _draw_part(
+        self, frame: Frame, asset: MeshObject, group: DrawBatch, number: int, first: int, count: int
+    ) -> None:
         """Part `number` of `count` objects, whole, from record `first` on."""
         part = asset.parts[number]
         array = self._array(frame, asset, (group.asset, group.level), number, asset.indices, first)

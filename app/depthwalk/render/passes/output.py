@@ -1,18 +1,9 @@
 """Linear light to the screen's sRGB, exposed and toned; where pixels have several samples, their mean."""
 
-from typing import Literal
-
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program, Variants
-from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
-
-
-class OutputParams(Params):
-    tone: Literal["none", "reinhard", "aces", "agx"] = param(
-        "none", "How light of any strength becomes what a screen shows: cut off at white, or by a curve"
-    )
-    exposure: float = param(0.0, "Light is doubled so many times before that", unit="EV", ge=-16, le=16)
+from depthwalk.scene.render_settings import OutputParams
 
 
 class OutputPass(Pass[OutputParams]):

@@ -11,12 +11,11 @@ from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS
 from depthwalk.params import Params
+from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.records import SURFACE_RECORD
-from depthwalk.render.shading import CLOSED, Shading
 
 
-class ShadePass(Pass[Params]):
+class MaterialResolvePass(Pass[Params]):
     name = "shade"
     per_sample = True
     reads = ("visible", "depth", "sun_maps")
@@ -35,23 +34,28 @@ class ShadePass(Pass[Params]):
         assert shading is not None  # says `enabled`
         self._objects.upload(shading.records)
         self._objects.use(0)
-        frame.targets.visible_texture.use(1)
+        frame.targets.visibility_texture.use(1)
         if _alone(frame, shading):
             self._shade(frame, shading, frame.targets.gbuffer, ">", np.ones((1, 1)))
             return
         self._draw_levels(frame, shading)
-        levels = [shading.level, shading.level - CLOSED] if frame.common.aa.covering else [shading.level]
+        levels = [shading.level, shading.level - FULL_COVERAGE] if frame.common.aa.covering else [shading.level]
         target = frame.targets.shaded_lit if frame.common.forward else frame.targets.shaded
         self._shade(frame, shading, target, "==", np.stack(levels, -1))
 
-    def _draw_levels(self, frame: Frame, shading: Shading) -> None:
+    def _draw_levels(self, frame: Frame, shading: MaterialRecords) -> None:
         low, high = shading.low.min(0), shading.high.max(0)
-        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visible_texture=1)
+        self._levels.set(low=tuple(low), high=tuple(high), objects=0, visibility_texture=1)
         with self.gl.state(into=frame.targets.levels, depth_test=ALWAYS):
             self._levels.rectangles()
 
     def _shade(
-        self, frame: Frame, shading: Shading, target: moderngl.Framebuffer, test: str, levels: NDArray[np.floating]
+        self,
+        frame: Frame,
+        shading: MaterialRecords,
+        target: moderngl.Framebuffer,
+        test: str,
+        levels: NDArray[np.floating],
     ) -> None:
         """Draws each asset's rectangle into `target` at its `levels` (a, n), where these pass the depth `test`."""
         defines, light = _light(frame)
@@ -86,7 +90,7 @@ def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     return (*defines, "SHADOWS"), values | maps.use(7, frame.view, frame.common.lod)
 
 
-def _alone(frame: Frame, shading: Shading) -> bool:
+def _alone(frame: Frame, shading: MaterialRecords) -> bool:
     """Whether all that is drawn is of one asset's depth images: then the depth buffer tells its pixels, in front of the
     far plane."""
     polygons = len(frame.plan.mesh.records) > 0 or frame.environment.ground is not None

@@ -2,19 +2,20 @@
 
 from collections.abc import Mapping
 
+from depthwalk.cook.lod_geometry import GRID_LAYOUT
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import LESS
-from depthwalk.render.cascades import Cascade, ShadowParams
-from depthwalk.render.casters import ShadowMap
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.grids import GRID_LAYOUT
-from depthwalk.render.polygons import POSITION_LAYOUT
-from depthwalk.render.records import PLACED_RECORD
-from depthwalk.render.shadow_atlas import ShadowAtlas
-from depthwalk.render.sun_maps import COLUMNS, LampMaps, SunMaps
-from depthwalk.render.view_block import MAP_VIEW, ViewBlock
+from depthwalk.render.resources.mesh_object import POSITION_LAYOUT
+from depthwalk.render.resources.placed_records import PLACED_RECORD
+from depthwalk.render.shadows.cascades import Cascade
+from depthwalk.render.shadows.casters import ShadowMap
+from depthwalk.render.shadows.shadow_atlas import ShadowAtlas
+from depthwalk.render.shadows.sun_uniforms import COLUMNS, LampMaps, SunMaps
+from depthwalk.render.view.view_block import MAP_VIEW, ViewBlock
+from depthwalk.scene.render_settings import ShadowParams
 
 
 class ShadowsPass(Pass[ShadowParams]):

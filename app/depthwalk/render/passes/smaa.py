@@ -7,13 +7,8 @@ import moderngl
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
-from depthwalk.params import Params, param
 from depthwalk.render.frame import Frame, Pass
-
-
-class SmaaParams(Params):
-    contrast: float = param(0.05, "Difference of perceived brightness that makes an edge", ge=0, le=1)
-    longest: int = param(32, "How far an edge is followed either way", unit="pixels", ge=1, le=256)
+from depthwalk.scene.render_settings import SmaaParams
 
 
 class SmaaPass(Pass[SmaaParams]):

@@ -1,31 +1,19 @@
 """Pass 1: depth samples move within a plane that touches their object, into a tile of the atlas."""
 
-from typing import Literal
-
 import numpy as np
 
+from depthwalk.cook.lod_geometry import GRID_LAYOUT
 from depthwalk.gpu.device import CLIP_DISTANCES, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
-from depthwalk.params import param
+from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
-from depthwalk.render.frame_plan import Group
-from depthwalk.render.grids import GRID_LAYOUT
-from depthwalk.render.ordered import OrderedIndices
-from depthwalk.render.records import WARP_RECORD
-from depthwalk.render.tiles import TileParams
+from depthwalk.render.impostors.tile_records import WARP_RECORD
+from depthwalk.render.paper.ordered_indices import OrderedIndices
+from depthwalk.scene.render_settings import WarpParams
 
 _SLOT = np.dtype([("slot", "4f4")])
-
-
-class WarpParams(TileParams):
-    order: Literal["depth", "epipole"] = param(
-        "depth",
-        "What decides which sample of an image is in front: the depth buffer, or the order of drawing (paper; a draw "
-        "call per object)",
-    )
-    wireframe: bool = param(False, "Draw the warped grids as lines")
 
 
 class WarpPass(Pass[WarpParams]):
@@ -70,7 +58,7 @@ class WarpPass(Pass[WarpParams]):
         with self.gl.state(into=frame.targets.atlas, depth_test=ALWAYS):
             self._clear.rectangles(len(slots))
 
-    def _draw_in_order(self, frame: Frame, group: Group, indices: OrderedIndices) -> None:
+    def _draw_in_order(self, frame: Frame, group: DrawBatch, indices: OrderedIndices) -> None:
         """Each triangle overwrites what is there; then those that have no place in the order, by depth."""
         for record in range(group.first, group.first + group.count):
             array, ordered, others = indices.get(frame.assets, group, frame.plan.warp.records[record])

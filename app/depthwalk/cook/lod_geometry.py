@@ -1,0 +1,65 @@
+"""Depth images as vertex and index arrays: what their triangles are, in the format that shaders read."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.cook.cases import ALL_PIECES, piece_runs
+from depthwalk.cook.index_chunks import Chunks, vertex_numbers
+
+GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
+VERTEX_BYTES = 8
+# A vertex's image: face · 8 + layer, with flags.
+FACE_SHIFT = 3
+EDGE = 128  # of the last, provoking vertex of a triangle beside which texels show another surface
+PAST_AXIS = 256  # where depth exceeds the radius: its θ is half a turn off
+BORDER = 512  # gives way to others: a border vertex, a guess at where the surface goes on; what another face owns
+POSITION_STEPS = 65535  # of the box about a grid, along each axis: positions take 16 bits
+IMAGE_BITS = 10  # of a vertex's image with its flags, and of what is drawn of it
+EASE_SHIFT = IMAGE_BITS  # above these: how much of the meso-structure's depth a vertex takes, of EASE
+EASE = 63
+
+
+@dataclass(frozen=True)
+class LodGeometry:
+    """vertices: (V, 4) uint16: x, y, z over the box of `box_low` + [0, 1] · `box_size` (metres), and image number.
+
+    texels: (V, 2) int16, column and row of the sample that each vertex is, −1 for border vertices.
+    indices: (I,) uint16 or uint32, triangles; they count from a vertex of the chunk that they are in, see `Chunks`.
+    first, count: (levels, RANGES) ranges of `indices`, see `cook.cases`; horizon: (levels, PIECES, 4) metres, from
+    where each piece may be seen, see `piece_horizons`. error: (levels,) metres, rising: how far samples are off a
+    level's triangles.
+    """
+
+    vertices: NDArray[np.uint16]
+    texels: NDArray[np.int16]
+    indices: NDArray[np.unsignedinteger]
+    chunks: Chunks
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    horizon: NDArray[np.float64]
+    box_low: NDArray[np.float32]
+    box_size: NDArray[np.float32]
+    error: NDArray[np.floating]
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Of the vertices, (V, 3), object frame, metres."""
+        return vertex_positions(self.vertices, self.box_low, self.box_size)
+
+    def triangles(self, first: int, count: int) -> NDArray[np.int64]:
+        """Vertices (count / 3, 3) of the triangles of a run of indices."""
+        return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)
+
+    def drawn(self, level: int, pieces: int = ALL_PIECES) -> NDArray[np.int64]:
+        """Vertices (t, 3) of the triangles of a level that are in `pieces`, a bit mask."""
+        runs = piece_runs(self.first[level], self.count[level], pieces)
+        return np.concatenate([np.zeros((0, 3), np.int64), *(self.triangles(*run) for run in runs)])
+
+
+def vertex_positions(
+    vertices: NDArray[np.uint16], box_low: NDArray[np.float32], box_size: NDArray[np.float32]
+) -> NDArray[np.float64]:
+    """Positions (n, 3) of `vertices` (n, 4), see `LodGeometry`. As `sample_position` in shaders/common/samples.glsl."""
+    return box_low.astype(np.float64) + vertices[:, :3] * (box_size / np.float32(POSITION_STEPS))

@@ -1,0 +1,165 @@
+"""Fewer, larger triangles where a depth image is smooth: right-triangulated irregular networks (Evans, Kirkpatrick and
+Townsend 2001).
+
+Geometry and shading need not share a resolution: colour and normal are looked up per pixel, so the grid may be drawn
+with larger triangles where no sample comes off them by more than a tolerance. These are the halves of square blocks,
+split again and again from the right angle to the middle of the hypotenuse, at the finest into halves of cells. The two
+triangles on one hypotenuse, here a *diamond*, are split together, and so is every diamond that holds one that is
+split. Thus there are no cracks, and the nodes in the middle of split diamonds tell the whole network.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.grid import cell_triangles, grid_nodes, whole_cells
+from depthwalk.bake.images import DepthImage, Face
+
+_BLOCK = 32  # cells: side of the squares that are split; larger ones save less than one triangle in a thousand
+_MARGIN = _BLOCK // 2  # nodes around an array of nodes: diamonds across its edge have all their corners in it
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What is known of each texel of one layer, flattened: point (n, 3) and normal (n, 3), metres, object frame;
+    label (n,): texels of one triangle must share it."""
+
+    point: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    label: NDArray[np.integer]
+
+
+@dataclass(frozen=True)
+class _Diamonds:
+    """Diamonds of one size and direction, (row, column) in half cells: the middle of the first, the way from its middle
+    to an end of its hypotenuse, and the step from one to the next along both axes."""
+
+    first: tuple[int, int]
+    half: tuple[int, int]
+    step: int
+
+    def at(self, nodes: NDArray[Any], along: float = 0, across: float = 0) -> NDArray[Any]:
+        """A view of `nodes` (with margin): of each diamond the node `along` halves from its middle toward an end of the
+        hypotenuse and `across` toward a right angle; at ±1 its corners."""
+        (row, column), (up, right) = self.first, self.half
+        offsets = row + along * up - across * right, column + along * right + across * up
+        slices = []
+        for count, first, offset in zip(nodes.shape, self.first, offsets, strict=True):
+            start = _MARGIN + int(offset) // 2
+            length = count - 2 * _MARGIN - (first + 1) // 2  # nodes from the first middle on
+            slices.append(slice(start, start + length, self.step // 2))
+        return nodes[tuple(slices)]
+
+    def within(self, nodes: NDArray[Any]) -> list[NDArray[Any]]:
+        """Views of the nodes in the middle of the four diamonds that these hold; none where these hold half cells."""
+        if self.half in ((0, 2), (2, 0)):
+            return []
+        return [self.at(nodes, along, across) for along in (0.5, -0.5) for across in (0.5, -0.5)]
+
+
+def rtin_triangles(
+    image: DepthImage, surface: Surface, level: int, tolerance: float
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Triangles (t, 3) of texel numbers that replace cells of the grid of step 2^level, and which of its cells
+    (cells,), in the order of `grid_cells`, they replace. Front faces are those of `cell_triangles`.
+
+    Replaced are only cells whose two triangles lie on the surface, with all corners on this layer and of one label.
+    tolerance: how far samples may be off the triangles, along normals, metres; −inf replaces nothing.
+    """
+    height, width = image.depth.shape
+    wraps = image.face is Face.SIDE
+    columns, rows = grid_nodes(width, 1 << level, wraps), grid_nodes(height, 1 << level, wraps=False)
+    texels = rows[:, None] * width + (np.append(columns, 0) if wraps else columns)
+    down, across = texels.shape[0] - 1, texels.shape[1] - 1
+    plain, label = whole_cells(image, level).reshape(down, across), surface.label[texels]
+    for other in label[1:, :-1], label[:-1, 1:], label[1:, 1:]:
+        plain &= other == label[:-1, :-1]
+    if not plain.any():
+        return np.zeros((0, 3), np.int64), plain.ravel()
+    block = min(_BLOCK, 1 << min(down, across).bit_length() - 1)
+    rest = -down % block, -across % block
+    texels = np.pad(texels, [(_MARGIN, _MARGIN + cells) for cells in rest], mode="edge")
+    plain = np.pad(plain, [(0, cells) for cells in rest])
+    split, block = _split_nodes(surface, texels, plain, (0, across) if wraps else (0,), block, tolerance)
+    triangles, replaced = _leaves(texels, split, block)
+    return triangles if _clockwise(image.face) else triangles[:, ::-1], replaced[:down, :across].ravel()
+
+
+def _split_nodes(
+    surface: Surface,
+    texels: NDArray[np.int64],
+    plain: NDArray[np.bool_],
+    seam: tuple[int, ...],
+    block: int,
+    tolerance: float,
+) -> tuple[NDArray[np.bool_], int]:
+    """Whether each node, in the shape of `texels`, is the middle of a split diamond or a corner of one of the squares
+    that the network begins with; and the side of these, at most `block` cells.
+
+    seam: the columns that are the same nodes. Corners of cells that are not plain (rows, columns) are vertices.
+    """
+    bound = np.zeros(texels.shape, np.float32)  # how far samples may come off a diamond; +inf where it is split
+    nodes = bound[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
+    for corners in nodes[1:, 1:], nodes[1:, :-1], nodes[:-1, 1:], nodes[:-1, :-1]:
+        corners[~plain] = np.inf
+    size, whole = 1, True
+    while whole and size < block:
+        size *= 2
+        whole = False
+        for diamonds in _diamonds(size):
+            nodes[:, seam] = nodes[:, seam].max(1, keepdims=True)
+            here = diamonds.at(bound)
+            inner = np.max([here, *diamonds.within(bound)], axis=0)
+            held = np.isfinite(inner)
+            middle, start, end = (diamonds.at(texels, along)[held] for along in (0, -1, 1))
+            off = surface.point[middle] - (surface.point[start] + surface.point[end]) / 2
+            # Linear interpolations over a triangle and over its halves differ nowhere by more than in that middle.
+            total = np.abs(np.einsum("ni,ni->n", off, surface.normal[middle])) + inner[held]
+            here[...] = np.inf
+            here[held] = np.where(total <= tolerance, total, np.inf)
+            whole |= bool((total <= tolerance).any())
+    nodes[::size, ::size] = np.inf
+    return np.isinf(bound), size
+
+
+def _leaves(
+    texels: NDArray[np.int64], split: NDArray[np.bool_], block: int
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """The network's triangles (t, 3), clockwise in columns and rows, and the cells (rows, columns) that they cover.
+    Cells of which both halves are in the network are left as they are, so that these keep their own diagonal."""
+    triangles = [np.zeros((0, 3), np.int64)]
+    covered = np.zeros([count - 2 * _MARGIN - 1 for count in split.shape], bool)
+    for size in (1 << k for k in range(block.bit_length())):
+        for diamonds in _diamonds(size):
+            # A triangle exists where its right angle is the middle of a split one; of these, it takes the unsplit.
+            exists = {side: diamonds.at(split, across=side) for side in (1, -1)}
+            if size == 1:
+                finer = exists[1] & exists[-1]
+                covered[tuple(slice(first // 2, None, 2) for first in diamonds.first)] = ~finer
+            else:
+                finer = diamonds.at(split)
+            for side in exists:
+                leaf = exists[side] & ~finer
+                corners = (0, side), (-side, 0), (side, 0)
+                triangles.append(np.stack([diamonds.at(texels, *corner)[leaf] for corner in corners], -1))
+    return np.concatenate(triangles), covered
+
+
+def _diamonds(size: int) -> Iterator[_Diamonds]:
+    """Those whose hypotenuse is a side of a square of `size` cells, then, as these hold them, those on its diagonal.
+    Cells have only the latter, without a node in the middle."""
+    if size > 1:
+        yield _Diamonds((0, size), (0, size), 2 * size)
+        yield _Diamonds((size, 0), (size, 0), 2 * size)
+    for row, column in np.ndindex(2, 2):  # the diagonals of four squares meet in the middle
+        first = (1 + 2 * row) * size, (1 + 2 * column) * size
+        yield _Diamonds(first, (size if row == column else -size, size), 4 * size)
+
+
+def _clockwise(face: Face) -> bool:
+    """Whether triangles of `face` run clockwise in columns and rows."""
+    columns, rows = cell_triangles(face, *np.array([[0], [0], [1], [1]]))
+    return bool(np.linalg.det([columns[0, 0], rows[0, 0], np.ones(3)]) < 0)

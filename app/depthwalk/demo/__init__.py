@@ -1,1 +1,0 @@
-"""Generators of the demo's own meshes and textures; `python -m depthwalk.demo OUTDIR` runs them all."""

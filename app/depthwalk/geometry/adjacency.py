@@ -1,0 +1,68 @@
+"""Edges of triangles and the two faces that meet there: built once per mesh, whatever the viewer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.geometry.triangles import doubled_areas, row_ids
+
+Shape = tuple[NDArray[np.float32], NDArray[np.uint32]]  # positions (v, 3) and triangles (t, 3)
+
+
+@dataclass(frozen=True)
+class EdgeAdjacency:
+    """The edges of f triangles.
+
+    points: (v, 3) float32, metres. ends: (e, 2) int32, rows of `points`, directed as the first face runs. faces: (e, 2)
+    int32, rows of `planes`; the second is the last row where an edge is open. planes: (f + 1, 4) float32, unit normals
+    and distances from the origin along them; those of no area and the last are never seen from the front. folds: (e,)
+    float32, cosine of the angle between the normals of the two faces; 1 where an edge is open. density: metres of
+    outline per square metre of faces seen from their front, 1/m, both as a mean over all directions to look from.
+    """
+
+    points: NDArray[np.float32]
+    ends: NDArray[np.int32]
+    faces: NDArray[np.int32]
+    planes: NDArray[np.float32]
+    folds: NDArray[np.float32]
+    density: float
+
+    @property
+    def open(self) -> NDArray[np.bool_]:
+        """Which edges (e,) have one face only."""
+        return self.faces[:, 1] == len(self.planes) - 1
+
+
+def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integer]) -> EdgeAdjacency:
+    """The edges of `triangles` (f, 3), rows of `positions` (v, 3), counter-clockwise seen from the front. Vertices at
+    one position count as one, and triangles that this leaves without three corners vanish. Where more than two faces
+    meet, they are paired as they come."""
+    names, first = row_ids(positions)
+    corners = names[triangles]
+    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(1)]
+    points = np.asarray(positions[first], np.float32)
+    across = doubled_areas(points.astype(np.float64), corners)
+    area = np.linalg.norm(across, axis=1, keepdims=True)
+    normal = across / np.where(area > 0, area, 1)
+    offset = np.einsum("fi,fi->f", normal, points[corners[:, 0]])
+    planes = np.zeros((len(corners) + 1, 4), np.float32)
+    planes[:-1, :3], planes[:-1, 3] = normal, offset
+    start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    name = np.minimum(start, end) * np.int64(len(points)) + np.maximum(start, end)
+    half = np.argsort(name, kind="stable")  # edges of faces, those between the same two points together
+    name = name[half]
+    begins = np.concatenate([[True], name[1:] != name[:-1]])
+    rank = np.arange(len(half)) - np.flatnonzero(begins)[np.cumsum(begins) - 1]
+    one = np.flatnonzero(rank % 2 == 0)
+    paired = np.append(~begins, False)[one + 1]
+    other = np.where(paired, half[np.minimum(one + 1, len(half) - 1)] // 3, len(corners))
+    ends = np.stack([start[half[one]], end[half[one]]], -1)
+    faces = np.stack([half[one] // 3, other], -1)
+    cosine = np.einsum("ei,ei->e", *(planes[faces[:, k], :3] for k in (0, 1)))
+    folds = np.where(paired, np.clip(cosine, -1, 1), np.float32(1))
+    # An edge is an outline for as many of the directions as it has of the half turn between its faces (Cauchy–Crofton).
+    turn = np.where(paired, np.arccos(folds), np.pi)
+    length = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+    density = float(turn @ length) / max(float(area.sum()) / 2, 1e-12)
+    return EdgeAdjacency(points, ends.astype(np.int32), faces.astype(np.int32), planes, folds, density)

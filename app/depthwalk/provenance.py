@@ -1,0 +1,18 @@
+"""TODO docstring."""
+
+import subprocess
+from pathlib import Path
+
+import depthwalk
+
+
+def commit() -> str | None:
+    """The commit of the checkout that this package is run from; None where it is installed, or git is not."""
+    package = Path(depthwalk.__file__).resolve().parent
+    git = ["git", "-C", str(package)]
+    try:
+        # An installed package may lie inside somebody else's checkout: ask whether ours is tracked where it is.
+        subprocess.run([*git, "ls-files", "--error-unmatch", "errors.py"], capture_output=True, check=True)
+        return subprocess.run([*git, "rev-parse", "HEAD"], capture_output=True, check=True, text=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None

@@ -1,0 +1,43 @@
+"""The depth buffer in cells, brought back to the CPU."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.render.targets import Targets
+
+MOST_CELLS = 1 << 19  # 2 × 2 pixels at 1920 × 1080: rows of objects a few pixels high must hide each other
+
+
+class DepthReadback:
+    """Reduces the depth of what is drawn by its maximum: what is hidden behind a cell is hidden behind its pixels."""
+
+    def __init__(self, device: Device, size: tuple[int, int]) -> None:
+        self.gl = device.scope("occlusion")
+        self.side = cell_side(size)
+        cells = -(-size[0] // self.side), -(-size[1] // self.side)
+        shaders = "common/fullscreen.vert", "occlusion/farthest.frag"
+        self._programs = Variants(lambda defines: Program(self.gl, *shaders, defines))
+        self._texture = self.gl.texture(cells, 1, "f4")
+        self._framebuffer = self.gl.framebuffer([self._texture])
+
+    def read(self, targets: Targets) -> NDArray[np.float32]:
+        """The farthest depth (rows, columns) in cells of `side` × `side` pixels, 0 to 1, row 0 at the bottom. Waits
+        until what was drawn so far is drawn."""
+        targets.drawn.depth.use(0)
+        defines = targets.defines
+        samples = {"samples": targets.samples} if defines else {}
+        self._programs[defines].set(depth_texture=0, side=self.side, **samples)
+        with self.gl.state(into=self._framebuffer):
+            self._programs[defines].fill()
+        width, height = self._texture.size
+        return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
+
+    def release(self) -> None:
+        self.gl.release()
+
+
+def cell_side(size: tuple[int, int]) -> int:
+    """Pixels along a cell of a picture of `size` (width, height): an even number, for the shader gathers 2 × 2."""
+    return 2 * int(np.ceil(np.sqrt(size[0] * size[1] / MOST_CELLS) / 2))

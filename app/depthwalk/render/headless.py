@@ -1,0 +1,96 @@
+"""Pictures without a window."""
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import headless_device
+from depthwalk.pictures import LinearImage
+from depthwalk.render.frame import Pass
+from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.resources.asset_store import Library
+from depthwalk.render.view.view import View, view_distance
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.scene import Scene
+
+
+class HeadlessRenderer:
+    """Draws one scene into memory. Use it in a `with` block, which frees the GL context and all in it.
+
+    Its making loads the assets that are drawn, and bakes where that is needed. Raises GpuError where no OpenGL 3.3
+    context can be had, InputError for assets that cannot be used. There may be several at a time: each call makes its
+    own context current and then again the one that was.
+
+    A picture does not depend on those before it. To draw a walk as the window does, set `renderer.remembers`.
+
+    passes: see `Renderer`.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        library: Library,
+        size: tuple[int, int],
+        representation: Representation | None = None,
+        passes: Sequence[Pass[Any]] | None = None,
+    ) -> None:
+        self.size = size
+        self.device = headless_device()
+        with ExitStack() as made:  # what a failing step leaves behind goes with the context
+            made.callback(self.device.context.release)
+            with self.device.context, ExitStack() as objects:
+                scope = self.device.scope("headless")
+                objects.callback(scope.release)
+                self._screen = scope.framebuffer([scope.texture(size, 4)])
+                self.renderer = Renderer(self.device, scene, library, passes)
+                objects.callback(self.renderer.release)
+                self.renderer.world.representation = representation
+                self.renderer.world.table()
+                self._objects = objects.pop_all()
+            made.pop_all()
+
+    def __enter__(self) -> "HeadlessRenderer":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+    def release(self) -> None:
+        with self.device.context:
+            self._objects.close()
+        self.device.context.release()
+
+    def draw(self, view: View, transparent: bool = False) -> None:
+        """Draws a frame; transparent: alpha 0 instead of sky and background."""
+        with self.device.context:
+            self.renderer.render(view, self._screen, transparent)
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """The frame drawn last, (H, W, 4) uint8, sRGB and alpha, row 0 at the top."""
+        with self.device.context:
+            return read_pixels(self._screen)
+
+    def frame_all(self) -> Camera:
+        """A camera that sees every object in pictures of this size."""
+        width, height = self.size
+        with self.device.context:
+            return self.renderer.frame_all(width / height)
+
+    def linear_image(self) -> LinearImage:
+        """The frame drawn last, in linear light and with distances."""
+        targets, fitted = self.renderer.targets, self.renderer.view
+        assert targets is not None and fitted is not None  # `draw` made them
+        with self.device.context:
+            lit, depth_bytes = (texture.read(alignment=1) for texture in (targets.lit_texture, targets.depth))
+        width, height = self.size
+        samples = targets.size[0] // width
+        colour = np.frombuffer(lit, np.float16).astype(np.float32).reshape(height, samples, width, samples, 4)
+        depth = np.frombuffer(depth_bytes, np.float32).reshape(height, samples, width, samples)
+        nearest = view_distance(depth.min((1, 3))[::-1], *fitted.depth_range)
+        return LinearImage(colour.mean((1, 3))[::-1], nearest)

@@ -1,0 +1,85 @@
+"""How far off a kept intermediate image shows its object by now, and which to warp anew.
+
+A tile warped for a viewer C0 is drawn for the present one, C, as a picture on a plane through the middle of the
+object's depth range (shaders/composite/composite.vert has the mathematics). What is not on that plane is off by an
+angle that `parallax` bounds. All is in the object's frame: a moved object is a moved viewer, a turned camera nothing.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.geometry.quaternions import matrices
+from depthwalk.render.impostors.tile_cache import CachedTiles
+from depthwalk.render.impostors.warp_planes import GUARD
+from depthwalk.render.view.view import View
+from depthwalk.types import Array, Rows
+
+HARDEST = 4.0  # times the error allowed: what is farther off does not wait
+MARGIN = 1.25  # kept tiles are cut to a frustum so much wider than the view's, so that it may turn
+_COARSER = 1.25  # pixels per texel, or texels per pixel, that are as far off as allowed
+
+
+def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> Array:
+    """Bound (n,) on how far from its place any point of an object is shown for a viewer (n, 3), in pixels of the middle
+    of the picture; inf where the viewer is not before the tile's plane.
+
+    On the plane, λ and λ' at one texel x appear (λ' − λ)·r·(δ − κ·x) / ((λ + (1 − λ)·r)·(λ' + (1 − λ')·r)) apart,
+    κ = 1 − 1/r: the difference of what `shifted` in composite.vert gives. λ' is that of the middle.
+    """
+    distance = records["normal"][:, 3].astype(float)
+    moved = viewer - records["origin"][:, :3]
+    aside = np.stack([np.einsum("ni,ni->n", moved, records[name][:, :3]) for name in ("right", "up")], -1)
+    ahead = np.einsum("ni,ni->n", moved, records["normal"][:, :3])
+    away = np.maximum(distance + ahead, 1e-3 * distance)
+    ratio = distance / away
+    low, high = np.stack([records["right"][:, 3], records["up"][:, 3]], -1), records["reach"][:, :2]
+    nearest, farthest = records["reach"][:, 2:].astype(float).T
+
+    shift = -(ahead / distance)[:, None]
+    across = np.maximum(np.abs(aside - shift * low), np.abs(aside - shift * high))
+    stretch = np.stack([lam + (1 - lam) * ratio for lam in (nearest, farthest, (nearest + farthest) / 2)])
+    apart = (nearest - farthest) / 2 * ratio * np.hypot(*across.T) / (stretch[:2].min(0) * stretch[2])
+    # The picture is at least as far away as the nearest point of its rectangle.
+    ends = [
+        (bound + ((1 - lam) * ratio)[:, None] * aside) / (lam + (1 - lam) * ratio)[:, None] - aside
+        for bound in (low, high)
+        for lam in (nearest, farthest)
+    ]
+    gap = np.maximum(np.maximum(np.minimum(*ends[:2]), -np.maximum(*ends[2:])), 0)
+    pixels = focal_pixels * apart / np.sqrt(away**2 + (gap**2).sum(1))
+    return np.where(distance + ahead > 1e-3 * distance, pixels, np.inf)
+
+
+def held(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, forward: Array) -> NDArray[np.bool_]:
+    """Whether the tiles (n,) hold all that the view sees of their objects, which are turned by `rotation` (n, 4).
+
+    viewer: (n, 3), object frame; forward: (n, 2), least and greatest distance of each object along the view axis, in
+    its own metres. The corners of the view's frustum between them must lie within the tile's.
+    """
+    corners = np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)])
+    rays = corners @ view.ray_from_screen.T @ matrices(rotation)  # (n, 4, 3)
+    corners = np.concatenate([rays * forward[:, :1, None], rays * forward[:, 1:, None]], 1)
+    corners += (viewer - tiles.record["origin"][:, :3])[:, None]
+    a, b, c = np.moveaxis(corners @ np.swapaxes(tiles.frustum, 1, 2), -1, 0)
+    return np.asarray(((np.abs(a) <= c) & (np.abs(b) <= c)).all(1))
+
+
+def frustum_rows(view: View, rotation: Array) -> Array:
+    """`CachedTiles.frustum` (n, 3, 3) of tiles cut to what is `MARGIN` times the view's width and height."""
+    axes = view.axes @ matrices(rotation)
+    tan_x, tan_y = (t * MARGIN / GUARD for t in view.half_extent)
+    return axes / np.array([tan_x, tan_y, 1.0])[:, None]
+
+
+def coarseness(made: Array, wanted: Array) -> Array:
+    """How far (n,) the resolution of tiles is off, 1 where it is as far as allowed."""
+    return np.abs(np.log(wanted / made)) / np.log(_COARSER)
+
+
+def due(error: Array, triangles: Rows, budget: int) -> NDArray[np.bool_]:
+    """Which tiles (n,) to warp anew: those beyond HARDEST, and of those beyond 1 the farthest off, as long as all have
+    no more than `budget` triangles. error: 1 where as far off as allowed."""
+    order = np.argsort(-error, kind="stable")
+    fits = np.empty(len(error), bool)
+    fits[order] = np.cumsum(triangles[order]) <= budget
+    return (error > HARDEST) | ((error > 1) & fits)

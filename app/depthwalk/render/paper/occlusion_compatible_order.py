@@ -1,0 +1,95 @@
+"""Occlusion-compatible order (McMillan 1997; Liu et al. 2007, §2.2): an image's triangles, sorted so that each may
+overwrite what was drawn before it.
+
+Along a ray that leaves the viewer C, θ − θ_C and y − C.y each keep their sign and grow in size, and so do x − C.x and
+z − C.z. So of two cells of a depth image that one ray meets, the farther is not nearer to the epipole, the texel of C,
+in columns nor in rows. Far rows first, within a row far columns first, is therefore exact, whatever the depths. It
+needs cells: the grids it draws are whole ones, without larger triangles where the surface is smooth. Triangles of one
+cell share edges: as all face the viewer, they do not overlap.
+
+This holds for one surface per cell. What lacks a cell of its own is told apart by depth, as the paper does with caps:
+deeper layers, the other faces, the ends of surfaces, samples past the axis, whose θ is not that of their texel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.bake.face_grid import FaceGrid
+from depthwalk.bake.grid import grid_nodes
+from depthwalk.bake.images import BakedObject, DepthImage, Face
+from depthwalk.cook.lod_geometry import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, LodGeometry
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Triangles of one level and some pieces of whole `LodGeometry`.
+
+    ordered: (n, 3) uint32, those with a cell of their own; unordered: (m, 3) uint32, the others.
+    cell: (n, 2) int32, column and row of the cell, in nodes of the level's grid. nodes: texel numbers of those columns
+    and of those rows, from the first to the last.
+    """
+
+    ordered: NDArray[np.uint32]
+    unordered: NDArray[np.uint32]
+    cell: NDArray[np.int32]
+    nodes: tuple[NDArray[np.int64], NDArray[np.int64]]
+    wraps: bool
+
+
+def ordered_image(baked: BakedObject) -> DepthImage:
+    """The image that is drawn in order: the nearest layer of the side, or of the one face there is."""
+    return next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
+
+
+def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int) -> Cells:
+    """The triangles of whole `grids` at a level that are in `pieces`, with the cells of those that can be ordered."""
+    triangles = grids.drawn(level, pieces).astype(np.uint32)
+    image = ordered_image(baked)
+    # Samples past the axis differ in their flag.
+    number = grids.vertices[triangles, 3] & (1 << EASE_SHIFT) - 1 - EDGE - BORDER
+    sampled = grids.texels[triangles, 0] >= 0
+    own = (sampled & (number == image.face << FACE_SHIFT)).all(1)
+    height, width = image.depth.shape
+    wraps = image.face is Face.SIDE
+    texels = grids.texels[triangles[own]].astype(np.int32)
+    if wraps:
+        column = texels[..., 0]
+        across_seam = np.ptp(column, axis=1) > width // 2
+        column[across_seam] += np.where(column[across_seam] < width // 2, width, 0)
+    columns = grid_nodes(width, 1 << level, wraps)
+    nodes = np.append(columns, width) if wraps else columns, grid_nodes(height, 1 << level, wraps=False)
+    corners = -(-texels // (1 << level))  # rounded up: the last node may be closer than a step
+    return Cells(triangles[own], triangles[~own], corners.min(1), nodes, wraps)
+
+
+def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> tuple[int, int]:
+    """Column and row, in nodes, of the interval of the ordered image's grid that the viewer (3,), object frame, is in;
+    −1 before the first, the last node beyond it."""
+    image = ordered_image(baked)
+    grid = FaceGrid.of(baked.cylinder, image)
+    u, v = (float(position[0]) for position in grid.position_of(viewer[None]))
+    column = u * grid.width - 0.5
+    at = column % grid.width if cells.wraps else column, v * grid.height - 0.5
+    found = [int(np.searchsorted(nodes, value, side="right")) - 1 for nodes, value in zip(cells.nodes, at, strict=True)]
+    return found[0], found[1]
+
+
+def draw_order(cells: Cells, at: tuple[int, int]) -> NDArray[np.intp]:
+    """The order (n,) in which to draw `cells.ordered` for the epipole `at`."""
+    turn = len(cells.nodes[0]) - 1 if cells.wraps else None
+    order = np.arange(len(cells.ordered))
+    for axis in (0, 1):  # stable sorts, the first key last; NumPy sorts 16 bits by radix
+        distance = _distance(cells.cell[:, axis], at[axis], turn if axis == 0 else None)
+        order = order[np.argsort(-distance[order], kind="stable")]
+    return order
+
+
+def _distance(cell: NDArray[np.int32], at: int, turn: int | None) -> NDArray[np.int16]:
+    """How many nodes lie between the epipole, in the interval after node `at`, and the intervals (n,): 0 for the one
+    that holds it. Round a circle of `turn` nodes, the interval opposite is the farthest."""
+    if turn is None:
+        return np.abs(cell - at).astype(np.int16)
+    ahead = (cell - at) % turn
+    return np.minimum(ahead, turn - ahead).astype(np.int16)

@@ -1,0 +1,113 @@
+"""Shadow maps of spot lights: which of them have one in a frame, and what it sees."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pyglm import glm
+
+from depthwalk.colour import linear_from_srgb
+from depthwalk.render.shadows.cascades import light_axes
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View
+from depthwalk.scene.camera import clip_from_view
+from depthwalk.types import Array
+
+if TYPE_CHECKING:
+    from depthwalk.scene.environment import LampParams
+
+
+NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spot:
+    """The view of a spot light's shadow map, a pyramid about its cone. centre: the lamp, world, metres; axes: rows
+    right, up and back towards the lamp (3, 3), world, unit; angle: of the cone, radians; reach: the lamp's range,
+    metres; resolution: texels along an edge."""
+
+    centre: tuple[float, float, float]
+    axes: Array
+    angle: float
+    reach: float
+    resolution: int
+
+    @property
+    def tangent(self) -> float:
+        """Half the map's width at one metre along the axis, metres."""
+        return float(np.tan(self.angle / 2))
+
+    @property
+    def texel(self) -> float:
+        """Metres at one metre along the axis."""
+        return 2 * self.tangent / self.resolution
+
+    @property
+    def light(self) -> tuple[float, float, float, float]:
+        """Where the light is, homogeneous, from the centre."""
+        return 0.0, 0.0, 0.0, 1.0
+
+    @cached_property
+    def clip_from_centre(self) -> glm.dmat4:
+        """The projection of world vectors from the lamp to clip coordinates."""
+        return clip_from_view(self.angle, 1.0, NEAR * self.reach, self.reach) * glm.dmat4(glm.dmat3(self.axes))
+
+    def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
+        """Which spheres (n,) may cast a shadow within the pyramid: those that reach into it."""
+        right, up, back = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
+        across = np.maximum(np.abs(right), np.abs(up)) + self.tangent * back
+        ahead = (back < bounds.bounding_radius) & (-back < self.reach + bounds.bounding_radius)
+        return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
+
+    def texels(self, bounds: Bounds) -> tuple[Array, Array]:
+        """What a texel covers, metres (n,), where spheres come nearest to the lamp, and about their middle."""
+        distance = np.linalg.norm(bounds.centre - np.array(self.centre), axis=1)
+        nearest = np.maximum(distance - bounds.bounding_radius, NEAR * self.reach)
+        return self.texel * nearest, self.texel * np.maximum(distance, bounds.bounding_radius)
+
+
+def spot_of(lamp: "LampParams", resolution: int) -> Spot:
+    """What the map of a lamp with a `direction` sees."""
+    axes = light_axes(-np.array(lamp.direction, float))
+    return Spot(
+        centre=lamp.position, axes=axes, angle=float(np.radians(lamp.angle)), reach=lamp.range, resolution=resolution
+    )
+
+
+def shadowing(view: View, lamps: Sequence["LampParams"]) -> list[int]:
+    """Numbers of the lamps that are to cast shadows and whose cones `view` may see, those first that would light the
+    viewer most."""
+    numbers = np.array([number for number, lamp in enumerate(lamps) if lamp.shadow and lamp.intensity > 0], int)
+    if not len(numbers):
+        return []
+    asked = [lamps[number] for number in numbers.tolist()]
+    seen, _ = _cones(asked).visible(view)
+    place = np.array([lamp.position for lamp in asked], float)[seen]
+    light = linear_from_srgb([lamp.colour for lamp in asked]).max(1) * [lamp.intensity for lamp in asked]
+    square = np.square(place - view.position).sum(1)
+    return numbers[seen[np.argsort(-light[seen] / np.maximum(square, 1e-4), kind="stable")]].tolist()
+
+
+def assign_tiles(chosen: Sequence[int], lamps: Sequence["LampParams"], count: int) -> dict[int, int]:
+    """The tile of `count` for each of the lamps `chosen`, count at most: always the same, so that its map can be kept,
+    while no two that ask for the same one are in sight."""
+    rank = {number: k for k, number in enumerate(n for n, lamp in enumerate(lamps) if lamp.shadow)}
+    tiles: dict[int, int] = {}
+    for number in sorted(chosen):
+        wanted = [(rank[number] + k) % count for k in range(count)]
+        tiles[number] = next(tile for tile in wanted if tile not in tiles.values())
+    return tiles
+
+
+def _cones(lamps: Sequence["LampParams"]) -> Bounds:
+    """Spheres about the cones of spot lights."""
+    place = np.array([lamp.position for lamp in lamps], float)
+    axis = np.array([lamp.direction for lamp in lamps], float)
+    half, reach = np.radians([lamp.angle / 2 for lamp in lamps]), np.array([lamp.range for lamp in lamps])
+    wide = half > np.pi / 4
+    along = np.where(wide, reach * np.cos(half), reach / (2 * np.cos(half)))
+    radius = np.where(wide, reach * np.sin(half), along)
+    return Bounds(place + axis / np.linalg.norm(axis, axis=1, keepdims=True) * along[:, None], radius)

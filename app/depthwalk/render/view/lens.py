@@ -1,0 +1,87 @@
+"""Model the lens of a picture: how blurred a distance is, and the views from points all over the lens."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from pyglm import glm
+
+from depthwalk.render.view.view import View
+from depthwalk.scene.render_settings import DofParams
+
+GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))  # radians; turns by it never line up
+
+# The middle, and 12 points of the unit disc that keep apart by 0.47: a Poisson disk.
+DISC = (
+    *((0.0, 0.0), (-0.2, -0.98), (0.25, 0.96), (0.97, 0.2), (-0.71, 0.68), (-0.88, -0.2), (0.65, -0.66)),
+    *((-0.13, 0.57), (0.08, -0.52), (0.41, 0.4), (-0.41, -0.38), (-0.45, 0.2), (0.44, -0.21)),
+)
+DISC_POINTS = len(DISC)
+GAUSSIAN_RADIUS = 6  # taps of the kernel beside its middle one
+# Of rays through the depth buffer (`gather`):
+SHARP = 0.5  # pixels: a radius that reaches no other pixel's middle
+STRIDE = 4.0  # pixels that a ray moves aside from step to step
+DENSITY = 1.0  # rays per square of the radius
+FEWEST = 16  # rays of a pixel
+
+
+def lens_radius(lens: DofParams) -> float:
+    """Return the radius of the lens, metres: half of focal length over f-number."""
+    return lens.focal_length / lens.f_number / 2000
+
+
+def circle_radius(lens: DofParams, view: View, distance: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Return how large points appear that are out of focus: the radius of their circle of confusion, pixels.
+
+    Huang et al. 2008, formulas (1) and (2): C = |V_d − V_f| · D / V_d with V = f·d / (d − f). Over V_f, the distance of
+    the sensor, that is D · |1/d_f − 1/d|: an angle, which is why the sensor's size is not needed.
+
+    Parameters
+    ----------
+    lens : the lens; its focus distance is where the radius is 0.
+    view : the view, whose picture gives the pixels.
+    distance : metres along the view axis, of any shape; +inf is allowed.
+
+    Returns
+    -------
+    Pixels, of the shape of `distance`; negative before the focus distance.
+    """
+    return lens_radius(lens) * view.focal_pixels * (1 / lens.focus_distance - 1 / distance)
+
+
+def largest_radius(lens: DofParams, view: View) -> float:
+    """Return the largest radius of a circle of confusion, pixels, in the modes that limit it."""
+    return lens.largest / 200 * view.size[1]
+
+
+def lens_points(count: int) -> NDArray[np.float64]:
+    """Return points (count, 2) spread evenly over the unit disc (Vogel 1979); the first is on the rim, the last in the
+    middle."""
+    order = np.arange(count)[::-1]
+    radius, angle = np.sqrt(order / max(count - 1, 1)), order * GOLDEN_ANGLE
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
+
+
+def lens_views(view: View, lens: DofParams) -> Iterator[View]:
+    """Yield the views whose pictures make up a frame.
+
+    They are `view` alone, or, where the mode accumulates, `view` from points of the lens, its middle last. Each is
+    sheared so that what lies at the focus distance stays where it is in the picture.
+    """
+    if lens.mode != "accumulate":
+        yield view
+        return
+    for offset in lens_radius(lens) * lens_points(lens.samples):
+        camera = view.camera.moved(glm.dvec3(offset @ view.axes[:2]))
+        right, up = (offset / lens.focus_distance).tolist()
+        yield replace(view, camera=camera, shear=(right, up))
+
+
+def gaussian() -> NDArray[np.float64]:
+    """Return the weights (`GAUSSIAN_RADIUS` + 1,) of a Gaussian of 3 pixels' deviation, by the distance in pixels.
+
+    The 13 weights of a direction have the sum 1; the blur's 13 × 13 kernel is the product of both directions.
+    """
+    weights = np.exp(-0.5 * (np.arange(GAUSSIAN_RADIUS + 1) / 3) ** 2)
+    return weights / (2 * weights.sum() - weights[0])

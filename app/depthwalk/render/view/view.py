@@ -1,0 +1,140 @@
+"""Describe what a frame is seen through: a camera, a picture's size and the matrices that follow from them.
+
+Single matrices, vectors and quaternions are PyGLM's, in double precision (`glm.dmat4`, `glm.dvec3`, `glm.dquat`); NumPy
+computes what is done for all objects at once. `View` therefore offers `position`, `axes` and `ray_from_screen`, by
+which arrays of points are multiplied, as NumPy arrays, and its other matrices as PyGLM's.
+
+PyGLM stores matrices column by column, as GLSL does, and indexes them `matrix[column][row]`. `matrix_array` leads out
+of it, so that nobody else has to think of that: it gives the NumPy array that is indexed `[row, column]` and multiplies
+column vectors from the left. The way back is `glm.dmat4(array)`, which reads such an array as the same matrix.
+Beware of tuples: `glm.dvec3(values)` rounds those of a tuple or a list to single precision, as does arithmetic with
+them; `glm.dvec3(*values)` keeps them.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from pyglm import glm
+
+from depthwalk.geometry.quaternions import conjugate, rotate
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.camera import clip_from_view, view_from_world
+from depthwalk.types import Array
+
+
+@dataclass(frozen=True)
+class View:
+    """Describe a camera together with the picture that it fills.
+
+    Attributes
+    ----------
+    camera : where the viewer stands and looks, world.
+    size : width and height of the picture, pixels.
+    near, far : the clip planes, metres along the view axis; None where the renderer is to fit them to what is seen.
+    shear : how far to the right and up a point at one metre along the view axis appears from where it would without,
+        metres. It is the frustum of a camera that was moved aside and still sees the same rectangle.
+    """
+
+    camera: Camera
+    size: tuple[int, int]
+    near: float | None = None
+    far: float | None = None
+    shear: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def depth_range(self) -> tuple[float, float]:
+        """The near and the far plane, metres. Raises ValueError where they are not fitted yet."""
+        if self.near is None or self.far is None:
+            raise ValueError("the view's near and far plane are not fitted yet")
+        return self.near, self.far
+
+    @cached_property
+    def position(self) -> NDArray[np.float64]:
+        """The viewer (3,), metres, world."""
+        return np.asarray(self.camera.position, float)
+
+    @cached_property
+    def axes(self) -> NDArray[np.float64]:
+        """Rows right, up and forward (3, 3), world: `axes @ (point - position)` is how far to the right, up and ahead
+        of the viewer a point appears. They are unit vectors but for the shear."""
+        return matrix_array(glm.dmat3(glm.scale(glm.dvec3(1, 1, -1)) * self.view_from_world))
+
+    @cached_property
+    def view_from_world(self) -> glm.dmat4:
+        """The transform from world to view coordinates: rigid but for the shear."""
+        right, up = self.shear
+        shear = glm.dmat4()
+        shear[2] = glm.dvec4(-right, -up, 1, 0)  # view coordinates look along −z
+        return shear * view_from_world(self.camera)
+
+    @cached_property
+    def clip_from_view(self) -> glm.dmat4:
+        """The perspective projection. Raises ValueError where near and far plane are not fitted yet."""
+        return clip_from_view(self.camera.fov, self.size[0] / self.size[1], *self.depth_range)
+
+    @cached_property
+    def clip_from_eye(self) -> glm.dmat4:
+        """The transform from world vectors that begin at the viewer to clip coordinates.
+
+        It holds no large translation, so that float32 keeps its precision far from the world's origin.
+        """
+        return self.clip_from_view * glm.dmat4(glm.dmat3(self.view_from_world))
+
+    @cached_property
+    def ray_from_screen(self) -> NDArray[np.float64]:
+        """The matrix (3, 3) that takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the
+        viewer to what appears there at one metre along the view axis."""
+        unscreened = glm.dmat3(glm.scale(glm.dvec3(*self.half_extent, -1)))
+        return matrix_array(glm.inverse(glm.dmat3(self.view_from_world)) * unscreened)
+
+    @property
+    def half_extent(self) -> tuple[float, float]:
+        """The tangents of half the horizontal and half the vertical angle of view."""
+        vertical = math.tan(self.camera.fov / 2)
+        return vertical * self.size[0] / self.size[1], vertical
+
+    @property
+    def focal_pixels(self) -> float:
+        """The distance of the image plane in pixels: a metre at one metre's distance covers this many."""
+        return self.size[1] / (2 * self.half_extent[1])
+
+    def unproject(self, across: float, down: float, distance: float) -> glm.dvec3:
+        """Return the world point that the picture shows at a place and a distance.
+
+        Parameters
+        ----------
+        across, down : parts of the picture's width and height, from its upper left corner.
+        distance : metres along the view axis.
+        """
+        ray = glm.dmat3(self.ray_from_screen) * glm.dvec3(2 * across - 1, 1 - 2 * down, 1)
+        return glm.dvec3(*self.camera.position) + ray * distance
+
+
+def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
+    """The viewer (n, 3) in each object's frame; position (n, 3), rotation (n, 4) and scale (n,) place the objects."""
+    return rotate(conjugate(rotation), view.position - position) / scale[:, None]
+
+
+def matrix_array(matrix: glm.dmat3 | glm.dmat4) -> NDArray[np.float64]:
+    """Return a copy of `matrix` as a NumPy array, (3, 3) or (4, 4), indexed `[row, column]`."""
+    return np.array(matrix, np.float64, order="C")
+
+
+def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
+    """Return how far along the view axis the texels of a depth buffer are.
+
+    Parameters
+    ----------
+    depth : the buffer's values, 0 to 1, of any shape.
+    near, far : the clip planes it was drawn with, metres.
+
+    Returns
+    -------
+    Metres, of the same shape; +inf where `depth` is 1, which is where nothing was drawn.
+    """
+    with np.errstate(divide="ignore"):
+        distance = near * far / (far - depth.astype(np.float64) * (far - near))
+    return np.where(depth < 1, distance, np.inf).astype(np.float32)

@@ -1,0 +1,113 @@
+"""The uniform block `View` of shaders/common/view.glsl: what a picture or a shadow map is seen through.
+
+Every shader that projects points, follows rays or measures pixels reads this one block, which is filled once per view
+instead of once per program. Pictures and shadow maps have a binding point each, so that drawing maps in the midst of a
+frame leaves the picture's view in place.
+"""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pyglm import glm
+
+from depthwalk.gpu.device import Scope
+from depthwalk.render.view.view import View, matrix_array
+
+PICTURE_VIEW, MAP_VIEW = 0, 1  # binding points of the block in programs that draw pictures, and shadow maps
+
+# std140: a matrix is a run of columns, each padded to 16 bytes; vectors of three begin at multiples of 16 bytes.
+VIEW_BLOCK = np.dtype(
+    {
+        "names": [
+            "clip_from_eye",
+            "ray_from_screen",
+            "eye",
+            "view_position",
+            "pixel_angle",
+            "depth_range",
+            "depth_from_inverse",
+            "view_size",
+        ],
+        "formats": ["(4,4)f4", "(3,4)f4", "4f4", "3f4", "f4", "2f4", "2f4", "2f4"],
+        "offsets": [0, 64, 112, 128, 140, 144, 152, 160],
+        "itemsize": 176,
+    }
+)
+
+
+class MapView(Protocol):
+    """What a shadow map is seen through, in the words of `cascades.Cascade` and `spots.Spot`."""
+
+    @property
+    def clip_from_centre(self) -> glm.dmat4: ...
+
+    @property
+    def centre(self) -> tuple[float, float, float]: ...
+
+    @property
+    def light(self) -> tuple[float, float, float, float]: ...
+
+    @property
+    def texel(self) -> float: ...
+
+    @property
+    def resolution(self) -> int: ...
+
+
+class ViewBlock:
+    """One uniform buffer with a `VIEW_BLOCK` record.
+
+    Parameters
+    ----------
+    scope
+        Owns the buffer.
+    binding
+        The binding point of the programs that read it: `PICTURE_VIEW` or `MAP_VIEW`.
+    """
+
+    def __init__(self, scope: Scope, binding: int) -> None:
+        self._binding = binding
+        self._buffer = scope.buffer(reserve=VIEW_BLOCK.itemsize, dynamic=True)
+        self._shown: View | MapView | None = None
+
+    def show(self, view: View | MapView) -> None:
+        """Bind the buffer, filled with `view`; it is written only where `view` is another object than before.
+
+        Raises ValueError for a picture's view whose near and far plane are not fitted yet.
+        """
+        if view is not self._shown:
+            record = picture_record(view) if isinstance(view, View) else map_record(view)
+            self._buffer.orphan()
+            self._buffer.write(record.tobytes())
+            self._shown = view
+        self._buffer.bind_to_uniform_block(self._binding)
+
+
+def picture_record(view: View) -> NDArray[np.void]:
+    """Return the `VIEW_BLOCK` record () of a picture."""
+    near, far = view.depth_range
+    record = np.zeros((), VIEW_BLOCK)
+    record["clip_from_eye"] = matrix_array(view.clip_from_eye).T
+    record["ray_from_screen"][:, :3] = view.ray_from_screen.T
+    record["eye"] = 0, 0, 0, 1
+    record["view_position"] = view.position
+    record["pixel_angle"] = 1 / view.focal_pixels
+    record["depth_range"] = near, far
+    record["depth_from_inverse"] = far / (far - near), near * far / (far - near)
+    record["view_size"] = view.size
+    return record
+
+
+def map_record(view: MapView) -> NDArray[np.void]:
+    """Return the `VIEW_BLOCK` record () of a shadow map.
+
+    Its depths are only compared, and nothing is looked up along its rays: what tells of these is 0.
+    """
+    record = np.zeros((), VIEW_BLOCK)
+    record["clip_from_eye"] = matrix_array(view.clip_from_centre).T
+    record["eye"] = view.light
+    record["view_position"] = view.centre
+    record["pixel_angle"] = view.texel
+    record["view_size"] = view.resolution
+    return record

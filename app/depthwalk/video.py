@@ -1,0 +1,114 @@
+"""TODO docstring."""
+
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.files import log, replacing
+
+
+def _ratio(fps: float) -> Fraction:
+    """Frames per second as encoders want it: 24000/1001 is not rounded."""
+    return Fraction(fps).limit_denominator()
+
+
+def _own_group() -> dict[str, Any]:
+    """Options of `Popen` for a process that Ctrl-C in a terminal does not reach, and that opens no window."""
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
+    return {"process_group": 0}
+
+
+_PATIENCE = 5  # seconds for the last words of an encoder that has ended
+
+_CRF = 18  # x264's quality; visually lossless
+
+
+class VideoEncoder:
+    """A running encoder that makes an MP4 (H.264) file of frames. Belongs to `video`, which tells where it fails."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float, scaled: tuple[int, int]) -> None:
+        import imageio_ffmpeg
+
+        source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", str(_ratio(fps))]
+        picture = ["-vf", f"scale={scaled[0]}:{scaled[1]}", "-c:v", "h264", "-pix_fmt", "yuv420p", "-crf", str(_CRF)]
+        program = [imageio_ffmpeg.get_ffmpeg_exe(), "-nostdin", "-y", "-v", "warning"]
+        # Ctrl-C is for this program, which then ends the encoder.
+        self._process = subprocess.Popen(
+            [*program, *source, "-i", "pipe:0", "-an", *picture, str(path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            **_own_group(),
+        )
+        self._said: deque[bytes] = deque(maxlen=10)  # the last lines; in no file, which a full disk would not take
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
+
+    def send(self, frame: NDArray[np.uint8]) -> None:
+        """Hand over the next frame (H, W, 3), sRGB, row 0 at the top. Raises OSError where the encoder has ended."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(np.ascontiguousarray(frame).data)
+
+    def finish(self) -> str:
+        """Wait until all frames are encoded; return what went wrong, in one line, or nothing."""
+        with suppress(OSError):  # it has ended, and its status says why
+            assert self._process.stdin is not None
+            self._process.stdin.close()
+        status = self._process.wait()
+        self._listener.join(_PATIENCE)
+        said = [line.decode("utf-8", "replace").strip() for line in self._said if line.strip()]
+        if not status:
+            for line in said:
+                log.info("video encoder: %s", line)
+            return ""
+        how = f"was ended by signal {-status}" if status < 0 else f"failed with status {status}"
+        return f"the video encoder {how}" + (f": {said[-1][:200]}" if said else "")
+
+    def end(self) -> None:
+        """Stop the encoder, if it still runs, and let go of it."""
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        with suppress(OSError):  # frames that nobody takes any more
+            assert self._process.stdin is not None
+            self._process.stdin.close()
+
+    def _listen(self) -> None:
+        assert self._process.stderr is not None
+        with self._process.stderr as lines:
+            self._said.extend(lines)
+
+
+@contextmanager
+def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncoder]:
+    """An MP4 (H.264) file at `path`, which takes frames (H, W, 3) uint8, sRGB, through `send`.
+
+    size: (width, height), pixels; an odd side is scaled to the next even one, as the format demands, with a warning.
+    Raises OSError, with the last line of what the encoder said, where it fails or is killed; `path` then is as it was.
+    """
+    width, height = (side + side % 2 for side in size)
+    if (width, height) != size:
+        log.warning("%s: the sides of a video are even; scaled to %d,%d", path, width, height)
+    with replacing(path) as temporary:
+        encoder = VideoEncoder(temporary, size, fps, (width, height))
+        try:
+            try:
+                yield encoder
+            except BrokenPipeError:  # it has ended before its last frame
+                raise OSError(f"{path}: {encoder.finish() or 'the video encoder ended early'}") from None
+            if failure := encoder.finish():
+                raise OSError(f"{path}: {failure.replace(str(temporary), str(path))}")
+            if not temporary.is_file() or not temporary.stat().st_size:
+                raise OSError(f"{path}: the video encoder wrote nothing")
+        finally:
+            encoder.end()

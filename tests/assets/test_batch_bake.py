@@ -1,0 +1,140 @@
+"""Bakes in several processes: what is there already is left, what is interrupted leaves whole files and nobody."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import shapes
+from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all, mesh_key
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.file import SUFFIX, read_baked
+from depthwalk.bake.parts import ModelParams
+from depthwalk.errors import InputError
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
+from files import write_ply
+
+PARAMS = ModelParams(resolution=32, layers=1)
+
+
+def ignore(number, stage):
+    pass
+
+
+@pytest.fixture
+def meshes(tmp_path):
+    names = [tmp_path / f"ball{k}.ply" for k in range(3)]
+    return [write_ply(name, shapes.sphere(1 + k, columns=32, rows=16)) for k, name in enumerate(names)]
+
+
+def jobs_of(meshes, **how):
+    return [
+        Job(MeshAsset(mesh.stem, mesh, None, "y", None, None), PARAMS, mesh.with_suffix(SUFFIX), **how)
+        for mesh in meshes
+    ]
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_what_is_baked_already_is_left(meshes, processes):
+    jobs = jobs_of(meshes)
+    first = dict(bake_all(jobs[:2], processes, ignore))
+    assert all(isinstance(outcome, Baked) for outcome in first.values())
+    written = [job.out.stat().st_mtime_ns for job in jobs[:2]]
+    write_ply(meshes[1], shapes.sphere(9.0, columns=32, rows=16))  # another mesh by the same name
+    again = dict(bake_all(jobs, processes, ignore))
+    assert again[0] == Kept(jobs[0].out, cached=False)
+    assert isinstance(again[1], Baked) and isinstance(again[2], Baked)
+    assert jobs[0].out.stat().st_mtime_ns == written[0] and jobs[1].out.stat().st_mtime_ns > written[1]
+    forced = dict(bake_all(jobs_of(meshes, anew=True), processes, ignore))
+    assert all(isinstance(outcome, Baked) for outcome in forced.values())
+
+
+def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    spec = load_scene(tiny_scene).assets[0]
+    SceneLibrary((spec,)).baked(0)
+    out = tmp_path / ("copy" + SUFFIX)
+    params = ModelParams(resolution=64, layers=1)
+    assert dict(bake_all([Job(spec, params, out)], 1, ignore)) == {0: Kept(out, cached=True)}
+    assert read_baked(out).key == mesh_key(spec, params)
+
+
+def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    baked = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
+    tiny_scene.write_text(
+        f"version: 1\nassets: {{{baked}, m: {{mesh: ball.ply}}, bad: {{mesh: bad.ply, dpci: {{}}}}}}\n"
+    )
+    tiny_scene.with_name("bad.ply").write_text("ply\n")
+    assets, told = load_scene(tiny_scene).assets, []
+    library = SceneLibrary(assets, lambda name, stage: told.append(name), processes=2)
+    library.cook_object([0, 1, 2, 3])
+    assert set(told) == {"b1", "b2", "bad"}
+    assert sorted(path.name.count(".") for path in (tmp_path / "cache").rglob("*.exr")) == [2, 2]
+    monkeypatch.setattr("depthwalk.assets.library.bake_model", None)  # baking once more would fail
+    assert library.baked(0).key != library.baked(1).key
+    with pytest.raises(InputError, match=r"bad\.ply"):
+        library.baked(3)
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="only Linux says whose child a process is")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_home, number):
+    meshes = [write_ply(tmp_path / f"b{k}.ply", shapes.sphere(1 + k, columns=200, rows=100)) for k in range(6)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    command = [
+        sys.executable,
+        "-c",
+        "from depthwalk.commands.cli import main; main()",
+        "bake",
+        "--jobs",
+        "2",
+        *map(str, meshes),
+    ]
+    with subprocess.Popen(
+        [*command, "--dpci-resolution", "128"],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        line = process.stdout.readline()
+        workers = children(process.pid)
+        process.send_signal(number)
+        process.communicate(timeout=60)
+    assert line.startswith(str(tmp_path)) and len(workers) >= 2
+    deadline = time.monotonic() + 20
+    while any(map(alive, workers)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not any(map(alive, workers))
+    whole = list(tmp_path.glob("*.exr"))
+    assert 1 <= len(whole) < 6 and all(read_baked(path).key for path in whole)
+    if number != signal.SIGKILL:
+        assert process.returncode == 130 if number == signal.SIGINT else 143
+        assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def children(pid):
+    """The processes that `pid` started."""
+    found = []
+    for folder in os.listdir("/proc"):
+        if folder.isdigit():
+            try:
+                with open(f"/proc/{folder}/stat") as stat:
+                    if int(stat.read().rsplit(")", 1)[1].split()[1]) == pid:
+                        found.append(int(folder))
+            except OSError:
+                continue
+    return found
+
+
+def alive(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as stat:
+            return stat.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False

@@ -1,0 +1,140 @@
+"""Assets of a scene: what is read, and what is kept."""
+
+import gc
+import weakref
+
+import numpy as np
+import pytest
+
+import depthwalk.assets.batch_bake
+import depthwalk.assets.library
+import shapes
+from depthwalk.assets.batch_bake import Job, bake_all, mesh_key
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.file import read_baked
+from depthwalk.bake.parts import ModelParams
+from depthwalk.errors import InputError
+from depthwalk.scene.loader import load_scene
+from files import write_ply
+
+
+def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    read = []
+
+    def watched(*arguments, **options):
+        mesh = load_mesh(*arguments, **options)
+        read.append(weakref.ref(mesh))
+        return mesh
+
+    load_mesh = depthwalk.assets.batch_bake.load_mesh
+    monkeypatch.setattr(depthwalk.assets.batch_bake, "load_mesh", watched)
+    library = SceneLibrary(load_scene(tiny_scene).assets)
+    assert library.baked(0) is not None
+    gc.collect()
+    assert [mesh() for mesh in read] == [None]
+    drawn = library.mesh(0)
+    assert library.mesh(0) is drawn and len(read) == 2
+
+
+def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    library = SceneLibrary(load_scene(tiny_scene).assets)
+    assert library.mesh(0) is not None
+    monkeypatch.setattr(depthwalk.assets.batch_bake, "load_mesh", None)  # reading once more would fail
+    assert library.baked(0) is not None
+
+
+def test_depth_images_that_are_there_are_told_of_too(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for kept in (False, True):
+        told = []
+        SceneLibrary(load_scene(tiny_scene).assets, lambda *what, told=told: told.append(what)).baked(0)
+        assert told[0] == ("ball", "depth images") and (len(told) == 1) == kept
+
+
+def replace_ball(scene, radius):
+    """Puts another ball in the place of the scene's."""
+    return write_ply(scene.with_name("ball.ply"), shapes.sphere(radius, columns=32, rows=16))
+
+
+def size_of(library):
+    """Half the height of the ball as its depth images show it, metres."""
+    cylinder = library.baked(0).parts[0].cylinder
+    return (cylinder.top - cylinder.bottom) / 2
+
+
+def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assets = load_scene(tiny_scene).assets
+    replace_ball(tiny_scene, 1.0)
+    library = SceneLibrary(assets)
+    before = library.key(0)
+    replace_ball(tiny_scene, 2.0)
+    assert size_of(library) == pytest.approx(2, abs=0.1)
+    after = library.key(0)
+    assert library.baked(0).key == after != before
+    assert SceneLibrary(assets).key(0) == after
+    replace_ball(tiny_scene, 1.0)
+    again = SceneLibrary(assets)
+    assert size_of(again) == pytest.approx(1, abs=0.1) and again.key(0) == before
+
+
+def test_a_mesh_replaced_after_it_was_read_poisons_no_key(tiny_scene, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assets = load_scene(tiny_scene).assets
+    replace_ball(tiny_scene, 1.0)
+    library = SceneLibrary(assets)
+    assert library.mesh(0) is not None
+    replace_ball(tiny_scene, 2.0)
+    assert size_of(library) == pytest.approx(1, abs=0.1)
+    levels = library.mesh_levels(0)
+    fresh = SceneLibrary(assets)
+    assert size_of(fresh) == pytest.approx(2, abs=0.1)
+    assert fresh.mesh_levels(0)[-1].mesh.bounds[1][1] > 1.5 * levels[-1].mesh.bounds[1][1]
+
+
+def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monkeypatch):
+    (spec,) = load_scene(tiny_scene).assets
+    replace_ball(tiny_scene, 1.0)
+    key = mesh_key(spec, ModelParams(32, 1))
+    load_mesh = depthwalk.assets.batch_bake.load_mesh
+
+    def replaced(*arguments, **options):
+        replace_ball(tiny_scene, 2.0)
+        return load_mesh(*arguments, **options)
+
+    monkeypatch.setattr(depthwalk.assets.batch_bake, "load_mesh", replaced)
+    job = Job(spec, ModelParams(32, 1), tmp_path / "ball.dpci.exr")
+    list(bake_all([job], 1, lambda *_: None))
+    baked = read_baked(job.out)
+    assert baked.key == key
+    assert baked.parts[0].cylinder.top == pytest.approx(2, abs=0.1)  # of the ball of radius 1
+
+
+@pytest.mark.parametrize("times", [1, 100])
+def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monkeypatch, times):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    file, left = tiny_scene.with_name("d.npy"), times
+    np.save(file, np.linspace(1, 1.2, 20 * 20, dtype=np.float32).reshape(20, 20))
+    lens = "intrinsics: {fx: 50, fy: 50, cx: 10, cy: 10}"
+    tiny_scene.write_text(f"version: 1\nassets: {{seen: {{depth_image: {{depth: d.npy, {lens}}}}}}}\n")
+    (spec,) = load_scene(tiny_scene).assets
+    read = depthwalk.assets.library.read_range_image
+
+    def changing(spec):
+        nonlocal left
+        image = read(spec)
+        if left > 0:
+            left -= 1
+            np.save(file, np.load(file) + np.float32(0.5))
+        return image
+
+    monkeypatch.setattr(depthwalk.assets.library, "read_range_image", changing)
+    library = SceneLibrary((spec,))
+    first = library.key(0)
+    if times > 1:
+        with pytest.raises(InputError, match=r"d\.npy: .*changes while it is read"):
+            library.baked(0)
+        return
+    assert library.baked(0).key == library.key(0) == SceneLibrary((spec,)).key(0) != first

@@ -1,0 +1,247 @@
+"""`depthwalk check`, `bake` and `info`."""
+
+import re
+import weakref
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import depthwalk
+import shapes
+from depthwalk.bake.file import read_baked, read_header
+from depthwalk.ingest.loader import load_mesh
+from files import write_ply
+
+
+def test_check_counts_what_good_files_hold(run, tiny_scene):
+    walk = tiny_scene.with_name("walk.yaml")
+    result = run("check", tiny_scene, walk)
+    assert result.exit_code == 0
+    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n{walk}: ok, 3 keyframes, 3 frames\n"
+    assert result.stderr == ""
+
+
+def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
+    ball, out = tiny_scene.with_name("ball.ply"), tmp_path / "ball.png"
+    assert run("check", ball).stdout == f"{ball}: ok, 1 objects, 1 assets\n"
+    coarse = "assets.model.dpci={resolution: 64, layers: 1}"
+    result = run("render", ball, "-o", out, "--resolution", "96,64", "--no-background", "--set", coarse)
+    assert (result.exit_code, result.stdout, result.stderr) == (0, f"{out}\n", "")
+    alpha = np.asarray(Image.open(out))[..., 3]
+    assert alpha[32, 48] == 255 and not alpha[[0, -1]].any() and not alpha[:, [0, -1]].any()
+    height = np.flatnonzero(alpha.any(1)).size
+    assert 40 <= height <= 48  # in the sphere about its cylinder, that just fits
+
+
+def test_what_lies_level_is_drawn_as_polygons(run, tmp_path):
+    """And baked nowhere; what is flat and stands has depth images."""
+    floor, out = tmp_path / "floor.obj", tmp_path / "floor.png"
+    floor.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")
+    refusal = f"{floor}: lies level; draw it as polygons, without 'dpci' or by --representation mesh\n"
+    drawn = "render", floor, "-o", out, "--resolution", "96,64", "--no-background"
+    for arguments in (("check", floor), ("bake", floor), ("compare", floor), drawn):
+        result = run(*arguments)
+        assert (result.exit_code, result.stderr) == (2, refusal)
+    wall = "--set", "assets.model.up=z", "--set", "assets.model.dpci={resolution: 32, layers: 1}"
+    for arguments in ("--representation", "mesh"), wall:
+        assert run(*drawn, *arguments).exit_code == 0
+        assert (np.asarray(Image.open(out))[..., 3] == 255).mean() > 0.05
+
+
+def test_scenes_and_paths_are_told_apart(run, tiny_scene):
+    walk = tiny_scene.with_name("walk.yaml")
+    for arguments, message in (
+        ([walk], f"{walk}: is a camera path, not a scene; --path takes it\n"),
+        ([tiny_scene, "--path", tiny_scene], f"{tiny_scene}: is a scene file, not a camera path\n"),
+    ):
+        result = run("render", *arguments, "-o", "-")
+        assert (result.exit_code, result.stdout, result.stderr) == (2, "", message)
+
+
+def test_check_lists_every_error_of_every_file(run, tiny_scene, tmp_path):
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("version: 1\nobjects:\n  - {asset: none}\nrender: {lood: {}}\n")
+    walk = tmp_path / "bad-walk.yaml"
+    walk.write_text("version: 1\nkeyframes: [{time: 0, position: [0, 0], target: [0, 0, 0]}]\n")
+    result = run("check", bad, tiny_scene, walk, tmp_path / "none.yaml")
+    assert result.exit_code == 2
+    assert result.stdout == f"{tiny_scene}: ok, 1 objects, 1 assets\n"
+    assert result.stderr.splitlines() == [
+        f"{bad}:4:10: render.lood: unknown key; did you mean 'lod'?",
+        f"{walk}:2:33: keyframes[0].position: must be [x, y, z]",
+        f"{tmp_path / 'none.yaml'}: no such file",
+    ]
+
+
+def test_check_reads_the_meshes(run, tiny_scene):
+    mesh = tiny_scene.with_name("ball.ply")
+    mesh.write_text("ply\nformat ascii 1.0\nelement vertex 0\nend_header\n")
+    result = run("check", tiny_scene)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"{mesh}: ")
+
+
+def test_check_reads_the_relief_of_an_asset(run, tiny_scene):
+    relief = tiny_scene.with_name("bumps.png")
+    relief.write_bytes(b"no picture")
+    meso = "layers: 1, meso: {depth: bumps.png, height: 0.01, tile: [0.5, 0.5]}"
+    tiny_scene.write_text(tiny_scene.read_text().replace("layers: 1", meso))
+    result = run("check", tiny_scene)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"{relief}: ") and result.stderr.count("\n") == 1
+    assert run("render", tiny_scene, "-o", "-").stderr == result.stderr
+
+
+def test_check_refuses_a_range_image_without_surface(run, tmp_path):
+    lonely = np.zeros((30, 40), np.uint16)
+    lonely[::3, ::3] = 900
+    Image.fromarray(lonely).save(tmp_path / "d.png")
+    lens = "{fx: 50, fy: 50, cx: 20, cy: 15}"
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(f"version: 1\nassets:\n  a: {{depth_image: {{depth: d.png, unit: 0.001, intrinsics: {lens}}}}}\n")
+    result = run("check", scene)
+    defect = "the range image holds no surface: no pixel continues its neighbours"
+    assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'd.png'}: {defect}\n")
+
+
+def test_check_bakes_nothing_and_keeps_no_mesh(run, tiny_scene, tmp_path, monkeypatch):
+    cache = tmp_path / "cache"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    text = tiny_scene.read_text()
+    again = "\n".join(f"  ball{k}: {{mesh: ball.ply, height: {k + 1}, dpci: {{resolution: 64}}}}" for k in range(3))
+    depth = np.linspace(1, 1.2, 40 * 30, dtype=np.float32).reshape(30, 40)
+    np.save(tiny_scene.with_name("d.npy"), depth)
+    seen = "  seen: {depth_image: {depth: d.npy, intrinsics: {fx: 50, fy: 50, cx: 20, cy: 15}}}"
+    tiny_scene.write_text(text.replace("objects:", f"{again}\n{seen}\nobjects:"))
+    alive = []
+
+    def watched(*arguments, **options):
+        assert not [mesh for mesh in alive if mesh() is not None]
+        mesh = load_mesh(*arguments, **options)
+        alive.append(weakref.ref(mesh))
+        return mesh
+
+    monkeypatch.setattr("depthwalk.assets.batch_bake.load_mesh", watched)
+    result = run("check", tiny_scene)
+    assert (result.exit_code, len(alive)) == (0, 4), result.stderr
+    assert not cache.exists()
+
+
+@pytest.fixture
+def meshes(tmp_path):
+    good = write_ply(tmp_path / "ball.ply", shapes.sphere(1.0, columns=32, rows=16))
+    bad = tmp_path / "bad.ply"
+    bad.write_bytes(b"ply\n")
+    return good, bad
+
+
+def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
+    good, bad = meshes
+    other = write_ply(tmp_path / "box.ply", shapes.box(1.0, 2.0, 1.0))
+    result = run("bake", bad, good, other, "--dpci-resolution", 64, "--layers", 1)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"{bad}: ") and result.stderr.count("\n") == 1
+    lines = sorted(result.stdout.splitlines())
+    line = r"{}: {} triangles, \d+ images of 64², \d+\.\d MB; \d+\.\d\d s \(read .*, top .*, side .*, write \S+\)"
+    assert re.fullmatch(line.format(re.escape(str(tmp_path / "ball.dpci.exr")), 960), lines[0])
+    assert re.fullmatch(line.format(re.escape(str(tmp_path / "box.dpci.exr")), 12), lines[1])
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "bad.ply", "ball.dpci.exr", "ball.ply", "box.dpci.exr", "box.ply",
+    ]  # fmt: skip
+    assert read_baked(tmp_path / "ball.dpci.exr").parts[0].images[0].depth.shape == (64, 64)
+
+
+def test_a_scene_uses_what_bake_wrote_beside_the_mesh(run, tiny_scene, tmp_path, monkeypatch):
+    mesh = tiny_scene.with_name("ball.ply")
+    run("bake", mesh, "--dpci-resolution", 64, "--layers", 1)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
+    monkeypatch.setattr("depthwalk.assets.library.bake_model", None)  # baking once more would fail
+    result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--resolution", "96,64")
+    assert result.exit_code == 0, result.stderr
+
+
+def test_bake_writes_where_it_is_told(run, meshes, tmp_path):
+    out = tmp_path / "baked"
+    out.mkdir()
+    arguments = ("bake", meshes[0], "--dpci-resolution", 16, "--layers", 1, "--height", 3, "-o")
+    assert run(*arguments, out).exit_code == 0
+    assert run(*arguments, tmp_path / "named.dpci.exr").exit_code == 0
+    assert [path.name for path in out.iterdir()] == ["ball.dpci.exr"]
+    baked = read_baked(tmp_path / "named.dpci.exr")
+    assert baked.parts[0].cylinder.height * 14 / 16 == pytest.approx(3.0, abs=0.01)  # less the margins, a texel each
+    assert baked.key == read_header(out / "ball.dpci.exr")["depthwalk.key"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["{d}/ball.ply", "{d}/bad.ply", "-o", "{d}/x.exr"], "{d}/x.exr: several meshes need an existing folder"),
+        (
+            ["{d}/ball.ply", "-o", "{d}/x.png"],
+            "{d}/x.png: must be an existing folder, or a file that ends in .dpci.exr",
+        ),
+        (["{d}/ball.ply", "-o", "{d}/no/x.exr"], "{d}/no/x.exr: the folder '{d}/no' does not exist"),
+        (["{d}/ball.ply", "--height", "0"], "--height 0: must be above 0 and at most 1000000 metres"),
+        (["{d}/ball.ply", "--height", "nan"], "--height nan: must be above 0 and at most 1000000 metres"),
+        (
+            ["{d}/ball.ply", "{d}/ball.obj"],
+            "{d}/ball.dpci.exr: {d}/ball.ply and {d}/ball.obj would both be baked to it",
+        ),
+        (["{d}/none.ply"], "{d}/none.ply: no such file"),
+        (["{d}/no/none.ply"], "{d}/no/none.ply: no such file"),
+    ],
+)
+def test_bake_refuses(run, meshes, tmp_path, arguments, message):
+    before = sorted(tmp_path.iterdir())
+    result = run("bake", *(argument.format(d=tmp_path) for argument in arguments))
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", message.format(d=tmp_path) + "\n")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def rows(text):
+    """The table that `info` prints, by its first column of 24 characters."""
+    return {line[:24].rstrip(): line[25:] for line in text.splitlines()}
+
+
+def test_info_names_versions_and_renderer(run):
+    result = run("info")
+    assert result.exit_code == 0
+    table = rows(result.stdout)
+    assert table["depthwalk"] == depthwalk.__version__
+    assert table["most objects"] == "4000000"
+    assert "OpenGL renderer" in table
+
+
+def test_info_says_so_where_there_is_no_opengl(run, monkeypatch):
+    from depthwalk.gpu.device import GpuError
+
+    def no_device():
+        raise GpuError("no OpenGL 3.3 context: none")
+
+    monkeypatch.setattr("depthwalk.gpu.device.headless_device", no_device)
+    result = run("info")
+    assert result.exit_code == 0
+    assert rows(result.stdout)["OpenGL"] == "no OpenGL 3.3 context: none"
+
+
+def test_info_describes_files(run, meshes, tiny_scene, tmp_path):
+    mesh = rows(run("info", meshes[0]).stdout)
+    assert (mesh["kind"], mesh["triangles"], mesh["size"]) == ("mesh", "960", "2 × 2 × 2 m")
+    scene = rows(run("info", tiny_scene).stdout)
+    assert (scene["objects"], scene["drawn as"], scene["asset ball"]) == ("1", "dpci 1", "ball.ply, 1 objects")
+    walk = rows(run("info", tiny_scene.with_name("walk.yaml")).stdout)
+    assert (walk["keyframes"], walk["frames"], walk["duration"]) == ("3", "3 at 1 a second, step", "2 s")
+    run("bake", meshes[0], "--dpci-resolution", 64, "--layers", 1)
+    baked = rows(run("info", tmp_path / "ball.dpci.exr").stdout)
+    assert baked["kind"] == "depth images"
+    assert re.fullmatch(
+        r"radius 1\.000\d* m, y from -0\.032\d* to 2\.032\d* m; about \(.*\) along \(0, 1, 0\)", baked["cylinder"]
+    )
+    assert re.fullmatch(r"64 × 64, \d\d\.\d % covered, depths \S+ to \S+ m", baked["part top.0"])
+
+
+@pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])
+def test_info_of_a_missing_file(run, tmp_path, name):
+    result = run("info", tmp_path / name)
+    assert (result.exit_code, result.stdout, result.stderr) == (2, "", f"{tmp_path / name}: no such file\n")

@@ -1,0 +1,107 @@
+"""What only a process of its own shows: start-up, Ctrl-C, a reader that goes away."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from PIL import Image
+
+COMMAND = [sys.executable, "-c", "from depthwalk.commands.cli import main; main()"]
+
+
+@pytest.fixture
+def environment(cache_home):
+    return os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "PYTHONUNBUFFERED": "1"}
+
+
+def test_help_and_check_load_no_graphics(environment, tiny_scene):
+    code = (
+        "import sys\nfrom depthwalk.commands.cli import app\n"
+        "try:\n    app(sys.argv[1:])\nexcept SystemExit as end:\n    assert not end.code\n"
+        "print(*sorted({'moderngl_window', 'imgui_bundle', 'rich.progress', 'numpy', 'glfw'} & set(sys.modules)))\n"
+    )
+    for arguments, loaded in ((["--help"], ""), (["check", str(tiny_scene)], "numpy")):
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments], env=environment, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.splitlines()[-1] == loaded
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a single process")
+def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(environment, tiny_scene, tmp_path):
+    walk = tiny_scene.with_name("long.yaml")
+    walk.write_text(tiny_scene.with_name("walk.yaml").read_text().replace("time: 2", "time: 3000"))
+    out = tmp_path / "out"
+    out.mkdir()
+    arguments = ["render", tiny_scene, "-o", out / "f{frame}.png", "--path", walk, "--resolution", "96,64"]
+    with subprocess.Popen(
+        [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline() == f"{out / 'f0.png'}\n"
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (130, "")
+    assert all(path.name.startswith("f") for path in out.iterdir())
+
+
+DEMO = """
+import sys
+from pathlib import Path
+from depthwalk.commands import walk
+root = Path(sys.argv.pop())
+walk.scene_root = lambda: root
+from depthwalk.cli import main
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tmp_path, number, code):
+    folder = tiny_scene.parent
+    (folder / "paths").mkdir()
+    tiny_scene.rename(folder / "garden.yaml")
+    walk = (folder / "walk.yaml").read_text()
+    (folder / "paths" / "garden.yaml").write_text(walk.replace("time: 2", "time: 9000"))
+    hidden = {name: value for name, value in environment.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    out = tmp_path / "depthwalk-demo"
+    with subprocess.Popen(
+        [sys.executable, "-c", DEMO, "demo", "--resolution", "96,64", folder],
+        env=hidden, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        stills = [process.stdout.readline().strip() for _ in range(6)]
+        assert stills == [f"depthwalk-demo/garden-{k:02}.png" for k in range(6)]
+        deadline = time.monotonic() + 30
+        while not any(path.suffix == ".mp4" for path in out.iterdir()) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(number)
+        rest, errors = process.communicate(timeout=30)
+    assert (process.returncode, rest, errors.count("\n")) == (code, "", 1)  # that there is no display
+    assert sorted(path.name for path in out.iterdir()) == [f"garden-{k:02}.png" for k in range(6)]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_closed_streams_are_no_error(environment, tiny_scene, tmp_path, closed):
+    out = tmp_path / "out.png"
+    arguments = [sys.executable, "-m", "depthwalk", "render", tiny_scene, "-o", out, "--resolution", "96,64"]
+    command = ["sh", "-c", f'exec "$@" {closed}', "sh", *arguments]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    with Image.open(out) as picture:
+        assert picture.size == (96, 64)
+
+
+def test_a_reader_that_goes_away_is_no_error_message(environment, tiny_scene):
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        done = subprocess.run(
+            [*COMMAND, "check", str(tiny_scene)], env=environment, stdout=write, stderr=subprocess.PIPE, text=True
+        )
+    finally:
+        os.close(write)
+    assert (done.returncode, done.stderr) == (1, "")

@@ -1,0 +1,192 @@
+"""`depthwalk render`: what it writes."""
+
+import io
+import re
+import subprocess
+
+import imageio_ffmpeg
+import numpy as np
+import OpenEXR
+import pytest
+from PIL import Image
+
+from depthwalk.render.headless import HeadlessRenderer
+
+SMALL = ("--resolution", "96,64")
+
+
+def listing(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def read_png(path):
+    with Image.open(path) as picture:
+        return picture.mode, np.asarray(picture)
+
+
+def ball_distance(width, height, fov, eye=4.0):
+    """Distance along the view axis (H, W) of a unit ball `eye` metres ahead; +inf beside it."""
+    tangent = np.tan(np.radians(fov) / 2)
+    y, x = np.mgrid[0:height, 0:width] + 0.5
+    u, v = (2 * x / width - 1) * tangent * width / height, (1 - 2 * y / height) * tangent
+    a = 1 + u**2 + v**2  # |(u, v, 1) z − (0, 0, eye)| = 1
+    root = eye**2 - a * (eye**2 - 1)
+    return np.where(root >= 0, (eye - np.sqrt(np.maximum(root, 0))) / a, np.inf)
+
+
+def test_png_with_background_has_no_alpha(run, tiny_scene, tmp_path):
+    result = run("render", tiny_scene, "-o", tmp_path / "a.png", *SMALL)
+    assert (result.exit_code, result.stdout, result.stderr) == (0, f"{tmp_path / 'a.png'}\n", "")
+    mode, pixels = read_png(tmp_path / "a.png")
+    assert (mode, pixels.shape) == ("RGB", (64, 96, 3))
+    assert listing(tmp_path) == ["a.png", "scene"]
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "a.JPEG"])
+def test_a_jpeg_shows_the_same(run, tiny_scene, tmp_path, name):
+    for each in ("a.png", name):
+        assert run("render", tiny_scene, "-o", tmp_path / each, "--resolution", "96x64").exit_code == 0
+    with Image.open(tmp_path / name) as picture:
+        assert (picture.format, picture.mode, picture.size) == ("JPEG", "RGB", (96, 64))
+        off = np.asarray(picture, int) - read_png(tmp_path / "a.png")[1]
+    assert np.sqrt((off**2).mean()) < 3
+
+
+def test_png_without_background_is_clear_where_nothing_is(run, tiny_scene, tmp_path):
+    run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
+    mode, pixels = read_png(tmp_path / "a.png")
+    assert mode == "RGBA"
+    alpha = pixels[..., 3]
+    inside = np.isfinite(ball_distance(96, 64, 45))
+    assert np.mean((alpha == 255) == inside) > 0.98
+    assert alpha[0, 0] == 0 and alpha[32, 48] == 255
+
+
+@pytest.mark.parametrize("representation", ["mesh", "dpci", "dmesh"])
+def test_exr_holds_distances_along_the_view_axis(run, tiny_scene, tmp_path, representation):
+    out = tmp_path / "a.exr"
+    exact = "--set", "render.lod.error=0"  # half a pixel of this picture is 3 cm
+    result = run("render", tiny_scene, "-o", out, "--no-background", "--representation", representation, *exact, *SMALL)
+    assert result.exit_code == 0, result.stderr
+    with OpenEXR.File(str(out), separate_channels=True) as file:
+        channel = {name: np.array(each.pixels) for name, each in file.parts[0].channels.items()}
+    assert {name: pixels.dtype.name for name, pixels in channel.items()} == dict.fromkeys("RGBAZ", "float32")
+    expected = ball_distance(96, 64, 45)
+    z = channel["Z"]
+    both = np.isfinite(z) & np.isfinite(expected)
+    assert both.sum() > 0.97 * np.isfinite(expected).sum()
+    assert np.quantile(np.abs(z[both] - expected[both]), 0.95) < 0.02
+    assert z[0, 0] == np.inf and channel["A"][0, 0] == 0
+    assert (np.isfinite(z) == (channel["A"] == 1)).all()
+    assert channel["R"].max() > 0.05
+
+
+def test_row_0_of_the_exr_is_the_top(run, tiny_scene, tmp_path):
+    out = tmp_path / "a.exr"
+    run("render", tiny_scene, "-o", out, "--camera-target", "0,3,0", *SMALL)  # the ball moves down
+    with OpenEXR.File(str(out), separate_channels=True) as file:
+        near = np.isfinite(file.parts[0].channels["Z"].pixels)
+    assert near[32:].sum() > 10 * near[:32].sum()
+
+
+def test_camera_options_replace_the_scenes(run, tiny_scene, tmp_path):
+    out = tmp_path / "a.exr"
+    options = ("--camera-position", "8,1,0", "--camera-target", "0,1,0", "--camera-view-angle", "20")
+    run("render", tiny_scene, "-o", out, "--representation", "mesh", *options, *SMALL)
+    with OpenEXR.File(str(out), separate_channels=True) as file:
+        z = np.array(file.parts[0].channels["Z"].pixels)
+    assert z[32, 48] == pytest.approx(7.0, abs=0.01)
+    expected = np.isfinite(ball_distance(96, 64, 20, eye=8.0))
+    assert np.mean(np.isfinite(z) == expected) > 0.98
+
+
+def test_a_scene_without_camera_is_framed(run, tiny_scene, tmp_path):
+    text = tiny_scene.read_text()
+    tiny_scene.write_text(text[: text.index("camera:")])
+    result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
+    assert result.exit_code == 0, (result.stderr, result.exception)
+    alpha = read_png(tmp_path / "a.png")[1][..., 3]
+    assert alpha[32, 48] == 255
+    assert not alpha[[0, -1]].any() and not alpha[:, [0, -1]].any()
+
+
+def test_stdout_takes_a_png_and_nothing_else(run, tiny_scene):
+    result = run("render", tiny_scene, "-o", "-", *SMALL)
+    assert result.exit_code == 0 and result.stderr == ""
+    picture = Image.open(io.BytesIO(result.stdout_bytes))
+    assert (picture.format, picture.size) == ("PNG", (96, 64))
+
+
+def test_a_path_gives_a_file_per_frame(run, tiny_scene, tmp_path):
+    walk = tiny_scene.with_name("walk.yaml")
+    out = tmp_path / "out"
+    out.mkdir()
+    result = run("render", tiny_scene, "-o", out / "f{frame:4}.png", "--path", walk, *SMALL)
+    names = ["f0000.png", "f0001.png", "f0002.png"]
+    assert result.stdout.split() == [str(out / name) for name in names]
+    assert listing(out) == names
+    low, high = (read_png(out / name)[1].astype(int) for name in (names[0], names[2]))
+    assert np.abs(low - high).max() > 20
+
+
+def test_frames_limits_a_path(run, tiny_scene, tmp_path):
+    walk = tiny_scene.with_name("walk.yaml")
+    run("render", tiny_scene, "-o", tmp_path / "f{frame}.png", "--path", walk, "--frames", 2, *SMALL)
+    assert listing(tmp_path) == ["f0.png", "f1.png", "scene"]
+    result = run("render", tiny_scene, "-o", tmp_path / "single.png", "--path", walk, "--frames", 1, *SMALL)
+    assert result.exit_code == 0 and (tmp_path / "single.png").is_file()
+
+
+def test_mp4_holds_the_paths_frames(run, tiny_scene, tmp_path):
+    out = tmp_path / "a.mp4"
+    result = run("render", tiny_scene, "-o", out, "--path", tiny_scene.with_name("walk.yaml"), *SMALL)
+    assert (result.exit_code, result.stdout) == (0, f"{out}\n"), result.stderr
+    decode = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(out), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    done = subprocess.run(decode, capture_output=True, check=True)
+    pictures = np.frombuffer(done.stdout, np.uint8).reshape(-1, 64, 96, 3)
+    assert len(pictures) == 3
+    assert pictures[0, 32, 48].mean() > pictures[0, 0, 0].mean() + 30
+    assert re.search(rb"Video: h264 .* 96x64, .* 1 fps", done.stderr)
+    assert listing(tmp_path) == ["a.mp4", "scene"]
+
+
+def test_an_existing_file_is_replaced(run, tiny_scene, tmp_path):
+    (tmp_path / "a.png").write_bytes(b"old")
+    run("render", tiny_scene, "-o", tmp_path / "a.png", *SMALL)
+    assert read_png(tmp_path / "a.png")[1].shape == (64, 96, 3)
+
+
+def test_mp4_of_odd_sides_says_what_it_is_scaled_to(run, tiny_scene, tmp_path):
+    out = tmp_path / "a.mp4"
+    walk = tiny_scene.with_name("walk.yaml")
+    result = run("render", tiny_scene, "-o", out, "--path", walk, "--resolution", "63,47")
+    assert (result.exit_code, result.stdout) == (0, f"{out}\n"), result.stderr
+    assert result.stderr == f"{out}: the sides of a video are even; scaled to 64,48\n"
+    shown = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(out)], capture_output=True)
+    assert re.search(rb"Video: h264 .* 64x48, .* 1 fps", shown.stderr)
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a{frame}.png"])
+def test_an_error_on_the_way_leaves_no_partial_file(run, tiny_scene, tmp_path, monkeypatch, name):
+    drawn = []
+
+    def draw(self, view, transparent=False):
+        drawn.append(view)
+        if len(drawn) == 2:
+            raise RuntimeError("the driver fell over\nand more")
+
+    monkeypatch.setattr(HeadlessRenderer, "draw", draw)
+    result = run("render", tiny_scene, "-o", tmp_path / name, "--path", tiny_scene.with_name("walk.yaml"), *SMALL)
+    assert result.exit_code == 1
+    assert result.stderr == ("depthwalk: RuntimeError: the driver fell over\nrun with --verbose for the traceback\n")
+    assert listing(tmp_path) == (["scene"] if name == "a.mp4" else ["a0.png", "scene"])
+
+
+def test_verbose_shows_the_traceback(run, tiny_scene, tmp_path, monkeypatch):
+    def draw(self, view, transparent=False):
+        raise RuntimeError("the driver fell over")
+
+    monkeypatch.setattr(HeadlessRenderer, "draw", draw)
+    result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--verbose", *SMALL)
+    assert result.exit_code == 1
+    assert "Traceback (most recent call last):" in result.stderr

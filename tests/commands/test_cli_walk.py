@@ -1,0 +1,84 @@
+"""`depthwalk demo` and `view` where there is no display."""
+
+from dataclasses import replace
+
+import pytest
+
+import depthwalk.walk
+from depthwalk.commands import walk
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.scene.arrays import Camera
+
+REASON = "cannot open a window: no display"
+
+
+@pytest.fixture
+def garden(tiny_scene, tmp_path, monkeypatch):
+    """The tiny scene in place of the garden, an empty current folder, no display."""
+    (tiny_scene.parent / "paths").mkdir()
+    tiny_scene.rename(tiny_scene.with_name("garden.yaml"))
+    tiny_scene.with_name("walk.yaml").rename(tiny_scene.parent / "paths" / "garden.yaml")
+    monkeypatch.setattr(walk, "scene_root", lambda: tiny_scene.parent)
+    monkeypatch.chdir(tmp_path)
+    calls = []
+
+    def no_window(scene, library, **options):
+        calls.append((scene, options))
+        raise depthwalk.walk.NoDisplay(REASON)
+
+    monkeypatch.setattr(depthwalk.walk, "run", no_window)
+    return calls
+
+
+def test_demo_without_display_renders_the_tour(run, garden, tmp_path):
+    result = run("demo", "--resolution", "96,64")
+    folder = tmp_path / "depthwalk-demo"
+    assert result.exit_code == 0
+    assert result.stderr == f"{REASON}; rendering the tour to {folder}\n"
+    names = [f"garden-{k:02}.png" for k in range(6)] + ["garden.mp4"]
+    assert result.stdout.splitlines() == [f"depthwalk-demo/{name}" for name in names]
+    assert sorted(path.name for path in folder.iterdir()) == names
+
+
+def test_demo_without_its_scene_says_so(run, garden, tmp_path):
+    scene = tmp_path / "scene" / "garden.yaml"
+    scene.unlink()
+    result = run("demo")
+    assert (result.exit_code, result.stderr) == (2, f"{scene}: no such file; the demo scene is not installed\n")
+
+
+def test_view_passes_on_what_was_asked(run, garden):
+    options = ["--representation", "mesh", "--camera-position", "0,2,5", "--resolution", "320,200", "--fullscreen"]
+    result = run("view", *options)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr == f"{REASON}; `depthwalk render` needs no display\n"
+    ((scene, given),) = garden
+    assert scene.path.name == "garden.yaml"
+    camera = given["first_camera"](scene.camera)
+    assert camera == replace(scene.camera, position=(0, 2, 5)) and camera.target == (0, 1, 0)
+    assert (given["size"], given["fullscreen"], given["representation"].name) == ((320, 200), True, "MESH")
+
+
+def test_without_a_camera_view_starts_where_render_stands(run, garden, tiny_scene, tmp_path, monkeypatch):
+    scene = tiny_scene.with_name("garden.yaml")
+    scene.write_text(scene.read_text().partition("camera:")[0])
+    options = (scene, "--camera-position", "0,2,5", "--camera-view-angle", "30", "--resolution", "96,64")
+    drawn = []
+    draw = HeadlessRenderer.draw
+    monkeypatch.setattr(HeadlessRenderer, "draw", lambda self, view, *rest: (drawn.append(view), draw(self, view)))
+    assert run("render", *options, "-o", tmp_path / "a.png").exit_code == 0
+    assert run("view", *options).exit_code == 1
+    ((_, given),) = garden
+    whole = Camera((9.0, 9.0, 9.0), drawn[0].camera.target, 1.0)  # what sees all of it has this target
+    assert given["first_camera"](whole) == drawn[0].camera
+    assert drawn[0].camera.position == (0, 2, 5) and drawn[0].camera.target == pytest.approx((0, 1, 0), abs=0.05)
+
+
+def test_demo_loads_its_assets_once(run, garden, monkeypatch):
+    loaded = []
+    monkeypatch.setattr(
+        "depthwalk.assets.batch_bake.load_mesh", lambda *a, **b: (loaded.append(a), load_mesh(*a, **b))[1]
+    )
+    assert run("demo", "--resolution", "96,64", "--representation", "mesh").exit_code == 0
+    assert len(loaded) == 1

@@ -1,0 +1,62 @@
+"""Contracted surfaces: fewer triangles, near what they stand for, whatever the surface is like."""
+
+import numpy as np
+import pytest
+
+from depthwalk.cook.edge_collapse import cluster_vertices, collapse_edges, surface_of
+from shapes import box, sphere
+
+CELL = 0.01
+
+
+def welded(mesh, cell=CELL):
+    return surface_of(
+        *cluster_vertices(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), int), cell)
+    )
+
+
+def plane(count=24):
+    """A square in z = 0, open all round."""
+    x, y = np.meshgrid(np.linspace(-1, 1, count + 1), np.linspace(-1, 1, count + 1))
+    number = np.arange((count + 1) ** 2).reshape(count + 1, -1)
+    a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
+    triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
+    return np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], -1), triangles
+
+
+def areas(surface):
+    a, b, c = surface.point[surface.triangles].transpose(1, 0, 2)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def test_a_box_is_twelve_triangles():
+    mesh = box(2, 1, 3)
+    surface = collapse_edges(welded(mesh), 0.05)
+    assert len(surface.point) == 8 and len(surface.triangles) == 12
+
+
+def test_a_plane_keeps_its_outline():
+    point, triangles = plane()
+    surface = collapse_edges(surface_of(*cluster_vertices(point, triangles, np.zeros(len(point), int), CELL)), 0.05)
+    assert len(surface.triangles) < 0.1 * len(triangles)
+    assert np.abs(surface.point[:, 2]).max() < 1e-6
+    assert areas(surface).sum() == pytest.approx(4, rel=0.02)
+
+
+@pytest.mark.parametrize(("tolerance", "most", "off"), [(0.1, 250, 0.035), (0.2, 100, 0.08), (0.4, 40, 0.16)])
+def test_a_ball_stays_round(tolerance, most, off):
+    surface = collapse_edges(welded(sphere()), tolerance)
+    assert 20 < len(surface.triangles) < most
+    middles = surface.point[surface.triangles].mean(1) - [0, 1, 0]
+    assert np.abs(np.linalg.norm(middles, axis=1) - 1).max() < off
+    start, end = surface.triangles.ravel(), np.roll(surface.triangles, -1, axis=1).ravel()
+    assert set(zip(start, end, strict=True)) == set(zip(end, start, strict=True))  # nothing is open
+
+
+def test_copies_that_overlap_become_one_surface():
+    point, triangles = plane()
+    twice = np.concatenate([point, point + 1e-6])
+    rank = np.repeat([0, 1], len(point))
+    kept, left = cluster_vertices(twice, np.concatenate([triangles, triangles + len(point)]), rank, CELL)
+    assert len(left) == len(triangles)
+    assert (kept[:, 2] == 0).all()  # those of the lower rank

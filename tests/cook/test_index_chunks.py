@@ -1,0 +1,57 @@
+"""Index lists of 16 bits: what is drawn does not depend on how it is cut into chunks."""
+
+import numpy as np
+import pytest
+
+from depthwalk.cook import simplified_lods as surface_levels
+from depthwalk.cook.index_chunks import WHOLE, chunk_runs, vertex_numbers
+from depthwalk.cook.simplified_lods import build_simplified_lods
+from depthwalk.scene.arrays import Camera
+from shapes import ShapeLibrary, bake, scene_of, sphere
+
+CHUNKS = np.array([[0, 0], [6, 10], [12, 20]])
+
+
+@pytest.mark.parametrize(
+    ("chunks", "run", "expected"),
+    [
+        (WHOLE, (3, 9), [(3, 9, 0)]),
+        (CHUNKS, (3, 6), [(3, 3, 0), (6, 3, 10)]),
+        (CHUNKS, (0, 18), [(0, 6, 0), (6, 6, 10), (12, 6, 20)]),
+        (CHUNKS, (12, 6), [(12, 6, 20)]),
+        (CHUNKS, (6, 0), []),
+    ],
+)
+def test_runs_are_cut_at_chunks(chunks, run, expected):
+    assert chunk_runs(chunks, *run) == expected
+
+
+def test_indices_count_from_the_vertex_of_their_chunk():
+    indices = np.tile(np.arange(6, dtype=np.uint16), 3)
+    np.testing.assert_array_equal(vertex_numbers(indices, CHUNKS, 3, 6), [3, 4, 5, 10, 11, 12])
+
+
+def test_pictures_do_not_depend_on_chunks(studio, monkeypatch):
+    baked = bake(sphere(0.6, 64, 32), resolution=160)
+    whole = build_simplified_lods(baked)
+    monkeypatch.setattr(surface_levels, "MOST_VERTICES", 600)
+    cut = build_simplified_lods(baked)
+    assert len(cut.chunks) > len(whole.chunks) == len(whole.error)
+    np.testing.assert_array_equal(*(triangles_of(grids, 0) for grids in (whole, cut)))
+    scene, camera = scene_of((0, (0, 0, 0), 0.0, 1.0)), Camera((0.4, 0.9, 2.0), (0, 0.6, 0), 0.7)
+    pictures = [pictured(studio, scene, baked, camera)]
+    monkeypatch.undo()
+    pictures.append(pictured(studio, scene, baked, camera))
+    assert (pictures[0][..., 3] > 0).sum() > 5000
+    assert (np.abs(pictures[0] - pictures[1]).max(-1) > 2 / 255).mean() < 1e-3
+
+
+def triangles_of(grids, level):
+    """Corners (t, 3), positions packed into numbers, in an order of their own."""
+    packed = grids.vertices[grids.drawn(level), :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
+    rows = np.sort(packed, axis=1)
+    return rows[np.lexsort(rows.T)]
+
+
+def pictured(studio, scene, baked, camera):
+    return studio.picture(scene, ShapeLibrary([None], [baked]), camera, size=(320, 240), transparent=True)

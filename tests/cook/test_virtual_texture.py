@@ -1,0 +1,332 @@
+"""Lookups in the pages against lookups in whole images."""
+
+import moderngl
+import numpy as np
+import pytest
+
+from depthwalk.bake.images import Face
+from depthwalk.bake.planar import bake_planar
+from depthwalk.cook import colour_pca as page_colours
+from depthwalk.cook.cook import CookOptions
+from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.cook.lod_geometry import FACE_SHIFT
+from depthwalk.cook.used_texels import SUB_TILE
+from depthwalk.cook.virtual_texture import (
+    DEPTH_PERIOD,
+    LEVELS,
+    build_virtual_texture,
+    depth_code,
+    encode_normals,
+    image_texels,
+)
+from depthwalk.gpu.program import Source
+from depthwalk.ingest.image import PlanarImage
+from depthwalk.render.resources.asset_store import AssetStore
+from shapes import ShapeLibrary, bake, box, joined, sphere
+
+ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
+
+
+def statue():
+    """A ball beside the axis, across the seam, over a plinth: caps, several layers and much that is empty."""
+    return bake(joined(sphere(0.5, 48, 24), box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1)), box(0.05, 0.05, 0.6, (0.7, 0.3, 0))))
+
+
+def painted():
+    """The same in lighter and darker brown, for which one component and tints do."""
+    looks = {"colour": (210, 190, 160)}, {"colour": (105, 95, 80)}, {"colour": (53, 47, 40)}
+    ball, plinth, plate = looks
+    return bake(
+        joined(
+            sphere(0.5, 48, 24, **ball),
+            box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1), **plinth),
+            box(0.05, 0.05, 0.6, (0.7, 0.3, 0), **plate),
+        )
+    )
+
+
+def relief():
+    """A planar image of odd size, torn along its middle."""
+    rng = np.random.default_rng(3)
+    depth = rng.uniform(0, 0.01, (83, 53)).astype(np.float32)
+    depth[:, 20:30] = np.inf
+    normal = np.zeros((83, 53, 3), np.float32)
+    normal[..., 2] = 1
+    colour = rng.integers(0, 256, (83, 53, 3)).astype(np.uint8)
+    return bake_planar(PlanarImage(depth, colour, normal, (0.53, 0.83)), "relief")
+
+
+@pytest.fixture(scope="module", params=[statue, painted, relief], ids=["statue", "painted", "relief"])
+def baked(request):
+    return request.param()
+
+
+@pytest.fixture(scope="module")
+def grids(baked):
+    return build_grid_lods(baked)
+
+
+@pytest.fixture(scope="module")
+def pages(baked, grids):
+    return build_virtual_texture(baked, grids)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def none_is_small():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page_colours, "_SMALL", 0)
+        yield
+
+
+def boxed(texels, size, period):
+    """Averages (H, W, 8) over boxes of `size` texels, the first of which begins GRAIN texels and half a grain before
+    the image, and the number of boxes before its own."""
+    start = SUB_TILE + SUB_TILE // 2
+    count = [(extent + 2 * start) // size + 1 for extent in texels.shape[:2]]
+    rows, columns = (np.arange(size * n) - start for n in count)
+    columns = columns % period if period else columns.clip(0, texels.shape[1] - 1)
+    wide = texels[rows.clip(0, texels.shape[0] - 1)[:, None], columns].astype(float)
+    return wide.reshape(count[0], size, count[1], size, -1).mean((1, 3)), start / size
+
+
+def bilinear(texels, at):
+    """Between the texels (H, W, …) around points (n, 2), x and y in texels."""
+    low = np.floor(at - 0.5).astype(int)
+    f = (at - 0.5 - low)[:, :, None]
+    part = [
+        texels[low[:, 1] + dy, low[:, 0] + dx] * np.abs(1 - dx - f[:, 0]) * np.abs(1 - dy - f[:, 1])
+        for dy in (0, 1)
+        for dx in (0, 1)
+    ]
+    return sum(part)
+
+
+def in_image(texels, at, segment, lod, period):
+    """Texels (n, 8) of a whole image at points (n, 2), in texels, from its quarters if `segment` says so."""
+    for _ in range(segment):
+        rows, columns = ((extent + SUB_TILE // 2 - 1) // SUB_TILE + 1 for extent in texels.shape[:2])
+        texels = np.round(boxed(texels, SUB_TILE, period)[0][1 : rows + 1, 1 : columns + 1])
+        at, period = (at + SUB_TILE / 2) / SUB_TILE, period // SUB_TILE
+    level = min(max(lod - LEVELS * segment, 0), LEVELS)
+    pair = [boxed(texels, 1 << whole, period) for whole in (int(level), int(level) + 1)]
+    lower, upper = (bilinear(box, at / (1 << (int(level) + k)) + before) for k, (box, before) in enumerate(pair))
+    return lower + (level - int(level)) * (upper - lower)
+
+
+def places(pages, image, at, lod, size):
+    """The twin of `page_at`: places (n, 2) in the pages of points (n, 2), and the segment in which each was found."""
+    at = np.clip(at, 0, np.asarray(size) - 0.01)
+    found = np.full(len(at), min(int(lod / LEVELS), pages.last_mip_tier))
+    while True:
+        place = (at - 2 / 3) / 4.0 ** found[:, None] + 8 / 3
+        column, row = ((place - SUB_TILE / 2) / SUB_TILE).astype(int).T
+        entry = pages.table[image, row // 2 + np.array(pages.first_rows)[found], column // 2].astype(int)
+        missing = np.where(row % 2, entry[:, 1], entry[:, 0]) >> column % 2 & 1 == 0
+        if not missing.any():
+            return place + (entry & ~3), found
+        found = found + missing
+
+
+def trilinear(picture, place, level):
+    """A picture (H, W, k) at places (n, 2), its texels, at levels of detail (n,) or one, up to LEVELS."""
+    if not picture.size:
+        return np.zeros((len(place), 0))
+    mips = [picture.astype(float)]
+    for _ in range(LEVELS):
+        height, width = mips[-1].shape[:2]
+        mips.append(
+            np.round(
+                mips[-1][: height // 2 * 2, : width // 2 * 2].reshape(height // 2, 2, width // 2, 2, -1).mean((1, 3))
+            )
+        )
+    values = np.stack(
+        [bilinear(np.pad(mip, ((1, 1), (1, 1), (0, 0))), place / (1 << k) + 1) for k, mip in enumerate(mips)]
+    )
+    level = np.clip(level, 0, LEVELS) + np.zeros(len(place))
+    below = np.minimum(level.astype(int), LEVELS - 1)
+    part = (level - below)[:, None]
+    every = np.arange(len(place))
+    return (1 - part) * values[below, every] + part * values[below + 1, every]
+
+
+def in_pages(pages, image, at, lod, size):
+    """The twin of common/pages.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
+    place, found = places(pages, image, at, lod, size)
+    level = np.clip(lod - LEVELS * found, 0, LEVELS)
+    normals, colours, tints = (
+        trilinear(picture, place / scale, level - (scale > 1))
+        for picture, scale in ((pages.normals, 1), (pages.colours, 1), (pages.tints, 2))
+    )
+    if not colours.shape[1]:
+        colours = np.tile(255 * pages.palette[0], (len(at), 1))
+    elif tints.shape[1]:
+        colours = 255 * pages.palette[0] + np.concatenate([colours * (255 / 127), tints], 1) @ pages.palette[1:]
+    return np.concatenate([normals, colours], 1), found
+
+
+def cubic_normals(pages, image, at, size):
+    """The twin of `page_normal`: (n, 3), between the sixteen texels around points (n, 2)."""
+    place, _ = places(pages, image, at, 0, size)
+    low = np.floor(place - 0.5).astype(int)
+    x = (place - 0.5 - low)[..., None] - np.arange(-1, 3)
+    near, far = 1.5 * np.abs(x) ** 3 - 2.5 * x**2 + 1, -0.5 * np.abs(x) ** 3 + 2.5 * x**2 - 4 * np.abs(x) + 2
+    weight = np.where(np.abs(x) < 1, near, far)
+    rows, columns = (low[:, axis, None] + np.arange(-1, 3) for axis in (1, 0))
+    around = pages.normals[rows[:, :, None], columns[:, None], :3] / 127.5 - 1
+    return np.einsum("nr,nc,nrci->ni", weight[:, 1], weight[:, 0], around)
+
+
+def points(image):
+    """Points (n, 2), in texels, all over an image, at the edges of its grains and at its own."""
+    height, width = image.depth.shape
+    rng = np.random.default_rng(7)
+    anywhere = rng.uniform(0, (width, height), (400, 2))
+    on_edges = np.round(anywhere / SUB_TILE) * SUB_TILE + rng.choice([-0.01, 0, 0.01], anywhere.shape)
+    at_ends = np.where(rng.random(anywhere.shape) < 0.5, rng.choice([0, 0.3, 0.9], anywhere.shape), anywhere)
+    at_ends = np.where(rng.random(anywhere.shape) < 0.5, (width, height) - at_ends, at_ends)
+    return np.concatenate([anywhere, on_edges, at_ends]).clip(0, np.array([width, height]) - 0.01)
+
+
+@pytest.mark.parametrize("lod", [0, 1, 2, 3, 4, 5, 0.5, 2.25])
+def test_pages_hold_what_the_images_hold(baked, pages, lod):
+    """Wherever one looks, or else in a coarser segment, which stands in for what is never drawn."""
+    for number, image in enumerate(baked.images):
+        texels = image_texels(baked.cylinder, image) / (1, 1, 1, 1, 257, 257, 257, 257)
+        at, period = points(image), image.depth.shape[1] if image.face is Face.SIDE else 0
+        found, segment = in_pages(pages, number, at, lod, image.depth.shape[::-1])
+        for coarsest in np.unique(segment):
+            here = segment == coarsest
+            expected = in_image(texels, at[here], int(coarsest), lod, period)
+            assert np.abs(found[here] - expected).max() <= ROUNDING, (image.name, coarsest)
+
+
+@pytest.mark.parametrize(("lod", "level"), [(0, 0), (0, 2), (1.5, 2), (2.5, 2), (4, 2)])
+def test_what_is_drawn_is_found_in_its_own_segment(baked, grids, pages, lod, level):
+    """Points anywhere within the triangles of a grid, but for borders."""
+    triangles = grids.drawn(level)
+    triangles = triangles[(grids.texels[triangles] >= 0).all((1, 2))]
+    height, width = baked.images[0].depth.shape
+    corners = grids.texels[triangles].astype(float)
+    flags = grids.vertices[triangles[:, 2], 3]
+    side = (flags >> FACE_SHIFT & 7) == Face.SIDE
+    turned = corners[..., 0] - corners[:, :1, 0]
+    corners[..., 0] -= side[:, None] * width * np.round(turned / width)
+    weights = np.random.default_rng(2).dirichlet((1, 1, 1), len(corners))
+    at = np.einsum("tk,tki->ti", weights, corners) + 0.5
+    at[:, 0] = np.where(side, at[:, 0] % width, at[:, 0])
+    numbers = np.searchsorted([image.face for image in baked.images], flags >> FACE_SHIFT & 7) + (flags & 7)
+    for number in range(len(baked.images)):
+        _, segment = in_pages(pages, number, at[numbers == number], lod, (width, height))
+        assert (segment == min(int(lod / LEVELS), pages.last_mip_tier)).all()
+
+
+def test_pages_are_smaller_than_images():
+    """What only the paper's cases draw is stored for those only."""
+    baked = statue()
+    all_cases, paper = (
+        build_virtual_texture(baked, build_grid_lods(baked, paper_cases=wanted)) for wanted in (False, True)
+    )
+    whole = len(baked.images) * baked.images[0].depth.size
+    assert all_cases.normals[..., 0].size < paper.normals[..., 0].size < 0.8 * whole
+
+
+LOOK_UP = """
+in vec2 uv;
+in float lod;
+uniform int image;
+out vec4 normal, colour;
+out vec3 magnified;
+out float misplaced;    // texels
+void main() {
+    vec3 place = page_at(image, uv, lod);
+    normal = page_texel(page_normals, place);
+    colour = page_colour(place);
+    vec2 stored;
+    place = page_at(image, uv, 0.0);
+    vec4 around[4];
+    magnified = page_normal(place.xy, around);
+    misplaced = page_stored(image, uv, stored) ? distance(stored, place.xy) : 0.0;
+}
+"""
+
+
+def test_the_shader_matches_its_twin(gl_device, baked, pages):
+    """Random points of every image at random levels of detail through common/pages.glsl, by transform feedback."""
+    store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked])), gl_device.scope("test")
+    store.form = CookOptions(stepped=True)  # as the pages to compare with
+    drawn = store.depth_object(store.depth_numbers(0)[0])
+    preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
+    text = Source("common/pages.glsl", preamble).text + LOOK_UP
+    program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour", "magnified", "misplaced"])
+    for unit, texture in enumerate((drawn.normals, drawn.colours, drawn.tints, drawn.page_table)):
+        texture.use(unit)
+    units = {"page_normals": 0, "page_colours": 1, "page_tints": 2, "page_table": 3}
+    for name, value in (drawn.surface | units).items():
+        if name in program:
+            program[name].value = value
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own
+    for number, image in enumerate(baked.images):
+        size = image.depth.shape[::-1]
+        at = points(image)
+        for lod in (0, 0.7, 2, 3.4, 7):
+            asked = np.column_stack([at / size, np.full(len(at), lod)]).astype(np.float32)
+            array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f 1f", "uv", "lod")])
+            out = scope.buffer(reserve=48 * len(at))
+            program["image"] = number
+            array.transform(out, moderngl.POINTS)
+            returned = np.frombuffer(out.read(), np.float32).reshape(-1, 12)
+            found, magnified, misplaced = np.split(returned, (8, 11), axis=1)
+            array.release()
+            expected, _ = in_pages(pages, number, asked[:, :2].astype(float) * size, lod, size)
+            off = np.abs(found * 255 - expected).max(1)
+            assert np.quantile(off, 0.99) < ROUNDING, (image.name, lod)  # rounding may choose another grain at an edge
+            assert misplaced.max() < 1e-3
+            off = np.abs(magnified - cubic_normals(pages, number, asked[:, :2].astype(float) * size, size)).max(1)
+            assert np.quantile(off, 0.99) < 1e-3, image.name
+    program.release()
+    scope.release()
+    store.release()
+
+
+def test_normals_keep_their_direction_in_eight_bits():
+    """Twice as well as rounded as they are, and as long as each other within what blending forgives."""
+    normal = np.random.default_rng(5).normal(size=(20_000, 3))
+    normal[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    decoded, rounded = encode_normals(normal) / 127.5 - 1, np.round((normal + 1) * 127.5) / 127.5 - 1
+    length = np.linalg.norm(decoded, axis=1)
+    assert length.min() > 0.85 and length.max() < 1.005
+    angle, plain = (
+        np.linalg.norm(np.cross(vector, normal), axis=1) / np.linalg.norm(vector, axis=1)
+        for vector in (decoded, rounded)
+    )
+    assert np.sqrt((angle**2).mean()) < 0.55 * np.sqrt((plain**2).mean())
+    assert angle.max() < 0.007
+
+
+OFF = """
+in vec2 both;
+out float off;
+void main() { off = depth_off(both.x, both.y); }
+"""
+
+
+def test_depths_are_told_apart_by_their_remainders(gl_device):
+    rng = np.random.default_rng(6)
+    stored, depth = rng.uniform(0, 900, 2000), rng.uniform(0, 900, 2000)
+    depth[:1000] = stored[:1000] + rng.uniform(-3, 3, 1000)
+    asked = np.column_stack([depth_code(stored) / 255, depth]).astype(np.float32)
+    scope = gl_device.scope("test")
+    text = Source("common/depth_images.glsl", "").text + OFF
+    program = gl_device.context.program(vertex_shader=text, varyings=["off"])
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f", "both")])
+    out = scope.buffer(reserve=4 * len(asked))
+    array.transform(out, moderngl.POINTS)
+    found = np.frombuffer(out.read(), np.float32)
+    array.release()
+    program.release()
+    scope.release()
+    half = DEPTH_PERIOD / 2
+    expected = np.abs((stored - depth + half) % DEPTH_PERIOD - half)
+    assert np.abs(found - expected).max() < 0.26

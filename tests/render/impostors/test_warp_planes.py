@@ -1,0 +1,170 @@
+"""Pass 1's geometry: warp, bounds, cropping, cases and Iter_step, against the NumPy twin and by table."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from depthwalk.bake.images import Face
+from depthwalk.cook.cases import Case
+from depthwalk.geometry.support_function import box_footprint, footprint
+from depthwalk.reference.warp import table, unwarp, warp
+from depthwalk.render.impostors.atlas_allocator import pack_shelves
+from depthwalk.render.impostors.warp_planes import (
+    Planes,
+    Volumes,
+    choose_planes,
+    crop_to_frustum,
+    depths_behind,
+    tile_sizes,
+)
+from depthwalk.render.lod.selection import affordable_level, grid_level, iter_step, paper_cases
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+
+R, Y0, Y1 = 0.7, -0.2, 1.9
+
+
+def cylinder(count=1):
+    one = np.ones(count)
+    return Volumes(
+        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=box_footprint(R * one, R * one), has_side=one > 0
+    )
+
+
+coordinates = st.floats(-8, 8, allow_nan=False, width=32)
+viewers = arrays(np.float64, (3,), elements=coordinates).filter(
+    lambda c: max(np.hypot(c[0], c[2]) - R, c[1] - Y1, Y0 - c[1]) > 0.05
+)
+inside = st.tuples(st.floats(0, 1), st.floats(0, 2 * np.pi), st.floats(Y0, Y1)).map(
+    lambda p: np.array([R * p[0] * np.cos(p[1]), p[2], R * p[0] * np.sin(p[1])])
+)
+
+
+@given(viewers, inside)
+def test_a_warped_sample_leads_back_to_its_point(viewer, point):
+    planes = choose_planes(viewer[None], cylinder())
+    position, lam = warp(point[None], planes)
+    assert 0 < lam[0] <= 1 + 1e-9
+    assert np.allclose(unwarp(position, lam, viewer[None], planes), point, atol=1e-6 * (1 + 1 / lam[0]))
+
+
+@given(viewers, inside)
+def test_the_rectangle_holds_every_sample(viewer, point):
+    planes = choose_planes(viewer[None], cylinder())
+    position, _ = warp(point[None], planes)
+    slack = 1e-9 + 1e-9 * np.abs(planes.high - planes.low)
+    assert (position >= planes.low - slack).all() and (position <= planes.high + slack).all()
+
+
+@given(viewers, arrays(np.float64, (12, 3), elements=st.floats(-0.49, 0.49)))
+def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer, points):
+    points[:, 1] += 0.85
+    one = np.ones(1)
+    volumes = Volumes(
+        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=footprint(points)[None], has_side=one > 0
+    )
+    planes = choose_planes(viewer[None], volumes)
+    many = Planes(**{each.name: np.repeat(getattr(planes, each.name), len(points), 0) for each in fields(Planes)})
+    position, lam = warp(points, many)
+    assert (position >= planes.low - 1e-9).all() and (position <= planes.high + 1e-9).all()
+    nearest, farthest = depths_behind(planes, volumes)[0]
+    depth = planes.distance * (1 / lam - 1)
+    assert (depth >= nearest - 1e-9).all() and (depth <= farthest + 1e-9).all()
+
+
+@given(viewers, inside, st.floats(0, 2 * np.pi), st.floats(-1.2, 1.2))
+@settings(max_examples=300)
+def test_cropping_keeps_what_the_camera_sees(viewer, point, heading, pitch):
+    forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(pitch), np.sin(heading) * np.cos(pitch)])
+    view = View(Camera(tuple(viewer), tuple(viewer + forward), 0.9), (160, 90))
+    planes = choose_planes(view.position[None], cylinder())
+    cropped, seen = crop_to_frustum(planes, view, np.array([[0.0, 0, 0, 1]]))
+    right, up, ahead = view.axes @ (point - view.position)
+    tan_x, tan_y = view.half_extent
+    if ahead > 1e-3 and abs(right) < tan_x * ahead and abs(up) < tan_y * ahead:
+        position, _ = warp(point[None], planes)
+        assert seen.visible[0]
+        slack = 1e-7 * (1 + np.abs(position))
+        assert (position >= cropped.low - slack).all() and (position <= cropped.high + slack).all()
+    assert (cropped.low >= planes.low - 1e-6).all() or not seen.visible[0]
+
+
+def test_the_papers_shift_on_the_tangent_plane():
+    viewer = np.array([[0.0, 1.0, 2.8]])  # on +z: the plane touches at E = (0, ·, R), t = (1, 0, 0)
+    planes = choose_planes(viewer, cylinder())
+    assert planes.face[0] == Face.SIDE and planes.distance[0] == pytest.approx(2.8 - R)
+    point = np.array([[0.3, 1.4, 0.2]])
+    position, lam = warp(point, planes)
+    expected = (2.8 - R) / (2.8 - 0.2)  # λ = (ρ − R) / (ρ − B·n)
+    assert lam[0] == pytest.approx(expected)
+    assert position[0] == pytest.approx([expected * 0.3, expected * 0.4])
+    assert 1 - lam[0] == pytest.approx(table(R - 0.2, 2.8 - R))
+
+
+@pytest.mark.parametrize(
+    ("viewer", "face", "distance"),
+    [
+        ((2.0, 1.0, 0.0), Face.SIDE, 1.3),
+        ((0.0, 1.0, -3.0), Face.SIDE, 2.3),
+        ((0.1, 4.0, 0.0), Face.TOP, 2.1),
+        ((0.1, -2.0, 0.0), Face.BOTTOM, 1.8),
+        ((1.5, 4.0, 0.0), Face.TOP, 2.1),
+        ((4.0, 2.5, 0.0), Face.SIDE, 3.3),
+        ((0.2, 1.0, 0.1), Face.SIDE, np.hypot(0.2, 0.1) - R),  # inside: no plane, the distance says so
+    ],
+)
+def test_which_plane(viewer, face, distance):
+    planes = choose_planes(np.array([viewer]), cylinder())
+    assert planes.face[0] == face
+    assert planes.distance[0] == pytest.approx(distance)
+    assert np.cross(planes.right[0], planes.up[0]) == pytest.approx(planes.normal[0])
+
+
+@pytest.mark.parametrize(
+    ("height", "case"),
+    [(-0.21, Case.SIDE_AND_BOTTOM), (-0.2, Case.SIDE), (1.0, Case.SIDE), (1.9, Case.SIDE), (1.91, Case.SIDE_AND_TOP)],
+)
+def test_the_papers_three_cases(height, case):
+    assert paper_cases(np.array([[2.0, height, 0]]), np.array([Y0]), np.array([Y1]))[0] == case
+
+
+@pytest.mark.parametrize(
+    ("distance", "step", "level"),
+    [(0.5, 1.0, 0), (1.0, 1.0, 0), (1.9, 1.9, 0), (2.0, 2.0, 1), (7.9, 7.9, 2), (8.0, 8.0, 3), (900.0, 900.0, 6)],
+)
+def test_iter_step_by_table(distance, step, level):
+    """One pixel at 1 m is one texel: 2·1·tan(45°) / 1000 = 2 mm."""
+    found = iter_step(np.array([distance]), np.array([0.002]), 1.0, 1000)
+    assert found[0] == pytest.approx(step)
+    assert grid_level(found, 0.0, np.array([6]))[0] == level
+    assert grid_level(found, 1.0, np.array([6]))[0] == min(level + 1, 6)
+
+
+def test_no_more_triangles_than_pixels_can_show():
+    triangles = np.array([[1000, 300, 90, 30]])
+    levels = [
+        affordable_level(triangles, np.array([pixels]), 3.0)[0] for pixels in (1e9, 334.0, 333.0, 31.0, 11.0, 1.0)
+    ]
+    assert levels == [0, 0, 1, 2, 3, 4]
+
+
+def test_a_tile_has_the_resolution_of_the_screen():
+    """Seen squarely from afar, a tile has as many texels as its rectangle covers pixels."""
+    planes = choose_planes(np.array([[0.0, 0.85, 100.0]]), cylinder())
+    focal = 800.0
+    width, height = tile_sizes(planes, focal, 4096)[0]
+    assert width == pytest.approx(focal * (planes.high - planes.low)[0, 0] / planes.distance[0], abs=1)
+    assert height == pytest.approx(focal * (Y1 - Y0) / planes.distance[0], abs=1)
+
+
+@given(arrays(np.int64, st.tuples(st.integers(1, 60), st.just(2)), elements=st.integers(1, 64)))
+def test_tiles_do_not_overlap(sizes):
+    corners, used = pack_shelves(sizes, 64)
+    texels = np.zeros((used, 64), int)
+    for (x, y), (width, height) in zip(corners, sizes, strict=True):
+        texels[y : y + height, x : x + width] += 1
+    assert texels.max() == 1 and texels.sum() == (sizes[:, 0] * sizes[:, 1]).sum()

@@ -1,0 +1,165 @@
+"""Occlusion-compatible order against the depth buffer, and the order itself against rays."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from depthwalk.bake.images import Face
+from depthwalk.bake.planar import bake_planar
+from depthwalk.cook.cases import ALL_PIECES
+from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.geometry.support_function import box_footprint
+from depthwalk.ingest.image import PlanarImage
+from depthwalk.render.impostors.tile_records import WARP_RECORD
+from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
+from depthwalk.render.paper.occlusion_compatible_order import draw_order, epipole, image_cells
+from depthwalk.render.paper.ordered_indices import viewer_of
+from depthwalk.scene.arrays import Camera
+from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
+
+
+def stack():
+    """Parts that hide one another from nearly everywhere, none of them around the axis alone."""
+    return joined(
+        box(0.5, 0.4, 0.5, (0, 0.2, 0)),
+        *[box(0.36, 1.2, 0.36, (0.7 * x, 0.6, 0.7 * z)) for x, z in ((1, 0), (-1, 1), (0, -1))],
+    )
+
+
+@pytest.fixture(scope="module")
+def library():
+    y, x = np.mgrid[0:96, 0:96] / 95 * 2 - 1.0
+    depth = (0.5 * np.sin(6 * x) ** 2 * np.cos(5 * y) ** 2).astype(np.float32)
+    colour = np.zeros((96, 96, 3), np.uint8)
+    colour[..., 0], colour[..., 1] = (x > 0) * 200, (y > 0) * 200
+    normal = np.zeros((96, 96, 3), np.float32)
+    normal[..., 2] = 1
+    relief = bake_planar(PlanarImage(depth, colour, normal, (2.0, 2.0)), "relief")
+    made = [bake(stack(), 128, 1), bake(sphere(0.6, 64, 32), 100, 1), bake(stack(), 128, 3), relief]
+    return ShapeLibrary([None] * 4, made)
+
+
+VIEWPOINTS = [
+    (d * np.cos(np.radians(e)) * np.sin(a), 0.6 + d * np.sin(np.radians(e)), d * np.cos(np.radians(e)) * np.cos(a))
+    for a, e, d in ((0.1, 0, 3), (0.9, 20, 2.2), (2.2, -15, 4), (3.1, 50, 3), (4.4, 5, 2), (5.5, 85, 3), (4.0, -60, 3))
+]
+
+
+@pytest.fixture(autouse=True)
+def whole_grids(monkeypatch):
+    """The depth buffer draws the same triangles as the order."""
+    monkeypatch.setattr("depthwalk.cook.cook.build_grids", partial(build_grid_lods, tolerance=-np.inf))
+
+
+@pytest.mark.parametrize("asset", [0, 1, 2])
+@pytest.mark.parametrize("position", VIEWPOINTS)
+def test_pictures_are_those_of_the_depth_buffer(studio, library, asset, position):
+    pictures = pictures_by_order(studio, library, asset, Camera(position, (0, 0.6, 0), 0.7))
+    assert (pictures[0][..., 3] > 0).sum() > 500
+    assert differing(pictures) <= 0.001
+
+
+@pytest.mark.parametrize("position", [(0, 1, 3), (1.5, 1.8, 1.2), (-2, 0.2, 1), (0.3, 3, 1.5)])
+def test_a_relief_is_drawn_in_order(studio, library, position):
+    pictures = pictures_by_order(studio, library, 3, Camera(position, (0, 1, 0), 0.8))
+    assert differing(pictures) <= 0.001
+
+
+def test_the_wrong_order_is_seen(studio, library, monkeypatch):
+    """The shapes above do depend on their order."""
+    monkeypatch.setattr(
+        "depthwalk.render.paper.ordered_indices.draw_order", lambda cells, at: draw_order(cells, at)[::-1]
+    )
+    shares = {
+        asset: max(
+            differing(pictures_by_order(studio, library, asset, Camera(position, (0, 0.9, 0), 0.8)))
+            for position in positions
+        )
+        for asset, positions in ((0, VIEWPOINTS), (3, [(1.5, 1.8, 1.2)]))
+    }
+    assert min(shares.values()) > 0.01
+
+
+@pytest.mark.parametrize("asset", [0, 3])
+def test_cells_that_a_ray_meets_come_far_to_near(library, asset):
+    """Points along random rays, and the ranks of the cells they fall into."""
+    (baked,) = library.baked(asset).parts
+    cells = image_cells(build_grid_lods(baked, tolerance=-np.inf), baked, level=1, pieces=ALL_PIECES)
+    rng = np.random.default_rng(3)
+    side = any(image.face is Face.SIDE for image in baked.images)
+    middle = np.array([0, (baked.cylinder.bottom + baked.cylinder.top) / 2, 0])
+    for _ in range(7):
+        viewer = middle + 3 * unit(rng.normal(size=3)) if side else viewer_above(rng, baked)
+        rank = np.empty(len(cells.ordered), int)
+        rank[draw_order(cells, epipole(baked, viewer, cells))] = np.arange(len(rank))
+        ends = middle + rng.uniform(-0.7, 0.7, (40, 3))
+        along = np.linspace(0.4, 1.6, 300)[:, None, None]
+        at = spans_at(cells, baked, viewer + along * (ends - viewer))  # (300, 40, 2) in nodes
+        for ray in np.moveaxis(at, 1, 0):
+            met = [ranks for node in ray if (ranks := ranks_at(cells, rank, node))]
+            nearer, farther = met[:-1], met[1:]
+            assert all(a == b or a[0] > b[1] for a, b in zip(nearer, farther, strict=True))
+
+
+def test_records_hold_the_viewer():
+    rng = np.random.default_rng(8)
+    one = np.ones(50)
+    viewer = rng.normal(size=(50, 3)) * 4
+    planes = choose_planes(
+        viewer,
+        Volumes(
+            radius=0.5 * one, bottom=0 * one, top=one, footprint=box_footprint(0.5 * one, 0.5 * one), has_side=one > 0
+        ),
+    )
+    records = np.zeros(50, WARP_RECORD)
+    records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
+    records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
+    records["normal"] = np.column_stack([planes.normal, planes.offset])
+    records["depths"][:, 0] = planes.distance
+    np.testing.assert_allclose([viewer_of(record) for record in records], viewer, atol=1e-5)
+
+
+def unit(v):
+    return v / np.linalg.norm(v)
+
+
+def viewer_above(rng, baked):
+    x, z = rng.uniform(-2, 2, 2)
+    return np.array([x, baked.cylinder.top + 1.5, z])
+
+
+def spans_at(cells, baked, points):
+    """Columns and rows, in nodes, of points (…, 3)."""
+    cylinder = baked.cylinder
+    x, y, z = np.moveaxis(points, -1, 0)
+    if cells.wraps:
+        u, v = np.arctan2(z, x) / (2 * np.pi) % 1, (y - cylinder.bottom) / cylinder.height
+    else:
+        u, v = x / (2 * cylinder.half_width) + 0.5, z / (2 * cylinder.half_depth) + 0.5
+    height, width = baked.images[0].depth.shape
+    texel = np.stack([u * width - 0.5, v * height - 0.5], -1)
+    return np.stack([np.searchsorted(nodes, texel[..., k], "right") - 1 for k, nodes in enumerate(cells.nodes)], -1)
+
+
+def ranks_at(cells, rank, node):
+    """Lowest and highest rank among the triangles of the cell over `node`; None where there is none."""
+    here = (cells.cell == node).all(1)
+    return (int(rank[here].min()), int(rank[here].max())) if here.any() else None
+
+
+def pictures_by_order(studio, library, asset, camera):
+    pictures = []
+    for order in ("depth", "epipole"):
+        scene = scene_of((asset, (0, 0, 0), 0.0, 1.0))
+        scene.render.warp.order = order
+        scene.render.lod.cases = "paper"  # else most is drawn by faces that have no order
+        pictures.append(studio.picture(scene, library, camera, size=(320, 240), transparent=True))
+    return pictures
+
+
+def differing(pictures):
+    """Share of the object's pixels whose colour differs by more than rounding."""
+    first, second = pictures
+    covered = (first[..., 3] > 0) | (second[..., 3] > 0)
+    return (np.abs(first - second).max(-1) > 2 / 255)[covered].mean()

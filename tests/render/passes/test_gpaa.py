@@ -1,0 +1,163 @@
+"""Partial coverage at outlines, against areas that are known."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import binary_dilation
+
+from depthwalk.geometry.adjacency import build_adjacency
+from depthwalk.reference.gpaa import part_beyond
+from depthwalk.render.antialiasing.silhouette_lines import outlines
+from depthwalk.render.resources.placed_records import placed_records
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from shapes import ShapeLibrary, box, joined, mesh_of, scene_of, sphere
+from stage import OnScreen, view_of
+
+SIZE = (160, 120)
+CAMERA = Camera((0, 1, 5), (0, 1, 0), 0.7)
+
+
+def area_left_of(start, stop, middle, samples=400):
+    """The part of the unit square about `middle` on the left of a line, by counting."""
+    grid = (np.arange(samples) + 0.5) / samples - 0.5
+    x, y = np.meshgrid(middle[0] + grid, middle[1] + grid)
+    along = stop - start
+    return float((along[0] * (y - start[1]) > along[1] * (x - start[0])).mean())
+
+
+def test_the_part_beyond_an_edge_is_an_area():
+    rng = np.random.default_rng(3)
+    angle, offset = rng.uniform(0, 2 * np.pi, 200), rng.uniform(-0.7, 0.7, 200)
+    way = np.stack([np.cos(angle), np.sin(angle)], -1)
+    middle = rng.uniform(0, 9, (200, 2))
+    through = middle + offset[:, None] * way[:, ::-1] * [-1, 1]
+    ends = np.hstack([through - 5 * way, through + 5 * way])
+    exact = np.array([area_left_of(*line.reshape(2, 2), at) for line, at in zip(ends, middle, strict=True)])
+    assert part_beyond(ends, middle) == pytest.approx(np.minimum(exact, 1 - exact), abs=4e-3)
+
+
+def picture(studio, library, aa, representation, camera=CAMERA, *placed):
+    scene = scene_of(*(placed or [(0, (0, 0, 0), 0.0, 1.0)]), representation=representation)
+    scene.render.aa = aa
+    return studio.picture(scene, library, camera, SIZE, transparent=True)
+
+
+def disc(camera, centre, radius, samples=16):
+    """What part (H, W) of each pixel a sphere covers, by rays."""
+    width, height = SIZE[0] * samples, SIZE[1] * samples
+    view = View(camera, (width, height))
+    x, y = (np.arange(width) + 0.5) / width * 2 - 1, 1 - (np.arange(height) + 0.5) / height * 2
+    local = np.stack(np.broadcast_arrays(x[None] * view.half_extent[0], y[:, None] * view.half_extent[1], 1.0), -1)
+    ray = local @ view.axes
+    to_centre = np.asarray(centre) - view.position
+    along = ray @ to_centre / np.linalg.norm(ray, axis=-1)
+    inside = to_centre @ to_centre - along**2 < radius**2
+    return inside.reshape(SIZE[1], samples, SIZE[0], samples).mean((1, 3))
+
+
+@pytest.mark.parametrize(
+    ("representation", "most"), [(Representation.DPCI, 0.16), (Representation.MESH, 0.05), (Representation.DMESH, 0.16)]
+)
+def test_a_ball_covers_pixels_in_part(studio, representation, most):
+    """Root mean square of the error in alpha, of pixels on the outline. Without it is that of a coin, 0.29."""
+    library = ShapeLibrary([sphere(1.0, 128, 64)], resolution=128)
+    truth = disc(CAMERA, (0, 1, 0), 1.0)
+    outline = (truth > 0) & (truth < 1)
+    error = {
+        aa: np.sqrt(np.mean((picture(studio, library, aa, representation)[..., 3] - truth)[outline] ** 2))
+        for aa in ("none", "coverage", "gpaa", "gpaa-edge")
+    }
+    assert error["gpaa"] < most and error["gpaa-edge"] < most
+    assert max(error["gpaa"], error["gpaa-edge"]) < 0.6 * error["none"]
+    if representation is Representation.DPCI:
+        assert error["coverage"] < 0.6 * error["none"]
+    else:
+        assert error["coverage"] == error["none"]  # polygons and grids do not tell what they cover
+
+
+def test_a_far_ball_keeps_its_area(studio):
+    """Of fifteen pixels' width, whatever part of a pixel it stands at."""
+    library = ShapeLibrary([sphere(1.0, 64, 32)], resolution=128)
+    for aside in (0.0, 0.11, 0.23):
+        camera = Camera((aside, 1, 23), (aside, 1, 0), 0.7)
+        truth = disc(camera, (0, 1, 0), 1.0)
+        off = {
+            aa: np.abs(picture(studio, library, aa, Representation.DPCI, camera)[..., 3] - truth).sum()
+            for aa in ("none", "coverage", "gpaa")
+        }
+        assert max(off["coverage"], off["gpaa"]) < 0.6 * off["none"]
+
+
+def test_polygons_cover_exactly_what_their_edges_say(studio):
+    """Along the sides of a square, away from its corners."""
+    angle = 0.3 + np.arange(4) * np.pi / 2
+    positions = np.stack([np.cos(angle), 1 + np.sin(angle), np.zeros(4)], -1)
+    mesh = mesh_of(positions, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 0, 1], (4, 1)))
+    library = ShapeLibrary([mesh], [None])
+    alpha = picture(studio, library, "gpaa-edge", Representation.MESH)[::-1, :, 3]  # row 0 at the bottom
+    view = View(CAMERA, SIZE, near=1, far=10)
+    scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
+    lines = outlines(
+        build_adjacency(mesh.positions, mesh.faces), view, placed_records(view.position, scene.objects), np.pi, False
+    )
+    for start, stop in lines["ends"].astype(float).reshape(-1, 2, 2):
+        for share in (0.25, 0.4, 0.55, 0.7):
+            pixel = np.floor(start + share * (stop - start)).astype(int)
+            exact = area_left_of(start, stop, pixel + 0.5)
+            assert alpha[pixel[1], pixel[0]] == pytest.approx(exact, abs=0.02)
+
+
+def test_nothing_but_outlines_is_touched(studio):
+    """A ball before a step pyramid: away from where distances jump, and where faces fold, every pixel stays."""
+    steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
+    library = ShapeLibrary([sphere(0.5, 64, 32), steps], resolution=128)
+    placed = (0, (0.3, 0, 1.2), 0.0, 1.0), (1, (0, 0, 0), 0.4, 1.3)
+    for representation in Representation.DPCI, Representation.MESH:
+        scene = scene_of(*placed, representation=representation)
+        # Texels of half a pixel in both pictures: what is left is the pass itself.
+        scene.render.warp.tile_scale = 2.0
+        scene.render.gpaa.samples = 1
+        scene.render.gpaa.crease = 180.0
+        before, metres, _ = studio.picture(scene, library, CAMERA, SIZE, depth=True)
+        scene.render.aa = "gpaa-edge"
+        after = studio.picture(scene, library, CAMERA, SIZE)
+        metres = np.minimum(metres, 99.0)
+        jumps = np.zeros(metres.shape, bool)
+        for axis in (0, 1):
+            low, high = (np.take(metres, range(first, metres.shape[axis] - 1 + first), axis) for first in (0, 1))
+            edge = np.argwhere(np.abs(high - low) > 0.02 * np.minimum(low, high))
+            jumps[tuple(edge.T)] = True
+        changed = (np.abs(after - before) > 1 / 255).any(-1)
+        assert changed.sum() > 100
+        assert not (changed & ~binary_dilation(jumps, np.ones((3, 3)), iterations=2)).any()
+
+
+def test_folds_are_smoothed_from_the_angle_asked_for(studio):
+    library = ShapeLibrary([box(1.4, 1.4, 1.4, (0, 1, 0))], [None])
+    camera = Camera((2, 2.5, 4), (0, 1, 0), 0.7)
+    changed = {}
+    for crease in (30.0, 120.0):
+        scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
+        before = studio.picture(scene, library, camera, SIZE)
+        scene.render.aa, scene.render.gpaa.crease = "gpaa-edge", crease
+        changed[crease] = (studio.picture(scene, library, camera, SIZE) != before).any(-1)
+    assert (changed[30.0] & ~changed[120.0]).sum() > 40
+    assert not (changed[120.0] & ~changed[30.0]).any()
+
+
+def test_a_kept_image_ends_where_its_texels_end(studio):
+    """Boxes side by side fill the rectangles of their images; whoever walks past sees none nearer than they are."""
+    places = [(0, (1.2 * i + 0.1 * k, 0, -1.4 * k), 0.0, 1.0) for i in range(-6, 6) for k in range(8)]
+    scene = scene_of(*places)
+    scene.render.aa = "coverage"
+    kept = 0
+    with OnScreen(studio.device, scene, ShapeLibrary([box(0.3, 0.8, 0.3)], resolution=64)) as stage:
+        stage.renderer.remembers = True
+        for step in range(25):
+            aside = 0.008 * step
+            counts = stage.draw(view_of((aside, 1.2, 4.5), (aside, 0.6, -3)))
+            kept += counts["dpci"] - counts["warped"]
+            seen = np.frombuffer(stage.renderer.targets.drawn.visible.read(), np.uint32).reshape(-1, 2)
+            inverse = (seen[:, 1] & ~np.uint32(15)).view(np.float32)
+            assert np.isfinite(inverse).all() and inverse.max() < 1 / 4.1
+    assert kept > 500

@@ -1,0 +1,157 @@
+"""Depth images come to the GPU when they are seen, and go when others need the room."""
+
+import logging
+
+import numpy as np
+import pytest
+
+import depthwalk.render.resources.asset_store
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cooked_file import find_cooked, keep_cooked
+from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.errors import InputError
+from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.loader import load_scene
+from shapes import ShapeLibrary, bake, box, leaves, sphere
+
+SIZE = 96, 72
+
+
+@pytest.fixture(scope="module")
+def baked():
+    return [bake(sphere(1 + 0.1 * k, columns=32, rows=16), resolution=32, layers=1) for k in range(4)]
+
+
+@pytest.fixture
+def store(gl_device, baked):
+    store = AssetStore(gl_device, ShapeLibrary([None] * 4, baked))
+    for asset in range(4):
+        store.depth_numbers(asset)
+    yield store
+    store.release()
+
+
+def there(store, needed, seconds=None):
+    return np.flatnonzero(store.stream(needed, seconds)[4:]).tolist()
+
+
+def test_what_was_used_last_stays(store):
+    sizes = [store.prepared(number).bytes for number in range(4, 8)]
+    store.budget = 3 * max(sizes)
+    assert sum(sizes) > store.budget  # three fit
+    assert there(store, [4, 5, 6]) == [0, 1, 2]
+    assert there(store, [4]) == [0, 1, 2]  # nothing has to go
+    before = store.gl.device.live["texture_array"]
+    assert there(store, [7]) == [0, 2, 3]
+    assert store.gpu_bytes <= store.budget and store.gl.device.live["texture_array"] == before
+
+
+def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(store, caplog):
+    store.budget = store.prepared(4).bytes
+    with caplog.at_level(logging.WARNING):
+        for _ in range(2):
+            assert there(store, [4, 5, 6, 7]) == [0, 1, 2, 3]
+    assert [record.message.split(":")[0] for record in caplog.records] == [
+        "what is in sight takes more GPU memory than render.gpu_memory"
+    ]
+    assert there(store, [6]) == [2]  # as soon as it is not needed
+
+
+def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(store, monkeypatch):
+    clock = iter(range(1000))
+    monkeypatch.setattr(depthwalk.render.resources.asset_store.time, "perf_counter", lambda: float(next(clock)))
+    assert there(store, [6, 4, 5], seconds=1.0) == [2]
+    assert there(store, [6, 4, 5], seconds=1.0) == [0, 2]
+    assert there(store, [6, 4, 5], seconds=1.0) == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    "form", [CookOptions(), CookOptions(stepped=True), CookOptions(stepped=True, paper_cases=True)]
+)
+def test_what_was_prepared_is_read_as_it_was(baked, form, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    painted = bake(box(1.0, 2.0, 1.0), resolution=32, layers=2)
+    made = tuple(cook_object(part, form) for part in (baked[0], painted))
+    assert find_cooked("0", form) is None
+    keep_cooked("0", form, made)
+    found = find_cooked("0", form)
+    assert find_cooked("0", CookOptions(not form.stepped)) is None
+    for before, after in zip(made, found, strict=True):
+        old, new = before.outline, after.outline
+        assert (old.cylinder, old.steps, old.key, old.rotation) == (new.cylinder, new.steps, new.key, new.rotation)
+        assert [(i.face, i.layer, i.depth.shape) for i in old.images] == [
+            (i.face, i.layer, i.depth.shape) for i in new.images
+        ]
+        assert before.bytes == after.bytes
+        np.testing.assert_array_equal(before.count, after.count)
+        for one, other in zip(before.load(), after.load(), strict=True):
+            for name, value in vars(one).items():
+                np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
+    next(tmp_path.rglob("*.npz")).write_bytes(b"PK\x03\x04")
+    assert find_cooked("0", form) is None
+
+
+def test_of_small_images_only_foliage_is_simplified():
+    """Images that take longer to simplify than they are worth, and such as are all borders."""
+    solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(400, 0.1)))
+    for baked, share in (solid, 1.0), (dense, 0.4):
+        grids = build_grid_lods(baked)
+        assert len(cook_object(baked, CookOptions()).load()[0].drawn(0)) <= share * len(grids.drawn(0))
+        assert (cook_object(baked, CookOptions(stepped=True)).count == grids.count).all()
+    assert (cook_object(solid, CookOptions()).count == build_grid_lods(solid).count).all()
+
+
+def test_a_small_budget_changes_no_picture(gl_device, tiny_scene, tmp_path, monkeypatch):
+    """Assets left and right; the second time around from the cache alone, which vanishes in between."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assets = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32}}}}" for k in (1, 2))
+    tiny_scene.write_text(
+        f"version: 1\nassets: {{{assets}}}\nobjects:\n  - {{asset: b1, position: [-9, 0, 0]}}\n"
+        "  - {asset: b2, position: [9, 0, 0]}\n"
+    )
+    scene = load_scene(tiny_scene)
+    views = [View(Camera((0, 1, 0), (x, 1, 0), 1.0), SIZE) for x in (-1, 1)]
+
+    def pictures():
+        scope = gl_device.scope("test")
+        screen = scope.framebuffer([scope.texture(SIZE, 4)])
+        renderer = Renderer(gl_device, scene, SceneLibrary(scene.assets))
+        for view in views * 2:
+            renderer.render(view, screen)
+            yield read_pixels(screen).copy(), renderer.plan.counts["assets"]
+        renderer.release()
+        scope.release()
+
+    whole = list(pictures())
+    assert [count for _, count in whole] == [1, 2, 2, 2]
+    scene.render.gpu_memory = 1000
+    few = []
+    for picture in pictures():
+        few.append(picture)
+        if len(few) == 2:
+            for path in (tmp_path / "cache").rglob("*.npz"):
+                path.unlink()
+    assert [count for _, count in few] == [1, 1, 1, 1]
+    # A tile that lies elsewhere in the atlas rounds otherwise.
+    for (one, _), (other, _) in zip(whole, few, strict=True):
+        differ = np.abs(one.astype(int) - other)
+        assert differ.max() <= 4 and (differ > 0).mean() < 0.01
+    assert not np.array_equal(whole[0][0], whole[1][0])
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"), [("2 GiB", 2 << 30), ("1.5GB", 1_500_000_000), ("500 kB", 500_000), ("7", 7)]
+)
+def test_sizes_are_written_with_units(tiny_scene, text, expected):
+    assert load_scene(tiny_scene, overrides={"render.gpu_memory": text}).render.gpu_memory == expected
+
+
+@pytest.mark.parametrize("text", ["2 gib", "-1", "much", "1.5", "99999 TiB"])
+def test_other_sizes_are_refused(tiny_scene, text):
+    with pytest.raises(InputError, match=r"^--set render\.gpu_memory: must be") as error:
+        load_scene(tiny_scene, overrides={"render.gpu_memory": text})
+    assert "\n" not in str(error.value)

@@ -1,0 +1,83 @@
+"""Renderers without a window: several at a time, and what a failing one leaves behind."""
+
+import numpy as np
+import pytest
+
+import depthwalk.render.headless
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.gpu.device import GpuError, Scope
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.view.view import View
+from depthwalk.render.world.render_world import RenderWorld
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.loader import load_scene
+
+SIZE = (96, 64)
+NEAR = View(Camera((0.0, 1.0, 4.0), (0.0, 1.0, 0.0), 0.8), SIZE)
+ASIDE = View(Camera((0.0, 1.0, 4.0), (1.5, 1.0, 0.0), 0.8), SIZE)
+
+pytestmark = pytest.mark.usefixtures("gl_device")
+
+
+@pytest.fixture
+def make(tiny_scene):
+    scene = load_scene(tiny_scene)
+    return lambda representation=None: HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE, representation)
+
+
+def shot(headless, view):
+    headless.draw(view)
+    return headless.pixels()
+
+
+def test_two_renderers_do_not_disturb_each_other(make):
+    with make(Representation.MESH) as alone:
+        other = shot(alone, ASIDE)
+    with make() as first:
+        expected, distance = shot(first, NEAR), first.linear_image().distance
+        assert np.abs(expected.astype(int) - other).max() > 50
+        with make(Representation.MESH) as second:
+            assert np.array_equal(first.pixels(), expected)
+            assert np.array_equal(shot(second, ASIDE), other)
+            assert np.array_equal(first.pixels(), expected)
+            assert np.array_equal(first.linear_image().distance, distance)
+            assert np.abs(shot(first, NEAR).astype(int) - expected).max() <= 1
+            assert np.array_equal(second.pixels(), other)
+        assert np.abs(first.pixels().astype(int) - expected).max() <= 1
+        assert np.abs(shot(first, NEAR).astype(int) - expected).max() <= 1
+
+
+def test_a_picture_does_not_depend_on_those_before_it(make):
+    steps = [View(Camera((0.02 * k, 1.0, 4.0), (0.0, 1.0, 0.0), 0.8), SIZE) for k in range(4)]
+    with make(Representation.DPCI) as walked, make(Representation.DPCI) as fresh:
+        walked.renderer.settings.lod.magnification = 0.0  # no mesh is to stand in; one scene, one group of settings
+        assert walked.renderer.settings.warp.reuse_error > 0
+        pictures = [shot(walked, view) for view in steps]
+        assert np.array_equal(pictures[-1], shot(fresh, steps[-1]))
+        walked.renderer.remembers = True
+        for view in steps:
+            walked.draw(view)
+        assert walked.renderer.plan.counts["warped"] < walked.renderer.plan.counts["dpci"]
+
+
+@pytest.mark.parametrize(("owner", "step"), [(Scope, "framebuffer"), (Renderer, "__init__"), (RenderWorld, "table")])
+def test_a_failing_step_leaves_nothing_behind(make, monkeypatch, owner, step):
+    devices = []
+
+    def watched():
+        devices.append(make_device())
+        return devices[-1]
+
+    def fail(*arguments, **options):
+        raise GpuError("the driver refused")
+
+    make_device = depthwalk.render.headless.headless_device
+    monkeypatch.setattr(depthwalk.render.headless, "headless_device", watched)
+    monkeypatch.setattr(owner, step, fail)
+    with pytest.raises(GpuError, match="the driver refused"):
+        make()
+    (device,) = devices
+    assert device.live.total() == 0
+    with pytest.raises(AttributeError):  # as moderngl's contexts are once they are released
+        device.context.finish()

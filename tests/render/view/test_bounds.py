@@ -1,0 +1,75 @@
+"""Where objects are: visibility, near and far plane, the camera that sees everything."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from depthwalk.render.renderer import Renderer
+from depthwalk.render.view.bounds import Bounds, depth_range
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+from shapes import ShapeLibrary, scene_of, sphere
+
+number = st.floats(-50, 50)
+
+
+@given(st.tuples(number, number, number), st.floats(0.01, 5), st.tuples(number, number, number), st.floats(0.2, 2.5))
+def test_a_sphere_that_shows_a_point_is_visible(centre, bounding_radius, eye, fov):
+    view = View(Camera(eye, (eye[0] + 1, eye[1] + 0.3, eye[2] - 1), fov), (160, 90))
+    point = np.add(centre, (0, bounding_radius, 0))  # one point of the sphere
+    right, up, forward = view.axes @ (point - view.position)
+    tan_x, tan_y = view.half_extent
+    shows = forward > 0 and abs(right) < tan_x * forward and abs(up) < tan_y * forward
+    visible, _ = Bounds(np.array([centre]), np.array([bounding_radius])).visible(view)
+    assert len(visible) == 1 or not shows
+
+
+@pytest.mark.parametrize(
+    ("forward", "reach", "ground", "near", "far"),
+    [
+        ([10.0], [1.0], None, 0.99 * 9, 1.01 * 11),
+        ([10.0, 2000.0], [1.0, 500.0], None, 0.99 * 9, 1.01 * 2500),
+        ([0.5], [1.0], None, 1.01 * 1.5 / 2e4, 1.01 * 1.5),  # inside
+        ([10.0], [1.0], (0.8, 700.0), 0.99 * 0.8, 1.01 * 700),
+        ([0.02], [0.01], None, 0.99 * 0.01, 1.01 * 0.03),
+    ],
+)
+def test_near_and_far_hold_what_is_seen(forward, bounding_radius, ground, near, far):
+    assert depth_range(np.array(forward), np.array(bounding_radius), ground) == pytest.approx((near, far))
+
+
+def test_nothing_in_sight_still_has_a_range():
+    near, far = depth_range(np.zeros(0), np.zeros(0), None)
+    assert 0 < near < far
+
+
+@pytest.mark.parametrize("scale", [0.004, 1.0, 1500.0])
+@pytest.mark.parametrize("size", [(160, 120), (60, 240)])
+def test_the_camera_that_frames_all_sees_all(gl_device, studio, scale, size):
+    """Two balls far apart, tiny or huge, in a wide or a narrow picture: both whole, with the same picture."""
+    library = ShapeLibrary([sphere(columns=48, rows=24)], resolution=64)
+    scene = scene_of((0, (-4 * scale, 0, 0), 0.0, scale), (0, (4 * scale, 0, 0), 0.0, scale))
+    renderer = Renderer(gl_device, scene, library)
+    camera = renderer.frame_all(size[0] / size[1])
+    renderer.release()
+    solid = studio.picture(scene, library, camera, size=size, transparent=True)[..., 3] > 0
+    columns = np.flatnonzero(solid.any(0))
+    assert columns[0] > 0 and columns[-1] < size[0] - 1
+    left, right = solid[:, : size[0] // 2].sum(), solid[:, size[0] // 2 :].sum()
+    assert left > 20 and abs(int(left) - int(right)) < 0.2 * left
+
+
+@pytest.mark.parametrize("scale", [0.6, 0.75, 1.5])
+def test_tiles_of_any_resolution_are_free_of_specks(studio, scale):
+    """Where texels and pixels do not coincide, ties between texels must not pick an empty one."""
+    library = ShapeLibrary([sphere(columns=48, rows=24)], resolution=64)
+    places = [(0, (2.4 * (k % 5), 0, 2.4 * (k // 5)), 0.1 * k, 0.3 + 0.03 * k) for k in range(25)]
+    scene = scene_of(*places)
+    scene.render.warp.tile_scale = scale
+    camera = Camera((5.0, 4.0, 16.0), (5.0, 0.5, 5.0), 0.7)
+    coarse = studio.picture(scene, library, camera, size=(320, 240))
+    scene.render.warp.tile_scale = 1.0
+    exact = studio.picture(scene, library, camera, size=(320, 240))
+    assert (np.abs(coarse - exact).max(-1) > 0.1).mean() < 0.03
+    assert coarse.min() >= 0 and np.isfinite(coarse).all()

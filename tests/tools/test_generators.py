@@ -1,0 +1,214 @@
+"""The tools the generators are made of."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from tools.make_models import props, stone, surfaces
+from tools.make_models.__main__ import generate
+from tools.make_models.decimate import unpinched, with_exact_count, without_flaps
+from tools.make_models.meshing import ambient_occlusion, largest_part, polygonise
+from tools.make_models.model import Model, write_ply
+from tools.make_models.noise import fractal
+from tools.make_models.sdf import Blob, Points, Rod, ellipsoid, rod, sculpt, union
+from tools.make_models.textures import grass, paving, tiling_noise, write_png
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.render.resources.mesh_object import is_solid
+from depthwalk.scene.loader import load_scene
+
+
+def signed_volume(model: Model) -> float:
+    """Cubic metres; positive where the faces of a closed model look outward."""
+    a, b, c = (model.positions[model.faces[:, k]].astype(np.float64) for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def boundary_edges(model: Model) -> np.ndarray:
+    """(n, 2) directed edges without a partner of the opposite direction; none means watertight."""
+    edges = model.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
+    keys = edges[:, 0] * len(model.positions) + edges[:, 1]
+    partners = edges[:, 1] * len(model.positions) + edges[:, 0]
+    return edges[~np.isin(keys, partners)].astype(np.int32)
+
+
+def ball(p: Points) -> np.ndarray:
+    return ellipsoid(p, (0, 0.5, 0), (0.5, 0.5, 0.5))
+
+
+def dome(p: Points) -> np.ndarray:
+    """The upper half of the ball."""
+    return np.maximum(ball(p), np.float32(0.5) - p[:, 1])
+
+
+@pytest.fixture(scope="module")
+def sphere() -> Model:
+    return polygonise(ball, (-0.6, -0.1, -0.6), (0.6, 1.1, 0.6), 0.03)
+
+
+def test_distance_of_a_sphere_and_a_capsule_is_exact() -> None:
+    p = np.array([[2, 0, 0], [0, 0.25, 0], [0, 3, 0]], np.float32)
+    np.testing.assert_allclose(ellipsoid(p, (0, 0, 0), (1, 1, 1)), [1, -0.75, 2], atol=1e-6)
+    np.testing.assert_allclose(rod(p, (0, 0, 0), (0, 2, 0), 0.5, 0.5), [1.5, -0.5, 0.5], atol=1e-6)
+
+
+def test_union_is_the_minimum_but_for_the_seam() -> None:
+    a, b = np.float32([0, 1, 5]), np.float32([0, 1.5, 1])
+    np.testing.assert_allclose(union(a, b, 0.4), [-0.1, 1, 1], atol=1e-6)
+
+
+def test_a_cut_stroke_takes_away() -> None:
+    p = np.zeros((1, 3), np.float32)
+    solid = sculpt(p, np.full(1, 9, np.float32), [Rod((0, -1, 0), (0, 1, 0), 0.5, 0.5, 0.1)])
+    assert solid[0] < 0 < sculpt(p, solid, [Blob((0, 0, 0), (0.3, 0.3, 0.3), 0.1, cut=True)])[0]
+
+
+def test_polygonise_gives_a_closed_sphere_of_the_right_size(sphere: Model) -> None:
+    assert len(boundary_edges(sphere)) == 0
+    assert signed_volume(sphere) == pytest.approx(np.pi / 6, rel=0.01)
+
+
+def test_polygonise_drops_crumbs() -> None:
+    def two(p: Points) -> np.ndarray:
+        return np.minimum(ball(p), ellipsoid(p, (0.9, 0.5, 0), (0.1, 0.1, 0.1)))
+
+    model = polygonise(two, (-0.6, -0.1, -0.6), (1.1, 1.1, 0.6), 0.04)
+    assert model.positions[:, 0].max() < 0.6
+
+
+@pytest.mark.parametrize("count", [1000, 1001])
+def test_exact_count(count: int) -> None:
+    model = with_exact_count(polygonise(dome, (-0.6, 0.3, -0.6), (0.6, 1.1, 0.6), 0.03), count)
+    assert len(model.faces) == count
+    assert len(boundary_edges(model)) == 3 * (count % 2)
+    assert signed_volume(model) == pytest.approx(np.pi / 12, rel=0.02)
+
+
+def voxels(solid: list[tuple[int, int, int]]) -> Model:
+    """The surface of unit cubes; neighbours share vertices, and their common sides are left out."""
+    quads = []
+    for cube in solid:
+        for axis in range(3):
+            for side in (0, 1):
+                step = np.eye(3, dtype=int)[axis] * (2 * side - 1)
+                if tuple(np.add(cube, step)) not in solid:
+                    u, v = np.eye(3, dtype=int)[[(axis + 1) % 3, (axis + 2) % 3]]
+                    at = np.add(cube, np.eye(3, dtype=int)[axis] * side)
+                    ring = [at, at + u, at + u + v, at + v]
+                    quads.append(ring if side else ring[::-1])
+    corners, index = np.unique(np.reshape(quads, (-1, 3)), axis=0, return_inverse=True)
+    faces = index.reshape(-1, 4)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    return Model(corners.astype(np.float32), faces.astype(np.int32), np.ones(corners.shape, np.float32))
+
+
+def most_faces_at_an_edge(model: Model) -> int:
+    edges = np.sort(model.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return int(np.unique(edges, axis=0, return_counts=True)[1].max())
+
+
+BRIDGE = [(0, 0), (1, 0), (1, 1)]
+
+
+@pytest.mark.parametrize(
+    ("solid", "bodies"),
+    [
+        ([(0, 0, 0), (1, 1, 0)], 2),  # two cubes that touch along an edge
+        ([(0, 0, 1), (1, 1, 1), *((x, y, z) for x, y in BRIDGE for z in (0, 2))], 1),  # also joined above and below
+    ],
+)
+def test_what_touches_itself_along_an_edge_is_taken_apart(solid: list[tuple[int, int, int]], bodies: int) -> None:
+    pinched = voxels(solid)
+    apart = unpinched(pinched)
+    assert most_faces_at_an_edge(pinched) == 4
+    assert most_faces_at_an_edge(apart) == 2
+    assert len(boundary_edges(apart)) == 0
+    assert signed_volume(apart) == pytest.approx(len(solid))
+    assert len(largest_part(apart).faces) == len(apart.faces) // bodies
+
+
+def test_faces_back_to_back_are_dropped(sphere: Model) -> None:
+    flap = np.array([[0, 1000, 2000], [2000, 1000, 0]], np.int32)
+    model = Model(sphere.positions, np.concatenate([sphere.faces, flap]), sphere.colours)
+    assert np.array_equal(without_flaps(model).faces, sphere.faces)
+
+
+def test_ambient_occlusion_is_open_above_and_dark_below(sphere: Model) -> None:
+    light = ambient_occlusion(sphere, 2.0)
+    y = sphere.positions[:, 1]
+    assert light[y > 0.95].min() > 0.95
+    assert light[y < 0.03].max() < 0.3
+
+
+def test_direct_surfaces_are_closed_and_look_outward() -> None:
+    turned = surfaces.lathe([[0, 0], [1, 0], [1, 2], [0, 2]], 32)
+    bent = surfaces.tube(surfaces.curve([[0, 0, 0], [0, 1, 0], [1, 2, 0]], 20), 0.1, 12)
+    unit = np.eye(3)
+    leaf = surfaces.blades(unit[:1], unit[1:2], unit[2:], np.ones(1), 0.5, unit[2:])
+    spindle = surfaces.spindles(np.zeros((1, 3)), unit[:1], np.full(1, 0.1))
+    for model in (turned, bent, leaf, spindle):
+        assert len(boundary_edges(model)) == 0
+        assert signed_volume(model) > 0
+    assert signed_volume(turned) == pytest.approx(2 * np.pi, rel=0.01)
+    assert signed_volume(surfaces.block([0, 0, 0], [1, 2, 3])) == pytest.approx(6)
+
+
+def test_noise_is_bounded_smooth_and_seeded() -> None:
+    p = np.random.default_rng(0).uniform(-9, 9, (5000, 3))
+    values = fractal(p, 1.0, 7)
+    assert np.abs(values).max() <= 1
+    assert values.std() > 0.1
+    assert np.abs(fractal(p + 1e-3, 1.0, 7) - values).max() < 0.05
+    assert not np.array_equal(fractal(p, 1.0, 8), values)
+
+
+@pytest.mark.parametrize("make", [stone.slab_rock, props.bench, props.teapot])
+def test_generators_repeat_themselves(make: object, tmp_path: Path) -> None:
+    write_ply(tmp_path / "a.ply", make())
+    write_ply(tmp_path / "b.ply", make())
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
+
+
+def test_ply_reads_back(tmp_path: Path) -> None:
+    model = surfaces.block([0, 0, 0], [1, 2, 3], (1.0, 0.5, 0.0))
+    write_ply(tmp_path / "block.ply", model)
+    read = trimesh.load(tmp_path / "block.ply", process=False)
+    np.testing.assert_array_equal(read.vertices, model.positions)
+    np.testing.assert_array_equal(read.faces, model.faces)
+    np.testing.assert_array_equal(read.vertex_normals, model.normals)
+    np.testing.assert_array_equal(read.visual.vertex_colors[0], [255, 128, 0, 255])
+
+
+def test_tiling_noise_has_no_seam() -> None:
+    field = tiling_noise(64, 4, 1)
+    step = np.abs(np.diff(field, axis=0)).max()
+    assert np.abs(field[0] - field[-1]).max() <= 1.2 * step
+
+
+@pytest.mark.parametrize("make", [grass, paving])
+def test_textures_tile_and_stay_small(make: object, tmp_path: Path) -> None:
+    picture = make()
+    inner = np.abs(np.diff(picture, axis=0)).mean()
+    assert picture.shape == (512, 512, 3)
+    assert np.abs(picture[0] - picture[-1]).mean() < 1.5 * inner
+    assert np.abs(picture[:, 0] - picture[:, -1]).mean() < 1.5 * inner
+    write_png(tmp_path / "a.png", picture)
+    assert (tmp_path / "a.png").stat().st_size < 250_000
+
+
+def test_generate_writes_what_is_asked(tmp_path: Path) -> None:
+    generate(tmp_path / "out", ["pedestal"])
+    assert [f.name for f in (tmp_path / "out").iterdir()] == ["pedestal.ply"]
+    with pytest.raises(InputError, match="no demo file is called 'pedestel'; did you mean 'pedestal'"):
+        generate(tmp_path, ["pedestel"])
+
+
+def test_the_market_is_a_scene_of_different_assets(tmp_path):
+    generate(tmp_path, ["market"], assets=5)
+    scene = load_scene(tmp_path / "market.yaml")
+    assert len(scene.assets) == len(scene.objects) == 5
+    assert len({path.read_bytes() for path in tmp_path.glob("*.ply")}) == 5
+    assert len(np.unique(scene.objects.position, axis=0)) == 5
+    mesh = load_mesh(scene.assets[3].mesh)
+    assert 0.6 < mesh.bounds[1][1] < 1.4 and is_solid(mesh)

@@ -1,0 +1,100 @@
+"""From a signed distance field to a mesh, and the light that reaches it."""
+
+from dataclasses import replace
+
+import numpy as np
+from embreex import rtcore_scene
+from embreex.mesh_construction import TriangleMesh
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import zoom
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from skimage.measure import marching_cubes
+from tools.make_models.model import Model, vertex_normals
+from tools.make_models.sdf import Field
+
+_COARSE = 4  # fine cells per coarse cell
+_CHUNK = 1 << 17  # points per evaluation: the temporaries stay in the processor's cache
+
+
+def polygonise(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) -> Model:
+    """The zero surface of `field` within the box, sampled every `cell`; it is open where the solid leaves the box.
+
+    The field is evaluated finely only near the surface, so it must not change faster than distance does (Lipschitz
+    constant near 1).
+    """
+    lower = np.asarray(lower, np.float32)
+    blocks = np.ceil((np.asarray(upper, np.float32) - lower) / (cell * _COARSE)).astype(int)
+    coarse = _evaluate(field, np.argwhere(np.ones(blocks + 1, bool)), lower, cell * _COARSE).reshape(blocks + 1)
+    fine_shape = blocks * _COARSE + 1
+    volume = zoom(coarse, fine_shape / (blocks + 1), order=1, mode="nearest")
+    near = np.abs(volume) < 3.0 * cell * _COARSE
+    volume[near] = _evaluate(field, np.argwhere(near), lower, cell)
+    clearance = np.float32(0.03 * cell)  # a surface through a lattice point would give faces without area
+    volume = np.where(np.abs(volume) < clearance, np.copysign(clearance, volume), volume)
+    vertices, faces, _, _ = marching_cubes(volume, 0.0, gradient_direction="descent")
+    positions = (vertices * np.float32(cell) + lower).astype(np.float32)
+    return largest_part(Model(positions, faces.astype(np.int32), np.ones_like(positions)))
+
+
+def _evaluate(field: Field, cells: NDArray[np.intp], lower: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
+    values = np.empty(len(cells), np.float32)
+    for start in range(0, len(cells), _CHUNK):
+        chunk = slice(start, start + _CHUNK)
+        values[chunk] = field(cells[chunk].astype(np.float32) * np.float32(cell) + lower)
+    return values
+
+
+def tidy(model: Model) -> Model:
+    """Without zero-area faces' repeated corners and without unreferenced vertices."""
+    f = model.faces
+    keep = (f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])
+    used, faces = np.unique(f[keep], return_inverse=True)
+    normals = None if model.normals is None else model.normals[used]
+    return Model(model.positions[used], faces.reshape(-1, 3).astype(np.int32), model.colours[used], normals)
+
+
+def largest_part(model: Model) -> Model:
+    """The connected part with the most vertices: drops crumbs and enclosed hollows."""
+    a, b = model.faces[:, [0, 1, 2]].ravel(), model.faces[:, [1, 2, 0]].ravel()
+    count = len(model.positions)
+    _, part = connected_components(coo_array((np.ones(len(a), bool), (a, b)), (count, count)), directed=False)
+    keep = part[model.faces[:, 0]] == np.bincount(part).argmax()
+    return tidy(replace(model, faces=model.faces[keep]))
+
+
+def ambient_occlusion(model: Model, bounding_radius: float, rays: int = 48, ground: bool = True) -> NDArray[np.float32]:
+    """(V,) float32 in 0–1: the cosine-weighted share of directions that are free within `bounding_radius` metres.
+
+    `ground` adds a floor at y = 0, so that feet and bases darken.
+    """
+    triangles = model.positions[model.faces]
+    if ground:
+        far, low = 50 * float(np.abs(model.positions).max()), -3e-3 * bounding_radius  # below the rays' origins
+        corners = np.array([[-far, low, -far], [-far, low, far], [far, low, far], [far, low, -far]], np.float32)
+        triangles = np.concatenate([triangles, corners[[[0, 1, 2], [0, 2, 3]]]])
+    scene = rtcore_scene.EmbreeScene()
+    TriangleMesh(scene, np.ascontiguousarray(triangles))
+    normals = vertex_normals(model)
+    origins = model.positions + normals * np.float32(1e-3 * bounding_radius)
+    free = np.zeros(len(origins), np.float32)
+    for direction in _sphere(rays):
+        towards = normals + direction  # a unit vector plus the normal: cosine-distributed about the normal
+        towards /= np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-6)
+        hit = scene.run(
+            origins,
+            towards.astype(np.float32),
+            dists=np.full(len(origins), bounding_radius, np.float32),
+            query="OCCLUDED",
+        )
+        free += np.asarray(hit) < 0
+    return free / np.float32(rays)
+
+
+def _sphere(count: int) -> NDArray[np.float32]:
+    """(count, 3) unit vectors, evenly spread (Fibonacci)."""
+    k = np.arange(count) + 0.5
+    y = 1 - 2 * k / count
+    angle = k * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt(1 - y * y) * 0.999
+    return np.stack([r * np.cos(angle), y * 0.999, r * np.sin(angle)], axis=1).astype(np.float32)

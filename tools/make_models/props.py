@@ -1,0 +1,264 @@
+"""Light polygon props: paving, bench, hedge, wall, teapot, room, table, pedestal."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from tools.make_models.model import Model, merged
+from tools.make_models.noise import fractal
+from tools.make_models.paint import mix, shaded, smoothstep
+from tools.make_models.plants import leaf_colours, unit
+from tools.make_models.surfaces import Polyline, assembled, blades, block, curve, lathe, panel, rounded_profile, tube
+
+from depthwalk.types import Array
+
+OAK_WOOD = ((0.60, 0.43, 0.27), (0.44, 0.29, 0.17))
+
+
+def wooden(model: Model, along: int, seed: int) -> Model:
+    """Wood with its grain along an axis (0, 1, 2)."""
+    stretch = np.full(3, 1.0)
+    stretch[along] = 0.06
+    return model.painted(mix(*OAK_WOOD, 0.5 + 0.9 * fractal(model.positions * stretch + seed, 0.05, seed, 3)))
+
+
+def toned(rng: np.random.Generator, colour: ArrayLike, spread: float) -> Array:
+    """The colour, a little lighter or darker."""
+    return np.clip(np.asarray(colour) * (1 + spread * rng.normal()), 0, 1)
+
+
+def path_tile() -> Model:
+    """2 m of garden path along z, 1.2 m wide: flagstones of unequal width on a bed of gravel, 6 cm high."""
+    rng = np.random.default_rng(51)
+    parts = [block([-0.6, 0, -1], [0.6, 0.03, 1], (0.42, 0.38, 0.32))]
+    for row in range(5):
+        z, split = -1 + 0.4 * row, rng.uniform(-0.22, 0.22)
+        for low, high in ((-0.6, split), (split, 0.6)):
+            top = 0.055 + rng.uniform(-0.004, 0.005)
+            flag = flagstone([low + 0.012, 0.01, z + 0.012], [high - 0.012, top, z + 0.388])
+            parts.append(flag.painted(toned(rng, (0.62, 0.58, 0.52), 0.07)))
+    tile = assembled(*parts)
+    return shaded(tile.painted(tile.colours * (1 + 0.12 * fractal(tile.positions, 0.12, 52)[:, None])), 0.08, 0.4)
+
+
+def flagstone(lower: ArrayLike, upper: ArrayLike) -> Model:
+    """A slab with chamfered upper edges, its top divided so that it can carry colour."""
+    low, high = np.asarray(lower, np.float64), np.asarray(upper, np.float64)
+    edge = 0.012
+    top_low, top_high = low + edge, high - edge
+    dx, dz = top_high[0] - top_low[0], top_high[2] - top_low[2]
+    top = panel([top_low[0], high[1], top_low[2]], [0, 0, dz], [dx, 0, 0], (6, 8))
+    ring_low = np.array([[low[0], low[2]], [low[0], high[2]], [high[0], high[2]], [high[0], low[2]]])
+    ring_top = np.array(
+        [[top_low[0], top_low[2]], [top_low[0], top_high[2]], [top_high[0], top_high[2]], [top_high[0], top_low[2]]]
+    )
+    rings = ((ring_low, low[1]), (ring_low, high[1] - edge), (ring_top, high[1]))
+    skirts = [quad_strip(a, b) for a, b in pairwise(rings)]
+    return merged([top, *skirts])
+
+
+def quad_strip(lower: tuple[Array, float], upper: tuple[Array, float]) -> Model:
+    """Four flat quadrilaterals between two rectangles (4, 2) of (x, z) at two heights, facing outward."""
+    (a, ya), (b, yb) = lower, upper
+    below = np.column_stack([a[:, 0], np.full(4, ya), a[:, 1]])
+    above = np.column_stack([b[:, 0], np.full(4, yb), b[:, 1]])
+    corners = np.stack([below, np.roll(below, -1, 0), np.roll(above, -1, 0), above], axis=1)
+    normal = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]))
+    faces = (4 * np.arange(4)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3).astype(np.int32)
+    positions = corners.reshape(-1, 3).astype(np.float32)
+    return Model(positions, faces, np.ones_like(positions), np.repeat(normal, 4, axis=0).astype(np.float32))
+
+
+def bench() -> Model:
+    """A garden bench of five slats and a back on two iron frames, 1.6 m wide; it faces +z."""
+    seat = [block([-0.8, 0.43, -0.21 + 0.095 * k], [0.8, 0.46, -0.13 + 0.095 * k]) for k in range(5)]
+    back = [
+        block([-0.8, 0.56 + 0.13 * k, -0.285 - 0.02 * k], [0.8, 0.65 + 0.13 * k, -0.26 - 0.02 * k]) for k in range(3)
+    ]
+    wood = [wooden(plank, 0, 60 + k) for k, plank in enumerate(seat + back)]
+    iron = merged([frame.moved([x, 0, 0]) for x in (-0.68, 0.68) for frame in _bench_frame()]).painted(
+        (0.13, 0.16, 0.15)
+    )
+    return shaded(assembled(*wood, iron), 0.3, 0.45)
+
+
+def _bench_frame() -> list[Model]:
+    leg = curve([[0, 0, 0.24], [0, 0.2, 0.19], [0, 0.42, 0.2]], 10)
+    rear = curve([[0, 0, -0.33], [0, 0.25, -0.22], [0, 0.45, -0.22], [0, 0.98, -0.34]], 16)
+    seat = curve([[0, 0.41, -0.22], [0, 0.4, 0], [0, 0.415, 0.23]], 8)
+    arm = curve(
+        [[0, 0.66, -0.27], [0, 0.7, -0.05], [0, 0.68, 0.2], [0, 0.62, 0.25], [0, 0.5, 0.21], [0, 0.42, 0.2]], 20
+    )
+    return [tube(path, 0.018, 8) for path in (leg, rear, seat, arm)]
+
+
+def hedge() -> Model:
+    """2 m of clipped hedge along x, 0.45 m deep and 0.7 m high."""
+    rng = np.random.default_rng(71)
+    half = np.array([1.0, 0.35, 0.225])
+    core = block(-half * 0.95, half * 0.95, (0.08, 0.13, 0.05))
+    count = 1200
+    areas = np.array([half[1] * half[2], half[0] * half[2], half[0] * half[1]])
+    axis = rng.choice(3, count, p=areas / areas.sum())
+    base = rng.uniform(-1, 1, (count, 3)) * half
+    sign = np.where((axis == 1) | (rng.random(count) < 0.5), 1.0, -1.0)
+    base[np.arange(count), axis] = sign * half[axis] * rng.uniform(0.9, 1, count)
+    base[:, 1] = np.maximum(base[:, 1], 0.13 - half[1])  # the tips stay above the ground
+    out = np.zeros((count, 3))
+    out[np.arange(count), axis] = sign
+    heading = unit(0.5 * out + unit(rng.normal(size=(count, 3))))
+    leaves = blades(base, heading, out, 0.1 * rng.uniform(0.7, 1.2, count), 0.62, unit(out + 0.35 * heading))
+    green = leaf_colours(rng, leaves, (0.46, 0.58, 0.22), (0.15, 0.29, 0.10), (base[:, 0] * 4 + 4).astype(int))
+    return shaded(assembled(core, green), 0.3, 0.5)
+
+
+def wall() -> Model:
+    """2 m of low brick wall along x with a stone coping, 0.8 m high."""
+    rng = np.random.default_rng(81)
+    parts = [block([-0.99, 0, -0.105], [0.99, 0.72, 0.105], (0.62, 0.59, 0.53))]
+    for row in range(9):
+        for k in range(-1 * (row % 2), 8):
+            low = max(-1.0, -1 + 0.25 * (k + 0.5 * (row % 2)))
+            high = min(1.0, -1 + 0.25 * (k + 1 + 0.5 * (row % 2)))
+            brick = block([low + 0.006, 0.08 * row + 0.006, -0.115], [high - 0.006, 0.08 * row + 0.074, 0.115])
+            parts.append(brick.painted(toned(rng, (0.62, 0.34, 0.25), 0.12)))
+    coping = [
+        block([-1 + 0.5 * k, 0.72, -0.15], [-0.505 + 0.5 * k, 0.8, 0.15], toned(rng, (0.70, 0.66, 0.58), 0.05))
+        for k in range(4)
+    ]
+    return shaded(assembled(*parts, *coping), 0.2, 0.35)
+
+
+def teapot() -> Model:
+    """A round-bellied pot with lid, hooped handle and spout, blue on white, 0.2 m."""
+    outline: Polyline = [
+        [0, 0], [0.055, 0], [0.06, 0.012], [0.085, 0.04], [0.098, 0.075], [0.09, 0.115], [0.06, 0.142], [0.052, 0.146],
+        [0.055, 0.152], [0.05, 0.16], [0.03, 0.172], [0.012, 0.176], [0.011, 0.184], [0.018, 0.192], [0.012, 0.202],
+        [0, 0.204],
+    ]  # fmt: skip
+    body = lathe(rounded_profile(outline, 46), 48)
+    handle = tube(
+        curve([[-0.08, 0.115, 0], [-0.12, 0.13, 0], [-0.15, 0.1, 0], [-0.135, 0.055, 0], [-0.085, 0.04, 0]], 30),
+        0.0085,
+        12,
+    )
+    spout_path = curve([[0.07, 0.05, 0], [0.115, 0.065, 0], [0.135, 0.105, 0], [0.165, 0.145, 0]], 26)
+    spout = tube(spout_path, np.linspace(0.024, 0.011, 26) + 0.003 * np.linspace(0, 1, 26) ** 8, 16)
+    pot = assembled(body, handle, spout)
+    return shaded(pot.painted(_glaze(pot.positions.astype(np.float64))), 0.05, 0.35)
+
+
+def _glaze(p: Array) -> NDArray[np.float32]:
+    """White glaze with two blue bands, a wave between them, and blue on knob, handle and spout's tip."""
+    theta, y = np.arctan2(p[:, 2], p[:, 0]), p[:, 1]
+    wave = np.abs(y - 0.075 - 0.014 * np.sin(8 * theta)) - 0.005
+    bands = np.minimum(np.abs(y - 0.045), np.abs(y - 0.108)) - 0.003
+    radius = np.hypot(p[:, 0], p[:, 2])
+    ornament = np.where(radius < 0.101, np.minimum(wave, bands), 1)
+    ends = np.minimum(np.where(radius < 0.03, 0.186 - y, 1), 0.16 - np.hypot(p[:, 0], 0 * y) * np.sign(p[:, 0] + 1e-9))
+    blue = smoothstep(0.002, -0.001, np.minimum(ornament, np.minimum(ends, p[:, 0] + 0.101)))
+    return mix((0.93, 0.93, 0.90), (0.13, 0.22, 0.52), blue)
+
+
+def table() -> Model:
+    """A wooden table, 1.4 × 0.75 × 0.8 m, on turned legs."""
+    top = wooden(block([-0.7, 0.71, -0.4], [0.7, 0.75, 0.4]), 0, 91)
+    rails = [block([-0.6, 0.62, z - 0.012], [0.6, 0.71, z + 0.012]) for z in (-0.31, 0.31)]
+    rails += [block([x - 0.012, 0.62, -0.31], [x + 0.012, 0.71, 0.31]) for x in (-0.6, 0.6)]
+    outline: Polyline = [
+        [0, 0],
+        [0.022, 0],
+        [0.03, 0.03],
+        [0.018, 0.06],
+        [0.03, 0.2],
+        [0.036, 0.42],
+        [0.022, 0.5],
+        [0.036, 0.54],
+        [0.036, 0.71],
+        [0, 0.71],
+    ]
+    leg = lathe(rounded_profile(outline, 26), 16)
+    legs = [leg.moved([x, 0, z]) for x in (-0.6, 0.6) for z in (-0.31, 0.31)]
+    return shaded(assembled(top, wooden(merged(rails), 0, 92), wooden(merged(legs), 1, 93)), 0.3, 0.35)
+
+
+def pedestal() -> Model:
+    """A square plinth for busts, 0.5 m wide and 1.05 m high, of pale marble."""
+    steps = [(0.25, 0, 0.12), (0.225, 0.12, 0.16), (0.19, 0.16, 0.92), (0.215, 0.92, 0.96), (0.245, 0.96, 1.05)]
+    parts = [block([-h, low, -h], [h, high, h]) for h, low, high in steps]
+    fields = [block([-0.13, 0.26, 0.185], [0.13, 0.82, 0.2]).turned(1, 90 * k) for k in range(4)]
+    plinth = merged(parts + fields)
+    return shaded(
+        plinth.painted(mix((0.80, 0.78, 0.74), (0.66, 0.64, 0.61), 0.5 + fractal(plinth.positions, 0.4, 95))), 0.25, 0.4
+    )
+
+
+BEYOND = 0.05  # metres by which walls go on behind what they meet: edges that only touch let pixels through
+
+
+def room() -> Model:
+    """A room seen from inside, 6 × 3 × 6 m: plank floor, plaster walls, a window in the wall at −z, skirting."""
+    walls = [
+        panel([-3, 0, 3], [0, 0, -6], [0, 3 + BEYOND, 0], (12, 6)),
+        panel([3, 0, -3], [0, 0, 6], [0, 3 + BEYOND, 0], (12, 6)),
+        panel([3 + BEYOND, 0, 3], [-6 - 2 * BEYOND, 0, 0], [0, 3 + BEYOND, 0], (12, 6)),
+        *_opened_wall(),
+    ]
+    plaster = merged(walls)
+    plaster = plaster.painted(mix((0.87, 0.84, 0.76), (0.80, 0.76, 0.68), 0.5 + fractal(plaster.positions, 1.1, 97)))
+    ceiling = panel([-3, 3, -3], [6, 0, 0], [0, 0, 6], (8, 8)).painted((0.93, 0.92, 0.89))
+    skirting = [block([-3, 0, -3], [3, 0.12, -2.97]), block([-3, 0, 2.97], [3, 0.12, 3])]
+    skirting += [block([-3, 0, -2.97], [-2.97, 0.12, 2.97]), block([2.97, 0, -2.97], [3, 0.12, 2.97])]
+    shell = merged([*_planks(), plaster, ceiling])
+    shell = replace(shell, positions=shell.positions.round(6))  # what meets has the same vertices, to the bit
+    return assembled(
+        shaded(shell, 0.9, 0.25),
+        merged(skirting + _window()).painted((0.90, 0.88, 0.83)),
+    )
+
+
+def _planks() -> list[Model]:
+    """Floorboards along z, 0.2 m wide, each of two lengths and of its own tone; all have vertices at the same z, and so
+    no gaps between them."""
+    rng = np.random.default_rng(98)
+    boards = []
+    for k in range(30):
+        joint = int(rng.integers(4, 13))
+        for first, last in ((0, joint), (joint, 16)):
+            low, high = (-3 + 0.375 * cut for cut in (first, last))
+            board = panel([-3 + 0.2 * k, 0, low], [0, 0, high - low], [0.2, 0, 0], (last - first, 2))
+            boards.append(board.painted(wooden(board, 2, 99 + k).colours * (1 + 0.1 * rng.normal())))
+    return boards
+
+
+OPENING = (-0.9, 0.9, 0.95, 2.35)  # left, right, lower and upper edge, metres
+
+
+def _opened_wall() -> list[Model]:
+    """The wall at z = −3 around the window's opening, and the opening's four inner sides, vertex to vertex."""
+    left, right, low, high = OPENING
+    columns = (-3 - BEYOND, left, 5), (left, right, 4), (right, 3 + BEYOND, 5)  # from, to, cells
+    rows = (0.0, low, 2), (low, high, 3), (high, 3 + BEYOND, 2)
+    around = [
+        panel([begin, bottom, -3], [end - begin, 0, 0], [0, top - bottom, 0], (across, up))
+        for begin, end, across in columns
+        for bottom, top, up in rows
+        if (begin, bottom) != (left, low)
+    ]
+    sides = [
+        panel([left, low, -3], [0, high - low, 0], [0, 0, -0.25], (3, 1)),
+        panel([right, high, -3], [0, low - high, 0], [0, 0, -0.25], (3, 1)),
+        panel([left, high, -3], [right - left, 0, 0], [0, 0, -0.25], (4, 1)),
+        panel([right, low, -3], [left - right, 0, 0], [0, 0, -0.25], (4, 1)),
+    ]
+    return around + sides
+
+
+def _window() -> list[Model]:
+    """Sill, frame and bars."""
+    left, right, low, high = OPENING
+    sill = block([left - 0.08, low - 0.05, -3.05], [right + 0.08, low, -2.85])
+    upright = [block([x - 0.03, low, -3.2], [x + 0.03, high, -3.14]) for x in (left + 0.03, 0.0, right - 0.03)]
+    level = (low + 0.03, 0.5 * (low + high), high - 0.03)
+    return [sill, *upright, *(block([left, y - 0.03, -3.195], [right, y + 0.03, -3.145]) for y in level)]

@@ -1,0 +1,129 @@
+"""Models that are hard to hold in depth images, each in its own way, for `depthwalk compare` and the tests.
+
+All are about 1 m high, stand on y = 0, and are mottled, so that a sample in the wrong place shows. They do not ship:
+`python -m tools.make_models FOLDER NAME...` makes them.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+from tools.make_models.meshing import polygonise
+from tools.make_models.model import Model
+from tools.make_models.noise import fractal
+from tools.make_models.paint import mix
+from tools.make_models.sdf import Blob, Distance, Field, Points, Rod, Stroke, difference, ellipsoid, rod, sculpt
+from tools.make_models.surfaces import assembled, block, lathe, rounded_profile, tube
+
+HALF_FLAT = 0.005  # m; half the thickness of the flat figure, 1 m high
+
+
+def animal(cell: float = 0.008) -> Model:
+    """A four-legged animal with long thin legs, a neck and a tail; cell: of the marching cubes, metres."""
+    return _mottled(_polygonised(_animal, (-0.62, -0.01, -0.2), (0.75, 1.02, 0.2), cell), (0.62, 0.44, 0.28), 1)
+
+
+def plate(cell: float = 0.008) -> Model:
+    """An upright plate with a round hole through it, and a slanting one."""
+    return _mottled(_polygonised(_plate, (-0.55, -0.05, -0.1), (0.55, 1.05, 0.1), cell), (0.46, 0.54, 0.62), 2)
+
+
+def torus(sides: int = 48) -> Model:
+    """A ring that lies slanting, so that no face looks straight through it."""
+    theta = np.linspace(0, 2 * np.pi, 4 * sides + 1)
+    circle = np.stack([0.4 * np.cos(theta), 0 * theta, 0.4 * np.sin(theta)], -1)
+    return _mottled(tube(circle, 0.11, sides).turned(0, 50).grounded(), (0.66, 0.36, 0.30), 3)
+
+
+def flat_figure(cell: float = 0.004) -> Model:
+    """A gingerbread man, a hundredth of his height thick."""
+    margin = HALF_FLAT + 2 * cell
+    model = _polygonised(_flat_figure, (-0.4, -0.02, -margin), (0.4, 1.02, margin), cell)
+    return _mottled(model, (0.70, 0.50, 0.30), 4)
+
+
+def cup(segments: int = 160) -> Model:
+    """A tall cup with walls of 1.5 cm and a handle."""
+    outer = rounded_profile([(0.27, 0.0), (0.30, 0.1), (0.34, 0.5), (0.38, 0.97)], 60)
+    inner = outer[::-1] - [0.015, 0.0]
+    inner = inner[inner[:, 1] > 0.03]
+    profile = [[0.0, 0.0], *outer, [0.3725, 0.9775], *inner, [inner[-1, 0] - 0.01, 0.02], [0.0, 0.02]]
+    bow = np.radians(np.linspace(-80, 80, 40))
+    handle = np.stack([0.34 + 0.2 * np.cos(bow), 0.52 + 0.27 * np.sin(bow), 0 * bow], -1)
+    return _mottled(assembled(lathe(profile, segments), tube(handle, 0.03, 24)), (0.80, 0.78, 0.72), 5)
+
+
+def chair() -> Model:
+    """A chair of laths with gaps between them: a lattice that hides itself many times over."""
+    posts = [
+        ((x, 0.0, z), (x + 0.045, 1.0 if z < 0 else 0.45, z + 0.045)) for x in (-0.25, 0.205) for z in (-0.25, 0.205)
+    ]
+    seat = [((-0.25, 0.45, z), (0.25, 0.47, z + 0.03)) for z in np.arange(-0.25, 0.23, 0.06)]
+    back = [((x, 0.5, -0.24), (x + 0.02, 0.95, -0.22)) for x in np.arange(-0.18, 0.18, 0.06)]
+    rails = [((-0.25, y, -0.245), (0.25, y + 0.04, -0.21)) for y in (0.5, 0.95)]
+    rungs = [((x, 0.15, -0.24), (x + 0.025, 0.175, 0.24)) for x in (-0.24, 0.215)]
+    return _mottled(assembled(*(block(*box) for box in (*posts, *seat, *back, *rails, *rungs))), (0.58, 0.41, 0.24), 6)
+
+
+def coil(sides: int = 20) -> Model:
+    """A spring of six turns: from the side, wire before wire."""
+    theta = np.linspace(0, 2 * np.pi * 6, 6 * 6 * sides)
+    path = np.stack([0.35 * np.cos(theta), theta / theta[-1], 0.35 * np.sin(theta)], -1)
+    return _mottled(tube(path, 0.03, sides).grounded(), (0.50, 0.52, 0.55), 7)
+
+
+def _animal(p: Points) -> Distance:
+    body = ellipsoid(p, (0, 0.62, 0), (0.42, 0.15, 0.13))
+    legs: list[Stroke] = [
+        Rod((0.9 * x, 0.56, 0.9 * z), (x, 0.03, z), 0.05, 0.018, 0.05) for x in (-0.3, 0.3) for z in (-0.08, 0.08)
+    ]
+    rest: list[Stroke] = [
+        Rod((0.32, 0.66, 0), (0.55, 0.9, 0), 0.085, 0.05, 0.08),  # neck
+        Blob((0.62, 0.91, 0), (0.11, 0.055, 0.05), 0.03, turn=(2, -25.0)),  # head
+        Rod((0.53, 0.93, 0.03), (0.51, 1.0, 0.045), 0.014, 0.006, 0.01),  # ears
+        Rod((0.53, 0.93, -0.03), (0.51, 1.0, -0.045), 0.014, 0.006, 0.01),
+        Rod((-0.4, 0.66, 0), (-0.56, 0.36, 0), 0.025, 0.012, 0.03),  # tail
+    ]
+    return sculpt(p, body, [*legs, *rest])
+
+
+def _plate(p: Points) -> Distance:
+    q = np.abs(p - np.array([0, 0.5, 0], np.float32)) - np.array([0.5, 0.5, 0.04], np.float32)
+    solid = np.maximum.reduce([q[:, 0], q[:, 1], q[:, 2]])
+    hole = rod(p, (-0.15, 0.6, -1), (-0.15, 0.6, 1), 0.2, 0.2)
+    slant = rod(p, (-0.45, 0.25, -1), (1.05, 0.25, 1), 0.08, 0.08)
+    return difference(difference(solid, hole, 0.01), slant, 0.01)
+
+
+def _flat_figure(p: Points) -> Distance:
+    flat = p * np.array([1, 1, 0], np.float32)
+    strokes: list[Stroke] = [
+        Rod((0, 0.45, 0), (-0.17, 0.08, 0), 0.09, 0.07, 0.06),
+        Rod((0, 0.45, 0), (0.17, 0.08, 0), 0.09, 0.07, 0.06),
+        Rod((0, 0.6, 0), (-0.3, 0.5, 0), 0.08, 0.05, 0.06),
+        Rod((0, 0.6, 0), (0.3, 0.5, 0), 0.08, 0.05, 0.06),
+        Blob((0, 0.85, 0), (0.15, 0.15, 0.15), 0.05),
+    ]
+    outline = sculpt(flat, rod(flat, (0, 0.4, 0), (0, 0.6, 0), 0.13, 0.12), strokes)
+    return np.maximum(outline, np.abs(p[:, 2]) - np.float32(HALF_FLAT))
+
+
+def _polygonised(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) -> Model:
+    return polygonise(field, lower, upper, cell).grounded()
+
+
+def _mottled(model: Model, colour: ArrayLike, seed: int) -> Model:
+    """Patches of `colour` and of a darker one, a hand wide; seed: which."""
+    dark = 0.55 * np.asarray(colour)
+    return model.painted(mix(colour, dark, 0.5 + fractal(model.positions, 0.15, seed)))
+
+
+SPECIMENS: dict[str, Callable[[], Model]] = {
+    "animal": animal,
+    "plate": plate,
+    "torus": torus,
+    "flat_figure": flat_figure,
+    "cup": cup,
+    "chair": chair,
+    "coil": coil,
+}

@@ -1,0 +1,167 @@
+"""Meshes built directly: surfaces of revolution, tubes, boxes, blades. All are closed and look outward."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
+from tools.make_models.model import Model, merged
+
+from depthwalk.types import Array
+
+Polyline = Sequence[Sequence[float]] | Array  # points on a line, in order
+Relief = Callable[[Array, Array], Array]
+WHITE = (1.0, 1.0, 1.0)
+
+
+def rounded_profile(points: Polyline, steps: int) -> NDArray[np.float64]:
+    """(steps, 2) points on a smooth curve through the (radius, y) corners, evenly spaced; ends stay."""
+    corners = np.asarray(points, np.float64)
+    at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+    return PchipInterpolator(at, corners)(np.linspace(0, at[-1], steps))
+
+
+def bevelled_profile(points: Polyline, bevel: float) -> NDArray[np.float64]:
+    """The (radius, y) polyline with each inner corner replaced by two points `bevel` away: keeps edges crisp."""
+    corners = np.asarray(points, np.float64)
+    before = corners[:-2] - corners[1:-1]
+    after = corners[2:] - corners[1:-1]
+    shrink = [np.minimum(bevel / np.linalg.norm(v, axis=1, keepdims=True), 0.45) for v in (before, after)]
+    pairs = np.stack([corners[1:-1] + before * shrink[0], corners[1:-1] + after * shrink[1]], axis=1)
+    return np.concatenate([corners[:1], pairs.reshape(-1, 2), corners[-1:]])
+
+
+def lathe(profile: Polyline, segments: int, relief: Relief | None = None) -> Model:
+    """The profile (n, 2) of (radius, y), turned about +Y; it must begin and end on the axis, bottom first.
+
+    relief: (θ, y) arrays → factor on the radius, for flutes and lobes.
+    """
+    rings = np.asarray(profile, np.float64)
+    theta = 2 * np.pi * np.arange(segments) / segments
+    inner = rings[1:-1]
+    grid_theta, grid_y = np.meshgrid(theta, inner[:, 1])
+    radius = inner[:, :1] * (np.ones_like(grid_theta) if relief is None else relief(grid_theta, grid_y))
+    body = np.stack([radius * np.cos(grid_theta), grid_y, radius * np.sin(grid_theta)], axis=-1).reshape(-1, 3)
+    positions = np.concatenate([body, [[0, rings[0, 1], 0], [0, rings[-1, 1], 0]]])
+    faces = np.concatenate([_grid_faces(len(inner), segments), _fans(len(inner), segments)])
+    return Model(positions.astype(np.float32), faces, np.ones_like(positions, np.float32))
+
+
+def _grid_faces(rings: int, segments: int) -> NDArray[np.int32]:
+    """Faces of a grid that closes along its second axis."""
+    i, j = np.meshgrid(np.arange(rings - 1), np.arange(segments), indexing="ij")
+    a, b = i * segments + j, i * segments + (j + 1) % segments
+    c, d = a + segments, b + segments
+    return np.stack([a, c, b, b, c, d], axis=-1).reshape(-1, 3).astype(np.int32)
+
+
+def _fans(rings: int, segments: int) -> NDArray[np.int32]:
+    """Fans that close the first ring at vertex rings·segments and the last one at the vertex after it."""
+    j = np.arange(segments)
+    following, last, pole = (j + 1) % segments, (rings - 1) * segments, rings * segments
+    bottom = np.stack([np.full_like(j, pole), j, following], axis=1)
+    top = np.stack([np.full_like(j, pole + 1), last + following, last + j], axis=1)
+    return np.concatenate([bottom, top]).astype(np.int32)
+
+
+def tube(path: Polyline, radii: ArrayLike, sides: int) -> Model:
+    """A round tube along the path (n, 3) with a radius (n,) or one for all, closed at both ends."""
+    points = np.asarray(path, np.float64)
+    radius = np.broadcast_to(np.asarray(radii, np.float64), len(points))
+    along = np.gradient(points, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.empty_like(along)
+    side = np.eye(3)[np.argmin(np.abs(along[0]))]
+    for k, direction in enumerate(along):  # each frame follows from the one before: no twist
+        side = side - direction * (side @ direction)
+        side /= np.linalg.norm(side)
+        across[k] = side
+    other = np.cross(across, along)
+    theta = 2 * np.pi * np.arange(sides) / sides
+    ring = np.cos(theta)[:, None] * across[:, None] + np.sin(theta)[:, None] * other[:, None]
+    body = points[:, None] + radius[:, None, None] * ring
+    positions = np.concatenate([body.reshape(-1, 3), points[[0, -1]]])
+    faces = np.concatenate([_grid_faces(len(points), sides), _fans(len(points), sides)])
+    return Model(positions.astype(np.float32), faces, np.ones_like(positions, np.float32))
+
+
+def curve(points: Polyline, steps: int) -> NDArray[np.float64]:
+    """(steps, 3) points on a smooth curve through the given ones."""
+    knots = np.asarray(points, np.float64)
+    at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
+    return PchipInterpolator(at, knots)(np.linspace(0, at[-1], steps))
+
+
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
+_SIDES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+_QUAD = np.array([[0, 1, 2], [0, 2, 3]])
+_SIDE_NORMALS = np.array([[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]], np.float32)
+
+
+def block(lower: ArrayLike, upper: ArrayLike, colour: ArrayLike = WHITE) -> Model:
+    """A box with sharp edges: corners repeat on each side, and it carries the sides' normals."""
+    low, high = np.asarray(lower, np.float32), np.asarray(upper, np.float32)
+    positions = (low + _CORNERS * (high - low))[_SIDES].reshape(-1, 3)
+    faces = (4 * np.arange(6)[:, None, None] + _QUAD).reshape(-1, 3).astype(np.int32)
+    model = Model(positions, faces, np.ones_like(positions), np.repeat(_SIDE_NORMALS, 4, axis=0))
+    return model.painted(colour)
+
+
+def panel(corner: ArrayLike, u: ArrayLike, v: ArrayLike, cells: tuple[int, int]) -> Model:
+    """A flat rectangle from `corner` along the edges u and v, split into cells; it faces u × v. It is open."""
+    along, up = np.asarray(u, np.float64), np.asarray(v, np.float64)
+    s, t = np.meshgrid(np.linspace(0, 1, cells[0] + 1), np.linspace(0, 1, cells[1] + 1), indexing="ij")
+    positions = np.asarray(corner) + s.reshape(-1, 1) * along + t.reshape(-1, 1) * up
+    index = np.arange(len(positions)).reshape(cells[0] + 1, cells[1] + 1)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    faces = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3).astype(np.int32)
+    normal = np.cross(along, up)
+    normals = np.broadcast_to(normal / np.linalg.norm(normal), positions.shape).astype(np.float32)
+    return Model(positions.astype(np.float32), faces, np.ones_like(positions, np.float32), normals)
+
+
+_BLADE_FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+def blades(
+    base: Array, along: Array, up: Array,
+    size: Array, slim: float, shading: Array,
+) -> Model:  # fmt: skip
+    """n thick leaves, each a closed tetrahedron folded along its midrib.
+
+    base, along, up: (n, 3) stalk end, direction of the tip, upper side; size: (n,) length in metres;
+    slim: width as a share of the length; shading: (n, 3) unit normals, one per leaf. A leaf is too thin for normals
+    taken from its faces, and foliage looks full when leaves share the curvature of the mass that they clothe.
+    """
+    side = np.cross(along, up)
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
+    up = np.cross(side, along)
+    length = size[:, None]
+    middle = base + 0.45 * length * along + 0.1 * length * up
+    half = 0.5 * slim * length * side
+    corners = np.stack([base, base + length * along, middle - half, middle + half], axis=1)
+    faces = (4 * np.arange(len(base))[:, None, None] + _BLADE_FACES).reshape(-1, 3).astype(np.int32)
+    positions = corners.reshape(-1, 3).astype(np.float32)
+    return Model(positions, faces, np.ones_like(positions), np.repeat(shading, 4, axis=0).astype(np.float32))
+
+
+def spindles(base: Array, tip: Array, width: Array) -> Model:
+    """n slender closed double pyramids from base to tip (n, 3), three-sided, of the given width (n,)."""
+    axis = tip - base
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    helper = np.where(np.abs(axis[:, 1:2]) > 0.9 * length, [[1.0, 0, 0]], [[0, 1.0, 0]])
+    side = np.cross(axis, helper)
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(side, axis / length)
+    theta = 2 * np.pi * np.arange(3) / 3
+    ring = np.cos(theta)[:, None] * side[:, None] + np.sin(theta)[:, None] * other[:, None]
+    waist = (base + 0.35 * axis)[:, None] + 0.5 * width[:, None, None] * ring
+    positions = np.concatenate([base[:, None], tip[:, None], waist], axis=1).reshape(-1, 3).astype(np.float32)
+    pattern = np.array([[0, 2, 3], [0, 3, 4], [0, 4, 2], [1, 3, 2], [1, 4, 3], [1, 2, 4]])
+    faces = (5 * np.arange(len(base))[:, None, None] + pattern).reshape(-1, 3).astype(np.int32)
+    return Model(positions, faces, np.ones_like(positions))
+
+
+def assembled(*models: Model) -> Model:
+    """The parts as one model that stands on y = 0."""
+    return merged(models).grounded()
