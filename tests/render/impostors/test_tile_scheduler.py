@@ -82,7 +82,7 @@ class Walk:
         places = [(0, (1.5 * i, 0, -1.5 * k), 0.0, 1.0) for i in range(-count // 2, count // 2) for k in range(count)]
         self.renderer = Renderer(studio.device, scene_of(*places), self.library)
         self.planner, self.layout, self.atlas = Planner(), TileParams(**{"reuse_error": 0.5} | layout), (1024, 1024)
-        self.objects, self.table = self.renderer.placed.objects(), self.renderer.placed.table()
+        self.objects, self.table = self.renderer.world.objects(), self.renderer.world.table()
 
     def frame(self, position, target, size=(320, 240), objects=None):
         objects = objects or self.objects
@@ -90,7 +90,7 @@ class Walk:
         bounds = object_bounds(objects, self.table.centre, self.table.bounding_radius)
         visible, _ = bounds.visible(view)
         settings = PlanSettings(lod=LodParams(), layout=self.layout, polygons=MeshLodParams(), atlas_size=self.atlas)
-        scene = SceneArrays(objects=objects, bounds=bounds, table=self.table, clusters=self.renderer.placed.clusters())
+        scene = SceneArrays(objects=objects, bounds=bounds, table=self.table, clusters=self.renderer.world.clusters())
         return self.planner.plan(view, scene, visible, settings)
 
 
