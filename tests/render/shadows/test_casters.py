@@ -65,7 +65,7 @@ def test_limits_are_texels_and_triangles(studio, library, kind):
                     centre=(-0.8, 20.0, 0.0),
                     axes=light_axes(np.array([0.0, 1.0, 0.01])),
                     angle=0.7,
-                    bounding_radius=40.0,
+                    reach=40.0,
                     resolution=resolution,
                 )
             nearest, middle = (float(texel[0]) for texel in view.texels(placed.bounds()))
