@@ -14,15 +14,16 @@ from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
-_SAME_SURFACE = 1e-3  # of its distance: how far apart two passes may draw one surface
-_SAME_SURFACE_SAMPLED = 1e-2  # the same where they sample it in different places of a pixel
+# How far apart two passes may draw one surface, of its distance: polygons farther than that are hidden, by the ground or
+# by what a pass of the user's drew. Where pixels have several samples, drivers differ in where they take its depth.
+_SAME_SURFACE, _SAME_SURFACE_SAMPLED = 1e-3, 5e-2
 
 
 def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) -> NDArray[np.int32]:
     """Return the scene's object in front at each pixel of the targets of the frame drawn last.
 
-    Depth-image objects are read from the visibility buffer. Polygons leave no trace there; where one that `ids` found is
-    as near as what the frame shows, it is what the frame shows.
+    Depth-image objects are read from the visibility buffer. Polygons leave no trace there: one that `ids` found is seen
+    where it is as near as what the frame shows.
 
     Parameters
     ----------

@@ -95,6 +95,11 @@ class Scene:
             raise InputError(f"no object {object_id}: the scene has {self.object_count}")
         return int(self._loaded.owner[object_id])
 
+    def position_of(self, node: int | str) -> tuple[float, float, float]:
+        """Return where a node is in its parent, metres; see `move`."""
+        x, y, z = self._loaded.nodes.local.position[self._number(node)].tolist()
+        return x, y, z
+
     def move(
         self,
         node: int | str,
@@ -128,11 +133,11 @@ class Scene:
         depthwalk.errors.InputError: no node 'bell'; did you mean 'ball'?
         """
         number, local = self._number(node), self._loaded.nodes.local
-        x, y, z = local.position[number].tolist() if position is None else position
+        place = self.position_of(number) if position is None else position
         angle = float(local.yaw[number]) if yaw is None else yaw
         factor = float(local.scale[number]) if scale is None else scale
         try:
-            changed = set_node_transform(self._loaded, number, (x, y, z), angle, factor)
+            changed = set_node_transform(self._loaded, number, place, angle, factor)
         except ValueError as error:
             raise InputError(f"node {node!r}: {error}") from None
         for watcher in self._watchers:

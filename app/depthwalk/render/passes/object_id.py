@@ -42,10 +42,13 @@ class _Target(NamedTuple):
 
 
 class ObjectIdPass(Pass[Params]):
-    """Draw the number of the mesh in front at each pixel, in frames for which `wanted` is set."""
+    """Draw the number of the mesh in front at each pixel, in frames for which `wanted` is set.
+
+    Where pixels have several samples it draws the last one, which the depth buffer holds when the frame is done.
+    """
 
     name = "object_id"
-    draws_objects = True
+    per_sample = True
 
     def setup(self, gl: Scope) -> None:
         """Create what every frame may need; targets are made when they are first drawn into."""
@@ -54,7 +57,6 @@ class ObjectIdPass(Pass[Params]):
         self._arrays = AssetArrays(gl, self._program.gl, *POSITION_LAYOUT)
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._target: _Target | None = None
-        self._drawn = 0  # instances, by the phases of the frame so far
 
     def resize(self, size: tuple[int, int]) -> None:
         """Drop targets of another size."""
@@ -63,25 +65,21 @@ class ObjectIdPass(Pass[Params]):
         self._target = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether this frame is to tell meshes apart."""
-        return self.wanted
+        """Return whether this frame is to tell meshes apart, and this is the last of its samples."""
+        return self.wanted and frame.sample == frame.targets.samples - 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the polygons of one occlusion phase."""
+        """Draw the frame's polygons."""
         target = self._target = self._target or self._make(frame.targets.size)
-        if frame.plan.first_object_id == 1:  # the first phase of a frame
-            target.framebuffer.clear(depth=1.0)
-            self._drawn = 0
-        meshes = frame.plan.mesh
-        self._instances.upload(meshes.records)
-        for batch in meshes.groups:
+        target.framebuffer.clear(depth=1.0)
+        self._instances.upload(frame.plan.mesh.records)
+        for batch in frame.plan.mesh.groups:
             mesh = frame.assets.meshes.object(batch.asset, batch.level)
             array = self._arrays.get((batch.asset, batch.level), mesh.vertices, mesh.indices)
             self._instances.bind(array, batch.first)
-            self._program.set(first=self._drawn + batch.first)
+            self._program.set(first=batch.first)
             with self.gl.state(into=target.framebuffer, depth_test=LESS, cull=mesh.look.solid):
                 array.render(instances=batch.count)
-        self._drawn += len(meshes.records)
 
     def read(self) -> FrontMeshes | None:
         """Return what the frame drawn last shows, row 0 at the bottom; None where it did not ask."""

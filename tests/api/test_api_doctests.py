@@ -1,0 +1,54 @@
+"""The examples in docstrings and in docs/api.md do what they say, and show every public name."""
+
+import doctest
+import os
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import depthwalk as dw
+from balls import write_balls
+from depthwalk import walk
+
+PAGE = Path(__file__).parents[2] / "docs" / "api.md"
+MODULES = ["depthwalk.api.mesh", "depthwalk.api.renderer", "depthwalk.api.scene", "depthwalk.api.window"]
+
+
+def page_examples() -> doctest.DocTest:
+    text = "\n".join(re.findall(r"```pycon\n(.+?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL))
+    return doctest.DocTestParser().get_doctest(text, {}, PAGE.name, str(PAGE), 0)
+
+
+EXAMPLES = [page_examples()]
+for name in MODULES:
+    EXAMPLES += [found for found in doctest.DocTestFinder().find(import_module(name)) if found.examples]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """The current folder, with what the examples read, and no window that waits for somebody."""
+    write_balls(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(walk, "run", lambda scene, library, **options: None)
+    return tmp_path
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name.removeprefix("depthwalk.api."))
+def test_examples(example, folder, request):
+    if re.search(r"dw\.(Renderer|compare)\(", "".join(step.source for step in example.examples)):
+        request.getfixturevalue("gl_device")
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL, verbose=False)
+    report: list[str] = []
+    example.globs = {"dw": dw}
+    assert runner.run(example, out=report.append, clear_globs=False).failed == 0, "".join(report)
+
+
+def test_every_public_name_is_shown():
+    sources = "".join(step.source for example in EXAMPLES for step in example.examples)
+    assert not [name for name in dw.__all__ if f"dw.{name}" not in sources]
+
+
+def test_examples_leave_nothing_behind(folder):
+    assert sorted(os.listdir(folder)) == ["ball.ply", "scene.yaml"]
