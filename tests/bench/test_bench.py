@@ -130,11 +130,6 @@ def test_frames_spread_over_the_whole_path(tiny_scene):
     assert bench.sample_path(path, 1) == [path.sample(0)]
 
 
-def test_commit_is_that_of_our_own_checkout_only(tmp_path, monkeypatch):
-    monkeypatch.setattr(depthwalk, "__file__", str(tmp_path / "depthwalk" / "__init__.py"))
-    assert bench.commit() is None
-
-
 def test_names_are_escaped_in_the_page():
     spread = bench.Spread(1, 1, 1, 1, 1)
     run = bench.Run("<dpci>", 1, spread, {"<warp>": spread}, {"<objects>": 1}, (1.0,))

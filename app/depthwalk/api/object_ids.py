@@ -14,7 +14,7 @@ from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Rows
 
-# How far apart two passes may draw one surface, of its distance: polygons farther than that are hidden, by the ground or
+# How far apart two passes may draw one surface, of its distance: polygons that are farther are hidden, by the ground or
 # by what a pass of the user's drew. Where pixels have several samples, drivers differ in where they take its depth.
 _SAME_SURFACE, _SAME_SURFACE_SAMPLED = 1e-3, 5e-2
 

@@ -2,14 +2,13 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from itertools import groupby
 from operator import attrgetter
 from typing import Any
 
-from depthwalk.quality.page import figure, page, plain_table
+from depthwalk.quality.html import Figure, Section, render_page
 from depthwalk.quality.report import mark
 from depthwalk.quality.rows import Row
 
@@ -53,13 +52,16 @@ def to_json(overview: Overview) -> str:
 
 
 def to_html(overview: Overview) -> str:
-    """One page with the tables and all pictures, which needs nothing else."""
-    body = [f"<p>{escape(_verdict(overview))}</p>"]
-    for part, rows in overview.parts.items():
-        table = [("", "", "measured", "goal", ""), *_table(rows)]
-        body.append(f"<h2>{escape(part)}</h2>{plain_table(table)}")
-        body += [figure(f"{row.subject}: {_line(row)}", row.pictures) for row in rows if row.pictures]
-    return page("depthwalk quality", _headline(overview), "".join(body))
+    """Return one page with the tables and all pictures."""
+    sections = [
+        Section(
+            title=part,
+            tables=[[("", "", "measured", "goal", ""), *((row.subject, row.name, *_cells(row)) for row in rows)]],
+            figures=[Figure(f"{row.subject}: {_line(row)}", row.pictures) for row in rows if row.pictures],
+        )
+        for part, rows in overview.parts.items()
+    ]
+    return render_page("depthwalk quality", [_headline(overview), _verdict(overview)], sections)
 
 
 def _headline(overview: Overview) -> str:
@@ -71,12 +73,6 @@ def _headline(overview: Overview) -> str:
 def _verdict(overview: Overview) -> str:
     reached = [row.reached for rows in overview.parts.values() for row in rows if row.goal is not None]
     return f"{sum(map(bool, reached))} of {len(reached)} goals reached"
-
-
-def _table(rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
-    for row in rows:
-        value, goal, details = _cells(row)
-        yield row.subject, row.name, value, goal, details
 
 
 def _cells(row: Row) -> tuple[str, str, str]:
