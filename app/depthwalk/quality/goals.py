@@ -1,4 +1,4 @@
-"""The measures, what is asked of them, and their mean and worst view."""
+"""Say what is measured of a picture and what goals it has, and summarise it over several views."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,14 @@ BAKE_SECONDS, GPU_BYTES = 8.0, 16_000_000  # goals of an object baked so
 
 @dataclass(frozen=True)
 class Measure:
-    """A field of `ViewQuality`. digits: after the point; goal_mean: over the views; goal_worst: in any view."""
+    """Describe a field of `ViewQuality`.
+
+    Attributes
+    ----------
+    digits : shown after the decimal point.
+    goal_mean : for the mean over the views.
+    goal_worst : for every single view.
+    """
 
     key: str
     title: str
@@ -25,7 +32,7 @@ class Measure:
     goal_worst: float | None
 
     def reached(self, value: float, goal: float | None) -> bool | None:
-        """None where there is no goal, or no value."""
+        """Return whether a value reaches a goal; None where either is lacking."""
         if goal is None or np.isnan(value):
             return None
         return bool((ge if self.more_is_better else le)(value, goal))
@@ -46,7 +53,7 @@ SILHOUETTE = next(measure for measure in MEASURES if measure.key == "iou")
 
 @dataclass(frozen=True)
 class Summary:
-    """A measure over several views. worst_view: where the worst value is; None without a value (both are NaN then)."""
+    """Mean and worst of a measure, and the view that is worst; without a value NaN, NaN and None."""
 
     mean: float
     worst: float
@@ -54,7 +61,7 @@ class Summary:
 
 
 def summarise(measure: Measure, views: Sequence[ViewQuality]) -> Summary:
-    """Mean and worst of a measure over the views that have a value."""
+    """Return mean and worst of a measure over the views that have a value."""
     values = np.array([getattr(view, measure.key) for view in views], np.float64)
     valued = np.flatnonzero(~np.isnan(values))
     if not len(valued):

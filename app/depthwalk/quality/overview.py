@@ -1,4 +1,7 @@
-"""What `depthwalk quality` found, as text, as JSON and as a page. The JSON is described in docs/quality-method.md."""
+"""Show what `depthwalk quality` found, as text, as JSON and as a page.
+
+The JSON is described in docs/quality-method.md.
+"""
 
 import json
 import math
@@ -15,8 +18,14 @@ from depthwalk.quality.rows import Row
 
 @dataclass(frozen=True)
 class Overview:
-    """The rows by parts. commit: of the checkout that ran, else None; renderer: the GL driver's name; image_size: of
-    the pictures, (width, height)."""
+    """Hold the rows by parts.
+
+    Attributes
+    ----------
+    commit : of the checkout that ran; None where the package is installed.
+    renderer : the GL driver's name.
+    image_size : width and height of the pictures.
+    """
 
     version: str
     commit: str | None
@@ -26,7 +35,7 @@ class Overview:
 
 
 def to_text(overview: Overview) -> str:
-    """A table for reading."""
+    """Return a table for reading."""
     lines = [_headline(overview)]
     for part, rows in overview.parts.items():
         lines += ["", part]
@@ -40,7 +49,7 @@ def to_text(overview: Overview) -> str:
 
 
 def to_json(overview: Overview) -> str:
-    """The rows for programs. A value that is not a number, or is infinite, becomes null."""
+    """Return the rows for programs. A value that is not a number, or is infinite, becomes null."""
     document = {
         "version": overview.version,
         "commit": overview.commit,
@@ -76,7 +85,7 @@ def _verdict(overview: Overview) -> str:
 
 
 def _cells(row: Row) -> tuple[str, str, str]:
-    """The value and how it stands to its goal, the goal, the details."""
+    """Return the value with how it stands to its goal, the goal, and the details."""
     goal = "" if row.goal is None else f"{'≥' if row.more_is_better else '≤'} {row.goal:.{row.digits}f}"
     details = "; ".join(f"{name} {value:.4g}" for name, value in row.details.items())
     return f"{row.measured:.{row.digits}f}{mark(row.reached)}", goal, details
