@@ -52,7 +52,7 @@ class Report:
     ----------
     commit : of the checkout that ran; None where the package is installed.
     renderer : the GL driver's name.
-    timer : "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for each of its passes.
+    timer : "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
     resolution : width and height, pixels.
     path : the camera path's file; None for a still camera.
     """

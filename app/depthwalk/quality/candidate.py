@@ -145,7 +145,7 @@ def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:
     ray = (points[None] - viewers[:, None]).reshape(-1, 3)
     length = np.linalg.norm(ray, axis=1)
     met = caster.first(np.repeat(viewers, len(points), axis=0), ray / length[:, None]).distance
-    return (met >= length - 1e-4 * sphere.radius).reshape(len(viewers), -1).any(0)
+    return np.asarray((met >= length - 1e-4 * sphere.radius).reshape(len(viewers), -1).any(0))
 
 
 def _texel(baked: BakedObject) -> float:

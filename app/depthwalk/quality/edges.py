@@ -96,7 +96,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
         yield _drawn(name, cost, MOST_OF_SHAPES)
         _, share = _shares(cost)
         yield Row(name, f"time, × all edges, of {MANY} objects", share, MOST_OF_SHAPES, more_is_better=False, digits=2)
-    meshes = {each.mesh: each for scene in scenes for each in scene.assets if isinstance(each, MeshAsset)}
+    meshes = {asset.mesh: asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)}
     for asset in meshes.values():
         report(asset.name, "edges")
         mesh = read_mesh(asset)
@@ -110,19 +110,19 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int]) -> Cost:
     """Measure `count` objects at one place, over the views `FEW`."""
-    choices = None, float(np.radians(GpaaParams().crease))
+    creases = None, float(np.radians(GpaaParams().crease))
     lines, rims, seconds = np.zeros(2), 0.0, np.full((len(FEW), 2), np.inf)
     for viewpoint, least in zip(FEW, seconds, strict=True):
         view = view_of(sphere, viewpoint, size)
         placed = np.zeros(count, PLACED_RECORD)
         placed["origin"], placed["rotation"], placed["scale"] = -view.position, (0, 0, 0, 1), 1
-        found = [outlines(edges, view, placed, each, solid=True) for each in choices]
-        lines += [len(each) for each in found]
+        found = [outlines(edges, view, placed, crease, solid=True) for crease in creases]
+        lines += [len(records) for records in found]
         rims += float(found[-1]["outline"].sum())
         for _ in range(REPEATS):
-            for column, each in enumerate(choices):
+            for column, crease in enumerate(creases):
                 start = time.process_time()
-                outlines(edges, view, placed, each, solid=True)
+                outlines(edges, view, placed, crease, solid=True)
                 least[column] = min(least[column], time.process_time() - start)
     pictured = len(FEW) * count
     return Cost(lines / pictured, rims / pictured, seconds.mean(0) * 1e3)

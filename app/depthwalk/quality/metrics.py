@@ -58,7 +58,7 @@ def hole_map(reference: Mask, test: Mask) -> Mask:
     """Return the pixels (H, W) that `test` lacks inside a silhouette, farther than `HOLE_MARGIN` from its edge."""
     square = np.ones((2 * HOLE_MARGIN + 1,) * 2, bool)
     inside = binary_erosion(reference, square, border_value=1)  # the picture's edge is not the silhouette's
-    return inside & ~test
+    return np.asarray(inside & ~test)
 
 
 def hole_percent(reference: Mask, test: Mask) -> float:
@@ -98,7 +98,5 @@ def bounding_window(where: Mask, margin: int) -> tuple[slice, slice]:
 
 def _flip(reference: Picture, test: Picture, colours: bool) -> NDArray[np.float32]:
     pictures = (np.ascontiguousarray(picture, np.float32) / 255 for picture in (reference, test))
-    parameters = {"ppd": FLIP_PIXELS_PER_DEGREE}
-    return flip_evaluator.evaluate(*pictures, "LDR", applyMagma=colours, computeMeanError=False, parameters=parameters)[
-        0
-    ]
+    options = {"applyMagma": colours, "computeMeanError": False, "parameters": {"ppd": FLIP_PIXELS_PER_DEGREE}}
+    return np.asarray(flip_evaluator.evaluate(*pictures, "LDR", **options)[0], np.float32)

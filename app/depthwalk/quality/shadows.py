@@ -72,8 +72,8 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     GpuError
         Where no OpenGL 3.3 context can be had.
     """
-    meshes = [each for scene in scenes for each in scene.assets if isinstance(each, MeshAsset)]
-    assets = {(each.mesh, str(each.dpci)): each for each in meshes if each.dpci is not None}
+    meshes = [asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)]
+    assets = {(asset.mesh, str(asset.dpci)): asset for asset in meshes if asset.dpci is not None}
     for asset in assets.values():
         report(asset.name, "shadows")
         library = SceneLibrary((asset,), report)
