@@ -13,7 +13,7 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Spread:
     """Describe many times, in milliseconds, by percentiles, maximum and mean."""
 
@@ -24,7 +24,7 @@ class Spread:
     mean: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Run:
     """Hold the measured frames of one representation.
 
@@ -44,7 +44,7 @@ class Run:
     frame_times: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Report:
     """Hold a benchmark as `bench --json` stores it, without `frame_times`.
 
@@ -112,20 +112,20 @@ def measure(
         draw(cameras[-1])
     timed = [passes[number] for number in range(first, end) if number in passes]
     return Run(
-        name,
-        len(cameras),
-        spread(frame_times),
-        {key: spread(column) for key, column in _columns(timed).items()},
-        {key: round(float(np.mean(column)), 3) for key, column in _columns(counts).items()},
-        tuple(frame_times),
+        representation=name,
+        frames=len(cameras),
+        frame_ms=spread(frame_times),
+        passes_ms={key: spread(column) for key, column in _columns(timed).items()},
+        counts={key: round(float(np.mean(column)), 3) for key, column in _columns(counts).items()},
+        frame_times=tuple(frame_times),
     )
 
 
 def spread(milliseconds: Sequence[float]) -> Spread:
     """Return the statistics of n times, rounded to a microsecond."""
     p50, p95, p99 = np.percentile(milliseconds, (50, 95, 99))
-    values = p50, p95, p99, np.max(milliseconds), np.mean(milliseconds)
-    return Spread(*(round(float(value), 3) for value in values))
+    values = {"p50": p50, "p95": p95, "p99": p99, "max": np.max(milliseconds), "mean": np.mean(milliseconds)}
+    return Spread(**{name: round(float(value), 3) for name, value in values.items()})
 
 
 def _columns(rows: Sequence[dict[str, float]]) -> dict[str, list[float]]:

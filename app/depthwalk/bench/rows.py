@@ -82,7 +82,7 @@ class Walk:
         return [moment[: SETTLING + 1] for moment in self.moments]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Column:
     """Hold what one way to draw the objects came to.
 
@@ -102,7 +102,7 @@ class Column:
     counts: dict[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
     """Hold the columns for one number of objects.
 
@@ -130,7 +130,7 @@ def row_from(document: dict[str, Any]) -> Row:
     return Row(**document | {"columns": columns})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Knob:
     """A setting that makes a representation coarser.
 
@@ -160,7 +160,10 @@ COLUMNS = {
     "re-warped": Representation.DPCI,  # all of it in every frame
     "dpci": Representation.DPCI,
 }
-_MESH_ERROR, _BIAS = _Knob("mesh", "error", coarsest=7, exponential=True), _Knob("lod", "bias", coarsest=6)
+_MESH_ERROR, _BIAS = (
+    _Knob(group="mesh", name="error", coarsest=7, exponential=True),
+    _Knob(group="lod", name="bias", coarsest=6),
+)
 _FINEST_MESH = -6  # of _MESH_ERROR: 1/64 pixel
 
 
@@ -187,7 +190,12 @@ def make_row(
         tuned = _tuned(walk, drawn, references, pool)
         report("timing")
         runs = _timed(walk, drawn)
-    return Row(count, described, commit(), {name: _column(runs[name], tuned.get(name)) for name in drawn})
+    return Row(
+        objects=count,
+        reference=described,
+        commit=commit(),
+        columns={name: _column(runs[name], tuned.get(name)) for name in drawn},
+    )
 
 
 def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:

@@ -16,7 +16,7 @@ LAYERS = 1, 2, 3, 4, 6, 8
 LEAST_GAIN = 0.1  # dB; where more layers bring less, still more are not tried
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Trial:
     """Hold what one bake came to; `psnr` is the mean over the views, dB."""
 
@@ -26,7 +26,7 @@ class Trial:
     bytes_gpu: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Recommendation:
     """Recommend the cheapest trial that reaches `wanted` dB, or else the best of all.
 
@@ -78,11 +78,15 @@ def recommend(
         progress(f"trying {resolution}², {layers} layers")
         baked = bake_model(mesh, replace(params, resolution=resolution, layers=layers, method="raycast"), key="")
         with TwinRenderer(mesh, baked, settings, size) as twin:
-            trials.append(Trial(resolution, layers, mean_psnr(twin, viewpoints), twin.gpu_bytes))
+            trials.append(
+                Trial(resolution=resolution, layers=layers, psnr=mean_psnr(twin, viewpoints), bytes_gpu=twin.gpu_bytes)
+            )
         if trials[-1].psnr >= wanted:
-            return Recommendation(wanted, len(viewpoints), True, trials[-1], tuple(trials))
+            return Recommendation(
+                wanted=wanted, views=len(viewpoints), reached=True, best=trials[-1], trials=tuple(trials)
+            )
     best = max(trials, key=lambda trial: trial.psnr)
-    return Recommendation(wanted, len(viewpoints), False, best, tuple(trials))
+    return Recommendation(wanted=wanted, views=len(viewpoints), reached=False, best=best, trials=tuple(trials))
 
 
 def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:

@@ -155,7 +155,13 @@ def _kinds(
             "× none": spent / milliseconds[0],
         }
         panels = side_by_side(kind.title, picture[window], own.pixels[window])
-        yield Row(subject, f"{kind.title}, dB", psnr(own.pixels, picture, own.edge), details=details, pictures=panels)
+        yield Row(
+            subject=subject,
+            name=f"{kind.title}, dB",
+            measured=psnr(own.pixels, picture, own.edge),
+            details=details,
+            pictures=panels,
+        )
 
 
 def _gains(subject: str, pictures: Sequence[Picture], own: Truth) -> Iterator[Row]:
@@ -163,14 +169,21 @@ def _gains(subject: str, pictures: Sequence[Picture], own: Truth) -> Iterator[Ro
     reached = {kind.title: psnr(own.pixels, shown, own.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
     for peer, goal in GAINS.items():
         if peer in reached:
-            yield Row(subject, f"{OURS} over {peer}, dB", reached[OURS] - reached[peer], goal)
+            yield Row(
+                subject=subject, name=f"{OURS} over {peer}, dB", measured=reached[OURS] - reached[peer], goal=goal
+            )
 
 
 def _silhouettes(subject: str, pictures: Sequence[Picture], mesh: Truth) -> Row:
     """Yield what anti-aliasing brings to depth images, compared with the mesh that they show."""
     reached = {kind.title: psnr(mesh.pixels, shown, mesh.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
     gain = reached[OURS] - reached["none"]
-    return Row(subject, f"silhouettes: {OURS} over none, against the mesh, dB", gain, SILHOUETTE_GAIN)
+    return Row(
+        subject=subject,
+        name=f"silhouettes: {OURS} over none, against the mesh, dB",
+        measured=gain,
+        goal=SILHOUETTE_GAIN,
+    )
 
 
 def _busiest(edge: NDArray[np.bool_]) -> tuple[slice, slice]:

@@ -38,7 +38,7 @@ class Deeper:
     then: Depth
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Candidate:
     """How an object suits depth images.
 
@@ -70,13 +70,19 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
     points, normals = sample_surface(mesh, SAMPLES)
     seen = _visible(mesh, caster, points)
     if not seen.any():
-        return Candidate(1.0, 0.0, count_parts(mesh), texel)
+        return Candidate(coverage=1.0, thin=0.0, parts=count_parts(mesh), texel=texel)
     points, normals = points[seen], normals[seen]
     held = RayCaster(_grid_mesh(model)).first(points + texel * normals, -normals).distance <= 2 * texel
     skin = 1e-5 * bounding_sphere(mesh).radius
     behind = caster.first(points - skin * normals, -normals)
     thin = behind.flipped & (behind.distance < texel)
-    return Candidate(float(held.mean()), float(thin.mean()), count_parts(mesh), texel, _deeper(mesh, model, params))
+    return Candidate(
+        coverage=float(held.mean()),
+        thin=float(thin.mean()),
+        parts=count_parts(mesh),
+        texel=texel,
+        deeper=_deeper(mesh, model, params),
+    )
 
 
 def warnings(candidate: Candidate, outlines: bool) -> list[str]:

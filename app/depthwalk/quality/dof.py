@@ -121,8 +121,29 @@ def _rows(subject: str, shots: dict[str, Shot], changed: dict[str, float]) -> It
         panels = side_by_side(mode, picture, truth.picture)
         near = psnr(truth.picture, picture, everywhere)
         cost = shot.seconds / truth.seconds
-        yield Row(subject, f"{mode}, dB", near, LEAST_PSNR if asked else None, details=details, pictures=panels)
+        yield Row(
+            subject=subject,
+            name=f"{mode}, dB",
+            measured=near,
+            goal=LEAST_PSNR if asked else None,
+            details=details,
+            pictures=panels,
+        )
         if mode != "none":
             most = (MOST_CHANGED, MOST_TIME) if asked else (None, None)
-            yield Row(subject, f"{mode}: changed in focus, of 255", changed[mode], most[0], False, digits=0)
-            yield Row(subject, f"{mode}: time, × {TRUTH} frames", cost, most[1], False, digits=4)
+            yield Row(
+                subject=subject,
+                name=f"{mode}: changed in focus, of 255",
+                measured=changed[mode],
+                goal=most[0],
+                more_is_better=False,
+                digits=0,
+            )
+            yield Row(
+                subject=subject,
+                name=f"{mode}: time, × {TRUTH} frames",
+                measured=cost,
+                goal=most[1],
+                more_is_better=False,
+                digits=4,
+            )

@@ -95,7 +95,14 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
         cost = _cost(build_adjacency(positions, triangles), sphere, MANY, size)
         yield _drawn(name, cost, MOST_OF_SHAPES)
         _, share = _shares(cost)
-        yield Row(name, f"time, × all edges, of {MANY} objects", share, MOST_OF_SHAPES, more_is_better=False, digits=2)
+        yield Row(
+            subject=name,
+            name=f"time, × all edges, of {MANY} objects",
+            measured=share,
+            goal=MOST_OF_SHAPES,
+            more_is_better=False,
+            digits=2,
+        )
     meshes = {asset.mesh: asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)}
     for asset in meshes.values():
         report(asset.name, "edges")
@@ -138,4 +145,12 @@ def _drawn(name: str, cost: Cost, goal: float) -> Row:
     (every, chosen), (every_ms, chosen_ms) = cost.lines.tolist(), cost.milliseconds.tolist()
     details = {"all": every, "chosen": chosen, "outlines": cost.outlines}
     details |= {"all, ms": every_ms, "chosen, ms": chosen_ms, "time, ×": spent}
-    return Row(name, "lines drawn, × all edges", share, goal, more_is_better=False, digits=2, details=details)
+    return Row(
+        subject=name,
+        name="lines drawn, × all edges",
+        measured=share,
+        goal=goal,
+        more_is_better=False,
+        digits=2,
+        details=details,
+    )

@@ -13,7 +13,7 @@ GOAL_RESOLUTION, GOAL_LAYERS = 512, 3
 BAKE_SECONDS, GPU_BYTES = 8.0, 16_000_000  # goals of an object baked so
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Measure:
     """Describe a field of `ViewQuality`.
 
@@ -39,12 +39,21 @@ class Measure:
 
 
 MEASURES = (
-    Measure("psnr", "PSNR, dB", 2, True, 33.0, 27.0),
-    Measure("iou", "silhouette IoU", 4, True, 0.9985, 0.995),
-    Measure("flip", "FLIP", 4, False, 0.020, 0.045),
-    Measure("depth_median", "depth error, median", 5, False, 0.0005, None),
-    Measure("depth_p99", "depth error, 99 %", 5, False, 0.01, None),
-    Measure("holes", "hole pixels, %", 3, False, 0.02, 0.1),
+    Measure(key="psnr", title="PSNR, dB", digits=2, more_is_better=True, goal_mean=33.0, goal_worst=27.0),
+    Measure(key="iou", title="silhouette IoU", digits=4, more_is_better=True, goal_mean=0.9985, goal_worst=0.995),
+    Measure(key="flip", title="FLIP", digits=4, more_is_better=False, goal_mean=0.020, goal_worst=0.045),
+    Measure(
+        key="depth_median",
+        title="depth error, median",
+        digits=5,
+        more_is_better=False,
+        goal_mean=0.0005,
+        goal_worst=None,
+    ),
+    Measure(
+        key="depth_p99", title="depth error, 99 %", digits=5, more_is_better=False, goal_mean=0.01, goal_worst=None
+    ),
+    Measure(key="holes", title="hole pixels, %", digits=3, more_is_better=False, goal_mean=0.02, goal_worst=0.1),
 )
 
 

@@ -22,7 +22,7 @@ MOST_WORKERS = 4
 FLATTEST = 0.01  # height over extent; what lies flatter is measured by its extent
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ViewQuality:
     """Hold the measures of one view, which `metrics` defines.
 
@@ -147,7 +147,7 @@ def _start(
     flip = _submit(pool, metrics.mean_flip, *cropped)
     median, high = metrics.depth_errors(pair.mesh.distance[window], pair.dpci.distance[window], height)
     view = ViewQuality(
-        viewpoint,
+        viewpoint=viewpoint,
         pixels=int(reference.sum()),
         psnr=metrics.psnr(*cropped),
         iou=metrics.silhouette_iou(reference[window], test[window]),

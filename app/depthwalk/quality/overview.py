@@ -16,7 +16,7 @@ from depthwalk.quality.report import mark
 from depthwalk.quality.rows import Row
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Overview:
     """Hold the rows by parts.
 

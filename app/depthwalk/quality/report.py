@@ -21,7 +21,7 @@ from depthwalk.quality.views import FOV, Viewpoint
 _COSTS = "bake, s", "bake, MB", "disk, MB", "GPU, MB"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Costs:
     """Hold what depth images cost; `BakeCosts` describes the peak."""
 
@@ -31,7 +31,7 @@ class Costs:
     bytes_gpu: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ModelReport:
     """Hold what was found about one mesh.
 
@@ -61,7 +61,7 @@ class ModelReport:
     recommendation: Recommendation | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CompareReport:
     """Hold what `depthwalk compare` found.
 

@@ -9,7 +9,7 @@ from depthwalk.quality.metrics import flip_colours
 from depthwalk.types import Picture
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
     """Hold a value.
 

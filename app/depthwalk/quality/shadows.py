@@ -94,7 +94,15 @@ def _row(asset: str, way: str, pairs: Mapping[str, tuple[Ground, Ground]]) -> Ro
     panels = {caption: png_bytes(_panel(*pairs[worst]))}
     details = {f"sun {name}": iou for name, iou in ious.items()}
     goal = LEAST_IOU if way == ALONE else None
-    return Row(asset, f"IoU with the mesh's, {way}", ious[worst], goal, digits=4, details=details, pictures=panels)
+    return Row(
+        subject=asset,
+        name=f"IoU with the mesh's, {way}",
+        measured=ious[worst],
+        goal=goal,
+        digits=4,
+        details=details,
+        pictures=panels,
+    )
 
 
 def _stage(sphere: Sphere) -> Scene:
