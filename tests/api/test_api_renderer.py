@@ -149,3 +149,17 @@ def test_nothing_is_printed(tmp_path, capfd, caplog):
         pass
     assert "ball: reading" in caplog.messages
     assert capfd.readouterr() == ("", "")
+
+
+def test_what_the_ground_hides_is_not_seen(tmp_path):
+    file = write_balls(tmp_path)
+    file.write_text(
+        "version: 1\nassets: {ball: {mesh: ball.ply}}\nobjects:\n  - {asset: ball, position: [0, -1, 0]}\n"
+        "environment: {ground: {}}\n"
+    )
+    camera = dw.Camera((0, 3, 6), (0, 0, 0), 0.6)
+    with dw.Renderer(dw.load_scene(file), SIZE) as renderer:
+        image = renderer.render(camera, object_id=True)
+    rows = np.nonzero((image.object_id == 0).any(1))[0]
+    assert image.object_id[MIDDLE] == 0
+    assert 42 < rows.max() < 48  # where the ball goes into the ground; whole, it would reach row 53
