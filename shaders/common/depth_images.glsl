@@ -3,7 +3,7 @@
 // MESO: the object has meso-structure.
 #from depthwalk.cook.virtual_texture import DEPTH_PERIOD
 #include "common/meso.glsl"
-#include "common/pages.glsl"
+#include "common/virtual_texture.glsl"
 uniform float texels[FACE_COUNT];                // per metre, on each face
 uniform float shininess;
 

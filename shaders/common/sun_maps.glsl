@@ -1,6 +1,6 @@
 // Computes what part of the sun's light reaches a point, by its cascaded shadow maps (Zhang et al. 2006), in world vectors
 // from the viewer. Twin: reference/shadows.py.
-#from depthwalk.scene.render_settings import MAX_CASCADES as MOST_CASCADES
+#from depthwalk.scene.render_settings import MAX_CASCADES
 #from depthwalk.render.shadows.cascades import DEPTH as MAP_DEPTH
 #from depthwalk.render.shadows.sun_uniforms import COLUMNS
 #include "common/shadow_map.glsl"
@@ -8,7 +8,7 @@ uniform sampler2DShadow sun_maps;   // tiles of equal size, COLUMNS to a row
 uniform int cascades;               // the nearest first
 uniform mat3 light_from_world;      // to the right, up and away from the sun
 // What takes such metres from the viewer to 0 … 1 across a map, and so in depth: offset, factor.
-uniform vec4 places[MOST_CASCADES];
+uniform vec4 places[MAX_CASCADES];
 uniform int map_resolution;         // texels along a tile's edge
 uniform float shadow_reach;         // distance along the view axis at which shadows end, metres
 

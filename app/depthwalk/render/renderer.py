@@ -211,7 +211,7 @@ class Renderer:
             for each in self.passes:
                 each.resize(size)
         # Only GPAA reads albedo and normals where nothing is.
-        cleared = self.targets.polygons if aa.geometric else self.targets.visible
+        cleared = self.targets.polygons if aa.geometric else self.targets.visibility
         cleared.clear(depth=1.0)
         return self.targets
 

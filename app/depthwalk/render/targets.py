@@ -15,12 +15,12 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 # What passes declare that they read or write: what there is of each of them, to be read, in `Targets`.
 TARGETS: dict[str, tuple[str, ...]] = {
     "atlas": ("atlas_owner", "atlas_depth"),
-    "visible": ("visible_texture",),
+    "visibility": ("visibility_texture",),
     "albedo": ("albedo",),
     "surface": ("surface",),
     "depth": ("depth",),
     "samples": ("drawn",),  # the four above where pixels have several
-    "levels": (),
+    "material_depth": (),
     "sun_maps": ("sun_maps",),
     "lamp_maps": ("lamp_maps",),
     "shadow": ("shadow_texture",),
@@ -31,17 +31,17 @@ _READ = {name: target for target, names in TARGETS.items() for name in names}
 # The targets that framebuffers draw into: colours, and the depth that is tested against or written.
 _DRAWN_INTO: dict[str, tuple[tuple[str, ...], str | None]] = {
     "atlas": (("atlas",), None),
-    "visible": (("visible",), "depth"),
-    "polygons": (("albedo", "surface", "visible"), "depth"),
-    "one_sample": (("albedo", "surface", "visible"), "depth"),
-    "levels": (("levels",), None),
-    "shaded": (("albedo", "surface"), "levels"),
+    "visibility": (("visibility",), "depth"),
+    "polygons": (("albedo", "surface", "visibility"), "depth"),
+    "one_sample": (("albedo", "surface", "visibility"), "depth"),
+    "material_depth": (("material_depth",), None),
+    "shaded": (("albedo", "surface"), "material_depth"),
     "gbuffer": (("albedo", "surface"), "depth"),
     "shadow": (("shadow",), None),
     "lighting": (("lit",), "depth"),
     "lit": (("lit",), None),
-    "shaded_lit": (("albedo", "surface", "lit"), "levels"),
-    "covered": (("lit",), "levels"),
+    "shaded_lit": (("albedo", "surface", "lit"), "material_depth"),
+    "covered": (("lit",), "material_depth"),
     "screen": (("screen",), None),
 }
 _OF_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # numbers, that every pass may know
@@ -53,7 +53,7 @@ class Drawn:
 
     albedo: moderngl.Texture
     surface: moderngl.Texture
-    visible: moderngl.Texture
+    visibility: moderngl.Texture
     depth: moderngl.Texture
 
 
@@ -84,15 +84,15 @@ class Targets:
         self.depth = gl.depth_texture(size)
         self.visibility_texture = gl.texture(size, 2, "u4")
         self.one_sample = gl.framebuffer([self.albedo, self.surface, self.visibility_texture], self.depth)
-        self.drawn = Drawn(albedo=self.albedo, surface=self.surface, visible=self.visibility_texture, depth=self.depth)
+        self.drawn = Drawn(albedo=self.albedo, surface=self.surface, visibility=self.visibility_texture, depth=self.depth)
         self.offsets = np.zeros((1, 2))
         if samples > 1:
             self.drawn, self.offsets = _multisampled(gl, size, samples), sample_offsets(device, samples)
         drawn = self.drawn
-        self.visible = gl.framebuffer([drawn.visible], drawn.depth)
-        self.polygons = gl.framebuffer([drawn.albedo, drawn.surface, drawn.visible], drawn.depth)
+        self.visibility = gl.framebuffer([drawn.visibility], drawn.depth)
+        self.polygons = gl.framebuffer([drawn.albedo, drawn.surface, drawn.visibility], drawn.depth)
         level = gl.depth_texture(size)
-        self.levels = gl.framebuffer([], level)
+        self.material_depth = gl.framebuffer([], level)
         self.shaded = gl.framebuffer([self.albedo, self.surface], level)
         self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
         self.shadow_texture = gl.texture(size, 1)
@@ -167,11 +167,11 @@ def declared(targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[
 
 
 def _multisampled(gl: Scope, size: tuple[int, int], samples: int) -> Drawn:
-    albedo, surface, visible = (
+    albedo, surface, visibility = (
         gl.multisampled_texture(size, samples, components, dtype)
         for components, dtype in ((4, "f1"), (4, "nu2"), (2, "u4"))
     )
-    return Drawn(albedo=albedo, surface=surface, visible=visible, depth=gl.multisampled_depth(size, samples))
+    return Drawn(albedo=albedo, surface=surface, visibility=visibility, depth=gl.multisampled_depth(size, samples))
 
 
 def _atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:

@@ -17,7 +17,7 @@ from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
 from depthwalk.render.passes.resolve import ResolvePass
 from depthwalk.render.passes.sample import SamplePass
-from depthwalk.render.passes.shade import MaterialResolvePass
+from depthwalk.render.passes.material_resolve import MaterialResolvePass
 from depthwalk.render.passes.shadows import ShadowsPass
 from depthwalk.render.passes.smaa import SmaaPass
 from depthwalk.render.passes.sun import SunPass

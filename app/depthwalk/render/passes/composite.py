@@ -13,7 +13,7 @@ class CompositePass(Pass[CompositeParams]):
     name = "composite"
     draws_objects = True
     reads = ("atlas",)
-    writes = ("visible", "depth")
+    writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
         shaders = "composite/composite.vert", "composite/composite.frag"
@@ -29,7 +29,7 @@ class CompositePass(Pass[CompositeParams]):
         defines = (f"STEPS={params.parallax}", *frame.targets.defines)
         defines += ("PARTIAL",) if frame.common.aa.covering else ()
         # Unclamped, a plane may be nearer than the near plane while its object is not.
-        with self.gl.state(into=frame.targets.visible, depth_test=LESS, direct=(DEPTH_CLAMP,)):
+        with self.gl.state(into=frame.targets.visibility, depth_test=LESS, direct=(DEPTH_CLAMP,)):
             self._draw(frame, ("ALIGNED",), 0, aligned)
             self._draw(frame, defines, aligned, len(records) - aligned)
 

@@ -9,7 +9,7 @@ from depthwalk.render.frame import Frame, Pass
 
 class CoveragePass(Pass[Params]):
     name = "coverage"
-    reads = ("visible", "depth", "levels", "lit")
+    reads = ("visibility", "depth", "material_depth", "lit")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
@@ -25,6 +25,6 @@ class CoveragePass(Pass[Params]):
             texture.use(unit)
         self._program.set(lit_texture=0, visibility_texture=1, depth_texture=2)
         self._program.set(level=FULL_COVERAGE, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
-        # What `shade` has marked as covered in part is in front.
+        # What `material_resolve` has marked as covered in part is in front.
         with self.gl.state(into=targets.covered, depth_test=">", depth_write=False):
             self._program.rectangles()

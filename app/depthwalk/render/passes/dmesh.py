@@ -13,7 +13,7 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 class DmeshPass(Pass[Params]):
     name = "dmesh"
     draws_objects = True
-    writes = ("visible", "depth")
+    writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
         self._programs = Variants(lambda defines: Program(gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag", defines))
@@ -29,7 +29,7 @@ class DmeshPass(Pass[Params]):
             program, array = self._programs[defines], asset.array(self._arrays[defines], number)
             asset.use_geometry(program, 0, frame.common.lod)
             with self.gl.state(
-                into=frame.targets.visible, depth_test=LESS, cull=True, wireframe=frame.common.wireframe
+                into=frame.targets.visibility, depth_test=LESS, cull=True, wireframe=frame.common.wireframe
             ):
                 for group in groups:
                     program.set(first=first_object_id + group.first)

@@ -14,7 +14,7 @@ from depthwalk.render.frame import Frame, Pass
 
 class GroundPass(Pass[Params]):
     name = "ground"
-    writes = ("albedo", "surface", "visible", "depth")
+    writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
         self._program = Program(gl, "ground/ground.vert", "ground/ground.frag")

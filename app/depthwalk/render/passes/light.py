@@ -93,7 +93,7 @@ class LightPass(Pass[LightParams]):
 
     def _draw_sky(self, frame: Frame) -> None:
         """Over all: software rasterisers take three times as long to test before they write half floats. In forward
-        mode `shade` has lit what it draws before."""
+        mode `material_resolve` has lit what it draws before."""
         sky, params, values = frame.light.sky, frame.environment.sky, {}
         defines = (*sky.defines, "TRANSPARENT") if frame.transparent else sky.defines
         if params is not None and params.sun_size > 0:

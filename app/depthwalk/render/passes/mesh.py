@@ -20,7 +20,7 @@ _ROOM = 1 << 18  # triangles of those of one part; a part of more is drawn whole
 class MeshPass(Pass[MeshParams]):
     name = "mesh"
     draws_objects = True
-    writes = ("albedo", "surface", "visible", "depth")
+    writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
         layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT}

@@ -11,7 +11,7 @@ class SamplePass(Pass[Params]):
     name = "sample"
     per_sample = True
     reads = ("samples",)
-    writes = ("albedo", "surface", "visible", "depth")
+    writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
         self._program = Program(gl, "common/fullscreen.vert", "sample/sample.frag")
@@ -21,9 +21,9 @@ class SamplePass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         drawn = frame.targets.drawn
-        for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visible, drawn.depth)):
+        for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visibility, drawn.depth)):
             texture.use(unit)
-        names = "albedo_samples", "surface_samples", "visible_samples", "depth_samples"
+        names = "albedo_samples", "surface_samples", "visibility_samples", "depth_samples"
         self._program.set(number=frame.sample, **{name: unit for unit, name in enumerate(names)})
         with self.gl.state(into=frame.targets.one_sample, depth_test=ALWAYS):
             self._program.fill()

@@ -16,14 +16,14 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class MaterialResolvePass(Pass[Params]):
-    name = "shade"
+    name = "material_resolve"
     per_sample = True
-    reads = ("visible", "depth", "sun_maps")
-    writes = ("levels", "albedo", "surface", "lit")
+    reads = ("visibility", "depth", "sun_maps")
+    writes = ("material_depth", "albedo", "surface", "lit")
 
     def setup(self, gl: Scope) -> None:
-        self._levels = Program(gl, "common/rectangle.vert", "shade/levels.frag")
-        self._programs = Variants(lambda defines: Program(gl, "common/rectangle.vert", "shade/shade.frag", defines))
+        self._levels = Program(gl, "common/rectangle.vert", "material_resolve/material_depth.frag")
+        self._programs = Variants(lambda defines: Program(gl, "common/rectangle.vert", "material_resolve/material_resolve.frag", defines))
         self._objects = RecordTexture(gl, SURFACE_RECORD)
 
     def enabled(self, frame: Frame, params: Params) -> bool:
@@ -46,7 +46,7 @@ class MaterialResolvePass(Pass[Params]):
     def _draw_levels(self, frame: Frame, shading: MaterialRecords) -> None:
         low, high = shading.low.min(0), shading.high.max(0)
         self._levels.set(low=tuple(low), high=tuple(high), objects=0, visibility_texture=1)
-        with self.gl.state(into=frame.targets.levels, depth_test=ALWAYS):
+        with self.gl.state(into=frame.targets.material_depth, depth_test=ALWAYS):
             self._levels.rectangles()
 
     def _shade(
@@ -63,7 +63,7 @@ class MaterialResolvePass(Pass[Params]):
             defines += ("SHOW_TILES",)
         common = {
             "objects": 0,
-            "visible_texture": 1,
+            "visibility_texture": 1,
             **light,
         }
         columns = (each.tolist() for each in (shading.assets, levels, shading.low, shading.high))

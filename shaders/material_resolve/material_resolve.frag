@@ -6,7 +6,7 @@
 #include "common/view.glsl"
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
-#include "shade/objects.glsl"
+#include "material_resolve/objects.glsl"
 #ifdef FORWARD
 #include "common/phong.glsl"
 #ifdef SHADOWS
@@ -27,19 +27,19 @@ layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
 
 void main() {
-    uvec2 visible = texture(visible_texture, uv).xy;
-    vec4 viewer = object_texel(object_of(visible), SURFACE_RECORD_VIEWER);     // w: the object's scale
-    vec4 rotation = object_texel(object_of(visible), SURFACE_RECORD_ROTATION);
-    vec3 from_viewer = ray * distance_of(visible);
+    uvec2 visibility = texture(visibility_texture, uv).xy;
+    vec4 viewer = object_texel(object_of(visibility), SURFACE_RECORD_VIEWER);     // w: the object's scale
+    vec4 rotation = object_texel(object_of(visibility), SURFACE_RECORD_ROTATION);
+    vec3 from_viewer = ray * distance_of(visibility);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
-    Surface surface = surface_at(point, image_of(visible), length(from_viewer) * pixel_angle / viewer.w);
+    Surface surface = surface_at(point, image_of(visibility), length(from_viewer) * pixel_angle / viewer.w);
     vec3 view = normalize(point - viewer.xyz);
 #ifndef MESO
     if (dot(surface.normal, view) > AVERTED) surface.normal = -surface.normal;
 #endif
 #ifdef SHOW_TILES
-    if (object_texel(object_of(visible), SURFACE_RECORD_LEVEL).y > 0.0) {
-        surface.albedo = fract(float(object_of(visible)) * vec3(0.618, 0.414, 0.732));
+    if (object_texel(object_of(visibility), SURFACE_RECORD_LEVEL).y > 0.0) {
+        surface.albedo = fract(float(object_of(visibility)) * vec3(0.618, 0.414, 0.732));
         surface.specular = 0.0;
     }
 #endif
@@ -51,7 +51,7 @@ void main() {
     vec3 to_light = rotate_back(rotation, to_sun);
     vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light);
 #ifdef SHADOWS
-    reflected *= sun_share_at(ray, distance_of(visible), normal);
+    reflected *= sun_share_at(ray, distance_of(visibility), normal);
 #endif
     lit = vec4(surface.albedo * everywhere(normal) + sun * reflected, 1.0);
     out_surface.z = LIT;
