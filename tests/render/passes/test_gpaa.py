@@ -157,7 +157,7 @@ def test_a_kept_image_ends_where_its_texels_end(studio):
             aside = 0.008 * step
             counts = stage.draw(view_of((aside, 1.2, 4.5), (aside, 0.6, -3)))
             kept += counts["dpci"] - counts["warped"]
-            seen = np.frombuffer(stage.renderer.targets.drawn.visibility.read(), np.uint32).reshape(-1, 2)
+            seen = np.frombuffer(stage.renderer.targets.drawn.visibility_texture.read(), np.uint32).reshape(-1, 2)
             inverse = (seen[:, 1] & ~np.uint32(15)).view(np.float32)
             assert np.isfinite(inverse).all() and inverse.max() < 1 / 4.1
     assert kept > 500

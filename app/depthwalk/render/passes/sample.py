@@ -21,7 +21,7 @@ class SamplePass(Pass[Params]):
 
     def draw(self, frame: Frame, params: Params) -> None:
         drawn = frame.targets.drawn
-        for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visibility, drawn.depth)):
+        for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visibility_texture, drawn.depth)):
             texture.use(unit)
         names = "albedo_samples", "surface_samples", "visibility_samples", "depth_samples"
         self._program.set(number=frame.sample, **{name: unit for unit, name in enumerate(names)})
