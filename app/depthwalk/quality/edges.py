@@ -13,7 +13,7 @@ from depthwalk.assets.library import Report
 from depthwalk.geometry.adjacency import EdgeAdjacency, build_adjacency
 from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FEW, Sphere, bounding_sphere, view_of
-from depthwalk.render.antialiasing.silhouette_lines import outlines
+from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.render_settings import GpaaParams
 from depthwalk.scene.scene import MeshAsset, Scene
@@ -93,13 +93,13 @@ def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int
         view = view_of(sphere, viewpoint, size)
         placed = np.zeros(count, PLACED_RECORD)
         placed["origin"], placed["rotation"], placed["scale"] = -view.position, (0, 0, 0, 1), 1
-        found = [outlines(edges, view, placed, each, solid=True) for each in choices]
+        found = [silhouette_lines(edges, view, placed, each, solid=True) for each in choices]
         lines += [len(each) for each in found]
         rims += float(found[-1]["outline"].sum())
         for _ in range(REPEATS):
             for column, each in enumerate(choices):
                 start = time.process_time()
-                outlines(edges, view, placed, each, solid=True)
+                silhouette_lines(edges, view, placed, each, solid=True)
                 least[column] = min(least[column], time.process_time() - start)
     pictured = len(FEW) * count
     return Cost(lines / pictured, rims / pictured, seconds.mean(0) * 1e3)

@@ -155,6 +155,8 @@ def test_looking_surfaces_up_costs_some_times_what_lighting_them_does(gl_device,
         for _ in range(8):
             stage.renderer.timers.time_next()
             stage.draw(view_of((0.0, 0.5, 2.0), (0.0, 0.5, 0.0)))
-            times.append([stage.renderer.timers.milliseconds.get(name, np.inf) for name in ("material_resolve", "light")])
+            times.append(
+                [stage.renderer.timers.milliseconds.get(name, np.inf) for name in ("material_resolve", "light")]
+            )
     resolve, light = np.min(times, axis=0)
     assert resolve < 30 * light
