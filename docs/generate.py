@@ -153,7 +153,7 @@ def _target_table() -> str:
     return "\n".join(rows) + "\n"
 
 
-_LEFT, _TOP, _COLUMN, _ROW = 300, 120, 52, 26  # of the figure, pixels
+_LEFT, _TOP, _COLUMN, _ROW = 350, 120, 52, 26  # of the figure, pixels
 _READ, _WRITTEN, _INK, _FAINT = "#2563a8", "#c0392b", "#222", "#999"
 
 
@@ -193,8 +193,8 @@ def _bracket(label: str, first: int, last: int) -> str:
     low, high = _TOP + _ROW * first + 4, _TOP + _ROW * (last + 1) - 4
     middle = (low + high) / 2
     return (
-        f'<path d="M168 {low}h-6V{high}h6" fill="none" stroke="{_FAINT}"/>'
-        f'<text x="156" y="{middle + 4}" text-anchor="end" fill="{_FAINT}">{label}</text>'
+        f'<path d="M188 {low}h-6V{high}h6" fill="none" stroke="{_FAINT}"/>'
+        f'<text x="178" y="{middle + 4}" text-anchor="end" fill="{_FAINT}">{label}</text>'
     )
 
 

@@ -56,8 +56,8 @@ Meso straight_at(vec3 p, int image, float footprint) {
     vec3 outward = face_outward(p, image);
     vec3 up = outward.y != 0.0 ? vec3(0.0, 0.0, -outward.y) : vec3(0.0, 1.0, 0.0), right = cross(up, outward);
     Meso straight = relief_at(vec2(dot(p, right), dot(p, up)) / meso_tile, right, up, outward, footprint);
-    float most = face_reach(face_of(image)) - image_position(p, image).z;   // all surface stays in the cylinder
-    straight.depth = min(straight.depth, max(most, 0.0));
+    float room = max_depth(face_of(image)) - image_position(p, image).z;    // all surface stays in the cylinder
+    straight.depth = min(straight.depth, max(room, 0.0));
     return straight;
 }
 

@@ -12,7 +12,7 @@ float lift(float sine) { return 0.5 * float(filter_width) * sine + 0.5 + error; 
 // Nearer to a tile's edges the filter would read others: part of its width.
 float map_margin(int resolution) { return 0.5 * float(filter_width) / float(resolution); }
 
-// The mean over the square of `filter_width` texels about a point, its rim weighted as bilinear filters do. tile: column and
+// Returns the mean over the square of `filter_width` texels about a point, its rim weighted as bilinear filters do. tile: column and
 // row; at: 0 … 1 across the tile and in depth.
 float filtered(sampler2DShadow maps, vec2 tile, int resolution, vec3 at) {
     vec2 size = vec2(textureSize(maps, 0));

@@ -1,8 +1,8 @@
-// Packs what is in front at a pixel into the visibility buffer, before it is shaded (Burns and Hunt 2013): an image of an
-// object, and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
+// Packs what is in front at a pixel into the visibility buffer (Burns and Hunt 2013), and unpacks it: an object and its image,
+// and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
 #from depthwalk.cook.lod_geometry import IMAGE_BITS
 const uint COVERAGE_MASK = 15u;
-const uvec2 NO_OBJECT = uvec2(0u);     // polygons; objects count from 1
+const uvec2 NO_OBJECT = uvec2(0u);     // polygons and ground; depth-image objects are numbered from 1
 
 // uncovered: the part of the pixel that shows what is behind, 0 for full coverage. It takes the last bits of `inverse`, which
 // is good to 1e-6 without.

@@ -1,6 +1,6 @@
-// Looks up colour and world normal of each pixel that shows a depth-image object, once, whatever was drawn there before:
-// deferred texturing, sorted by asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
-// FORWARD: and lit here, in the frame of its object; SHADOWS: the sun casts some.
+// Looks up colour and world normal of each pixel that shows a depth-image object, once: deferred texturing of the visibility
+// buffer, asset by asset as Karis et al. 2021, "Nanite: A Deep Dive", resolve it material by material.
+// FORWARD: light it here too, in the object frame; SHADOWS: the sun casts shadows.
 // SHOW_TILES: objects with impostor tiles are painted, each in a colour of its own.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -15,9 +15,9 @@
 layout(location = 2) out vec4 lit;
 #endif
 
-// Nobody sees what faces away. Normals do that are blended about outlines, by less than 20°; and those of leaves, whose two
-// sides are one surface where they are simplified, which looks up either: lit so, far trees were dark. Relief that is
-// steeper than it is displaced does as well, and is in its own shade.
+// No visible surface faces away from the viewer, but its normal may: by less than 20° where it is blended about silhouettes,
+// and by any angle on simplified leaves, whose two sides are one surface that looks up either; far trees were dark. Beyond
+// this cosine it is turned round. Relief keeps its normal: what is steeper than it is displaced lies in its own shadow.
 const float AVERTED = 0.35;
 
 in vec2 uv;

@@ -95,7 +95,7 @@ def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int
         placed["origin"], placed["rotation"], placed["scale"] = -view.position, (0, 0, 0, 1), 1
         found = [silhouette_lines(edges, view, placed, each, solid=True) for each in choices]
         lines += [len(each) for each in found]
-        rims += float(found[-1]["outline"].sum())
+        rims += float(found[-1]["silhouette"].sum())
         for _ in range(REPEATS):
             for column, each in enumerate(choices):
                 start = time.process_time()

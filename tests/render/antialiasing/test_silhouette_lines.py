@@ -75,8 +75,8 @@ def test_a_box_seen_from_its_corner(least_fold, count):
     mesh = box(1, 1, 1)
     edges = build_adjacency(mesh.positions, mesh.faces)
     lines = silhouette_lines(edges, view_along((1, 0.8, 0.9)), placed((3, 2.4, 2.7)), least_fold, solid=True)
-    assert (len(lines), lines["outline"].sum()) == (count, 6)
-    outline = lines[lines["outline"] > 0]
+    assert (len(lines), lines["silhouette"].sum()) == (count, 6)
+    outline = lines[lines["silhouette"] > 0]
     low, high = outline["ends"][:, :2], outline["ends"][:, 2:]
     inward = outline["ends"].reshape(-1, 2).mean(0) - low
     assert ((high - low)[:, 0] * inward[:, 1] > (high - low)[:, 1] * inward[:, 0]).all()  # the box is on the left
@@ -93,7 +93,7 @@ def test_a_sphere_has_a_ring_of_outlines_wherever_it_stands():
     radius = view.focal_pixels / np.sqrt(6**2 - 1)
     off = np.abs(np.linalg.norm(middle - at, axis=2) - radius).min(0)
     assert off.max() < 0.06 * radius  # the second stands off the axis, its outline is slightly oval
-    assert (lines["outline"] == 1).all()
+    assert (lines["silhouette"] == 1).all()
 
 
 def test_a_sphere_has_its_outline_by_its_area():

@@ -18,7 +18,7 @@ _MAX_CHUNK = 1 << 22  # faces × objects whose orientation is held at a time
 
 # What shaders/gpaa/edge.vert reads per line: its ends in pixels, with the object on the left of the way from the first
 # to the second; their depths; 1 for a silhouette, with something else beyond it, 0 for a crease between two faces.
-LINE_RECORD = np.dtype([("ends", "4f4"), ("depths", "2f4"), ("outline", "f4")])
+LINE_RECORD = np.dtype([("ends", "4f4"), ("depths", "2f4"), ("silhouette", "f4")])
 
 
 def silhouette_lines(
@@ -114,7 +114,7 @@ def _lines(
     seen &= np.where(across[:, 1] > across[:, 0], passes[:, 1], passes[:, 0])
     lines = np.empty(int(seen.sum()), LINE_RECORD)
     lines["ends"] = pixels[seen].reshape(-1, 4)
-    lines["outline"] = silhouette[kept][seen]
+    lines["silhouette"] = silhouette[kept][seen]
     clip = clip[seen]
     lines["depths"] = clip[..., 2] / clip[..., 3] / 2 + 0.5
     return lines
