@@ -1,7 +1,7 @@
 // Computes where the depth images of an object show a point of its surface, in the object frame: on the cylinder's side, its caps
 // and the sides of the box about it (Liu, Liu and Wu 2007, §3.1). An image is numbered by face and layer, with flags above.
 #from depthwalk.bake.images import FACE_COUNT, Face
-#from depthwalk.cook.lod_geometry import FACE_SHIFT, EDGE, PAST_AXIS, BORDER
+#from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS
 uniform int first_images[FACE_COUNT];   // number of each face's first image
 uniform vec4 cylinder;                  // radius, bottom, half width, half depth
 uniform float cylinder_height;
