@@ -8,7 +8,7 @@ it with their own parameters.
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar, cast, get_args, get_origin
+from typing import ClassVar, Generic, TypeVar, cast, get_args, get_origin
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
@@ -20,11 +20,8 @@ from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import LodParams
-
-if TYPE_CHECKING:  # the settings are made of the passes' parameters, and the scene's schema of the settings
-    from depthwalk.scene.environment import Environment
-    from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import LodParams, RenderSettings
 
 P = TypeVar("P", bound=Params)
 
@@ -48,7 +45,7 @@ class Common:
     show_tiles: bool
 
 
-def common(settings: "RenderSettings") -> Common:
+def common(settings: RenderSettings) -> Common:
     """Return what several passes go by of `settings`."""
     return Common(
         aa=anti_aliasing(settings),
@@ -82,7 +79,7 @@ class Frame:
     view: View
     plan: FrameDrawLists
     common: Common
-    environment: "Environment"
+    environment: Environment
     light: Lighting
     assets: AssetStore
     targets: Targets
@@ -201,7 +198,7 @@ class Pass(ABC, Generic[P]):
             self.release()
             raise
 
-    def params_in(self, settings: "RenderSettings") -> P:
+    def params_in(self, settings: RenderSettings) -> P:
         """Return the parameters that hold: those that it was made with, else its group in `settings`."""
         group = getattr(settings, self.name, None)
         return cast(P, group) if isinstance(group, self.Params) and not self._has_own_params else self.params

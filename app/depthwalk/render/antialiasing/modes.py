@@ -5,7 +5,6 @@ of the geometry, `coverage` blends what impostor tiles cover in part, `fxaa` and
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import PictureParams, TileParams
+from depthwalk.scene.render_settings import PictureParams, RenderSettings, TileParams
 
 SUPERSAMPLING = 2  # samples per pixel along either axis, for `ssaa`
 MULTISAMPLING = 4  # samples per pixel of what objects are drawn into, for `msaa`
@@ -30,10 +29,10 @@ def covering(settings: PictureParams) -> bool:
     return settings.aa == "coverage" or geometric(settings)
 
 
-def samples(settings: Any) -> int:
-    """Return how many samples each pixel has along either axis. settings: a RenderSettings."""
+def samples(settings: RenderSettings) -> int:
+    """Return how many samples each pixel has along either axis."""
     if geometric(settings):
-        return int(settings.gpaa.samples)
+        return settings.gpaa.samples
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
 
 
@@ -55,8 +54,8 @@ class AntiAliasing:
     covering: bool
 
 
-def anti_aliasing(settings: Any) -> AntiAliasing:
-    """Return the anti-aliasing that a RenderSettings asks for."""
+def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
+    """Return the anti-aliasing that `settings` ask for."""
     return AntiAliasing(
         mode=settings.aa, samples=samples(settings), geometric=geometric(settings), covering=covering(settings)
     )
@@ -86,13 +85,13 @@ def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
     return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]
 
 
-def tile_layout(settings: Any, layout: TileParams, remembers: bool) -> TileParams:
+def tile_layout(settings: RenderSettings, layout: TileParams, remembers: bool) -> TileParams:
     """Return how impostor tiles are laid out, given what the anti-aliasing and the lens ask of them.
 
     Parameters
     ----------
-    settings : a RenderSettings.
-    layout : the layout that it asks for. Where coverage is computed from texels, these are made finer than pixels.
+    settings : the render settings, of which anti-aliasing and lens matter here.
+    layout : the layout that they ask for. Where coverage is computed from texels, these are made finer than pixels.
     remembers : whether tiles may be reused from one frame to the next. They never are between points of the lens, as
         the blur is made of the differences between these.
     """
