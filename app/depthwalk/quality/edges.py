@@ -16,7 +16,7 @@ from depthwalk.assets.library import Report
 from depthwalk.geometry.adjacency import EdgeAdjacency, build_adjacency
 from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FEW, Sphere, bounding_sphere, view_of
-from depthwalk.render.antialiasing.silhouette_lines import outlines
+from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.render_settings import GpaaParams
 from depthwalk.scene.scene import MeshAsset, Scene
@@ -123,13 +123,13 @@ def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int
         view = view_of(sphere, viewpoint, size)
         placed = np.zeros(count, PLACED_RECORD)
         placed["origin"], placed["rotation"], placed["scale"] = -view.position, (0, 0, 0, 1), 1
-        found = [outlines(edges, view, placed, crease, solid=True) for crease in creases]
+        found = [silhouette_lines(edges, view, placed, crease, solid=True) for crease in creases]
         lines += [len(records) for records in found]
-        rims += float(found[-1]["outline"].sum())
+        rims += float(found[-1]["silhouette"].sum())
         for _ in range(REPEATS):
             for column, crease in enumerate(creases):
                 start = time.process_time()
-                outlines(edges, view, placed, crease, solid=True)
+                silhouette_lines(edges, view, placed, crease, solid=True)
                 least[column] = min(least[column], time.process_time() - start)
     pictured = len(FEW) * count
     return Cost(lines / pictured, rims / pictured, seconds.mean(0) * 1e3)
