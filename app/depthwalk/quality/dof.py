@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
-from depthwalk.reference.dof import SHARP, ranges
+from depthwalk.reference.dof import ranges
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes.dof import TILE
-from depthwalk.render.view.lens import circle_radius, largest_radius
+from depthwalk.render.view.lens import SHARP, circle_radius, largest_radius
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 from depthwalk.scene.scene import Scene
