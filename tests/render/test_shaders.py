@@ -245,7 +245,7 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
     (folder / "a.glsl").write_text(
         "#from depthwalk.cook.lod_geometry import BORDER, EASE as MOST_EASE   // by other names, too\n"
         "#from depthwalk.bake.images import Face\n"
-        "#from depthwalk.render.impostors.tile_records import SURFACE_RECORD\n"
+        "#from depthwalk.render.draw.material_depth import SURFACE_RECORD\n"
         "#from depthwalk.cook.virtual_texture import DEPTH_PERIOD\n"
         "#from depthwalk.colour import LUMINANCE\n#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
     )

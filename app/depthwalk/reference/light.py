@@ -76,7 +76,7 @@ def lamp_light(
 ) -> tuple[Array, Array]:
     """Return how strong a lamp's light is at points, and the directions from which it comes.
 
-    With the distance d the strength is (1 − (d/range)⁴)² / d² (Karis 2013, equation 9). The cone of a spot light is as
+    With the distance d the strength is (1 − (d/range)⁴)² / d² (Karis 2013). The cone of a spot light is as
     bright as it gets within 0.8 of its angle; from there it fades with the square of the cosine's part of the way to
     the cone's edge.
 
