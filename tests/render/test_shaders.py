@@ -247,7 +247,8 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
         "#from depthwalk.bake.images import Face\n"
         "#from depthwalk.render.draw.material_depth import SURFACE_RECORD\n"
         "#from depthwalk.cook.virtual_texture import DEPTH_PERIOD\n"
-        "#from depthwalk.colour import LUMINANCE\n#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
+        "#from depthwalk.colour import LUMINANCE\n"
+        "#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
     )
     monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
     lines = Source("some/a.glsl").text.splitlines()

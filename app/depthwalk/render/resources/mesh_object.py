@@ -17,8 +17,7 @@ from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.render.resources.meshlets import Meshlets
 
 WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of materials without one
-# moderngl's format of a vertex, and the attributes that a pass reads of it: everything, all but colours, positions
-# alone.
+# moderngl's format of a vertex, and which attributes a pass reads: all of them, all but colours, positions alone.
 PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
 PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
 POSITION_LAYOUT = ("3f 24x", "in_position")
