@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+import depthwalk
 from depthwalk import provenance
 
 
@@ -38,4 +39,9 @@ def test_a_checkout_tells_its_commit(package):
 def test_a_package_inside_a_checkout_of_something_else_tells_none(package):
     package("add", "readme")
     package("commit", "-m", "first")
+    assert provenance.commit() is None
+
+
+def test_commit_is_that_of_our_own_checkout_only(tmp_path, monkeypatch):
+    monkeypatch.setattr(depthwalk, "__file__", str(tmp_path / "depthwalk" / "__init__.py"))
     assert provenance.commit() is None
