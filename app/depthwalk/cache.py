@@ -1,7 +1,8 @@
-"""What can be made again, kept in files of the user's cache folder: found by key, checked when read, limited in size.
+"""Keep files that can be made again in the user's cache folder: found by key, checked when read, limited in size.
 
-Baked models, cooked assets and simplified meshes are all kept by a `Cache`. A damaged file is no error: it is named
-in a warning, removed and made again. Every kind of file carries checksums of its own: OpenEXR files of baked
+Baked models, cooked assets and simplified meshes are all kept by a `Cache`. A key is a hash of everything that the file
+was made from, so that a file never becomes wrong; it only stops being asked for. A damaged file is no error: it is
+named in a warning, removed and made again. Every kind of file carries checksums of its own: OpenEXR files of baked
 models one over all pixels (`bake.file`), arrays the CRC-32 that a ZIP archive has of each member (`read_arrays`).
 """
 
@@ -38,9 +39,14 @@ def cache_folder() -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class Cache:
-    """Files of one kind in the cache folder, one for each key.
+    """Find and keep files of one kind in the cache folder, one for each key.
 
-    suffix: how their names end, after the key; content: what they hold, for messages.
+    Attributes
+    ----------
+    suffix
+        How their names end, after the key.
+    content
+        What the files hold, in words for messages.
     """
 
     suffix: str
@@ -51,7 +57,10 @@ class Cache:
         return cache_folder() / (key + self.suffix)
 
     def find(self, key: str, read: Callable[[Path], T]) -> T | None:
-        """Return what `read` makes of the file of `key`; None where there is none, or only a damaged one."""
+        """Return what `read` makes of the file of `key`; None where there is none, or it cannot be read or is damaged.
+
+        The file counts as used now: `make_room` removes those first that were not used for longest.
+        """
         path = self.file(key)
         if not path.is_file():
             return None
@@ -68,8 +77,13 @@ class Cache:
     def read(self, path: Path, read: Callable[[Path], T]) -> T:
         """Return what `read` makes of one of the files.
 
-        Raises OSError where the file has vanished, and DamagedFileError, after it was named in a warning and removed,
-        where `read` raises InputError, ValueError, TypeError, LookupError or ArithmeticError.
+        Raises
+        ------
+        OSError
+            Where the file has vanished or cannot be read.
+        DamagedFileError
+            Where `read` raises InputError, ValueError, TypeError, LookupError or ArithmeticError. The file has then
+            been named in a warning and removed.
         """
         try:
             return read(path)
@@ -78,14 +92,24 @@ class Cache:
                 raise FileNotFoundError(f"{path}: no such file") from error
             reason = str(error).removeprefix(f"{path}: ").removeprefix(f"damaged {self.content}: ")
             log.warning("%s: damaged %s, to be made again (%s)", path, self.content, reason)
-            with contextlib.suppress(OSError):  # what makes it again replaces it
+            with contextlib.suppress(OSError):  # whoever makes it again replaces it
                 path.unlink(missing_ok=True)
             raise DamagedFileError(f"{path}: damaged: {reason}") from error
 
     def keep(self, key: str, write: Callable[[Path], object]) -> Path:
-        """Let `write` write the file of `key`, whole or not at all; make room for it and return where it is.
+        """Let `write` write the file of `key`, make room for it, and return where it is.
 
-        Raises OSError where that is not possible, and what `write` raises.
+        Parameters
+        ----------
+        key
+            The key under which `find` will find it.
+        write
+            Writes the file at the path that it is given, whole or not at all.
+
+        Raises
+        ------
+        OSError
+            Where the file cannot be written; and whatever else `write` raises.
         """
         path = self.file(key)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -95,11 +119,11 @@ class Cache:
 
 
 class DamagedFileError(OSError):
-    """A cached file does not hold what was written to it, or what its readers can use."""
+    """Report that a cached file does not hold what was written to it, or nothing that its readers can use."""
 
 
 def forget(key: str) -> None:
-    """Remove every cached file whose name begins with `key`, of whatever kind. Files that cannot be removed stay."""
+    """Remove every cached file of `key`, of whatever kind. Files that cannot be removed stay."""
     with contextlib.suppress(OSError):
         for path in cache_folder().iterdir():
             if path.name.startswith(key):
@@ -108,14 +132,19 @@ def forget(key: str) -> None:
 
 
 def make_room(newest: Path) -> None:
-    """Keep the cache within MAX_CACHE_BYTES: remove what killed writers left, then what was not used for longest.
+    """Keep the cache within MAX_CACHE_BYTES.
 
-    newest: the file just written, which stays however large it is.
+    Leftovers of killed writers are removed first, then the files that were not used for longest.
+
+    Parameters
+    ----------
+    newest
+        The file just written, which stays however large it is; its folder is the cache.
     """
     remove_leftovers(newest.parent)
     files: list[tuple[float, int, Path]] = []
-    for path in newest.parent.iterdir():  # with what is being written, or was when its writer was killed
-        with contextlib.suppress(OSError):  # another process removes as well
+    for path in newest.parent.iterdir():  # files that are being written count, too
+        with contextlib.suppress(OSError):  # another process may have removed it
             status = path.stat()
             files.append((status.st_mtime, status.st_size, path))
     excess = sum(size for _, size, _ in files) - limits.MAX_CACHE_BYTES
@@ -123,23 +152,40 @@ def make_room(newest: Path) -> None:
         if excess <= 0:
             break
         if path != newest:
-            with contextlib.suppress(OSError):  # open, where that forbids it
+            with contextlib.suppress(OSError):  # it may be open, on systems where that forbids it
                 path.unlink(missing_ok=True)
                 excess -= size
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
-    """Write named arrays to a `.npz` file, whole or not at all. Raises OSError."""
+    """Write named arrays to a `.npz` file, whole or not at all. Raises OSError where that fails."""
     with replacing(path) as temporary, temporary.open("wb") as file:
         (np.savez_compressed if compressed else np.savez)(file, **arrays)
 
 
 def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDArray[Any]]:
-    """Read named arrays, or all, of a `.npz` file, each checked against its CRC-32.
+    """Read arrays of a `.npz` file, each checked against its CRC-32 before it is parsed.
 
-    `numpy.load` would not do: it parses what is not checked yet, and checks nothing that it does not read to the end.
+    `numpy.load` would not do: it parses bytes before they are checked, and checks members only if it reads all of them.
 
-    Raises OSError where the file cannot be read, ValueError where it is damaged or lacks one of `names`.
+    Parameters
+    ----------
+    path
+        The file.
+    names
+        Which arrays to read; None for all.
+
+    Returns
+    -------
+    dict
+        The arrays by their names.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be read.
+    ValueError
+        Where it is damaged or lacks one of `names`.
     """
     with path.open("rb") as file:
         try:
@@ -155,5 +201,5 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
 
 
 def _parsed(data: bytes) -> NDArray[Any]:
-    """The array of a whole `.npy` file."""
+    """Return the array that the bytes of a `.npy` file hold."""
     return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)

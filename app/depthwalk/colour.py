@@ -3,17 +3,18 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear red, green and blue (Rec. 709)
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+"""Weights of linear red, green and blue in the luminance (Rec. 709); shaders take them from here."""
 
 
 def linear_from_srgb(encoded: ArrayLike) -> NDArray[np.float32]:
-    """Linear values of sRGB values, both in [0, 1], any shape."""
+    """Return the linear values of sRGB values; both are in [0, 1] and of any shape."""
     c = np.asarray(encoded, np.float32)
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def srgb_from_linear(linear: ArrayLike) -> NDArray[np.float32]:
-    """sRGB values in [0, 1] of linear values, clipped, any shape."""
+    """Return the sRGB values in [0, 1] of linear values, which are clipped to that range; any shape."""
     c = np.clip(np.asarray(linear, np.float32), 0, 1)
     return np.where(c <= 0.0031308, c * 12.92, 1.055 * c ** (1 / 2.4) - 0.055).astype(np.float32)
 
@@ -22,10 +23,10 @@ _LINEAR_OF_BYTE = linear_from_srgb(np.arange(256) / 255)
 
 
 def linear_from_srgb8(encoded: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Linear float32 values of 8-bit sRGB values, any shape."""
+    """Return the linear values in [0, 1] of 8-bit sRGB values; any shape."""
     return _LINEAR_OF_BYTE[encoded]
 
 
 def srgb8_from_linear(linear: ArrayLike) -> NDArray[np.uint8]:
-    """8-bit sRGB values of linear values, any shape."""
+    """Return the 8-bit sRGB values of linear values, which are clipped to [0, 1]; any shape."""
     return np.round(srgb_from_linear(linear) * 255).astype(np.uint8)

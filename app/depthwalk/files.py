@@ -1,7 +1,10 @@
-"""Files that appear whole or not at all; pictures as PNG, JPEG, OpenEXR and MP4."""
+"""Write files that appear whole or not at all, and clean up after processes that were killed.
+
+A file is written beside its final place, under a name that holds the number of the process, flushed to the disk and
+renamed. So no reader ever sees half a file, and what a killed process has left can be told from what is being written.
+"""
 
 import errno
-import logging
 import os
 import re
 import shutil
@@ -10,21 +13,23 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from depthwalk.errors import InputError
 
-if TYPE_CHECKING:  # writing a file needs no GL, and most commands write no OpenEXR
-    pass
-
-log = logging.getLogger(__name__)
-
-_STAGING = ".bake-"  # before the number of the process that makes the folder
-_STALE = 86_400  # seconds, after which what a process that is gone has left may be removed
+_STAGING = ".bake-"  # how names of staging folders begin, before the number of the process
+_STALE = 86_400  # seconds after which the leftovers of a process that is gone may be removed
 
 
 def check_folder(path: Path) -> None:
-    """Makes sure that `path` can be written, by a try: what a system forbids shows nowhere else. Raises InputError."""
+    """Make sure that a file can be written at `path`, before work is put into its contents.
+
+    It tries, in the folder of `path`: permissions and read-only disks cannot be told otherwise.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written; the message names `path` and the reason.
+    """
     folder = path.parent
     try:
         if not folder.is_dir():
@@ -44,10 +49,15 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A name beside `path` to write to; it takes the place of `path` at the end, or vanishes where an error is raised.
+    """Provide a name beside `path` to write to, which takes the place of `path` when the `with` block ends.
 
-    The name ends like `path`: writers choose the format by it. What was written is on the disk before it takes the
-    place of anything. Raises OSError where that fails.
+    The name ends like `path`, since writers choose the format by it. Its contents are on the disk before it replaces
+    anything; where the block raises, the file is removed and `path` stays as it was.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be flushed or renamed; it names `path`.
     """
     temporary = _temporary(path)
     try:
@@ -62,12 +72,13 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def _temporary(path: Path) -> Path:
+    """Return the name under which this process writes the file of `path`."""
     return path.with_name(f".{os.getpid()}-{path.name}")
 
 
 @contextmanager
 def _about(path: Path, temporary: Path) -> Iterator[None]:
-    """Names `path` in errors of the system, which name the temporary file or none."""
+    """Name `path` in errors of the system, which name the temporary file or none."""
     try:
         yield
     except OSError as error:
@@ -83,19 +94,27 @@ def _flush(path: Path) -> None:
 
 
 def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
-    """Make a folder in `folder`, on the same disk, for files not finished yet; leaving it as a context removes it.
+    """Make a folder for unfinished files in `folder`, on the same disk; it is removed when the `with` block ends.
 
-    First removes those that killed processes left there, see `remove_leftovers`. Raises OSError.
+    Folders that killed processes left there are removed first, see `remove_leftovers`. Raises OSError where no folder
+    can be made.
     """
     remove_leftovers(folder, (_STAGING,))
     return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-", dir=folder)
 
 
 def remove_leftovers(folder: Path, prefixes: tuple[str, ...] = (".", _STAGING)) -> None:
-    """Remove what killed processes left unfinished in `folder`: files and folders named by us for a process that is
-    gone, and a day old, since a disk may be shared with other machines. What cannot be removed stays.
+    """Remove what killed processes left unfinished in `folder`.
 
-    prefixes: what stands before the number of the process in their names.
+    That is files and folders which are named as this module names them, for a process that is gone, and a day old,
+    since a disk may be shared with other machines whose processes cannot be seen. What cannot be removed stays.
+
+    Parameters
+    ----------
+    folder
+        Where to look; its sub-folders are not searched.
+    prefixes
+        How the names of leftovers begin, before the number of the process.
     """
     ours = re.compile(rf"(?:{'|'.join(map(re.escape, prefixes))})(\d{{1,9}})-.+")
     with suppress(OSError):
@@ -107,19 +126,19 @@ def remove_leftovers(folder: Path, prefixes: tuple[str, ...] = (".", _STAGING)) 
 
 
 def _is_running(process: int) -> bool:
-    """Whether there is such a process on this machine; False where that cannot be asked without ending it."""
+    """Return whether a process runs on this machine; False where the system cannot be asked without ending it."""
     if os.name == "nt":  # there `os.kill` does kill
         return False
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
-    except (OSError, OverflowError):  # somebody else's
+    except (OSError, OverflowError):  # another user's
         return True
     return True
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Writes a whole file. Raises OSError."""
+    """Write a file, whole or not at all. Raises OSError where that fails."""
     with replacing(path) as temporary, _about(path, temporary):
         temporary.write_bytes(data)

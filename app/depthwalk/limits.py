@@ -1,26 +1,79 @@
-"""Upper bounds on what an input may ask for, each checked before memory is allocated."""
+"""Upper bounds on what an input may ask for, each checked before memory is allocated.
 
-MAX_COORDINATE = 1e6  # metres, of what files and options place; float32 still resolves 6 cm there
-MIN_FOV, MAX_FOV = 1, 170  # degrees, vertical
-MAX_SCENE_BYTES = 16 << 20  # a scene or path file; a million objects come from `grid`, not from text
-MAX_PLACES_BYTES = 1 << 29  # a file of places: text of the most objects there may be
-MAX_SHININESS = 1024.0  # Phong exponent of a material
+A scene file, a mesh or an option may come from anybody. Without a bound a mistyped number, or a file made to do harm,
+would take all memory or all of a day before it fails; with one it fails at once, with a message that names the place
+and the limit. Each bound is well above what the program can make good use of, so that nobody meets one by honest work.
+"""
+
+MAX_COORDINATE = 1e6
+"""Metres from the origin at which files and options may place anything: float32 still resolves 6 cm there."""
+
+MIN_FOV, MAX_FOV = 1, 170
+"""Degrees, vertical angle of view: the projection of a plane degenerates towards 0 and 180."""
+
+MAX_SCENE_BYTES = 16 << 20
+"""Bytes of a scene or path file: a million objects come from `grid` or from a file of places, not from YAML."""
+
+MAX_PLACES_BYTES = 1 << 29
+"""Bytes of a file of places: 134 characters of text for each of MAX_INSTANCES objects."""
+
+MAX_SHININESS = 1024.0
+"""Phong exponent of a material: the highlight is then 4° wide. The G-buffer has room for exponents up to here."""
+
 MAX_MESH_BYTES = 4 << 30
+"""Bytes of each file that a mesh is read from: files are held in memory as a whole while they are parsed."""
+
 MAX_MESH_TRIANGLES = 200_000_000
-MAX_TEXTURE_SIDE = 16_384  # the GL 3.3 floor of common hardware
+"""Triangles of a mesh: the positions of their corners alone take 7 GB."""
+
+MAX_TEXTURE_SIDE = 16_384
+"""Texels along an edge of a texture or a depth image file: what common hardware of OpenGL 3.3 can sample."""
+
 MAX_TEXTURE_PIXELS = 16_384 * 16_384
+"""Texels of a texture: a full square of MAX_TEXTURE_SIDE takes 1 GiB decoded, before its mip-maps."""
+
 MAX_INSTANCES = 4_000_000
+"""Objects of a scene: each takes 37 bytes in the scene's arrays, and as much again in bounds and spatial cells."""
+
 MAX_ASSETS = 4_096
+"""Assets of a scene: each that is drawn costs draw calls of its own, and each is baked by itself."""
+
 MAX_GROUP_DEPTH = 64
-MAX_LIGHTS = 1_024  # of a scene, besides the sun
+"""Groups within groups: no scene made by hand nests deeper, and the parser's stack stays small."""
+
+MAX_LIGHTS = 1_024
+"""Lamps of a scene, besides the sun: the lists of the view's clusters are built on the CPU in every frame."""
+
 MAX_KEYFRAMES = 100_000
+"""Keyframes of a path, and of a recording: about half an hour at 60 per second."""
+
 MAX_FRAMES = 1_000_000
+"""Frames that a path may make: more than four hours at 60 per second."""
+
 MIN_DPCI_RESOLUTION = 16
+"""Texels along an edge of a depth image: 16² samples are about 500 triangles, as many as a small mesh has."""
+
 MAX_DPCI_RESOLUTION = 4_096
+"""Texels along an edge of a depth image: each layer of each face then has 17 million samples."""
+
 MAX_DPCI_LAYERS = 8
+"""Layers of depth images per face: each costs as much as the first and shows less than the one before."""
+
 MAX_DPCI_PARTS = 16
-MAX_BORDER_ENTRIES = 1 << 28  # vertices and triangles of all borders in a file: two thirds of the most texels
-MAX_CACHE_BYTES = 4 << 30  # a hundred trees or five hundred statues of 512², three layers deep
-MAX_JOBS = 256  # --jobs: each takes a gigabyte
-MAX_IMAGE_SIDE = 16_384  # --resolution
-MAX_IMAGE_PIXELS = 1 << 26  # the same: 8192 × 8192; a frame takes some 50 bytes a pixel on the GPU
+"""Parts that a mesh is divided into: each has depth images and impostors of its own."""
+
+MAX_BORDER_ENTRIES = 1 << 28
+"""Vertices and triangles of all borders in a baked file: two thirds of the most texels that it can hold, which borders,
+lying along outlines, never reach."""
+
+MAX_CACHE_BYTES = 4 << 30
+"""Bytes of the cache folder: a hundred trees or five hundred statues of 512², three layers deep."""
+
+MAX_JOBS = 256
+"""Meshes baked at a time, `--jobs`: each takes a process and about a gigabyte."""
+
+MAX_IMAGE_SIDE = 16_384
+"""Pixels along an edge of a picture, `--resolution`: the same as for textures, which a picture is while it is drawn."""
+
+MAX_IMAGE_PIXELS = 1 << 26
+"""Pixels of a picture, `--resolution`: 8192 × 8192. A frame takes some 50 bytes per pixel on the GPU, so 3 GB."""

@@ -6,14 +6,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
-_MOST = 4  # more threads would mostly wait for the lock, and each holds intermediate arrays of its own
+_MAX_WORKERS = 4  # more threads would mostly wait for the lock, and each holds intermediate arrays of its own
 
 S = TypeVar("S")
 T = TypeVar("T")
 
 
 class Map(Protocol):
-    """Describe `map`, and what calls from several threads at once and yields results in the same order."""
+    """Describe `map`, and functions like it that call from several threads at once and keep the order of results."""
 
     def __call__(self, function: Callable[[S], T], things: Iterable[S], /) -> Iterator[T]:
         """Yield `function` of each of `things`, in their order."""
@@ -22,7 +22,15 @@ class Map(Protocol):
 
 @contextmanager
 def thread_map(workers: int | None = None) -> Iterator[Map]:
-    """Provide a `Map` over `workers` threads; None: `default_workers`. What is called must not use it in turn."""
+    """Provide a `Map` over threads, which end with the `with` block.
+
+    Functions that are called through the map must not use it in turn: they would wait for a thread that waits for them.
+
+    Parameters
+    ----------
+    workers
+        How many threads; None for `default_workers`. One is plain `map`, in the calling thread.
+    """
     workers = workers or default_workers()
     if workers == 1:
         yield map
@@ -32,11 +40,14 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
 
 
 def default_workers(processes: int = 1) -> int:
-    """Return the threads for each of `processes` that bake side by side: together one per core, each at most four."""
+    """Return how many threads each of `processes` that bake side by side should use.
+
+    Together they use one per core, but each at least one and at most four.
+    """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(max(cores // processes, 1), _MOST)
+    return min(max(cores // processes, 1), _MAX_WORKERS)
 
 
 def batches(count: int, size: int) -> list[slice]:
-    """Return slices of at most `size` that cover `count` things; at least one."""
+    """Return slices of at most `size` that together cover `count` things; one empty slice where there are none."""
     return [slice(first, first + size) for first in range(0, max(count, 1), size)]

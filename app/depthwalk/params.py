@@ -9,11 +9,23 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Params(BaseModel):
-    """A group of parameters. Unknown names are errors; assignments are validated."""
+    """Hold a group of parameters. Unknown names are errors; assignments are validated."""
 
     model_config = ConfigDict(extra="forbid", validate_assignment=True)
 
 
 def param(default: Any, help: str, *, unit: str = "", ge: float | None = None, le: float | None = None) -> Any:
-    """A field of a `Params` class: its default, one line of help, its unit and its closed range."""
+    """Declare a field of a `Params` class.
+
+    Parameters
+    ----------
+    default
+        What the parameter is where nobody sets it.
+    help
+        One line that tells users what the parameter does.
+    unit
+        The unit of its value, as users read it; "" where it has none.
+    ge, le
+        The least and the greatest value that is allowed; None where there is no such bound.
+    """
     return Field(default, description=help, ge=ge, le=le, json_schema_extra={"unit": unit} if unit else None)

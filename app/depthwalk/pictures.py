@@ -1,4 +1,7 @@
-"""Pictures as files: PNG, JPEG and OpenEXR."""
+"""Pictures as files: PNG and JPEG for screens, OpenEXR for linear light and depth.
+
+OpenEXR and Pillow are imported when a picture is written, since most commands write none and should start fast.
+"""
 
 import io
 from dataclasses import dataclass
@@ -9,17 +12,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.files import replacing
+from depthwalk.types import Picture
 
 if TYPE_CHECKING:
     import OpenEXR
 
+_JPEG_QUALITY = 95  # per cent
+_PNG_EFFORT = 4  # zlib's level, 0 to 9
+
 
 @dataclass(frozen=True)
 class LinearImage:
-    """A picture before its encoding for the screen, row 0 at the top.
+    """Hold a picture before its encoding for the screen, row 0 at the top.
 
-    colour: (H, W, 4) float32, linear RGB, premultiplied, and alpha.
-    distance: (H, W) float32, metres along the view axis, of the nearest in each pixel, +inf where nothing is.
+    Attributes
+    ----------
+    colour
+        (H, W, 4) float32: linear RGB, premultiplied, and alpha.
+    distance
+        (H, W) float32: metres along the view axis of the nearest surface in each pixel, +inf where there is none.
     """
 
     colour: NDArray[np.float32]
@@ -27,16 +38,19 @@ class LinearImage:
 
 
 def save_exr(path: Path, file: "OpenEXR.File") -> None:
-    """Writes a whole OpenEXR file. Raises OSError."""
+    """Write an OpenEXR file, whole or not at all. Raises OSError where that fails."""
     with replacing(path) as temporary:
         try:
             file.write(str(temporary))
-        except RuntimeError as error:  # so the binding calls what the system refuses
+        except RuntimeError as error:  # the binding's name for what the system refuses
             raise OSError(str(error).replace(str(temporary), str(path))) from None
 
 
-def write_exr(path: Path, image: "LinearImage") -> None:
-    """R, G, B (linear), A and Z (metres along the view axis, +inf where nothing is), all float. Raises OSError."""
+def write_exr(path: Path, image: LinearImage) -> None:
+    """Write an OpenEXR file of float32 channels: R, G, B (linear), A and Z (metres along the view axis, +inf for none).
+
+    Raises OSError where that fails; `path` is then as it was before.
+    """
     import OpenEXR
 
     channels = {name: np.ascontiguousarray(image.colour[..., c]) for c, name in enumerate("RGBA")}
@@ -45,22 +59,20 @@ def write_exr(path: Path, image: "LinearImage") -> None:
     save_exr(path, OpenEXR.File(header, channels))
 
 
-def _picture_bytes(pixels: NDArray[np.uint8], form: str, **options: Any) -> bytes:
+def png_bytes(pixels: Picture) -> bytes:
+    """Return the PNG file of an sRGB picture (H, W, 3) or (H, W, 4), row 0 at the top."""
+    return _encoded(pixels, "PNG", compress_level=_PNG_EFFORT)
+
+
+def jpeg_bytes(pixels: Picture) -> bytes:
+    """Return the JPEG file of an sRGB picture (H, W, 3), row 0 at the top."""
+    return _encoded(pixels, "JPEG", quality=_JPEG_QUALITY, subsampling="4:4:4")
+
+
+def _encoded(pixels: Picture, format_: str, **options: Any) -> bytes:
+    """Return the file that Pillow makes of a picture."""
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, form, **options)
+    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, format_, **options)
     return stream.getvalue()
-
-
-def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
-    """The PNG file of an sRGB picture (H, W, 3) or (H, W, 4), row 0 at the top."""
-    return _picture_bytes(pixels, "PNG", compress_level=4)
-
-
-_QUALITY = 95  # of JPEG, in per cent
-
-
-def jpeg_bytes(pixels: NDArray[np.uint8]) -> bytes:
-    """The JPEG file of an sRGB picture (H, W, 3), row 0 at the top."""
-    return _picture_bytes(pixels, "JPEG", quality=_QUALITY, subsampling="4:4:4")

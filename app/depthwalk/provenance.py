@@ -1,4 +1,4 @@
-"""TODO docstring."""
+"""Tell which version of the program made something: reports of measurements name the commit."""
 
 import subprocess
 from pathlib import Path
@@ -7,7 +7,10 @@ import depthwalk
 
 
 def commit() -> str | None:
-    """The commit of the checkout that this package is run from; None where it is installed, or git is not."""
+    """Return the commit of the checkout that this package runs from.
+
+    None where the package is installed, even if that is inside somebody else's checkout, and where there is no git.
+    """
     package = Path(depthwalk.__file__).resolve().parent
     git = ["git", "-C", str(package)]
     try:

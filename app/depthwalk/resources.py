@@ -1,4 +1,4 @@
-"""Where the files that travel with the program are: inside the wheel, or beside `app/` in a checkout."""
+"""Find the files that travel with the program: inside the wheel, or beside `app/` in a checkout."""
 
 from pathlib import Path
 
@@ -6,9 +6,12 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def data_root() -> Path:
-    """The folder that holds `shaders`, `scenes` and `assets`.
+    """Return the folder that holds `shaders`, `scenes` and `assets`.
 
-    Raises FileNotFoundError where the installation is incomplete.
+    Raises
+    ------
+    FileNotFoundError
+        Where the installation is incomplete; so do the functions below.
     """
     for root in (_PACKAGE / "_data", _PACKAGE.parent.parent):
         if (root / "shaders").is_dir():
@@ -17,15 +20,15 @@ def data_root() -> Path:
 
 
 def shader_root() -> Path:
-    """The shaders, a folder per pass. Raises FileNotFoundError."""
+    """Return the folder of the shaders, which has a folder per pass."""
     return data_root() / "shaders"
 
 
 def scene_root() -> Path:
-    """The shipped scenes, with `paths` through them. Raises FileNotFoundError."""
+    """Return the folder of the shipped scenes, which also has `paths` through them."""
     return data_root() / "scenes"
 
 
 def asset_root() -> Path:
-    """Meshes and textures of the shipped scenes; every scene may name them. Raises FileNotFoundError."""
+    """Return the folder of meshes and textures of the shipped scenes; every scene may name files there."""
     return data_root() / "assets"

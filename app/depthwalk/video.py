@@ -1,5 +1,10 @@
-"""TODO docstring."""
+"""Encode videos: frames go to ffmpeg, a separate program, which writes an MP4 file beside its final place.
 
+`video` is what callers use. It gives them a `VideoEncoder` to send frames to, and puts the finished file in its place
+when all has gone well. ffmpeg comes with the package imageio-ffmpeg.
+"""
+
+import logging
 import subprocess
 import sys
 import threading
@@ -11,38 +16,51 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from depthwalk.files import log, replacing
+from depthwalk.files import replacing
+from depthwalk.types import Picture
+
+log = logging.getLogger(__name__)
+
+_PATIENCE = 5  # seconds to wait for the last messages of an encoder that has ended
+_CRF = 18  # x264's quality; visually lossless
 
 
 def _ratio(fps: float) -> Fraction:
-    """Frames per second as encoders want it: 24000/1001 is not rounded."""
+    """Return frames per second as the fraction that encoders want: 24000/1001 is not rounded."""
     return Fraction(fps).limit_denominator()
 
 
 def _own_group() -> dict[str, Any]:
-    """Options of `Popen` for a process that Ctrl-C in a terminal does not reach, and that opens no window."""
+    """Return options of `Popen` for a process that Ctrl-C in a terminal does not reach, and that opens no window."""
     if sys.platform == "win32":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
     return {"process_group": 0}
 
 
-_PATIENCE = 5  # seconds for the last words of an encoder that has ended
-
-_CRF = 18  # x264's quality; visually lossless
-
-
 class VideoEncoder:
-    """A running encoder that makes an MP4 (H.264) file of frames. Belongs to `video`, which tells where it fails."""
+    """Run an encoder that makes an MP4 (H.264) file of frames. `video` makes one, and reports where it fails."""
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float, scaled: tuple[int, int]) -> None:
+        """Start the encoder.
+
+        Parameters
+        ----------
+        path
+            The file that it writes.
+        size
+            (width, height) of the frames that are sent, pixels.
+        fps
+            Frames per second.
+        scaled
+            (width, height) of the frames in the file, pixels, both even.
+        """
         import imageio_ffmpeg
 
         source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", str(_ratio(fps))]
         picture = ["-vf", f"scale={scaled[0]}:{scaled[1]}", "-c:v", "h264", "-pix_fmt", "yuv420p", "-crf", str(_CRF)]
         program = [imageio_ffmpeg.get_ffmpeg_exe(), "-nostdin", "-y", "-v", "warning"]
-        # Ctrl-C is for this program, which then ends the encoder.
+        # Ctrl-C in a terminal reaches this program only, which then ends the encoder.
         self._process = subprocess.Popen(
             [*program, *source, "-i", "pipe:0", "-an", *picture, str(path)],
             stdin=subprocess.PIPE,
@@ -50,17 +68,17 @@ class VideoEncoder:
             stderr=subprocess.PIPE,
             **_own_group(),
         )
-        self._said: deque[bytes] = deque(maxlen=10)  # the last lines; in no file, which a full disk would not take
+        self._said: deque[bytes] = deque(maxlen=10)  # the last lines, in memory: a full disk would not take a file
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
-    def send(self, frame: NDArray[np.uint8]) -> None:
-        """Hand over the next frame (H, W, 3), sRGB, row 0 at the top. Raises OSError where the encoder has ended."""
+    def send(self, frame: Picture) -> None:
+        """Send the next frame (H, W, 3), sRGB, row 0 at the top. Raises OSError where the encoder has ended."""
         assert self._process.stdin is not None
         self._process.stdin.write(np.ascontiguousarray(frame).data)
 
     def finish(self) -> str:
-        """Wait until all frames are encoded; return what went wrong, in one line, or nothing."""
+        """Wait until all frames are encoded; return what went wrong, in one line, or "" where nothing did."""
         with suppress(OSError):  # it has ended, and its status says why
             assert self._process.stdin is not None
             self._process.stdin.close()
@@ -75,15 +93,16 @@ class VideoEncoder:
         return f"the video encoder {how}" + (f": {said[-1][:200]}" if said else "")
 
     def end(self) -> None:
-        """Stop the encoder, if it still runs, and let go of it."""
+        """Stop the encoder if it still runs, and close the pipe to it. May be called more than once."""
         if self._process.poll() is None:
             self._process.kill()
             self._process.wait()
-        with suppress(OSError):  # frames that nobody takes any more
+        with suppress(OSError):  # frames still in the pipe are lost with the encoder
             assert self._process.stdin is not None
             self._process.stdin.close()
 
     def _listen(self) -> None:
+        """Collect what the encoder prints, in a thread: a full pipe would stop it."""
         assert self._process.stderr is not None
         with self._process.stderr as lines:
             self._said.extend(lines)
@@ -91,10 +110,27 @@ class VideoEncoder:
 
 @contextmanager
 def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncoder]:
-    """An MP4 (H.264) file at `path`, which takes frames (H, W, 3) uint8, sRGB, through `send`.
+    """Provide an encoder that writes an MP4 (H.264) file at `path`, which is complete when the `with` block ends.
 
-    size: (width, height), pixels; an odd side is scaled to the next even one, as the format demands, with a warning.
-    Raises OSError, with the last line of what the encoder said, where it fails or is killed; `path` then is as it was.
+    Parameters
+    ----------
+    path
+        The file to write or replace.
+    size
+        (width, height) of the frames, pixels. An odd side is scaled to the next even one, as the format demands, with a
+        warning.
+    fps
+        Frames per second.
+
+    Yields
+    ------
+    VideoEncoder
+        Takes frames (H, W, 3) uint8, sRGB, through `send`.
+
+    Raises
+    ------
+    OSError
+        Where the encoder fails or is killed, with the last line that it printed; `path` is then as it was.
     """
     width, height = (side + side % 2 for side in size)
     if (width, height) != size:
@@ -104,7 +140,7 @@ def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncode
         try:
             try:
                 yield encoder
-            except BrokenPipeError:  # it has ended before its last frame
+            except BrokenPipeError:  # the encoder has ended before its last frame
                 raise OSError(f"{path}: {encoder.finish() or 'the video encoder ended early'}") from None
             if failure := encoder.finish():
                 raise OSError(f"{path}: {failure.replace(str(temporary), str(path))}")

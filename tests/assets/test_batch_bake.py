@@ -9,7 +9,8 @@ import time
 import pytest
 
 import shapes
-from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all, mesh_key
+from depthwalk.assets.asset_files import mesh_key
+from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
@@ -33,7 +34,7 @@ def meshes(tmp_path):
 
 def jobs_of(meshes, **how):
     return [
-        Job(MeshAsset(mesh.stem, mesh, None, "y", None, None), PARAMS, mesh.with_suffix(SUFFIX), **how)
+        Job(spec=MeshAsset(mesh.stem, mesh, None, "y", None, None), params=PARAMS, out=mesh.with_suffix(SUFFIX), **how)
         for mesh in meshes
     ]
 
@@ -59,7 +60,7 @@ def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
     SceneLibrary((spec,)).baked(0)
     out = tmp_path / ("copy" + SUFFIX)
     params = ModelParams(resolution=64, layers=1)
-    assert dict(bake_all([Job(spec, params, out)], 1, ignore)) == {0: Kept(out, cached=True)}
+    assert dict(bake_all([Job(spec=spec, params=params, out=out)], 1, ignore)) == {0: Kept(out, cached=True)}
     assert read_baked(out).key == mesh_key(spec, params)
 
 

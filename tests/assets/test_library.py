@@ -6,10 +6,11 @@ import weakref
 import numpy as np
 import pytest
 
-import depthwalk.assets.batch_bake
+import depthwalk.assets.asset_files
 import depthwalk.assets.library
 import shapes
-from depthwalk.assets.batch_bake import Job, bake_all, mesh_key
+from depthwalk.assets.asset_files import mesh_key
+from depthwalk.assets.batch_bake import Job, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.parts import ModelParams
@@ -27,8 +28,8 @@ def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene, tmp_path, monkeypatch):
         read.append(weakref.ref(mesh))
         return mesh
 
-    load_mesh = depthwalk.assets.batch_bake.load_mesh
-    monkeypatch.setattr(depthwalk.assets.batch_bake, "load_mesh", watched)
+    load_mesh = depthwalk.assets.asset_files.load_mesh
+    monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", watched)
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.baked(0) is not None
     gc.collect()
@@ -41,7 +42,7 @@ def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.mesh(0) is not None
-    monkeypatch.setattr(depthwalk.assets.batch_bake, "load_mesh", None)  # reading once more would fail
+    monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", None)  # reading once more would fail
     assert library.baked(0) is not None
 
 
@@ -98,14 +99,14 @@ def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monke
     (spec,) = load_scene(tiny_scene).assets
     replace_ball(tiny_scene, 1.0)
     key = mesh_key(spec, ModelParams(resolution=32, layers=1))
-    load_mesh = depthwalk.assets.batch_bake.load_mesh
+    load_mesh = depthwalk.assets.asset_files.load_mesh
 
     def replaced(*arguments, **options):
         replace_ball(tiny_scene, 2.0)
         return load_mesh(*arguments, **options)
 
-    monkeypatch.setattr(depthwalk.assets.batch_bake, "load_mesh", replaced)
-    job = Job(spec, ModelParams(resolution=32, layers=1), tmp_path / "ball.dpci.exr")
+    monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", replaced)
+    job = Job(spec=spec, params=ModelParams(resolution=32, layers=1), out=tmp_path / "ball.dpci.exr")
     list(bake_all([job], 1, lambda *_: None))
     baked = read_baked(job.out)
     assert baked.key == key
@@ -120,7 +121,7 @@ def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monke
     lens = "intrinsics: {fx: 50, fy: 50, cx: 10, cy: 10}"
     tiny_scene.write_text(f"version: 1\nassets: {{seen: {{depth_image: {{depth: d.npy, {lens}}}}}}}\n")
     (spec,) = load_scene(tiny_scene).assets
-    read = depthwalk.assets.library.read_range_image
+    read = depthwalk.assets.asset_files.read_range_image
 
     def changing(spec):
         nonlocal left
@@ -130,7 +131,7 @@ def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monke
             np.save(file, np.load(file) + np.float32(0.5))
         return image
 
-    monkeypatch.setattr(depthwalk.assets.library, "read_range_image", changing)
+    monkeypatch.setattr(depthwalk.assets.asset_files, "read_range_image", changing)
     library = SceneLibrary((spec,))
     first = library.key(0)
     if times > 1:

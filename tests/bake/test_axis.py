@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from depthwalk.assets.batch_bake import mesh_key
+from depthwalk.assets.asset_files import mesh_key
 from depthwalk.bake.axis import candidate_axes, choose_axis
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.parts import ModelParams, bake_model

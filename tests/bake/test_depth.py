@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.assets.batch_bake import mesh_key
+from depthwalk.assets.asset_files import mesh_key
 from depthwalk.bake.baker import BakeParams, peeled_layers
 from depthwalk.bake.depth import Depth, deep_enough
 from depthwalk.bake.parts import ModelParams, bake_model, probed_depth

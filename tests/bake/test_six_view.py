@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from depthwalk.assets.batch_bake import mesh_key
+from depthwalk.assets.asset_files import mesh_key
 from depthwalk.bake import six_view
 from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face, connect_face
 from depthwalk.bake.face_grid import FaceGrid

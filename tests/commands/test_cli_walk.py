@@ -78,7 +78,7 @@ def test_without_a_camera_view_starts_where_render_stands(run, garden, tiny_scen
 def test_demo_loads_its_assets_once(run, garden, monkeypatch):
     loaded = []
     monkeypatch.setattr(
-        "depthwalk.assets.batch_bake.load_mesh", lambda *a, **b: (loaded.append(a), load_mesh(*a, **b))[1]
+        "depthwalk.assets.asset_files.load_mesh", lambda *a, **b: (loaded.append(a), load_mesh(*a, **b))[1]
     )
     assert run("demo", "--resolution", "96,64", "--representation", "mesh").exit_code == 0
     assert len(loaded) == 1

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from depthwalk.assets.batch_bake import mesh_key, model_params, read_hashed
+from depthwalk.assets.asset_files import mesh_key, model_params, read_hashed
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Literal
 
 from depthwalk.api.scene import PathLike
-from depthwalk.assets.batch_bake import Job, bake_all, read_body
+from depthwalk.assets.asset_files import read_body
+from depthwalk.assets.batch_bake import Job, bake_all
 from depthwalk.bake.axis import Axis
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX, read_baked
@@ -87,7 +88,7 @@ def bake_mesh(
         else:
             log.info("%s: %s", spec.mesh.name, name)
 
-    with closing(bake_all([Job(spec, params, file, force)], processes=1, stage=stage)) as outcomes:
+    with closing(bake_all([Job(spec=spec, params=params, out=file, anew=force)], processes=1, stage=stage)) as outcomes:
         for _, outcome in outcomes:
             if isinstance(outcome, InputError):
                 raise outcome

@@ -17,7 +17,7 @@ from rich.progress import track
 
 import depthwalk
 from depthwalk import limits
-from depthwalk.assets.batch_bake import read_mesh
+from depthwalk.assets.asset_files import read_mesh
 from depthwalk.bake.baker import Refinements
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams

@@ -50,7 +50,7 @@ def bake_meshes(
     """Bakes each mesh to its file, says so on stdout, and returns the complaints about those that failed. processes,
     anew: see `bakery`."""
     failures: list[InputError] = []
-    jobs = [Job(spec, params, file, anew) for spec, file in zip(specs, files, strict=True)]
+    jobs = [Job(spec=spec, params=params, out=file, anew=anew) for spec, file in zip(specs, files, strict=True)]
     with contextlib.ExitStack() as stack:
         display = stack.enter_context(_progress([spec.mesh.name for spec in specs]))
         for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from depthwalk.assets.library import complaints_about, read_meso, read_range_image, read_relief
+from depthwalk.assets.asset_files import complaints_about, read_meso, read_range_image, read_relief
 from depthwalk.bake.planar import range_mesh
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture

@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import Field
 
 import depthwalk
-from depthwalk.assets.batch_bake import mesh_key, read_body, read_mesh
+from depthwalk.assets.asset_files import mesh_key, read_body, read_mesh
 from depthwalk.bake.file import SUFFIX, read_baked, read_header
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.console import asset_progress, frame_progress, log

@@ -1,4 +1,9 @@
-"""A GL context and everything made in it. Objects are created through a `Scope`, which owns and releases them."""
+"""A GL context and everything made in it.
+
+moderngl frees no GL object by itself and hides failed allocations. So all objects are created through a `Scope`, which
+checks the driver's error after each, and owns it: whoever asks the device for a scope releases the scope, and with it
+everything made in it. `Device.live` counts what has been made and not released, which tests compare with nothing.
+"""
 
 import logging
 from collections import Counter
@@ -19,11 +24,31 @@ _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are fi
 
 
 class GpuError(Exception):
-    """The driver refused an object or a program; the message says which and how large it was."""
+    """Report that the driver refused an object or a program; the message says which and how large it was."""
 
 
 class Device:
-    """A context with its limits and a count of live objects by kind (`live`)."""
+    """A GL context, what it can do, and how many objects live in it.
+
+    Attributes
+    ----------
+    context
+        The moderngl context. Whoever made the device releases it last.
+    live
+        How many objects live, by kind.
+    state
+        The GL state as far as it was set through `Scope.state`.
+    renderer
+        The driver's name for the hardware.
+    software
+        Whether the CPU does the drawing.
+    max_texture_size
+        Texels along an edge of a texture.
+    max_layers
+        Layers of an array texture.
+    max_samples
+        Samples per pixel that textures of every kind may have; 1 where shaders cannot run per sample.
+    """
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
@@ -36,13 +61,19 @@ class Device:
         self.max_samples = _max_samples(context)
 
     def scope(self, owner: str) -> "Scope":
+        """Return a new scope for GL objects; `owner` names it in messages. The caller releases it."""
         return Scope(self, owner)
 
 
 def headless_device() -> Device:
-    """A device without a window: EGL where there is one, else the platform's own.
+    """Return a device without a window: by EGL where there is one, else as the platform does it.
 
-    Raises GpuError where no OpenGL 3.3 context can be had.
+    The caller releases its `context`.
+
+    Raises
+    ------
+    GpuError
+        Where no OpenGL 3.3 context can be had; the message has the reasons of all attempts.
     """
     reasons = []
     attempts: list[dict[str, Any]] = [{"backend": "egl"}, {}]
@@ -55,14 +86,21 @@ def headless_device() -> Device:
 
 
 def _max_samples(context: moderngl.Context) -> int:
-    """Samples per pixel that textures of every kind may have and shaders run for; 1 where shaders cannot (GL 3.3)."""
+    """Return the most samples per pixel that textures of every kind may have and shaders can run for.
+
+    That is 1 where shaders cannot run per sample, which OpenGL 3.3 does by extensions only.
+    """
     if not {"GL_ARB_gpu_shader5", "GL_ARB_sample_shading"} <= set(context.extensions):
         return 1
     return min(int(context.info[f"GL_MAX_{kind}_SAMPLES"]) for kind in ("COLOR_TEXTURE", "DEPTH_TEXTURE", "INTEGER"))
 
 
 class Scope:
-    """Owns the GL objects of one part of the program. `release()` frees them all; single ones by `free(object)`."""
+    """Own the GL objects of one part of the program: create them, and free single ones or all.
+
+    Every method that creates an object raises GpuError where the driver refuses it, or where it would exceed the
+    device's limits.
+    """
 
     def __init__(self, device: Device, owner: str) -> None:
         self.device = device
@@ -72,23 +110,38 @@ class Scope:
     def texture(
         self, size: tuple[int, int], components: int, dtype: str = "f1", data: bytes | None = None
     ) -> moderngl.Texture:
-        """A 2-D texture without filtering, clamped. dtype as moderngl names them ("f1" 8-bit, "f2" half, "nu2" …)."""
+        """Create a 2-D texture without filtering, clamped at its edges.
+
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        components
+            Numbers per texel, 1 to 4.
+        dtype
+            As moderngl names it: "f1" 8-bit, "f2" half, "f4" float, "nu2" 16-bit from 0 to 1, and so on.
+        data
+            The texels, lower row first; None leaves them undefined.
+        """
         self._check_size(size)
         make = self.device.context.texture
-        texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
+        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, dtype=dtype))
         texture.filter = moderngl.NEAREST, moderngl.NEAREST
         texture.repeat_x = texture.repeat_y = False
         return texture
 
     def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """An RGBA texture of 8-bit sRGB colours (alpha linear), repeating, with mip-maps."""
+        """Create an RGBA texture of 8-bit sRGB colours (alpha is linear), repeating, with mip-maps.
+
+        size: (width, height), texels; data: the texels, lower row first.
+        """
         return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
 
     def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
-        """A 2-D texture with mip-maps, trilinear, repeating. layout: moderngl's dtype or internal_format."""
+        """Create a 2-D texture with mip-maps, trilinear, repeating. layout: moderngl's dtype or internal_format."""
         self._check_size(size)
         make = self.device.context.texture
-        texture = self._make("texture", size, lambda: make(size, components, data, **layout))
+        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, **layout))
         texture.build_mipmaps()
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture
@@ -96,11 +149,24 @@ class Scope:
     def mipmapped_texture(
         self, size: tuple[int, int], components: int, data: bytes, levels: int, **layout: Any
     ) -> moderngl.Texture:
-        """A 2-D texture with so many `levels` of mip-maps, trilinear, clamped. layout: moderngl's dtype or
-        internal_format; else 8-bit."""
+        """Create a 2-D texture with mip-maps, trilinear, clamped at its edges.
+
+        Parameters
+        ----------
+        size
+            (width, height) of the finest level, texels.
+        components
+            Numbers per texel, 1 to 4.
+        data
+            The texels of the finest level, lower row first.
+        levels
+            The number of the coarsest mip-map, each half as large as the one before.
+        layout
+            moderngl's dtype or internal_format; 8-bit where there is neither.
+        """
         self._check_size(size)
         make = self.device.context.texture
-        texture = self._make("texture", size, lambda: make(size, components, data, **layout))
+        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, **layout))
         texture.build_mipmaps(max_level=levels)
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         texture.repeat_x = texture.repeat_y = False
@@ -109,7 +175,10 @@ class Scope:
     def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
     ) -> moderngl.TextureArray:
-        """Layers (width, height, count) of integers, which shaders fetch. dtype: moderngl's ("i2", "u4" …)."""
+        """Create an array texture of integers, which shaders fetch without filtering.
+
+        size: (width, height, layers); dtype: as moderngl names it ("i2", "u4" …).
+        """
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
             raise GpuError(f"{self.owner}: {size[2]} texture layers; this driver allows {self.device.max_layers}")
@@ -123,20 +192,28 @@ class Scope:
     def multisampled_texture(
         self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
     ) -> moderngl.Texture:
-        """A 2-D texture of several samples per texel, which shaders fetch one by one. dtype: as for `texture`."""
+        """Create a 2-D texture of several samples per texel, which shaders fetch one by one.
+
+        size, components and dtype are as for `texture`; samples: at most `Device.max_samples`.
+        """
         self._check_size(size)
         make = self.device.context.texture
-        return self._make("texture", size, lambda: make(size, components, samples=samples, dtype=dtype))
+        texture: moderngl.Texture = self._make(
+            "texture", size, lambda: make(size, components, samples=samples, dtype=dtype)
+        )
+        return texture
 
     def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
-        """A 24-bit depth texture of several samples per texel."""
+        """Create a 24-bit depth texture (width, height) of several samples per texel."""
         self._check_size(size)
-        return self._make("texture", size, lambda: self.device.context.depth_texture(size, samples=samples))
+        make = self.device.context.depth_texture
+        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, samples=samples))
+        return texture
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
-        """A 24-bit depth texture that shaders read as plain numbers."""
+        """Create a 24-bit depth texture (width, height) that shaders read as plain numbers."""
         self._check_size(size)
-        texture = self._make("texture", size, lambda: self.device.context.depth_texture(size))
+        texture: moderngl.Texture = self._make("texture", size, lambda: self.device.context.depth_texture(size))
         texture.compare_func = ""
         texture.filter = moderngl.NEAREST, moderngl.NEAREST
         texture.repeat_x = texture.repeat_y = False
@@ -145,23 +222,33 @@ class Scope:
     def framebuffer(
         self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None
     ) -> moderngl.Framebuffer:
-        return self._make("framebuffer", None, lambda: self.device.context.framebuffer(colours, depth))
+        """Create a framebuffer that draws into textures, which stay the caller's."""
+        make = self.device.context.framebuffer
+        framebuffer: moderngl.Framebuffer = self._make("framebuffer", None, lambda: make(colours, depth))
+        return framebuffer
 
     def buffer(self, data: Any = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
-        """A buffer with `data` in it, or of `reserve` bytes."""
+        """Create a buffer with `data` in it, or of `reserve` bytes. dynamic: its contents will be replaced often."""
         size = reserve if data is None else len(memoryview(data).cast("B"))
         if not size:
             raise GpuError(f"{self.owner}: empty buffer")
         make = self.device.context.buffer
-        return self._make("buffer", size, lambda: make(data, reserve=reserve, dynamic=dynamic))
+        buffer: moderngl.Buffer = self._make("buffer", size, lambda: make(data, reserve=reserve, dynamic=dynamic))
+        return buffer
 
     def program(self, vertex: str, fragment: str) -> moderngl.Program:
+        """Compile and link a program from the text of its two stages; raises moderngl.Error with the compiler's log."""
         make = self.device.context.program
-        return self._make("program", None, lambda: make(vertex_shader=vertex, fragment_shader=fragment))
+        program: moderngl.Program = self._make(
+            "program", None, lambda: make(vertex_shader=vertex, fragment_shader=fragment)
+        )
+        return program
 
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
+        """Create a vertex array. content, options: as `moderngl.Context.vertex_array` takes them."""
         make = self.device.context.vertex_array
-        return self._make("vertex_array", None, lambda: make(program, content, **options))
+        array: moderngl.VertexArray = self._make("vertex_array", None, lambda: make(program, content, **options))
+        return array
 
     def state(
         self,
@@ -171,11 +258,11 @@ class Scope:
         colour_mask: ColourMask | None = None,
         **changes: Unpack[Changes],
     ) -> AbstractContextManager[None]:
-        """GL state for a `with` block, by the fields of `gpu.state.State`; see `StateKeeper.changed`."""
+        """Set GL state for a `with` block, by the fields of `gpu.state.State`; see `StateKeeper.changed`."""
         return self.device.state.changed(into, depth_write=depth_write, colour_mask=colour_mask, **changes)
 
     def free(self, *objects: Any) -> None:
-        """Releases single objects of this scope before the scope itself."""
+        """Release single objects of this scope, before the scope itself. KeyError for what is not this scope's."""
         for gl_object in objects:
             kind, _ = self._objects.pop(id(gl_object))
             if gl_object is self.device.context.fbo:  # moderngl binds the last one again whenever it creates another
@@ -184,9 +271,14 @@ class Scope:
             self.device.live[kind] -= 1
 
     def release(self) -> None:
+        """Release everything in this scope, the newest first. The scope may be used again, and released twice."""
         self.free(*[gl_object for _, gl_object in reversed(self._objects.values())])
 
     def _make(self, kind: str, size: Any, create: Callable[[], Any]) -> Any:
+        """Create an object, own it, and ask the driver whether it really exists.
+
+        kind: what `Device.live` counts it as; size: how large it is, for messages, None for what has no size.
+        """
         if (stale := self.device.context.error) != "GL_NO_ERROR":
             log.warning("%s: an earlier GL call failed: %s", self.owner, stale)
         gl_object = create()
@@ -199,6 +291,7 @@ class Scope:
         return gl_object
 
     def _check_size(self, size: tuple[int, int]) -> None:
+        """Raise GpuError where a texture (width, height) would exceed what the driver allows."""
         if not 0 < min(size) <= max(size) <= self.device.max_texture_size:
             limit = self.device.max_texture_size
             raise GpuError(f"{self.owner}: texture of {size[0]} × {size[1]}; this driver allows 1 to {limit}")

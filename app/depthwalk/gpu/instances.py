@@ -1,4 +1,8 @@
-"""Instanced drawing: per-instance records as vertex attributes, and one vertex array per asset."""
+"""Instanced drawing: records per object as vertex attributes or in a texture, and one vertex array per asset.
+
+An asset that is drawn many times is one draw call, in which the vertex stage reads a record for each object. GL 3.3 has
+no base instance, so that `InstanceStream.bind` points the attributes at the first record of each draw.
+"""
 
 from collections.abc import Hashable
 from typing import Any
@@ -9,14 +13,19 @@ from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Scope
 
-RECORDS_PER_ROW = 1024  # of a `RecordTexture`
-_TOO_LARGE = 16  # times the room needed: drivers allocate all of a buffer anew when its contents are replaced
+RECORDS_PER_ROW = 1024  # records in a row of a `RecordTexture`
+_TOO_LARGE = 16  # times the room needed: drivers allocate the whole buffer again when its contents are replaced
+_TEXEL_BYTES = 16  # of four floats
 
 
 class InstanceStream:
-    """A buffer that holds one frame's records and grows and shrinks as needed; attributes are named `in_` + field."""
+    """Hold one frame's records in a buffer that grows and shrinks as needed.
+
+    Each field of a record is a vertex attribute, whose name in the shader is `in_` and the name of the field.
+    """
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
+        """Reserve a small buffer in `scope`, which owns it. dtype: of a record, whose fields are all float32."""
         self._scope = scope
         self._stride = dtype.itemsize
         self._fields = []
@@ -28,7 +37,7 @@ class InstanceStream:
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
 
     def upload(self, records: NDArray[np.void]) -> None:
-        """Replaces what the buffer holds by `records` (n,)."""
+        """Replace the buffer's contents by `records` (n,)."""
         room = 2 * max(records.nbytes, 128 * self._stride)
         if records.nbytes > self._buffer.size or _TOO_LARGE * room < self._buffer.size:
             self._scope.free(self._buffer)
@@ -38,7 +47,7 @@ class InstanceStream:
             self._buffer.write(records.tobytes())
 
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
-        """Instance 0 of the next draw is record `first` (GL 3.3 has no base instance)."""
+        """Make record `first` that of instance 0 in the next draws of `array`."""
         for name, layout, offset in self._fields:
             attribute: Any = array.program.get(name, None)
             if attribute is not None:
@@ -48,18 +57,23 @@ class InstanceStream:
 
 
 class RecordTexture:
-    """Records that shaders fetch by number, `RECORDS_PER_ROW` to a row of a texture of floats, four to a texel."""
+    """Hold records that shaders fetch by number, in a texture of floats, four to a texel.
+
+    There are `RECORDS_PER_ROW` to a row. Shaders learn from `#from` (see `gpu.program`) in which texel a field begins.
+    """
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
+        """Make a texture of one row in `scope`, which owns it. dtype: of a record, a multiple of 16 bytes."""
         self._scope = scope
         self._dtype = dtype
         self._texture = self._make(1)
 
     def _make(self, rows: int) -> moderngl.Texture:
-        return self._scope.texture((RECORDS_PER_ROW * self._dtype.itemsize // 16, rows), 4, "f4")
+        """Make a texture of so many rows of records."""
+        return self._scope.texture((RECORDS_PER_ROW * self._dtype.itemsize // _TEXEL_BYTES, rows), 4, "f4")
 
     def upload(self, records: NDArray[np.void]) -> None:
-        """Replaces what the texture holds by `records` (n,)."""
+        """Replace the texture's first records by `records` (n,); those behind them are undefined."""
         rows = -(-len(records) // RECORDS_PER_ROW)
         if rows > self._texture.height:
             self._scope.free(self._texture)
@@ -69,13 +83,19 @@ class RecordTexture:
         self._texture.write(padded.tobytes(), viewport=(0, 0, self._texture.width, rows))
 
     def use(self, unit: int) -> None:
+        """Bind the texture to a texture unit."""
         self._texture.use(unit)
 
 
 class AssetArrays:
-    """Vertex arrays of one program over the assets' buffers, by any key, made when first drawn."""
+    """Keep the vertex arrays of one program over the assets' buffers, each made when it is first drawn.
+
+    The arrays belong to the scope of the pass that draws; the buffers are the asset store's, which therefore has every
+    pass `forget` its arrays before buffers go.
+    """
 
     def __init__(self, scope: Scope, program: moderngl.Program, layout: str, *attributes: str) -> None:
+        """Remember what arrays are made of. layout, attributes: moderngl's format of a vertex, and names in it."""
         self._scope = scope
         self._program = program
         self._format = (layout, *attributes)
@@ -84,6 +104,17 @@ class AssetArrays:
     def get(
         self, key: Hashable, vertices: moderngl.Buffer, indices: moderngl.Buffer, index_bytes: int = 4
     ) -> moderngl.VertexArray:
+        """Return the vertex array of an asset.
+
+        Parameters
+        ----------
+        key
+            What tells the asset, and its level if it has several, from others.
+        vertices, indices
+            Its buffers.
+        index_bytes
+            Bytes of an index: 1, 2 or 4.
+        """
         if key not in self._arrays:
             content = [(vertices, *self._format)]
             options = {"index_buffer": indices, "index_element_size": index_bytes}
@@ -91,6 +122,6 @@ class AssetArrays:
         return self._arrays[key]
 
     def forget(self) -> None:
-        """Releases all of them; to be called before the assets' buffers go."""
+        """Release all arrays; to be called before the assets' buffers go."""
         self._scope.free(*self._arrays.values())
         self._arrays.clear()

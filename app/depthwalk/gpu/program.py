@@ -1,12 +1,24 @@
-"""GLSL programs from files: includes, constants of Python, line numbers in compiler messages, checked uniforms.
+"""GLSL programs from files, with includes, constants of Python, located compiler messages and checked uniforms.
 
-A constant that Python and GLSL must agree about is declared once, in Python. A shader names it where it needs it,
+Two kinds of lines are resolved before the compiler sees a shader:
 
-    #from depthwalk.cook.virtual_texture import GRAIN, LEVELS as SEGMENT_LEVELS
+`#include "common/x.glsl"` is replaced by that file, which is looked up below `shaders/` and included at most once.
 
-and `Source` writes `#define`s in place of that line. An integer enumeration gives one per member: `Face` gives
-`FACE_TOP` and so on. The dtype of records in a texture of four floats a texel gives how many texels a record takes and
-in which of them each field begins: `LAMP_RECORD` gives `LAMP_RECORD_TEXELS`, `LAMP_RECORD_PLACE` and so on.
+`#from depthwalk.cook.used_texels import SUB_TILE` is replaced by `#define` lines. A constant that Python and GLSL must
+agree about, as a bit width or the layout of a record, is declared once, in Python, and shaders name it where they need
+it; so the two can never differ. Several names are separated by commas, and `NAME as OTHER` defines it by another name.
+What is defined depends on the value:
+
+- an integer or a float: the number;
+- an array (3,) or (3, 3): a `vec3` or `mat3`;
+- an integer enumeration: one name per member, as `FACE_TOP` for `Face.TOP`;
+- the dtype of records in a texture of four floats per texel: how many texels a record takes, and in which of them each
+  field begins, as `LAMP_RECORD_TEXELS` and `LAMP_RECORD_PLACE` for the field `place` of `LAMP_RECORD`.
+
+The module is imported by its name, which runs it. A shader below `shaders/` may therefore name modules of `depthwalk`
+only, whose constants are part of the same program. A shader that a user's own code hands over as a `Path` may name any
+module, as the user's Python code may. Every mistake, from a misspelt line to a constant that does not exist, is a
+GpuError that begins with the shader's file and line.
 """
 
 import re
@@ -28,12 +40,14 @@ T = TypeVar("T")
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _ITEM = r"\w+(?:\s+as\s+\w+)?"
-_FROM = re.compile(rf"^\s*#from\s+(depthwalk(?:\.\w+)+)\s+import\s+({_ITEM}(?:\s*,\s*{_ITEM})*)\s*(?://.*)?$")
+_FROM = re.compile(r"^\s*#from\b(?P<rest>.*)$")
+_FROM_REST = re.compile(rf"\s+(?P<module>\w+(?:\.\w+)*)\s+import\s+(?P<names>{_ITEM}(?:\s*,\s*{_ITEM})*)\s*(?://.*)?")
 _UNIFORM = re.compile(r"^\s*uniform\s+\w+\s+(\w+)", re.MULTILINE)
+_OWN_PACKAGE = "depthwalk"
 _TEXEL_BYTES = 16  # of four floats
 _LOCATION = re.compile(r"\b(\d+)[:(](\d+)\)?")  # source:line of Mesa, source(line) of NVIDIA
 
-# The compiler knows best what it has.
+# Extensions that shaders use where the compiler has them; each is then also defined by its name in capitals.
 _PREAMBLE = "".join(
     f"#ifdef GL_ARB_{feature}\n#extension GL_ARB_{feature} : enable\n#define {feature.upper()} 1\n#endif\n"
     for feature in ("conservative_depth", "texture_gather")
@@ -41,18 +55,36 @@ _PREAMBLE = "".join(
 
 
 class Source:
-    """The text of one shader stage, with its includes and constants resolved.
+    """Hold the text of one shader stage, with its includes and constants resolved as the module describes.
 
-    name: a file below shaders/, or the Path of one elsewhere, which may also include what lies beside it.
-    `#include "common/x.glsl"` is looked up below shaders/, each file at most once; for `#from` see the module's
-    docstring. Raises GpuError for a file, module or constant that does not exist.
+    Attributes
+    ----------
+    text
+        What the compiler gets.
+    files
+        The files that it was put together from, by the number that stands for each in the compiler's messages.
     """
 
     def __init__(self, name: str | Path, preamble: str = "") -> None:
+        """Read a shader.
+
+        Parameters
+        ----------
+        name
+            A file below `shaders/`, or the Path of a file elsewhere, which may also include files that lie beside it.
+        preamble
+            Lines that come before its first.
+
+        Raises
+        ------
+        GpuError
+            For a file, module or constant that does not exist, and for a `#from` line that cannot be understood.
+        """
         self.files: list[str | Path] = []
         self.text = f"#version 330 core\n{preamble}{self._expand(name)}"
 
     def _expand(self, name: str | Path) -> str:
+        """Return the text of a file with its `#include` and `#from` lines resolved, and remember the file."""
         path = shader_root() / name if isinstance(name, str) else name
         try:
             lines = path.read_text(encoding="utf-8").splitlines()
@@ -62,13 +94,12 @@ class Source:
         self.files.append(name)
         out = [f"#line 1 {number}"]
         for index, line in enumerate(lines, start=1):
-            include, constants = _INCLUDE.match(line), _FROM.match(line)
-            if constants is not None:
+            if (constants := _FROM.match(line)) is not None:
                 try:
-                    out += [*_constant_defines(constants[1], constants[2]), f"#line {index + 1} {number}"]
-                except (ImportError, AttributeError, TypeError) as error:
+                    out += [*_constant_defines(constants["rest"], isinstance(name, str)), f"#line {index + 1} {number}"]
+                except (ImportError, AttributeError, TypeError, SyntaxError) as error:
                     raise GpuError(f"{_shown(name)}:{index}: {error}") from None
-            elif include is None:
+            elif (include := _INCLUDE.match(line)) is None:
                 out.append(line)
             elif (included := _included(name, include[1])) not in self.files:
                 out += [self._expand(included), f"#line {index + 1} {number}"]
@@ -77,7 +108,7 @@ class Source:
         return "\n".join(out) + "\n"
 
     def locate(self, message: str) -> str:
-        """The compiler's message with `shaders/file:line` in place of source numbers."""
+        """Return the compiler's message with `shaders/file:line` in place of numbers of sources."""
 
         def name(match: re.Match[str]) -> str:
             number = int(match[1])
@@ -86,12 +117,36 @@ class Source:
         return _LOCATION.sub(name, message)
 
 
-def _constant_defines(module: str, names: str) -> list[str]:
-    """Return the `#define` lines of the constants that a `#from` line names, of a module."""
-    lines = []
-    for item in names.split(","):
+def _constant_defines(line: str, own_shader: bool) -> list[str]:
+    """Return the `#define` lines that take the place of a `#from` line.
+
+    Parameters
+    ----------
+    line
+        The line behind `#from`.
+    own_shader
+        Whether it stands in a shader below `shaders/`, which may name modules of depthwalk only.
+
+    Raises
+    ------
+    SyntaxError
+        Where the line cannot be understood.
+    ImportError
+        Where there is no such module, or this shader may not name it.
+    AttributeError, TypeError
+        Where the module has no such constant, or a constant that GLSL cannot have.
+    """
+    match = _FROM_REST.fullmatch(line)
+    if match is None:
+        raise SyntaxError("expected '#from MODULE import NAME', with 'as OTHER' and further names at will")
+    if own_shader and match["module"].partition(".")[0] != _OWN_PACKAGE:
+        raise ImportError(
+            f"module {match['module']!r} is not of {_OWN_PACKAGE}, whose shaders take constants of its own"
+        )
+    module, lines = import_module(match["module"]), []
+    for item in match["names"].split(","):
         name, _, other = (part.strip() for part in item.partition(" as "))
-        value = getattr(import_module(module), name)
+        value = getattr(module, name)
         if isinstance(value, np.dtype):
             prefix = other or name
             lines.append(f"#define {prefix}_TEXELS {value.itemsize // _TEXEL_BYTES}")
@@ -117,26 +172,18 @@ def _glsl(value: object) -> str:
 
 
 def _shown(name: str | Path) -> str:
-    """How messages name a file."""
+    """Return how messages name a file."""
     return f"shaders/{name}" if isinstance(name, str) else str(name)
 
 
 def _included(by: str | Path, name: str) -> str | Path:
-    """The file that `by` includes as `name`: from beside a file that lies elsewhere, else below shaders/."""
+    """Return the file that `by` includes as `name`: beside it where `by` lies elsewhere, else below `shaders/`."""
     beside = by.parent / name if isinstance(by, Path) else None
     return beside if beside is not None and beside.is_file() else name
 
 
 class Program:
-    """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`.
-
-    Parameters
-    ----------
-    defines
-        Names that the shaders may ask for by #ifdef, which stand for 1 or, written NAME=VALUE, for that.
-    blocks
-        Binding points of uniform blocks by their names; those that are not named are bound to point 0.
-    """
+    """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
 
     def __init__(
         self,
@@ -146,7 +193,25 @@ class Program:
         defines: Iterable[str] = (),
         blocks: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
-        pairs = (each.partition("=") for each in defines)
+        """Compile and link a program, which `scope` owns.
+
+        Parameters
+        ----------
+        scope
+            The owner of the program and of its vertex array.
+        vertex, fragment
+            The shaders of its two stages, as `Source` takes them.
+        defines
+            Names that the shaders may ask for by #ifdef, which stand for 1 or, written NAME=VALUE, for that.
+        blocks
+            Binding points of uniform blocks by their names; those that are not named are bound to point 0.
+
+        Raises
+        ------
+        GpuError
+            Where a shader does not compile, with file and line.
+        """
+        pairs = (define.partition("=") for define in defines)
         preamble = _PREAMBLE + "".join(f"#define {name} {value or 1}\n" for name, _, value in pairs)
         self._scope = scope
         stages = Source(vertex, preamble), Source(fragment, preamble)
@@ -163,7 +228,11 @@ class Program:
         self._declared = set(_UNIFORM.findall(stages[0].text) + _UNIFORM.findall(stages[1].text))
 
     def set(self, **values: Any) -> None:
-        """Sets uniforms. One that the compiler removed is passed over; one that no source declares raises KeyError."""
+        """Set uniforms by name; `bytes` are written as they are, for arrays of vectors.
+
+        A uniform that the compiler removed, because nothing depends on it, is passed over. One that no source declares
+        is a mistake and raises KeyError.
+        """
         for name, value in values.items():
             uniform: Any = self.gl.get(name, None)
             if uniform is not None:
@@ -176,25 +245,27 @@ class Program:
 
     @cached_property
     def array(self) -> moderngl.VertexArray:
-        """One without vertices, for vertex shaders that make them of their numbers."""
+        """The vertex array without attributes, for vertex shaders that compute vertices from `gl_VertexID`."""
         return self._scope.vertex_array(self.gl, [])
 
     def fill(self) -> None:
-        """Draws one triangle over all of the picture; with common/fullscreen.vert or far_plane.vert."""
+        """Draw one triangle that covers the whole picture; with common/fullscreen.vert or common/far_plane.vert."""
         self.array.render(moderngl.TRIANGLES, vertices=3)
 
     def rectangles(self, count: int = 1) -> None:
-        """Draws as many, of four vertices each."""
+        """Draw `count` rectangles, as instances of four vertices each."""
         self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
 
 class Variants(dict[tuple[str, ...], T]):
-    """What is made of a program's variants, by their defines, each when it is first asked for."""
+    """Keep what is made of the variants of a program, by their defines; each is made when it is first asked for."""
 
     def __init__(self, make: Callable[[tuple[str, ...]], T]) -> None:
+        """Remember `make`, which makes the variant with the defines that it is given."""
         super().__init__()
         self._make = make
 
     def __missing__(self, defines: tuple[str, ...]) -> T:
+        """Make the variant that is asked for the first time."""
         self[defines] = made = self._make(defines)
         return made

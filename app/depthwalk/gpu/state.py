@@ -1,4 +1,8 @@
-"""GL state that lasts as long as a `with` block, and is then again what it was before, after an exception too."""
+"""Set GL state for as long as a `with` block lasts; afterwards it is what it was before, after an exception too.
+
+No pass sets GL state by hand or resets it. What a draw needs stands in the `with` statement around it, and draws
+outside all blocks find the defaults of `State`.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,11 +19,21 @@ ColourMask = tuple[bool, bool, bool, bool]
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """What may differ from draw to draw. Outside all blocks: the defaults here; counter-clockwise faces are front.
+    """Hold the GL state that may differ from draw to draw. Counter-clockwise faces are front faces.
 
-    depth_test: how a fragment's depth must compare with what is there, None: no test, and depth is not written; cull:
-    back faces are left out; blend: factors of source and destination, None: no blending; wireframe: triangles as lines;
-    direct: capabilities that moderngl has no name for, as GL numbers them.
+    Attributes
+    ----------
+    depth_test
+        How a fragment's depth must compare with the depth buffer's, as moderngl names it; None: no test, and depth is
+        not written.
+    cull
+        Whether back faces are left out.
+    blend
+        Factors of source and destination; None: no blending.
+    wireframe
+        Whether triangles are drawn as lines.
+    direct
+        Capabilities that moderngl has no name for, as GL numbers them.
     """
 
     depth_test: str | None = None
@@ -40,9 +54,10 @@ class Changes(TypedDict, total=False):
 
 
 class StateKeeper:
-    """The state of one context, as far as it was set through this: GL itself is never asked."""
+    """Set the state of one context and remember it; GL itself is never asked, which would be slow."""
 
     def __init__(self, context: moderngl.Context) -> None:
+        """Begin with the defaults, which a new context has."""
         self._context = context
         self.now = State()
 
@@ -59,10 +74,14 @@ class StateKeeper:
 
         Parameters
         ----------
-        into : the framebuffer to draw into, which stays bound after the block.
-        depth_write : whether its depth is written, where there is a test.
-        colour_mask : which of red, green, blue and alpha are written into its one texture; None: all.
-        changes : fields of `State`.
+        into
+            The framebuffer to draw into, which stays bound after the block; None leaves it as it is.
+        depth_write
+            Whether its depth is written, where there is a depth test.
+        colour_mask
+            Which of red, green, blue and alpha are written into its one texture; None: all.
+        changes
+            Fields of `State`.
         """
         before = self.now
         masks = (into.depth_mask, into.color_mask) if into is not None else None
@@ -82,6 +101,7 @@ class StateKeeper:
             self._set(before)
 
     def _set(self, state: State) -> None:
+        """Make `state` the context's, with as few GL calls as that takes."""
         before, self.now, context = self.now, state, self._context
         flags = moderngl.NOTHING
         if state.depth_test is not None:
@@ -91,7 +111,7 @@ class StateKeeper:
         if state.blend is not None:
             flags |= moderngl.BLEND
             context.blend_func = state.blend
-        context.enable_only(flags)  # whatever others may have set, as the panel does
+        context.enable_only(flags)  # always: others, as the panel, may have set flags of their own
         if (before.depth_test or LESS) != (state.depth_test or LESS):
             context.depth_func = state.depth_test or LESS
         if before.wireframe != state.wireframe:

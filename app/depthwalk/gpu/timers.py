@@ -1,4 +1,9 @@
-"""Time per pass: timer queries on a GPU, `finish` and the clock on a software rasteriser, where queries lie."""
+"""Measure the time of each pass.
+
+A GPU works behind the CPU: its time is measured by timer queries, whose results come some frames later. On a software
+rasteriser queries tell nothing true, so the pipeline is drained before the clock is read; and since that costs time, it
+is done in few frames.
+"""
 
 import time
 from collections import deque
@@ -10,17 +15,27 @@ import moderngl
 from depthwalk.gpu.device import Device
 
 _FRAMES_IN_FLIGHT = 4  # a query is read this many frames after it was issued, when its result no longer blocks
-_EVERY = 8  # frames, of which one is drained: its passes cannot share the cores, which makes it a tenth longer
+_DRAINED_EVERY = 8  # frames, one of which is drained: its passes cannot share the cores, which makes it a tenth longer
 
 
 class PassTimers:
-    """Milliseconds per named pass of the newest frame whose times are known; of what a frame does repeatedly, the sum.
+    """Measure the passes of every frame.
 
-    kind: "gpu" (timer queries in every frame) or "finish" (the pipeline is drained around each pass of every eighth
-    frame, so the sum is the frame); frame: the number of the one under way; of_frame: of that whose times these are.
+    Attributes
+    ----------
+    kind
+        "gpu": timer queries in every frame; "finish": the pipeline is drained around each pass of every eighth frame,
+        so that the passes add up to the frame.
+    milliseconds
+        By name of the pass, of the newest frame whose times are known; the sum where a frame does a pass repeatedly.
+    frame
+        The number of the frame under way.
+    of_frame
+        The number of the frame whose times `milliseconds` are; −1 before there are any.
     """
 
     def __init__(self, device: Device) -> None:
+        """Choose the kind of measurement that the device needs."""
         self._context = device.context
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
@@ -31,19 +46,19 @@ class PassTimers:
         self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one
 
     def time_next(self) -> None:
-        """The next frame is one of those whose passes are timed."""
+        """Make the next frame one of those whose passes are timed."""
         self._next = self.frame
 
     @contextmanager
     def measure_cpu(self, name: str) -> Iterator[None]:
-        """Time of work that issues no GL commands, by the clock."""
+        """Measure a `with` block that issues no GL commands, by the clock."""
         start = time.perf_counter()
         yield
         self._measured.append((name, (time.perf_counter() - start) * 1e3))
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
-        """Time of work that is GL commands, as `kind` says."""
+        """Measure a `with` block of GL commands, as `kind` says."""
         if self.kind == "gpu":
             query = self._spare.pop() if self._spare else self._context.query(time=True)
             with query:
@@ -58,23 +73,25 @@ class PassTimers:
 
     @property
     def _drains(self) -> bool:
+        """Return whether this frame is one of those in which the pipeline is drained."""
         return self.kind == "finish" and self.frame >= self._next
 
     def awaited(self, frame: int) -> bool:
-        """Whether times of frames up to that one are still to come: a few frames later, for queries."""
+        """Return whether times of frames up to number `frame` are still to come."""
         return bool(self._pending) and self._pending[0][0] <= frame
 
     def end_frame(self) -> None:
-        """Publishes the times of this frame, or on a GPU of one a few frames ago."""
+        """End the frame; publish its times or, on a GPU, those of a frame some frames ago."""
         if self.kind == "gpu" or self._drains:
             self._pending.append((self.frame, self._measured))
-            self._next = self.frame + _EVERY
+            self._next = self.frame + _DRAINED_EVERY
         self._measured = []
         self.frame += 1
         if self._pending and (self.kind == "finish" or len(self._pending) > _FRAMES_IN_FLIGHT):
             self._publish()
 
     def _publish(self) -> None:
+        """Add up the times of the oldest frame that waits, which become `milliseconds`."""
         times: dict[str, float] = {}
         self.of_frame, measured = self._pending.popleft()
         for name, value in measured:

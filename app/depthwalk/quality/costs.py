@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from depthwalk.assets.batch_bake import read_mesh
+from depthwalk.assets.asset_files import read_mesh
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.scene.scene import MeshAsset

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from depthwalk.assets.batch_bake import read_mesh
+from depthwalk.assets.asset_files import read_mesh
 from depthwalk.assets.library import Report
 from depthwalk.geometry.adjacency import EdgeAdjacency, build_adjacency
 from depthwalk.quality.rows import Row

@@ -1,18 +1,41 @@
-"""Twin of shaders/dof. Pictures (H, W, 4), linear, premultiplied; circles (H, W), their radius in pixels, negative
-before the focus; row 0 wherever the shaders have it."""
+"""Depth of field: twin of shaders/dof.
+
+`gather` mirrors gather.frag, which traces rays through the depth buffer (Lee, Eisemann and Seidel 2010, "Real-Time Lens
+Blur Effects and Focus Control"); `ranges` mirrors tiles.frag and spread.frag, which bound the circles of confusion near
+a pixel (McGuire et al. 2012, "A Reconstruction Filter for Plausible Motion Blur"); `paper` mirrors blur.frag and
+paper.frag (Huang et al. 2008, §2.2 and §2.3).
+
+Pictures are (H, W, 4) linear, premultiplied. Circles of confusion are (H, W) radii in pixels, negative before the
+focus. Row 0 is at the bottom, as the shaders have it.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from depthwalk.render.view.lens import DENSITY, FEWEST, GOLDEN_ANGLE, SHARP, STRIDE
+from depthwalk.render.view.lens import DENSITY, FEWEST, GAUSSIAN_RADIUS, GOLDEN_ANGLE, SHARP, STRIDE
 from depthwalk.types import Array
 
-Rows = NDArray[np.intp]
+_Pixels = NDArray[np.intp]
 
 
 def ranges(circles: Array, tile: int) -> Array:
-    """The least and the greatest circle (2, H, W) that may reach into each pixel's tile of `tile` × `tile` pixels."""
+    """Return the least and the greatest circle of confusion that may reach into each pixel's tile.
+
+    A tile's own circles count, and those of tiles that are nearer than their circles are large.
+
+    Parameters
+    ----------
+    circles
+        (H, W) radii, pixels.
+    tile
+        Edge of a tile, pixels.
+
+    Returns
+    -------
+    Array
+        (2, H, W) radii, pixels: the least, and the greatest.
+    """
     height, width = circles.shape
     rows, columns = np.arange(0, height, tile), np.arange(0, width, tile)
     extremes = np.stack([cut.reduceat(cut.reduceat(circles, rows, 0), columns, 1) for cut in (np.minimum, np.maximum)])
@@ -22,35 +45,73 @@ def ranges(circles: Array, tile: int) -> Array:
     low, high = extremes.reshape(2, -1)
     own = np.eye(len(y), dtype=bool)
     least = np.where(own | (-low > gap), low, np.inf).min(1)
-    most = np.where(own | (high > gap), high, -np.inf).max(1)
-    spread = np.stack([least, most]).reshape(extremes.shape)
+    greatest = np.where(own | (high > gap), high, -np.inf).max(1)
+    spread = np.stack([least, greatest]).reshape(extremes.shape)
     return spread.repeat(tile, 1).repeat(tile, 2)[:, :height, :width]
 
 
 def gather(lit: Array, circles: Array, spread: Array, samples: int) -> Array:
-    """What gather.frag makes of a picture. spread: what `ranges` gives; samples: most rays of a pixel."""
+    """Return the mean of what rays from all over the lens see through each pixel.
+
+    Parameters
+    ----------
+    lit
+        (H, W, 4) picture in which everything is sharp.
+    circles
+        (H, W) radii, pixels.
+    spread
+        (2, H, W) what `ranges` returns.
+    samples
+        The most rays per pixel.
+
+    Returns
+    -------
+    Array
+        (H, W, 4) picture; pixels whose surroundings are sharp are those of `lit`.
+    """
     height, width = circles.shape
     y, x = (grid.ravel() for grid in np.mgrid[:height, :width])
     own, (low, high) = circles[y, x], spread[:, y, x]
     radius = np.maximum(-low, own)
     count = np.clip((DENSITY * radius**2).astype(int), min(FEWEST, samples), samples)
     picture, out = np.asarray(lit, float), np.array(lit, float)
-    pending = radius >= SHARP
-    out[y[pending], x[pending]] = 0
-    for ray in range(int(count[pending].max(initial=0))):
-        some = np.flatnonzero(pending & (ray < count))
-        lens = np.sqrt((ray + 0.5) / count[some])[:, None] * [np.cos(ray * GOLDEN_ANGLE), np.sin(ray * GOLDEN_ANGLE)]
-        ends = _traced(circles, (x[some], y[some]), lens, own[some], low[some], high[some])
+    blurred = radius >= SHARP
+    out[y[blurred], x[blurred]] = 0
+    for ray in range(int(count[blurred].max(initial=0))):
+        rows = np.flatnonzero(blurred & (ray < count))
+        lens = np.sqrt((ray + 0.5) / count[rows])[:, None] * [np.cos(ray * GOLDEN_ANGLE), np.sin(ray * GOLDEN_ANGLE)]
+        ends = _ray_ends(circles, (x[rows], y[rows]), lens, own[rows], low[rows], high[rows])
         seen = [map_coordinates(channel, ends, order=1, mode="nearest") for channel in np.moveaxis(picture, 2, 0)]
-        out[y[some], x[some]] += np.stack(seen, -1) / count[some, None]
+        out[y[rows], x[rows]] += np.stack(seen, -1) / count[rows, None]
     return out
 
 
-def _traced(circles: Array, pixel: tuple[Rows, Rows], lens: Array, own: Array, low: Array, high: Array) -> Array:
-    """Where (2, n), y and x of pixels' middles, rays end that go to points `lens` (n, 2) of the unit disc."""
+def _ray_ends(
+    circles: Array, pixel: tuple[_Pixels, _Pixels], lens: Array, own: Array, low: Array, high: Array
+) -> Array:
+    """Trace one ray per pixel through the depth buffer and return where it ends.
+
+    Parameters
+    ----------
+    circles
+        (H, W) radii, pixels.
+    pixel
+        x (n,) and y (n,) of the pixels.
+    lens
+        (n, 2) points of the unit disc that the rays go to.
+    own
+        (n,) circles at the pixels.
+    low, high
+        (n,) what `ranges` returns at the pixels.
+
+    Returns
+    -------
+    Array
+        (2, n) y and x, in which whole numbers are the pixels' middles.
+    """
     last_pixel = circles.shape[1] - 1, circles.shape[0] - 1
 
-    def beside(circle: Array) -> tuple[Rows, Rows]:
+    def beside(circle: Array) -> tuple[_Pixels, _Pixels]:
         moved = [at + np.floor(circle * lens[:, k] + 0.5).astype(int) for k, at in enumerate(pixel)]
         x, y = (np.clip(at, 0, end) for at, end in zip(moved, last_pixel, strict=True))
         return x, y
@@ -81,16 +142,33 @@ def _traced(circles: Array, pixel: tuple[Rows, Rows], lens: Array, own: Array, l
 
 
 def paper(lit: Array, circles: Array, weights: Array, disc: Array, most: float) -> Array:
-    """Huang et al. 2008, §2.2 and §2.3: what blur.frag and paper.frag make of a picture.
+    """Mix the sharp and a blurred picture by the circles of confusion (Huang et al. 2008, §2.2 and §2.3).
 
-    weights: (7,), by the distance in pixels; disc: (13, 2); most: radius where the blur factor is 1, pixels.
+    Parameters
+    ----------
+    lit
+        (H, W, 4) picture in which everything is sharp.
+    circles
+        (H, W) radii, pixels.
+    weights
+        (7,) of the Gaussian, by the distance in pixels.
+    disc
+        (13, 2) points of the unit disc, at which a pixel looks up its surroundings.
+    most
+        The radius at which only the blurred picture counts, pixels.
+
+    Returns
+    -------
+    Array
+        (H, W, 4) picture.
     """
     height, width = circles.shape
     kernel = np.concatenate([weights[:0:-1], weights])
     blurred = np.asarray(lit, float)
+    border = GAUSSIAN_RADIUS, GAUSSIAN_RADIUS
     for axis in (1, 0):
-        padded = np.pad(blurred, [(6, 6) if axis == k else (0, 0) for k in range(3)], mode="edge")
-        blurred = np.lib.stride_tricks.sliding_window_view(padded, 13, axis) @ kernel
+        padded = np.pad(blurred, [border if axis == k else (0, 0) for k in range(3)], mode="edge")
+        blurred = np.lib.stride_tricks.sliding_window_view(padded, len(kernel), axis) @ kernel
     y, x = np.mgrid[:height, :width]
     out, total = np.zeros(lit.shape), np.zeros((height, width, 1))
     for right, up in disc:

@@ -1,4 +1,13 @@
-"""Twin of shaders/fog/fog.frag."""
+"""Fog whose density falls off with height: twin of shaders/fog/fog.frag.
+
+Light is lost along a ray as Beer and Lambert say: what comes through is exp(−∫ density ds). The density is constant up
+to a height and falls off exponentially above it, for which the integral has a closed form (Wenzel 2006, "Real-Time
+Atmospheric Effects in Games", volumetric fog with exponential height falloff).
+
+All functions take the same three parameters of the fog: `density`, the part of the light lost per metre up to the
+height; `height`, metres above the origin of the world; `falloff`, the metres over which the density falls to 1/e above
+that height.
+"""
 
 import numpy as np
 
@@ -6,25 +15,57 @@ from depthwalk.types import Array
 
 
 def fog_density(y: Array, density: float, height: float, falloff: float) -> Array:
-    """Part of the light lost per metre at the heights `y`: `density` up to `height`, e-fold thinner per `falloff`."""
-    return density * np.exp(np.minimum(height - y, 0) / falloff)
+    """Return the part of the light lost per metre at the heights `y` (any shape, metres, world)."""
+    return np.asarray(density * np.exp(np.minimum(height - y, 0) / falloff))
 
 
 def fog_through(viewer_y: float, way: Array, density: float, height: float, falloff: float) -> Array:
-    """Part (n,) of the light that comes through along `way` (n, 3), metres, from a viewer at the height `viewer_y`:
-    exp of minus the density's integral."""
+    """Return the transmittance between the viewer and points: the part of the light that comes through the fog.
 
-    def below(y: Array) -> Array:
+    The integral of the density over height is divided by the rise of the way; where the way is level, the density in
+    its middle takes the place of that quotient.
+
+    Parameters
+    ----------
+    viewer_y
+        Height of the viewer, metres, world.
+    way
+        (n, 3) vectors from the viewer to the points, metres, world.
+    density, height, falloff
+        The fog, see the module.
+
+    Returns
+    -------
+    Array
+        (n,), 0 to 1.
+    """
+
+    def integral_up_to(y: Array) -> Array:
         return np.where(y < height, y - height, falloff * -np.expm1(np.minimum(height - y, 0) / falloff))
 
     start, rise = np.array(viewer_y), way[:, 1]
-    level = np.abs(rise) < 1e-6 * falloff
-    mean = (below(start + rise) - below(start)) / np.where(level, 1, rise)
-    mean = np.where(level, fog_density(start + rise / 2, 1, height, falloff), mean)
-    return np.exp(-density * mean * np.linalg.norm(way, axis=1))
+    is_level = np.abs(rise) < 1e-6 * falloff
+    mean = (integral_up_to(start + rise) - integral_up_to(start)) / np.where(is_level, 1, rise)
+    mean = np.where(is_level, fog_density(start + rise / 2, 1, height, falloff), mean)
+    return np.asarray(np.exp(-density * mean * np.linalg.norm(way, axis=1)))
 
 
 def fog_before_sky(viewer_y: float, rise: Array, density: float, height: float, falloff: float) -> Array:
-    """The same (n,) for endless ways; rise: y (n,) of their unit vectors."""
+    """Return the transmittance between the viewer and the sky: `fog_through` for rays without end.
+
+    Parameters
+    ----------
+    viewer_y
+        Height of the viewer, metres, world.
+    rise
+        (n,) y components of the rays' unit vectors. Where rays do not rise, fog never ends and no light comes.
+    density, height, falloff
+        The fog, see the module.
+
+    Returns
+    -------
+    Array
+        (n,), 0 to 1.
+    """
     left = falloff * np.exp(min(height - viewer_y, 0) / falloff) + max(height - viewer_y, 0)
     return np.where(rise > 0, np.exp(-density * left / np.maximum(rise, 1e-6)), 0.0)

@@ -1,4 +1,9 @@
-"""Twin of shaders/gpaa/edge.frag: what part of a pixel lies beyond an edge."""
+"""Geometric post-process anti-aliasing: twin of shaders/gpaa/edge.frag.
+
+A pixel that an edge of the geometry divides is blended with its neighbour across that edge by the area that lies on the
+neighbour's side (Persson 2011, "Geometric Post-process Anti-Aliasing"; edge-optimised GPAA, §1.3, takes the distance
+along the minor axis in place of the area, which is exact for edges of slope 0 alone).
+"""
 
 import numpy as np
 
@@ -6,11 +11,22 @@ from depthwalk.types import Array
 
 
 def part_beyond(ends: Array, middle: Array) -> Array:
-    """The part (n,), 0 to ½, of unit squares about `middle` (n, 2) on the other side of lines through `ends` (n, 4),
-    x and y of both, of those that do not hold the middle; pixels.
+    """Return the part of each pixel that lies on the side of a line which does not hold the pixel's middle.
 
-    Exact where the line crosses the whole square, or passes it by; the distance along the minor axis (edge-optimised
-    GPAA, §1.3) is so for slope 0 alone. What is shorter than a pixel is taken to be parallel to the major axis.
+    Exact where the line crosses two opposite sides of the pixel or passes it by. Lines shorter than a pixel are taken
+    to be parallel to their major axis, since their slope is not known well enough.
+
+    Parameters
+    ----------
+    ends
+        (n, 4) x and y of the line's first end, then of its second, pixels.
+    middle
+        (n, 2) middles of the unit squares that are the pixels.
+
+    Returns
+    -------
+    Array
+        (n,), 0 to ½.
     """
     along = ends[:, 2:] - ends[:, :2]
     steep = np.abs(along[:, 1]) > np.abs(along[:, 0])
@@ -20,5 +36,6 @@ def part_beyond(ends: Array, middle: Array) -> Array:
     slope = major[:, 1] / major[:, 0]
     away = np.abs(start[:, 1] + slope * (at[:, 0] - start[:, 0]) - at[:, 1])
     spread = np.where(np.abs(major[:, 0]) < 1, 0, np.abs(slope))
-    left = np.maximum(0.5 + 0.5 * spread - away, 0)
-    return np.where(away <= 0.5 - 0.5 * spread, 0.5 - away, left**2 / np.maximum(2 * spread, 1e-6))
+    overlap = np.maximum(0.5 + 0.5 * spread - away, 0)
+    corner = overlap**2 / np.maximum(2 * spread, 1e-6)  # the triangle that a line past the middle cuts off
+    return np.asarray(np.where(away <= 0.5 - 0.5 * spread, 0.5 - away, corner))

@@ -1,4 +1,8 @@
-"""Twin of shaders/common/phong.glsl and shaders/light."""
+"""Reflection and light sources: twin of shaders/common/phong.glsl and shaders/light.
+
+Surfaces reflect light by Phong's model (Phong 1975, "Illumination for Computer Generated Pictures"); lamps lose
+strength with the distance as in Karis 2013, "Real Shading in Unreal Engine 4". All colours are linear RGB.
+"""
 
 import numpy as np
 
@@ -6,13 +10,33 @@ from depthwalk.types import Array
 
 
 def reflected(albedo: Array, specular: Array, shininess: Array, normal: Array, view: Array, to_light: Array) -> Array:
-    """Linear RGB (n, 3) that surfaces send to the viewer of light of strength 1 (Phong 1975). albedo (n, 3); specular,
-    shininess (n,); normal, view (n, 3) unit, `view` from the viewer to the surface; to_light (n, 3) or (3,) unit."""
+    """Return the light that surfaces send to the viewer of light of strength 1 from one direction.
+
+    Parameters
+    ----------
+    albedo
+        (n, 3) linear RGB of the diffuse reflection.
+    specular
+        (n,) strength of the highlight.
+    shininess
+        (n,) Phong exponent of the highlight; below 1 it counts as 1.
+    normal
+        (n, 3) unit normals.
+    view
+        (n, 3) unit vectors from the viewer to the surfaces.
+    to_light
+        (n, 3) or (3,) unit vectors to the light. All vectors are in one frame, whichever it is.
+
+    Returns
+    -------
+    Array
+        (n, 3) linear RGB; zero where the surface faces away from the light.
+    """
     lambert = np.maximum((normal * to_light).sum(-1), 0)
     mirrored = view - 2 * np.einsum("ni,ni->n", view, normal)[:, None] * normal
     cosine = np.maximum((mirrored * to_light).sum(-1), 0)
     highlight = np.where(lambert > 0, specular * cosine ** np.maximum(shininess, 1), 0)
-    return albedo * lambert[:, None] + highlight[:, None]
+    return np.asarray(albedo * lambert[:, None] + highlight[:, None])
 
 
 def phong(
@@ -25,20 +49,56 @@ def phong(
     sun: Array,
     ambient: Array,
 ) -> Array:
-    """Linear RGB (n, 3) in the light of the sun and of `ambient:`. As for `reflected`; all vectors in the world; to_sun
-    (3,) unit; sun, ambient (3,) linear."""
-    everywhere = ambient * (0.75 + 0.25 * normal[:, 1:2])
-    return albedo * everywhere + sun * reflected(albedo, specular, shininess, normal, view, to_sun)
+    """Return what surfaces send to the viewer in the light of the sun and of a scene's constant ambient light.
+
+    Ambient light is three quarters even, and one quarter grows with the normal's y: a little less comes from below.
+
+    Parameters
+    ----------
+    albedo, specular, shininess, normal, view
+        The surfaces, as for `reflected`; vectors in the world's frame.
+    to_sun
+        (3,) unit vector to the sun, world.
+    sun, ambient
+        (3,) linear RGB of the two lights.
+
+    Returns
+    -------
+    Array
+        (n, 3) linear RGB.
+    """
+    from_everywhere = ambient * (0.75 + 0.25 * normal[:, 1:2])
+    return albedo * from_everywhere + sun * reflected(albedo, specular, shininess, normal, view, to_sun)
 
 
 def lamp_light(
     point: Array, position: Array, reach: float, axis: Array | None = None, angle: float = np.pi
 ) -> tuple[Array, Array]:
-    """What of a lamp's light at 1 m reaches points (n, 3), and the unit vectors (n, 3) to it. reach: its range, metres;
-    axis: (3,) unit, where a spot light shines; angle: of its cone, radians.
+    """Return how strong a lamp's light is at points, and the directions from which it comes.
 
-    Karis 2013, "Real Shading in Unreal Engine 4": (1 − (d/range)⁴)² / d². A cone is whole within 0.8 of its angle and
-    from there fades with the square of the cosine's part of the way to its edge.
+    With the distance d the strength is (1 − (d/range)⁴)² / d² (Karis 2013). The cone of a spot light is as
+    bright as it gets within 0.8 of its angle; from there it fades with the square of the cosine's part of the way to
+    the cone's edge.
+
+    Parameters
+    ----------
+    point
+        (n, 3) points, metres, world.
+    position
+        (3,) the lamp, metres, world.
+    reach
+        The lamp's range, metres, beyond which it gives no light.
+    axis
+        (3,) unit vector in which a spot light shines; None for a point light, which shines in all directions.
+    angle
+        Full angle of the spot light's cone, radians.
+
+    Returns
+    -------
+    strength : Array
+        (n,), 1 at one metre but for the fall-off towards the range.
+    to_lamp : Array
+        (n, 3) unit vectors from the points to the lamp.
     """
     to_lamp = position - point
     distance = np.linalg.norm(to_lamp, axis=1)

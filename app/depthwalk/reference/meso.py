@@ -1,4 +1,12 @@
-"""Twin of shaders/common/meso.glsl at full resolution: where a tile of relief lies on an object, what it does there."""
+"""Meso-structure, displacement by a tiling relief: twin of shaders/common/meso.glsl at full resolution.
+
+A tile of relief modulates the depth of an object's depth images before they are warped (Liu, Liu and Wu 2007, §3.4).
+The tile winds round the object's axis and moves all points toward that axis, whichever depth image they belong to, so
+that the images stay joined. Surfaces which face along the axis would only slide along themselves then; so caps and box
+faces also have the relief straight below them, by the share that `bake.meso.straight_share` gives.
+
+The shader fades relief that covers few pixels; the twin always displaces by all of it.
+"""
 
 from dataclasses import dataclass
 
@@ -10,10 +18,19 @@ from depthwalk.bake.meso import Meso, straight_share
 from depthwalk.types import Array
 
 
-@dataclass(frozen=True)
-class RenderWorld:
-    """The tile at n points. uv: (n, 2) in tiles; outward: (n, 3), what its depth is below; right, up: (n, 3) metres of
-    the tile per metre on the object, along the tile's axes."""
+@dataclass(frozen=True, kw_only=True)
+class TilePlacement:
+    """Say where n points lie on the tile of relief, and how the tile lies in the object's frame there.
+
+    Attributes
+    ----------
+    uv
+        (n, 2) positions, in tiles.
+    outward
+        (n, 3) unit vectors out of the surface that the tile lies on; its depth is measured against them.
+    right, up
+        (n, 3) metres of the tile per metre on the object, along the tile's two axes.
+    """
 
     uv: Array
     outward: Array
@@ -21,37 +38,51 @@ class RenderWorld:
     up: Array
 
     def relief(self, meso: Meso) -> tuple[Array, Array]:
-        """Depth (n,), metres, and its gradient (n, 3)."""
+        """Return the depth (n,) of the relief, metres, and its gradient (n, 3) in the object's frame."""
         depth, *slopes = relief_at(meso, self.uv).T
         return depth, slopes[0][:, None] * self.right + slopes[1][:, None] * self.up
 
 
-def wind(points: Array, meso: Meso, radius: float) -> RenderWorld:
-    """The tile at points (n, 3), object frame, as it winds round the axis. radius: the cylinder's."""
+def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
+    """Place the tile at points as it winds round the axis.
+
+    Parameters
+    ----------
+    points
+        (n, 3) points in the object's frame, metres.
+    meso
+        The tile.
+    radius
+        The radius of the object's cylinder, metres, which decides how many tiles go round it.
+    """
     x, y, z = points.T
     zero, one = np.zeros_like(x), np.ones_like(x)
     distance = np.hypot(x, z)
     turns = meso.tiles_per_turn(radius)
     across = np.stack([z, zero, -x], -1) / distance[:, None]
-    return RenderWorld(
-        np.stack([-np.arctan2(z, x) / (2 * np.pi) * turns, y / meso.tile[1]], -1),
-        np.stack([x, zero, z], -1) / distance[:, None],
-        across * (_even_radius(meso, radius) / distance)[:, None],
-        np.stack([zero, one, zero], -1),
+    return TilePlacement(
+        uv=np.stack([-np.arctan2(z, x) / (2 * np.pi) * turns, y / meso.tile[1]], -1),
+        outward=np.stack([x, zero, z], -1) / distance[:, None],
+        right=across * (_even_radius(meso, radius) / distance)[:, None],
+        up=np.stack([zero, one, zero], -1),
     )
 
 
-def lay(points: Array, face: Face, meso: Meso) -> RenderWorld:
-    """The tile at points (n, 3), object frame, as a cap or a flank has it by itself."""
+def lay(points: Array, face: Face, meso: Meso) -> TilePlacement:
+    """Place the tile at points (n, 3), object frame, flat on a cap or a box face."""
     outward = face_outward(face)
-    up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # seen from outside
+    up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # as seen from outside
     right = np.cross(up, outward)
-    uv = np.stack([points @ right / meso.tile[0], points @ up / meso.tile[1]], -1)
-    return RenderWorld(uv, *(np.broadcast_to(axis, points.shape) for axis in (outward, right, up)))
+    return TilePlacement(
+        uv=np.stack([points @ right / meso.tile[0], points @ up / meso.tile[1]], -1),
+        outward=np.broadcast_to(outward, points.shape),
+        right=np.broadcast_to(right, points.shape),
+        up=np.broadcast_to(up, points.shape),
+    )
 
 
 def relief_at(meso: Meso, uv: Array) -> Array:
-    """Bilinear values (n, 3) of `meso.relief` at uv (n, 2), in tiles."""
+    """Return bilinear values (n, 3) of `meso.relief` at positions (n, 2), in tiles; it repeats without end."""
     height, width = meso.relief.shape[:2]
     at = np.stack([uv[:, 1] * height - 0.5, uv[:, 0] * width - 0.5])
     channels = [map_coordinates(meso.relief[..., k], at, order=1, mode="grid-wrap") for k in range(3)]
@@ -59,8 +90,29 @@ def relief_at(meso: Meso, uv: Array) -> Array:
 
 
 def displaced(points: Array, normals: Array, face: Face, meso: Meso, radius: float) -> Array:
-    """Points (n, 3), with unit normals (n, 3), moved straight below `face`, a cap or a flank, by their share of that,
-    and then toward the axis, within the shallow radius by less."""
+    """Displace points by the relief.
+
+    They first move straight below `face`, a cap or a box face, by their share of that relief, and then toward the axis;
+    near the axis, within the shallow radius, by less, so that nothing crosses it.
+
+    Parameters
+    ----------
+    points
+        (n, 3) points in the object's frame, metres.
+    normals
+        (n, 3) their unit normals.
+    face
+        The face whose depth image they belong to.
+    meso
+        The tile.
+    radius
+        The radius of the object's cylinder, metres.
+
+    Returns
+    -------
+    Array
+        (n, 3) points in the object's frame, metres.
+    """
     if face is not Face.SIDE:
         straight = lay(points, face, meso)
         share = straight_share(normals, straight.outward, wind(points, meso, radius).outward)
@@ -71,9 +123,24 @@ def displaced(points: Array, normals: Array, face: Face, meso: Meso, radius: flo
 
 
 def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float) -> Array:
-    """Unit normals (n, 3) of the displaced surface at displaced points (n, 3), from those of the smooth one.
+    """Return the unit normals of the displaced surface.
 
-    A displacement of p by −d(p)·o changes normals by the transposed inverse of 1 − o·∇dᵀ: to first order, n + (n·o)·∇d.
+    A displacement of p by −d(p)·o changes normals by the transposed inverse of 1 − o·∇dᵀ: to first order n becomes
+    n + (n·o)·∇d.
+
+    Parameters
+    ----------
+    normals
+        (n, 3) unit normals of the smooth surface.
+    points
+        (n, 3) displaced points in the object's frame, metres: what `displaced` returns.
+    face, meso, radius
+        As for `displaced`.
+
+    Returns
+    -------
+    Array
+        (n, 3), unit.
     """
     wound, shallow = wind(points, meso, radius), _shallow_radius(meso, radius)
     depth, gradient = wound.relief(meso)
@@ -83,16 +150,17 @@ def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float)
         straight = lay(before, face, meso)
         share = straight_share(normals, straight.outward, wound.outward)
         normals = normals + share[:, None] * straight.relief(meso)[1]
-    deep = np.minimum(np.hypot(before[:, 0], before[:, 2]) / shallow, 1)[:, None]
-    gradient = deep * gradient + np.where(deep < 1, (depth / shallow)[:, None] * wound.outward, 0)
+    fraction = np.minimum(np.hypot(before[:, 0], before[:, 2]) / shallow, 1)[:, None]  # of the depth, near the axis
+    gradient = fraction * gradient + np.where(fraction < 1, (depth / shallow)[:, None] * wound.outward, 0)
     changed = normals + np.einsum("ni,ni->n", normals, wound.outward)[:, None] * gradient
-    return changed / np.linalg.norm(changed, axis=1, keepdims=True)
+    return np.asarray(changed / np.linalg.norm(changed, axis=1, keepdims=True))
 
 
 def _even_radius(meso: Meso, radius: float) -> float:
-    """Where a whole number of tiles goes round the axis, each as wide as it says."""
+    """Return the radius, metres, at which a whole number of tiles, each of its own width, goes round the axis."""
     return meso.tiles_per_turn(radius) * meso.tile[0] / (2 * np.pi)
 
 
 def _shallow_radius(meso: Meso, radius: float) -> float:
+    """Return the distance from the axis, metres, within which the relief is made shallower."""
     return max(_even_radius(meso, radius) / 3, 2 * meso.height)

@@ -1,8 +1,11 @@
-"""A planar depth image as the paper draws it: warped in its plane by Table(depth) and lit in texture space (Liu et al.
-2007, §2.2 and §2.4).
+"""A planar depth image as the paper draws it, warped in its plane and lit in texture space.
 
-Texture space: u to the right and v upward on the image's plane, depth into it, all in metres, so that angles are those
-of the world. It is left-handed: a normal (x, y, z) of the image points to (x, y, −z) there.
+Liu, Liu and Wu 2007, §2.2 (warp) and §2.4 (shading). No shader works in texture space: depthwalk warps and lights all
+depth images by the general equations of shaders/warp/warp.vert and shaders/common/phong.glsl. This twin is the paper's
+own formulation for a single plane, from which the tests show that both give the same.
+
+Texture space has u to the right and v upward on the image's plane and depth into it, all in metres, so that angles are
+those of the world. It is left-handed: a normal (x, y, z) of the image points to (x, y, −z) there.
 """
 
 from dataclasses import dataclass
@@ -15,9 +18,16 @@ from depthwalk.types import Array
 
 @dataclass(frozen=True)
 class Placement:
-    """Where an image is: world = position + scale · rotation @ (u, v, −depth).
+    """Place an image in the world: world = position + scale · rotation @ (u, v, −depth).
 
-    position (3,), metres: of the texture space's origin; rotation (3, 3): columns are the image's x, y and z.
+    Attributes
+    ----------
+    position
+        (3,) origin of the texture space, metres, world.
+    rotation
+        (3, 3), whose columns are the image's x, y and z in the world, unit.
+    scale
+        World metres per metre of the image.
     """
 
     position: Array
@@ -25,27 +35,39 @@ class Placement:
     scale: float
 
     def direction(self, world: Array) -> Array:
-        """World directions (…, 3) in texture space; their length stays."""
+        """Turn world directions (…, 3) into texture space; their lengths stay."""
         return (world @ self.rotation) * [1, 1, -1]
 
     def point(self, world: Array) -> Array:
-        """World points (…, 3) in texture space."""
+        """Take world points (…, 3), metres, into texture space."""
         return self.direction(world - self.position) / self.scale
 
     def world(self, texture: Array) -> Array:
-        """Points (…, 3) of texture space in the world."""
+        """Take points (…, 3) of texture space into the world, metres."""
         return self.position + self.scale * (texture * [1, 1, -1]) @ self.rotation.T
 
 
 def warp_samples(samples: Array, viewer: Array) -> Array:
-    """Where samples (n, 3), (u_s, v_s, depth), go on the plane, (n, 2): by Table(depth) of the way to the epipole
-    (u_e, v_e). viewer: (3,), (u_e, v_e, −D_t)."""
+    """Warp samples within the plane: each goes Table(depth) of the way to the epipole (u_e, v_e) (§2.2).
+
+    Parameters
+    ----------
+    samples
+        (n, 3) u_s, v_s and depth, metres.
+    viewer
+        (3,) u_e, v_e and −D_t, metres: the viewer is D_t before the plane.
+
+    Returns
+    -------
+    Array
+        (n, 2) u and v, metres.
+    """
     moved = table(samples[:, 2], -viewer[2])
     return samples[:, :2] + moved[:, None] * (viewer[:2] - samples[:, :2])
 
 
 def view_vectors(samples: Array, viewer: Array) -> Array:
-    """VD = (u_e, v_e, −D_t) − (u_s, v_s, depth), (n, 3): from each sample to the viewer."""
+    """Return VD = (u_e, v_e, −D_t) − (u_s, v_s, depth), (n, 3) metres: from each sample to the viewer (§2.4)."""
     return viewer - samples
 
 
@@ -61,10 +83,31 @@ def phong(
     sun: Array,
     ambient: Array,
 ) -> Array:
-    """Linear RGB (n, 3) of samples (n, 3), all in texture space: `reference.light.phong` without a world.
+    """Light samples in texture space: `reference.light.phong` without a world (§2.4).
 
-    viewer (3,); normal (n, 3), to_sun (3,) and up (3,), the world's, unit; albedo (n, 3); specular, shininess (n,);
-    sun, ambient (3,) linear.
+    Parameters
+    ----------
+    samples
+        (n, 3) u, v and depth, metres.
+    viewer
+        (3,) the viewer, metres.
+    normal
+        (n, 3) unit normals, in texture space as everything here.
+    albedo
+        (n, 3) linear RGB of the diffuse reflection.
+    specular, shininess
+        (n,) strength and Phong exponent of the highlight.
+    to_sun
+        (3,) unit vector to the sun.
+    up
+        (3,) unit vector that points up in the world.
+    sun, ambient
+        (3,) linear RGB of the two lights.
+
+    Returns
+    -------
+    Array
+        (n, 3) linear RGB.
     """
     to_viewer = view_vectors(samples, viewer)
     to_viewer = to_viewer / np.linalg.norm(to_viewer, axis=1, keepdims=True)
@@ -73,5 +116,5 @@ def phong(
     mirrored = 2 * facing[:, None] * normal - to_sun
     highlight = np.maximum(np.einsum("ni,ni->n", mirrored, to_viewer), 0) ** np.maximum(shininess, 1)
     highlight = np.where(facing > 0, specular * highlight, 0)
-    everywhere = ambient * (0.75 + 0.25 * (normal @ up))[:, None]
-    return albedo * (everywhere + sun * np.maximum(facing, 0)[:, None]) + sun * highlight[:, None]
+    from_everywhere = ambient * (0.75 + 0.25 * (normal @ up))[:, None]
+    return albedo * (from_everywhere + sun * np.maximum(facing, 0)[:, None]) + sun * highlight[:, None]

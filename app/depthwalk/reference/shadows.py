@@ -1,4 +1,9 @@
-"""Twin of shaders/common/shadow_map.glsl and of what looks there."""
+"""Look-ups in shadow maps: twin of shaders/common/shadow_map.glsl and of the shaders that look up maps by it.
+
+A point is lit where nothing is nearer to the light; averaging that answer over neighbouring texels softens the edges
+(percentage-closer filtering: Reeves, Salesin and Cook 1987, "Rendering Antialiased Shadows with Depth Maps"). Points
+are moved along their normals first, so that the filter does not find the surface itself in front of them.
+"""
 
 import numpy as np
 
@@ -8,15 +13,54 @@ from depthwalk.types import Array
 
 
 def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filter_width: int, error: float) -> Array:
-    """Points (n, 3) moved along normals (n, 3) so far that a plane does not shadow itself. normal, axis (3,): unit, the
-    latter the map's; texel: metres, of each point (n,) or of all; filter_width, error: texels."""
+    """Move points along their normals so far that a plane does not shadow itself.
+
+    Over half of the filter's width a plane comes nearer to the light by that times the tangent of its slope, which a
+    move along the normal by that times the sine makes up for. Half a texel more is for what lies between texels.
+
+    Parameters
+    ----------
+    point
+        (n, 3) points of surfaces, metres, world.
+    normal
+        (n, 3) their unit normals, world.
+    axis
+        (3,) unit vector along which the map looks, world.
+    texel
+        What a texel covers, metres: for each point (n,), or for all.
+    filter_width
+        Width of the filter, texels.
+    error
+        By how much the surfaces in the map may be off, texels.
+
+    Returns
+    -------
+    Array
+        (n, 3), metres, world.
+    """
     sine = np.linalg.norm(np.cross(normal, axis), axis=1)
     return np.asarray(point + normal * np.atleast_1d(texel * (0.5 * filter_width * sine + 0.5 + error))[:, None])
 
 
 def light_share(depth: Array, view: MapView, point: Array, filter_width: int) -> Array:
-    """What part of the light (n,) reaches points (n, 3), world, moved as by `lifted`; NaN outside the map. depth:
-    (resolution, resolution), row 0 at the bottom."""
+    """Return what part of the light reaches points, by a filtered look-up in the map.
+
+    Parameters
+    ----------
+    depth
+        (resolution, resolution) depths of the map, 0 to 1, row 0 at the bottom.
+    view
+        What the map sees.
+    point
+        (n, 3) points, world, metres, moved as by `lifted`.
+    filter_width
+        Width of the filter, texels.
+
+    Returns
+    -------
+    Array
+        (n,), 0 to 1; NaN outside the map, and so near its edges that the filter would leave it.
+    """
     clip_from_centre = matrix_array(view.clip_from_centre)
     clip = (point - np.array(view.centre)) @ clip_from_centre[:, :3].T + clip_from_centre[:, 3]
     at = clip[:, :3] / clip[:, 3:] / 2 + 0.5
@@ -26,10 +70,10 @@ def light_share(depth: Array, view: MapView, point: Array, filter_width: int) ->
     inside = (clip[:, 3] > 0) & (np.abs(at - 0.5) <= 0.5 - margin * np.array([1, 1, 0])).all(1)
     texels = at[:, None, :2] * view.resolution + np.stack([x.ravel(), y.ravel()], -1) - 0.5
     low = np.floor(np.where(inside[:, None, None], texels, 0)).astype(int)
-    part = texels - low
+    fraction = texels - low
     share = np.zeros(len(point))
-    for corner in np.ndindex(2, 2):
+    for corner in np.ndindex(2, 2):  # bilinear comparison, as the hardware does it
         column, row = np.clip(low + corner, 0, view.resolution - 1).transpose(2, 0, 1)
-        weight = np.abs(1 - np.array(corner) - part).prod(-1)
+        weight = np.abs(1 - np.array(corner) - fraction).prod(-1)
         share += (weight * (at[:, 2:] <= depth[row, column])).mean(1)
     return np.where(inside, share, np.nan)

@@ -1,4 +1,9 @@
-"""Twin of shaders/smaa/line.glsl: what a line cuts off the pixels along an edge."""
+"""The areas behind subpixel morphological anti-aliasing: twin of shaders/smaa/line.glsl.
+
+SMAA (Jimenez et al. 2012, "SMAA: Enhanced Subpixel Morphological Antialiasing", §4.2) sees the jagged edge of pixels as
+a line, and blends every pixel along the edge by the area which that line cuts off. It looks the areas up in a
+precomputed table; the shader and this twin compute them in closed form.
+"""
 
 import numpy as np
 
@@ -6,18 +11,31 @@ from depthwalk.types import Array
 
 
 def areas_cut(before: Array, after: Array, heights: Array) -> Array:
-    """Areas (n, 2), 0 to ½, that a line cuts off the pixels above and below an edge of pixels, which begins `before`
-    (n,) pixels earlier and ends `after` (n,) later (Jimenez et al. 2012, §4.2, where they come from a table).
+    """Return the areas that a line cuts off the pixels above and below an edge of pixels.
 
-    heights: (n, 2), of the line at the ends: ½ where the edge goes on a row above, −½ below, 0 where it does not. The
-    line crosses the edge in the middle.
+    The line crosses the edge in its middle, so that each half of it cuts off a wedge.
+
+    Parameters
+    ----------
+    before
+        (n,) pixels from the edge's beginning to the pixel.
+    after
+        (n,) pixels from the pixel to the edge's end.
+    heights
+        (n, 2) height of the line at the edge's beginning and end, pixels: ½ where the edge goes on a row above, −½
+        where it goes on a row below, 0 where it does not go on.
+
+    Returns
+    -------
+    Array
+        (n, 2), 0 to ½, squared pixels: of the pixel above the edge, and of that below.
     """
-    reach = before + 1 + after
-    wedges = np.stack([_wedge(before, reach), _wedge(after, reach)], -1)
-    return np.stack([(wedges * np.maximum(way * heights, 0)).sum(-1) for way in (1, -1)], -1)
+    length = before + 1 + after
+    wedges = np.stack([_wedge(before, length), _wedge(after, length)], -1)
+    return np.stack([(wedges * np.maximum(side * heights, 0)).sum(-1) for side in (1, -1)], -1)
 
 
-def _wedge(start: Array, reach: Array) -> Array:
-    """The area (n,) from `start` to `start` + 1 below a line that falls from 1 at 0 to 0 at half of `reach`."""
-    low, high = np.minimum(start, reach / 2), np.minimum(start + 1, reach / 2)
-    return (high - high**2 / reach) - (low - low**2 / reach)
+def _wedge(start: Array, length: Array) -> Array:
+    """Return the area (n,) from `start` to `start` + 1 below a line that falls from 1 at 0 to 0 at half of `length`."""
+    low, high = np.minimum(start, length / 2), np.minimum(start + 1, length / 2)
+    return (high - high**2 / length) - (low - low**2 / length)

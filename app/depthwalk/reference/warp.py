@@ -1,4 +1,9 @@
-"""Twin of shaders/warp/warp.vert and of the reconstruction in composite.frag."""
+"""The warp of depth images: twin of shaders/warp/warp.vert, and of how shaders/composite/composite.frag undoes it.
+
+A depth sample moves within a plane that touches its object, toward the epipole, the foot of the viewer on that plane
+(Liu, Liu and Wu 2007, §2.2 and §3.2). A position X on the plane shows the point P for which X lies on the ray from the
+viewer C through P; λ = 1 − Table(depth) tells how far along that ray the point is.
+"""
 
 import numpy as np
 
@@ -7,13 +12,40 @@ from depthwalk.types import Array
 
 
 def table(depth: Array, distance: float) -> Array:
-    """Table(depth) = 1 / (1 + D_t / depth): the part of the way to the epipole that a sample moves (Liu et al. 2007,
-    §2.2). depth (…) behind the plane and distance D_t of the viewer to it, metres; 0 at depth 0."""
+    """Return Table(depth) = 1 / (1 + D_t / depth): the part of the way to the epipole that a sample moves (§2.2).
+
+    Parameters
+    ----------
+    depth
+        Depth of the samples behind the plane, metres, any shape.
+    distance
+        D_t, distance of the viewer to the plane, metres.
+
+    Returns
+    -------
+    Array
+        0 to 1, of the shape of `depth`; 0 for samples on the plane, which do not move.
+    """
     return depth / (depth + distance)
 
 
 def warp(points: Array, planes: Planes) -> tuple[Array, Array]:
-    """Positions (n, 2) on the plane relative to the epipole, and λ = 1 − Table (n,), of one point (n, 3) per plane."""
+    """Warp one point per plane: X − e = λ (S − e), with S the foot of the point on the plane and e the epipole.
+
+    Parameters
+    ----------
+    points
+        (n, 3) points in the frames of their objects, metres.
+    planes
+        The n planes that the points are warped in.
+
+    Returns
+    -------
+    position : Array
+        (n, 2) on the plane, in its axes `right` and `up`, relative to the epipole, metres.
+    lam : Array
+        (n,) λ = D_t / (D_t + depth) = 1 − Table(depth).
+    """
     depth = planes.offset - np.einsum("ni,ni->n", points, planes.normal)
     lam = planes.distance / (planes.distance + depth)
     on_plane = np.stack([np.einsum("ni,ni->n", points, axis) for axis in (planes.right, planes.up)], -1)
@@ -21,6 +53,21 @@ def warp(points: Array, planes: Planes) -> tuple[Array, Array]:
 
 
 def unwarp(position: Array, lam: Array, viewer: Array, planes: Planes) -> Array:
-    """The point (n, 3) behind `position` (n, 2) on the plane: P = C + (X − C) / λ."""
+    """Return the points that warped positions show: P = C + (X − C) / λ, the inverse of `warp`.
+
+    Parameters
+    ----------
+    position, lam
+        What `warp` returns.
+    viewer
+        (n, 3) or (3,) the viewer C in the frames of the objects, metres.
+    planes
+        The n planes.
+
+    Returns
+    -------
+    Array
+        (n, 3) points in the frames of their objects, metres.
+    """
     ray = position[:, :1] * planes.right + position[:, 1:] * planes.up - planes.distance[:, None] * planes.normal
     return viewer + ray / lam[:, None]

@@ -1,4 +1,4 @@
-"""Which shadow maps a frame has, of sun and lamps, and what is drawn into each."""
+"""Plan the shadow maps of a frame: which maps of sun and lamps it has, and what is drawn into each."""
 
 import logging
 from collections.abc import Sequence
@@ -21,10 +21,11 @@ log = logging.getLogger(__name__)
 
 
 class ShadowPlanner:
-    """Finds what casts shadows of the objects that are `placed`; its times go to the `timers`."""
+    """Find what casts shadows among the objects of a world."""
 
-    def __init__(self, placed: RenderWorld, timers: PassTimers) -> None:
-        self._placed, self._timers = placed, timers
+    def __init__(self, world: RenderWorld, timers: PassTimers) -> None:
+        """Plan for the objects of `world`; `timers` measure how long it takes."""
+        self._world, self._timers = world, timers
         self._warned = False
 
     def plan(
@@ -37,14 +38,24 @@ class ShadowPlanner:
         uploads: FrameResidency,
         may_wait: bool,
     ) -> Shadows:
-        """Plan the maps of the sun, where it casts shadows, and of those of the `lamps` in sight that do.
+        """Plan the maps of the sun, if it casts shadows, and of the lamps in sight that do.
 
         Parameters
         ----------
-        view : near and far plane fitted.
-        magnification : pixels that a texel of a depth image may cover, see `MeshFallbackRule`.
-        uploads : brings to the GPU what casts shadows; what does not come in time casts none.
-        may_wait : whether maps of the sun may be redrawn some frames later.
+        view
+            The view, with near and far plane fitted to what it sees.
+        light
+            The light of the sun and its direction.
+        lamps
+            The lamps of the scene.
+        params
+            The settings of shadows.
+        magnification
+            Pixels that a texel of a depth image may cover, see `MeshFallbackRule`.
+        uploads
+            Brings to the GPU what casts shadows; objects that are not resident in time cast none in this frame.
+        may_wait
+            Whether maps of the sun may be redrawn some frames later.
         """
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
@@ -54,23 +65,24 @@ class ShadowPlanner:
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
             spots = [spot_of(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[MapView] = [*cascades, *spots]
-            found = [find_casters(each, self._placed.bounds()) for each in views]
+            found = [find_casters(map_view, self._world.bounds()) for map_view in views]
         with self._timers.measure_cpu("upload"):
             casters = [rows[uploads.there(rows)] for rows in found]
         with self._timers.measure_cpu("plan"):
-            scene = self._placed.arrays()
-            fewer = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)  # far from the viewer, edges are small
+            scene = self._world.arrays()
+            # Far from the viewer edges are small, so that farther maps of the sun may have fewer triangles.
+            fraction = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
             rule = MeshFallbackRule(magnification=magnification, is_resident=uploads.fallback_mesh, error=params.error)
             maps = [
-                shadow_map(each, rows, scene, rule, params.triangles_per_texel * part)
-                for each, rows, part in zip(views, casters, fewer, strict=True)
+                shadow_map(map_view, rows, scene, rule, params.triangles_per_texel * part)
+                for map_view, rows, part in zip(views, casters, fraction, strict=True)
             ]
         of_lamps = dict(zip(tiles.values(), maps[len(cascades) :], strict=True))
         of_sun = tuple(maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
     def _warn_of_lamps(self, wanted: int, allowed: int) -> None:
-        """Warn, once, that some of the lamps in sight cast no shadows, though they should."""
+        """Warn, once, that some of the lamps in sight cast no shadows though the scene wants them to."""
         if wanted > allowed > 0 and not self._warned:
             self._warned = True
             log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", wanted, allowed)

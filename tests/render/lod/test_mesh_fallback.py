@@ -164,7 +164,7 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(gl_device, ball, caplog):
 
 
 def test_large_meshes_stand_in_simplified(gl_device, dense, monkeypatch):
-    monkeypatch.setattr(depthwalk.render.resources.mesh_store, "_FEW", 1000)
+    monkeypatch.setattr(depthwalk.render.resources.mesh_store, "_MAX_UNSIMPLIFIED", 1000)
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
         walk.renderer.settings.lod.magnification = 1.0

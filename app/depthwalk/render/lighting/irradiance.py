@@ -1,4 +1,9 @@
-"""Light of sun and sky as the shaders take it."""
+"""Compute the light of sun and sky that surfaces receive, as uniforms of shaders/common/phong.glsl.
+
+Light from everywhere depends on the direction that a surface faces. It is smooth in that direction, so that nine
+numbers per colour hold it: coefficients of spherical harmonics up to the second order (Ramamoorthi and Hanrahan 2001,
+"An Efficient Representation for Irradiance Environment Maps").
+"""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -14,16 +19,28 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import Environment
 
 
-GROUND = 0.2  # part of the light that ground sends back, for the light from below: grass and soil
-_STEPS = 48  # of the sphere, from pole to pole
-POLYNOMIALS, UPRIGHT_POLYNOMIALS = 9, 3  # of the normal up to the second order; those of y alone, which come first
-_NOTHING = 1e-6  # of the strongest: what no picture shows
+GROUND = 0.2  # albedo of the ground below a sky, of grass and soil, whose light comes from below
+POLYNOMIALS = 9  # polynomials of the normal, up to the second order
+UPRIGHT_POLYNOMIALS = 3  # those of the normal's y alone, which come first
+_STEPS = 48  # rows of directions from pole to pole over which light is summed
+_NEGLIGIBLE = 1e-6  # of the strongest coefficient: no picture shows so little
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lighting:
-    """to_sun: (3,), unit, world; sun: (3,), linear, what a white surface shows that faces it; ambient: (9, 3), what
-    light from everywhere adds to that, by the `polynomials` of the normal; sky: what is behind everything."""
+    """Hold the light of sun and sky.
+
+    Attributes
+    ----------
+    to_sun
+        (3,) unit vector to the sun, world.
+    sun
+        (3,) linear RGB that a white surface shows which faces the sun.
+    ambient
+        (9, 3) linear RGB that light from everywhere adds to that: coefficients of the `polynomials` of the normal.
+    sky
+        What is seen behind everything.
+    """
 
     to_sun: Array
     sun: Array
@@ -32,31 +49,32 @@ class Lighting:
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Those of shaders/common/phong.glsl. Most skies are alike all around, which is a third of the arithmetic."""
+        """Defines of shaders/common/phong.glsl: light that is alike all around takes a third of the arithmetic."""
         return ("UPRIGHT",) if self._upright else ()
 
     def uniforms(self) -> dict[str, Any]:
-        """Those of shaders/common/phong.glsl, with `defines`."""
+        """Return the uniforms of shaders/common/phong.glsl for programs with `defines`."""
         return {
             "to_sun": tuple(self.to_sun.tolist()),
             "sun": tuple(self.sun.tolist()),
-            "ambient": [
-                tuple(each) for each in self.ambient[: UPRIGHT_POLYNOMIALS if self._upright else None].tolist()
-            ],
+            "ambient": [tuple(row) for row in self.ambient[: UPRIGHT_POLYNOMIALS if self._upright else None].tolist()],
         }
 
     @cached_property
     def _upright(self) -> bool:
-        return bool(np.abs(self.ambient[UPRIGHT_POLYNOMIALS:]).max() <= _NOTHING * np.abs(self.ambient).max())
+        """Whether light from everywhere depends on the y of the normal alone."""
+        return bool(np.abs(self.ambient[UPRIGHT_POLYNOMIALS:]).max() <= _NEGLIGIBLE * np.abs(self.ambient).max())
 
 
 def lighting(environment: "Environment") -> Lighting:
-    """Derive the light of an environment's sun, and of its sky or of `ambient:`. Once per frame, for all passes."""
+    """Derive the light of an environment: of its sun, and of its sky or its constant `ambient` light.
+
+    It is done once per frame, for all passes.
+    """
     to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), sky_of(environment)
     if environment.sky is not None and environment.sky.light:
-        from_below = float(max(to_sun[1], 0)) * sun
-        x, y, z = from_below.tolist()
-        return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (x, y, z)), sky=sky)
+        red, green, blue = (float(max(to_sun[1], 0)) * sun).tolist()  # on level ground
+        return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (red, green, blue)), sky=sky)
     ambient = np.zeros((POLYNOMIALS, 3))
     constant = linear_from_srgb(environment.ambient.colour) * environment.ambient.intensity
     ambient[0], ambient[1] = 0.75 * constant, 0.25 * constant  # a little less from below
@@ -65,7 +83,11 @@ def lighting(environment: "Environment") -> Lighting:
 
 @lru_cache(maxsize=8)
 def skylight(sky: Sky, ground_sun: Triple) -> Array:
-    """`irradiance` of a sky over ground that reflects `GROUND` of its light and of the sun's, which shows it white."""
+    """Return the `irradiance` (9, 3) of a sky above ground that reflects it.
+
+    The ground reflects `GROUND` of the sky's light and of the sun's. ground_sun: linear RGB that white level ground
+    shows of the sun.
+    """
     direction, _ = sphere_directions()
     above = direction[:, 1] > 0
     radiance = np.where(above[:, None], sky.radiance(direction), 0)
@@ -74,28 +96,40 @@ def skylight(sky: Sky, ground_sun: Triple) -> Array:
 
 
 def polynomials(normal: Array) -> Array:
-    """Spherical harmonics up to the second order, not normalised, (n, 9), of normals (n, 3); those of y alone first."""
+    """Return spherical harmonics up to the second order, not normalised, of unit normals.
+
+    normal: (n, 3). Returns (n, 9), the three that depend on y alone first.
+    """
     x, y, z = normal.T
     return np.column_stack([np.ones_like(x), y, 3 * y * y - 1, x, z, x * x - z * z, x * y, y * z, z * x])
 
 
 def irradiance(radiance: Array) -> Array:
-    """What white surfaces show, (9, 3) by `polynomials` of their normal, where the `sphere_directions` send a linear
-    radiance (n, 3).
+    """Project the light from all directions onto `polynomials` of a surface's normal.
 
-    Ramamoorthi and Hanrahan 2001, "An Efficient Representation for Irradiance Environment Maps": each order of the
-    radiance counts 1, 2/3 and 1/4, what is beyond hardly at all.
+    The cosine of Lambert's law multiplies the orders of the radiance by 1, 2/3 and 1/4, and hardly lets through higher
+    ones (Ramamoorthi and Hanrahan 2001).
+
+    Parameters
+    ----------
+    radiance
+        (n, 3) linear RGB from each of the `sphere_directions`.
+
+    Returns
+    -------
+    Array
+        (9, 3) coefficients: `polynomials(normal) @ irradiance(radiance)` is what white surfaces show.
     """
     direction, weight = sphere_directions()
     basis = polynomials(direction)
-    square = weight * (basis**2).sum(0)
-    counts = np.array([1, 2 / 3, 1 / 4, 2 / 3, 2 / 3, *[1 / 4] * 4])
-    return (counts / square * weight)[:, None] * (basis.T @ radiance)
+    norm = weight * (basis**2).sum(0)
+    lambert = np.array([1, 2 / 3, 1 / 4, 2 / 3, 2 / 3, *[1 / 4] * 4])  # by the order of each polynomial
+    return np.asarray((lambert / norm * weight)[:, None] * (basis.T @ radiance))
 
 
 @lru_cache(maxsize=1)
 def sphere_directions() -> tuple[Array, float]:
-    """Directions (n, 3) that share the sphere evenly, and the solid angle of each."""
+    """Return unit vectors (n, 3) that share the sphere evenly, and the solid angle of each, steradians."""
     y = 1 - (np.arange(_STEPS) + 0.5) * 2 / _STEPS
     turn = (np.arange(2 * _STEPS) + 0.5) * np.pi / _STEPS
     level = np.sqrt(1 - y * y)[:, None]

@@ -1,8 +1,8 @@
-"""Point and spot lights as the shaders take them: records, and a list of those that reach each cell of the view.
+"""Sort lamps into clusters of the view: records of the lamps in sight, and a list of those that reach each cluster.
 
-Cells are squares of the picture, sliced by distance (Olsson, Billeter and Assarsson 2012, "Clustered Deferred and
-Forward Shading"). A pixel goes through the list of its own and reads the G-buffer once, where drawing each lamp's
-rectangle would read it, and blend, once per lamp.
+A cluster is a square of the picture, sliced by distance (Olsson, Billeter and Assarsson 2012, "Clustered Deferred and
+Forward Shading"). A pixel goes through the list of its cluster and reads the G-buffer once, where drawing a rectangle
+for each lamp would read it, and blend, once per lamp. The shaders' side of it is shaders/light/lamps.glsl.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,23 +23,42 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
 
-SQUARE = 32  # pixels
-SLICES_PER_DOUBLING = 2  # of the distance
+SQUARE = 32  # pixels, edge of a cluster in the picture
+SLICES_PER_DOUBLING = 2  # slices in which the distance doubles
 SLICES = 16  # the first ends at √2 m, each of the others √2 times as far as the one before; the last has no end
 FADE = 0.8  # part of a cone's angle within which it is as bright as it gets
-# Where it is, relative to the viewer, and its range; its light at 1 m, linear, and the cosine at which its cone ends;
-# where it shines, and 1 over how much more the cosine is where the cone is brightest; to the right across its shadow
-# map, 1 over half the map's width at 1 m long, and the map's tile, −1 for none.
+
 LAMP_RECORD = np.dtype([("place", "4f4"), ("light", "4f4"), ("cone", "4f4"), ("shadow", "4f4")])
+"""A lamp as shaders fetch it.
+
+place: its position relative to the viewer, metres, and its range, metres. light: its linear RGB at 1 m, and the cosine
+at which its cone ends. cone: the unit vector in which it shines, and 1 over the difference between the cosines where
+the cone is brightest and where it ends. shadow: the vector to the right across its shadow map, as long as 1 over half
+the map's width at 1 m, and the map's tile, −1 for none.
+"""
+
 NUMBERS_RECORD = np.dtype([("numbers", "4f4")])
-_NONE: Mapping[int, int] = MappingProxyType({})
+"""Four numbers as shaders fetch them."""
+
+_NO_TILES: Mapping[int, int] = MappingProxyType({})
 
 
 @dataclass(frozen=True, kw_only=True)
 class LightClusters:
-    """records: (n,) LAMP_RECORD of those in sight; cells: (k,) NUMBERS_RECORD, slice by slice, row by row from the
-    lower left: the first in the list, how many, and how many of these have shadow maps, which come first; lists: their
-    numbers, four to a NUMBERS_RECORD; across: columns and rows of squares."""
+    """Hold the lamps of a view, by cluster.
+
+    Attributes
+    ----------
+    records
+        (n,) LAMP_RECORD of the lamps in sight.
+    cells
+        (k,) NUMBERS_RECORD of the clusters, slice by slice, row by row from the lower left: where its list begins, how
+        many lamps are in it, and how many of these have shadow maps, which come first.
+    lists
+        The rows of `records` in all lists, four to a NUMBERS_RECORD.
+    across
+        Columns and rows of squares.
+    """
 
     records: NDArray[np.void]
     cells: NDArray[np.void]
@@ -47,8 +66,18 @@ class LightClusters:
     across: tuple[int, int]
 
 
-def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int, int] = _NONE) -> LightClusters:
-    """tiles: those of the shadow maps of the lights, by their numbers, that have one."""
+def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int, int] = _NO_TILES) -> LightClusters:
+    """Find the lamps that may light something in sight, and sort them into clusters.
+
+    Parameters
+    ----------
+    view
+        The view of the picture.
+    lights
+        All lamps of the scene.
+    tiles
+        The tile of the shadow map of each lamp that has one, by its number among `lights`.
+    """
     position = np.array([light.position for light in lights], float).reshape(-1, 3)
     bounds = Bounds(position, np.array([light.range for light in lights], float))
     low, high = extents(view, bounds)
@@ -56,14 +85,14 @@ def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int
     seen = np.flatnonzero((forward + bounds.bounding_radius > 0) & (low < high).all(1))
     mapped = np.isin(seen, list(tiles))
     seen = np.concatenate([seen[mapped], seen[~mapped]])
-    forward, reach = forward[seen, None], bounds.bounding_radius[seen, None]
+    forward, radius = forward[seen, None], bounds.bounding_radius[seen, None]
     across = -(-view.size[0] // SQUARE), -(-view.size[1] // SQUARE)
     shape = *across, SLICES
     first, last = (
         np.column_stack(
             [(corner[seen] + 1) / 2 * view.size / SQUARE, SLICES_PER_DOUBLING * np.log2(np.maximum(distance, 1))]
         )
-        for corner, distance in ((low, forward - reach), (high, forward + reach))
+        for corner, distance in ((low, forward - radius), (high, forward + radius))
     )
     numbers, counts = lamps_by_cluster(first, last, shape)
     cells = np.zeros(len(counts), NUMBERS_RECORD)
@@ -80,7 +109,7 @@ def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int
 
 
 def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]:
-    """Of lights without shadow maps."""
+    """Return LAMP_RECORDs (n,) of lamps as if they had no shadow maps, relative to the viewer of `view`."""
     records = np.zeros(len(lights), LAMP_RECORD)
     if not lights:
         return records
@@ -92,7 +121,7 @@ def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]
     records["place"][:, :3] = np.array([light.position for light in lights], float) - view.position
     records["place"][:, 3] = [light.range for light in lights]
     records["light"][:, :3] = colour * np.array([light.intensity for light in lights])[:, None]
-    records["light"][:, 3] = np.where(spot, edge, -3)  # all directions are a cone's middle
+    records["light"][:, 3] = np.where(spot, edge, -3)  # every direction is in the middle of a point light's cone
     records["cone"][:, :3] = axis / np.linalg.norm(axis, axis=1, keepdims=True)
     records["cone"][:, 3] = np.where(spot, 1 / (full - edge), 1)
     records["shadow"][:, 3] = -1
@@ -102,15 +131,29 @@ def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]
 def lamps_by_cluster(
     first: Array, last: Array, shape: tuple[int, int, int]
 ) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
-    """Numbers (m,) of n boxes, cell by cell, and how many there are in each of the cells. first, last: (n, 3), where
-    the boxes begin and end, in columns, rows and slices of cells; shape: how many there are of these."""
+    """List, cluster by cluster, the boxes that overlap it.
+
+    Parameters
+    ----------
+    first, last
+        (n, 3) where the boxes of lamps begin and end, in columns, rows and slices of clusters.
+    shape
+        How many columns, rows and slices there are.
+
+    Returns
+    -------
+    numbers
+        (m,) rows of boxes, those of the first cluster first, rising within each.
+    counts
+        How many of these belong to each cluster, column by column within a row, row by row within a slice.
+    """
     begin = np.clip(np.floor(first).astype(int), 0, np.array(shape) - 1)
     size = np.clip(np.floor(last).astype(int), 0, np.array(shape) - 1) - begin + 1
-    each = size.prod(1)
-    number = np.repeat(np.arange(len(each)), each)
-    left = np.arange(len(number)) - np.repeat(np.cumsum(each) - each, each)
-    cell, stride = np.zeros_like(number), 1
-    for axis, cells in enumerate(shape):
-        cell += stride * (begin[number, axis] + left % size[number, axis])
-        left, stride = left // size[number, axis], stride * cells
-    return number[np.argsort(cell, kind="stable")], np.bincount(cell, minlength=stride)
+    volume = size.prod(1)
+    number = np.repeat(np.arange(len(volume)), volume)
+    within = np.arange(len(number)) - np.repeat(np.cumsum(volume) - volume, volume)  # counts the clusters of each box
+    cluster, stride = np.zeros_like(number), 1
+    for axis, length in enumerate(shape):
+        cluster += stride * (begin[number, axis] + within % size[number, axis])
+        within, stride = within // size[number, axis], stride * length
+    return number[np.argsort(cluster, kind="stable")], np.bincount(cluster, minlength=stride)

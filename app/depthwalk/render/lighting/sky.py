@@ -1,4 +1,9 @@
-"""The sky's radiance by direction: two colours, or daylight. Twin of shaders/common/sky.glsl."""
+"""Model the sky: its radiance by direction, as two colours or as daylight, and the colour of the sun.
+
+Daylight is the analytic model of Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight". Here it
+is evaluated for many directions at once, for the light that falls on surfaces; shaders/common/sky.glsl evaluates the
+same per pixel, from the uniforms that a sky gives it.
+"""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,9 +18,9 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, float, float]
 
-# A white surface that faces a sun of intensity 1 shows 1: 128 klx above the air, in kcd/m².
+# A white surface that faces a sun of intensity 1 shows 1: above the air 128 klx, which it reflects as so many kcd/m².
 _WHITE = 128 / np.pi
-# Preetham, Shirley and Smits 1999, appendix A.2: A to E of Y, x and y, times turbidity and 1.
+# Preetham et al., appendix A.2: coefficients A to E of luminance Y and chromaticity x and y, by turbidity and 1.
 _PEREZ = np.array(
     [
         [[0.1787, -1.4630], [-0.0193, -0.2592], [-0.0167, -0.2608]],
@@ -25,7 +30,8 @@ _PEREZ = np.array(
         [[-0.0670, 0.3703], [-0.0033, 0.0452], [-0.0109, 0.0529]],
     ]
 )
-# x and y of the zenith: rows by turbidity², turbidity, 1; columns by the sun's angle from the zenith³ to 1.
+# Chromaticity x and y at the zenith (appendix A.2): rows by turbidity², turbidity, 1; columns by θ³, θ², θ, 1 of the
+# sun's angle θ from the zenith.
 _ZENITH = np.array(
     [
         [
@@ -40,32 +46,53 @@ _ZENITH = np.array(
         ],
     ]
 )
+# CIE XYZ to linear RGB of Rec. 709; shaders read it.
 RGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
-_WAVELENGTHS = np.array([0.68, 0.55, 0.44])  # µm, that stand for red, green and blue
-_TWILIGHT = np.radians(3.0)  # what the sun sinks while the light of the sky falls to a tenth
+_WAVELENGTHS = np.array([0.68, 0.55, 0.44])  # µm; they stand for red, green and blue
+_TWILIGHT = np.radians(3.0)  # by which the sun sinks below the horizon while the sky's light falls to a tenth
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gradient:
-    """Linear colours at zenith and horizon."""
+    """A sky of two colours, mixed by the square root of the height.
+
+    Attributes
+    ----------
+    zenith, horizon
+        Linear RGB straight up, and at the horizon and below it.
+    defines
+        Those of shaders/common/sky.glsl.
+    """
 
     zenith: Triple
     horizon: Triple
     defines: tuple[str, ...] = ()
 
     def radiance(self, direction: Array) -> Array:
-        """Linear RGB (n, 3) by direction (n, 3), unit, world."""
+        """Return linear RGB (n, 3) by direction (n, 3), unit, world."""
         rise = np.sqrt(np.clip(direction[:, 1:2], 0, 1))
-        return np.array(self.horizon) * (1 - rise) + np.array(self.zenith) * rise
+        return np.asarray(np.array(self.horizon) * (1 - rise) + np.array(self.zenith) * rise)
 
     def uniforms(self) -> dict[str, Any]:
+        """Return the uniforms of shaders/common/sky.glsl for programs with `defines`."""
         return {"zenith": self.zenith, "horizon": self.horizon}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Daylight:
-    """perez: A to E of Y, x and y, each; at_zenith: Y, x and y there over Perez' function; sun: to it, unit, not below
-    the horizon."""
+    """A clear to hazy sky about the sun.
+
+    Attributes
+    ----------
+    perez
+        Five coefficients A to E of Perez' function, each for Y, x and y.
+    at_zenith
+        Y, x and y of the zenith, each divided by Perez' function there.
+    sun
+        Unit vector to the sun, world, not below the horizon.
+    defines
+        Those of shaders/common/sky.glsl.
+    """
 
     perez: tuple[Triple, ...]
     at_zenith: Triple
@@ -73,13 +100,14 @@ class Daylight:
     defines: tuple[str, ...] = ("PREETHAM",)
 
     def radiance(self, direction: Array) -> Array:
-        """Linear RGB (n, 3) by direction (n, 3), unit, world; below the horizon as at it."""
+        """Return linear RGB (n, 3) by direction (n, 3), unit, world; below the horizon the horizon's colour goes on."""
         up, cosine = np.maximum(direction[:, 1], 1e-3), np.clip(direction @ np.array(self.sun), -1, 1)
         luminance, x, y = (np.array(self.at_zenith) * _perez(np.array(self.perez), up, cosine)).T
         xyz = (luminance / y)[:, None] * np.column_stack([x, y, 1 - x - y])
-        return np.maximum(xyz @ RGB_FROM_XYZ.T, 0)
+        return np.asarray(np.maximum(xyz @ RGB_FROM_XYZ.T, 0))
 
     def uniforms(self) -> dict[str, Any]:
+        """Return the uniforms of shaders/common/sky.glsl for programs with `defines`."""
         return {"perez": list(self.perez), "at_zenith": self.at_zenith, "sky_sun": self.sun}
 
 
@@ -87,21 +115,35 @@ Sky = Gradient | Daylight
 
 
 def _perez(coefficients: Array, up: Array, cosine: Array) -> Array:
-    """Perez' function (n, 3), of (5, 3) coefficients; up: cosine (n,) of the angle from the zenith; cosine: (n,), of
-    that from the sun."""
+    """Return Perez' function, how bright the sky is by direction (Perez et al. 1993).
+
+    Parameters
+    ----------
+    coefficients
+        (5, 3) A to E, of Y, x and y.
+    up
+        (n,) cosine of the angle between direction and zenith, above 0.
+    cosine
+        (n,) cosine of the angle between direction and sun.
+
+    Returns
+    -------
+    Array
+        (n, 3) for Y, x and y, up to a factor.
+    """
     a, b, c, d, e = coefficients
     up, cosine = up[:, None], cosine[:, None]
-    return (1 + a * np.exp(b / up)) * (1 + c * np.exp(d * np.arccos(cosine)) + e * cosine**2)
+    return np.asarray((1 + a * np.exp(b / up)) * (1 + c * np.exp(d * np.arccos(cosine)) + e * cosine**2))
 
 
 def direction_to_sun(environment: "Environment") -> Array:
-    """Unit vector (3,), world."""
+    """Return the unit vector (3,) to the sun, world."""
     to_sun = -np.asarray(environment.sun.direction, float)
-    return to_sun / np.linalg.norm(to_sun)
+    return np.asarray(to_sun / np.linalg.norm(to_sun))
 
 
 def sky_of(environment: "Environment") -> Sky:
-    """What is behind everything; the plain background where there is no sky."""
+    """Return the sky of an environment, which is seen behind everything; where it has none, its plain background."""
     sky = environment.sky
     if sky is None:
         background = _triple(linear_from_srgb(environment.background))
@@ -112,7 +154,17 @@ def sky_of(environment: "Environment") -> Sky:
 
 
 def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
-    """The sky about a sun at to_sun (3,), of an intensity that, above the air, shows a white surface as bright."""
+    """Return the daylight sky about a sun (Preetham et al., appendix A.2).
+
+    Parameters
+    ----------
+    to_sun
+        (3,) unit vector to the sun, world. Below the horizon the sky darkens, with its colours those of sunset.
+    turbidity
+        Haze: 2 is very clear air, 10 very hazy.
+    intensity
+        Brightness of a white surface that faces the sun above the air.
+    """
     level = np.array([to_sun[0], max(to_sun[1], 0.0), to_sun[2]])
     level = level / np.linalg.norm(level) if level.any() else np.array([1.0, 0, 0])
     angle = float(np.arccos(level[1]))  # of the sun from the zenith
@@ -126,8 +178,11 @@ def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
 
 
 def sunlight(environment: "Environment") -> Array:
-    """Linear RGB (3,) that a white surface shows which faces the sun: what the air leaves of it in a daylight sky, by
-    molecules and by haze (Preetham et al., appendix A.1; without ozone, gases and water)."""
+    """Return the linear RGB (3,) that a white surface shows which faces the sun.
+
+    In a daylight sky the air takes some of it, by molecules and by haze (Preetham et al., appendix A.1, without ozone,
+    gases and water vapour): a low sun is red.
+    """
     sun = linear_from_srgb(environment.sun.colour) * environment.sun.intensity
     if environment.sky is None or environment.sky.model == "gradient":
         return sun
@@ -136,14 +191,15 @@ def sunlight(environment: "Environment") -> Array:
     mass = 1 / (max(to_sun[1], 0.0) + 0.15 * (93.885 - angle) ** -1.253)
     haze = 0.04608 * environment.sky.turbidity - 0.04586
     lost = 0.008735 * _WAVELENGTHS**-4.08 + haze * _WAVELENGTHS**-1.3
-    return sun * np.exp(-lost * mass) * _twilight(to_sun)
+    return np.asarray(sun * np.exp(-lost * mass) * _twilight(to_sun))
 
 
 def _twilight(to_sun: Array) -> float:
-    """What is left of the light of a sun below the horizon: a rule of thumb, the model ends there."""
+    """Return the part of the light that is left of a sun below the horizon, where the model ends: a rule of thumb."""
     return float(10 ** (min(np.arcsin(np.clip(to_sun[1], -1, 1)), 0.0) / _TWILIGHT))
 
 
 def _triple(values: Array) -> Triple:
+    """Return three numbers (3,) as a tuple, which can be hashed and set as a uniform."""
     x, y, z = np.asarray(values, float).tolist()
     return x, y, z

@@ -1,5 +1,8 @@
-"""Assets on the GPU: depth images as grids and pages, meshes as vertex buffers. Loaded when first drawn; depth images
-that are not seen give way to others within a budget of memory."""
+"""Keep assets on the GPU within a budget of memory.
+
+Assets are uploaded when they are first drawn. Depth objects, and the meshes that are drawn in their stead, give way to
+others when they are not needed and the budget is used up; those not used for longest go first.
+"""
 
 import logging
 import time
@@ -24,55 +27,87 @@ log = logging.getLogger(__name__)
 
 
 class Library(MeshLibrary, Protocol):
-    """Where the renderer gets assets from, by number; it never reads files itself."""
+    """Describe where the renderer gets assets from, by number; it never reads files itself."""
 
-    def __len__(self) -> int: ...
-    def has_baked(self, asset: int) -> bool: ...
-    def has_mesh(self, asset: int) -> bool: ...
-    def cook_object(self, assets: Sequence[int]) -> None: ...
-    def key(self, asset: int) -> str: ...  # of its depth images, by which what is made of them is kept; "": nowhere
-    def baked(self, asset: int) -> BakedModel | None: ...
-    def texture(self, path: Path) -> NDArray[np.uint8]: ...
+    def __len__(self) -> int:
+        """Return the number of assets."""
+        ...
+
+    def has_baked(self, asset: int) -> bool:
+        """Return whether an asset has depth images, without making them."""
+        ...
+
+    def has_mesh(self, asset: int) -> bool:
+        """Return whether an asset has a mesh, without reading it."""
+        ...
+
+    def cook_object(self, assets: Sequence[int]) -> None:
+        """Bake what is missing of the depth images of `assets`, several at a time if the library can."""
+        ...
+
+    def key(self, asset: int) -> str:
+        """Return the cache's key of an asset's depth images; "" where they are not to be kept in the cache."""
+        ...
+
+    def baked(self, asset: int) -> BakedModel | None:
+        """Return an asset's depth images, made if need be; None where it has none."""
+        ...
+
+    def texture(self, path: Path) -> NDArray[np.uint8]:
+        """Return the texels (H, W, 4) of an image file, sRGB."""
+        ...
 
 
 class AssetStore:
-    """Uploads assets and owns their GL objects. Several passes draw from it.
+    """Upload assets and own their GL objects, which several passes draw from.
 
-    Meshes go by the number of their asset. Depth objects, of which an asset may have several, are numbered from there
-    on, in the order in which they are asked for, and keep their numbers when all is released.
+    Meshes go by the number of their asset. An asset may have several depth objects, one for each part. These are
+    numbered from `first_depth` on, in the order in which they are asked for, and keep their numbers when all is
+    released.
 
-    budget: bytes of GPU memory for depth objects and the meshes that stand in for them, which `stream` keeps to;
-    before_release: called before GL objects of some go; form: of what is uploaded; to be set while it is empty.
+    Attributes
+    ----------
+    gl
+        The scope that owns everything here.
+    budget
+        Bytes of GPU memory for depth objects and fallback meshes, which `stream` keeps to.
+    before_release
+        Called before GL objects go, so that passes can release their vertex arrays over them.
+    form
+        How depth images are cooked; to be set while the store is empty.
+    meshes
+        The meshes.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
+        """Make an empty store. library: where assets come from."""
         self.gl = device.scope("assets")
         self.budget = DEFAULT_BUDGET
         self.before_release: Callable[[], None] = lambda: None
         self.form = CookOptions()
         self._library = library
-        self._assets: list[int] = []  # of each depth object
-        self._numbers: dict[int, range] = {}
+        self._assets: list[int] = []  # the asset of each depth object
+        self._numbers: dict[int, range] = {}  # of the depth objects of each asset
         self._prepared: dict[int, CookedObject] = {}
-        self._depth: dict[int, DepthObject] = {}  # the last used last
+        self._depth: dict[int, DepthObject] = {}  # in the order in which they were used
         self._warned = False
         self.meshes = MeshStore(self.gl, library)
 
     def __len__(self) -> int:
-        """One more than the largest number given."""
+        """Return one more than the largest number of an asset or depth object."""
         return len(self._library) + len(self._assets)
 
     @property
     def first_depth(self) -> int:
-        """The number from which on depth objects are numbered."""
+        """The number of the first depth object: numbers below are those of assets."""
         return len(self._library)
 
     def knows(self, asset: int) -> bool:
-        """Whether `depth_numbers` need not read the depth images of `asset`."""
+        """Return whether `depth_numbers` can answer without reading the depth images of `asset`."""
         return asset in self._numbers
 
     def depth_numbers(self, asset: int) -> range:
-        """The numbers of the depth objects that show `asset`; its depth images are read for it."""
+        """Return the numbers of the depth objects that show `asset`, whose depth images are read and cooked for it."""
         if asset not in self._numbers:
             objects, first = self._prepare(asset), len(self)
             self._assets += [asset] * len(objects)
@@ -81,42 +116,56 @@ class AssetStore:
         return self._numbers[asset]
 
     def prepared(self, number: int) -> CookedObject:
-        """What depth object `number` is, without its pixels."""
+        """Return depth object `number` as it was cooked, with its large arrays left in the cache."""
         if number not in self._prepared:
             asset = self.asset_of(number)
             self._prepared.update(zip(self._numbers[asset], self._prepare(asset), strict=True))
         return self._prepared[number]
 
     def baked(self, number: int) -> BakedObject:
-        """What depth object `number` is made of; read for it."""
+        """Return the depth images that depth object `number` was cooked of; they are read for it."""
         asset = self.asset_of(number)
         return self._model(asset).parts[number - self._numbers[asset].start]
 
     def depth_object(self, number: int) -> DepthObject:
+        """Return depth object `number`, uploaded if it was not."""
         if number not in self._depth:
             prepared = self.prepared(number)
             try:
                 grids, pages = prepared.load()
-            except OSError:  # removed from the cache or damaged since it was found there
+            except OSError:  # the cache has lost it, or it was damaged, since it was found
                 prepared = self._cook_again(number)
                 grids, pages = prepared.load()
             self._depth[number] = upload_depth(self.gl, prepared.outline, grids, pages)
         return self._depth[number]
 
     def _cook_again(self, number: int) -> CookedObject:
-        """Build what the cache has lost of the asset of depth object `number`; return that object with its arrays in
-        memory, so that a cache which fails again does no harm."""
+        """Cook the asset of depth object `number` again, whose arrays the cache has lost.
+
+        Return that object with its arrays in memory, so that a cache which fails again does no harm.
+        """
         asset = self.asset_of(number)
         objects = self._cook(asset)
         self._prepared.update(zip(self._numbers[asset], self._keep(asset, objects), strict=True))
         return objects[number - self._numbers[asset].start]
 
     def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
-        """Uploads the depth objects `needed`, in that order, and lets go of those not used for longest where the budget
-        would not hold both. Which of all numbers are there (numbers,); meshes always are.
+        """Upload what a frame needs, and release what was not used for longest where the budget would not hold both.
 
-        seconds: after which no further upload begins, so that frames stay even; None: all that is needed comes. What a
-        frame needs is never let go of: where that is more than the budget, a warning says so once.
+        What the frame needs is never released; where that alone is more than the budget, a warning says so once.
+
+        Parameters
+        ----------
+        needed
+            Numbers of the depth objects that the frame needs, the most urgent first.
+        seconds
+            Time after which no further upload begins, so that frames take equally long; None: all are uploaded.
+
+        Returns
+        -------
+        NDArray[np.bool_]
+            (len(self),) which numbers are on the GPU; those of assets, whose meshes are uploaded when they are drawn,
+            always are.
         """
         start = time.perf_counter()
         for number in needed:
@@ -129,14 +178,14 @@ class AssetStore:
                 break
             self._make_room(self.prepared(number).bytes, set(needed))
             self.depth_object(number)
-        self._make_room(0, set(needed))  # for what a frame before needed that was too much
-        there = np.ones(len(self), bool)
-        there[len(self._library) :] = [number in self._depth for number in range(len(self._library), len(self))]
-        return there
+        self._make_room(0, set(needed))  # an earlier frame may have needed more than the budget
+        resident = np.ones(len(self), bool)
+        resident[self.first_depth :] = [number in self._depth for number in range(self.first_depth, len(self))]
+        return resident
 
     @property
     def gpu_bytes(self) -> int:
-        """What depth objects, and meshes that stand in for them, take on the GPU."""
+        """Bytes of GPU memory that depth objects and fallback meshes take."""
         return sum(self._prepared[number].bytes for number in self._depth) + self.meshes.stand_in_bytes
 
     @property
@@ -145,6 +194,7 @@ class AssetStore:
         return len(self._depth)
 
     def _make_room(self, size: int, needed: set[int]) -> None:
+        """Release what is not `needed` until `size` more bytes fit into the budget, or nothing is left to release."""
         if self.gpu_bytes + size <= self.budget:
             return
         unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted
@@ -162,40 +212,42 @@ class AssetStore:
             log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
 
     def asset_of(self, number: int) -> int:
-        """The asset that depth object `number` shows, or a part of which."""
+        """Return the asset that depth object `number` shows, or shows a part of."""
         return self._assets[number - len(self._library)]
 
     def _model(self, asset: int) -> BakedModel:
+        """Return the depth images of an asset. Raises LookupError where it has none."""
         model = self._library.baked(asset)
         if model is None:
             raise LookupError(f"asset {asset} has no depth images")
         return model
 
     def _prepare(self, asset: int) -> tuple[CookedObject, ...]:
-        """From the cache; else it is built and the cache keeps it."""
+        """Return the cooked objects of an asset from the cache; cook them, and let the cache keep them, if need be."""
         key = self._library.key(asset)
         objects = find_cooked(key, self.form) if key else None
         return self._keep(asset, self._cook(asset)) if objects is None else objects
 
     def _cook(self, asset: int) -> tuple[CookedObject, ...]:
-        """What is made of the asset's depth images, in memory."""
+        """Cook the depth images of an asset, with all arrays in memory."""
         return tuple(cook_object(part, self.form) for part in self._model(asset).parts)
 
     def _keep(self, asset: int, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-        """The same, kept in the cache and read from there where that is possible."""
-        key = self._library.key(asset)  # asked for again: the asset's file may have changed before it was baked
+        """Let the cache keep cooked objects; return them with their arrays there, or as they are where it cannot."""
+        key = self._library.key(asset)  # another one if the asset's file was replaced before it was baked
         if key:
             try:
                 return keep_cooked(key, self.form, objects)
-            except OSError as error:  # they stay in memory
+            except OSError as error:  # then they stay in memory
                 log.warning("cannot keep what was prepared of depth images: %s", error)
         return objects
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
-        """Texels (H, W, 4) of an image file, sRGB; one white texel for None."""
+        """Return the texels (H, W, 4) of an image file, sRGB; one white texel for None."""
         return WHITE if path is None else self._library.texture(path)
 
     def release(self) -> None:
+        """Release everything; what is drawn later is uploaded again."""
         self.before_release()
         self.gl.release()
         self._depth.clear()

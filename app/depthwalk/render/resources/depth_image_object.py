@@ -1,4 +1,8 @@
-"""Depth images on the GPU: grids as vertex and index buffers, pages as pictures, and the uniforms that tell of them."""
+"""Upload depth images: geometry as vertex and index buffers, colours and normals as virtual textures, and uniforms.
+
+A baked object is drawn in two steps. Its geometry is warped into an impostor or drawn straight into the picture; that
+needs `use_geometry`. Later each pixel looks up the surface that it shows; that needs `use_surface`.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,12 +24,33 @@ from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Program
 from depthwalk.scene.render_settings import LodParams
 
-_SETBACK = 0.5  # texels; 0, 0.5, 1 and 2 were tried on five models, and most alike were the pictures at 0.5
+# Texels by which boundary strips are set back: they guess how a surface goes on, and give way to samples of it. Of 0,
+# 0.5, 1 and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.
+_SETBACK = 0.5
 
 
-@dataclass
+@dataclass(kw_only=True)
 class DepthObject:
-    """A baked object on the GPU."""
+    """Hold a baked object on the GPU, whose GL objects belong to the asset store.
+
+    Attributes
+    ----------
+    vertices, indices, index_type, chunks
+        Its geometry at all levels: samples as `cook.lod_geometry` packs them, and indices in chunks that are small
+        enough for 16 bits.
+    normals, colours, tints, page_table
+        The virtual texture: pictures of its tiles, and the table that says where a tile lies in them.
+    meso
+        The tile of relief; one texel where it has none.
+    geometry
+        Uniforms of the vertex stage.
+    colour_defines
+        Defines of shaders/common/pages.glsl: which colours the object has.
+    surface
+        Uniforms of shaders/common/depth_images.glsl and shaders/common/pages.glsl.
+    relief
+        Uniforms of shaders/common/meso.glsl and shaders/common/faces.glsl.
+    """
 
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
@@ -36,29 +61,40 @@ class DepthObject:
     tints: moderngl.Texture
     page_table: moderngl.TextureArray
     meso: moderngl.Texture
-    geometry: dict[str, Any]  # uniforms of the vertex stage
-    colour_defines: tuple[str, ...]  # of common/virtual_texture.glsl
-    surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/virtual_texture.glsl
-    relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
+    geometry: dict[str, Any]
+    colour_defines: tuple[str, ...]
+    surface: dict[str, Any]
+    relief: dict[str, Any]
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """What the shaders that draw it are told."""
+        """Defines of the shaders that draw its geometry."""
         return ("MESO",) if self.relief["meso_height"] > 0 else ()
 
     @property
     def surface_defines(self) -> tuple[str, ...]:
-        """What the shader that looks its surface up is told."""
+        """Defines of the shader that looks up its surface."""
         return *self.defines, *self.colour_defines
 
     @property
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
-        """The GL objects that are its own."""
+        """Its GL objects, which are freed when it gives way to others."""
         textures = self.normals, self.colours, self.tints, self.page_table, self.meso
         return self.vertices, self.indices, *textures
 
     def shape(self, runs: Sequence[tuple[int, int]]) -> Shape:
-        """Positions (v, 3), metres, and triangles (t, 3) of runs of indices, first and count each, read back."""
+        """Read geometry back from the GPU.
+
+        Parameters
+        ----------
+        runs
+            First index and number of indices of each run.
+
+        Returns
+        -------
+        Shape
+            Positions (v, 3), metres, object frame, and triangles (t, 3).
+        """
         low, size = (np.array(self.geometry[name], np.float32) for name in ("box_low", "box_size"))
         samples = np.frombuffer(self.vertices.read(), np.uint16).reshape(-1, 4)
         indices = np.frombuffer(self.indices.read(), self.index_type)
@@ -68,26 +104,26 @@ class DepthObject:
         return positions, triangles.reshape(-1, 3).astype(np.uint32)
 
     def array(self, arrays: AssetArrays, number: int) -> moderngl.VertexArray:
-        """The one of `arrays` that draws it; number: of this depth object."""
+        """Return the vertex array, one of `arrays`, that draws this object, whose number among all is `number`."""
         return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
 
     def draw(self, array: moderngl.VertexArray, runs: Sequence[tuple[int, int]], instances: int) -> None:
-        """Draws runs of indices, first and count each, so many times."""
+        """Draw runs of indices, first index and number of indices each, for so many instances."""
         layout, name = GRID_LAYOUT
         attribute: Any = array.program[name]
         for run in runs:
             for first, count, base in chunk_runs(self.chunks, *run):
-                # In place of a base vertex, which moderngl cannot give.
+                # In place of a base vertex, which moderngl does not offer.
                 array.bind(attribute.location, "i", self.vertices, layout, base * VERTEX_BYTES, VERTEX_BYTES)
                 array.render(vertices=count, first=first, instances=instances)
 
     def use_geometry(self, program: Program, unit: int, lod: LodParams) -> None:
-        """Binds relief and uniforms that the vertex stage reads, to a texture unit."""
+        """Bind the relief to a texture unit, and set the uniforms that the vertex stage reads."""
         self.meso.use(unit)
         program.set(meso_relief=unit, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
-        """Binds images and uniforms that `surface_at` reads, to five texture units from `first_unit` on."""
+        """Bind textures to five units from `first_unit` on, and set the uniforms that `surface_at` reads."""
         images: dict[str, moderngl.Texture | moderngl.TextureArray] = {
             "page_normals": self.normals,
             "page_colours": self.colours,
@@ -102,22 +138,34 @@ class DepthObject:
 
 
 def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: VirtualTexture) -> DepthObject:
-    """baked: without pixels, see `CookedObject`."""
+    """Upload a cooked object into a scope.
+
+    Parameters
+    ----------
+    gl
+        Owns the GL objects.
+    baked
+        What it was cooked of, whose pixels are not needed any more.
+    grids
+        Its geometry.
+    pages
+        Its virtual texture.
+    """
     images, cylinder = baked.images, baked.cylinder
     height, width = images[0].depth.shape
     texels = {face: FaceGrid(cylinder=cylinder, face=face, height=height, width=width) for face in Face}
     faces = np.array([image.face for image in images])
     pictures = {"COLOURED": pages.colours, "TINTED": pages.tints}
     return DepthObject(
-        gl.buffer(grids.vertices),
-        gl.buffer(grids.indices),
-        grids.indices.dtype,
-        grids.chunks,
-        _upload_picture(gl, pages.normals, LEVELS),
-        _upload_picture(gl, pages.colours, LEVELS),
-        _upload_picture(gl, pages.tints, LEVELS - 1),
-        gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
-        _upload_meso(gl, baked.meso),
+        vertices=gl.buffer(grids.vertices),
+        indices=gl.buffer(grids.indices),
+        index_type=grids.indices.dtype,
+        chunks=grids.chunks,
+        normals=_upload_picture(gl, pages.normals, LEVELS),
+        colours=_upload_picture(gl, pages.colours, LEVELS),
+        tints=_upload_picture(gl, pages.tints, LEVELS - 1),
+        page_table=gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
+        meso=_upload_meso(gl, baked.meso),
         geometry={
             "box_low": tuple(grids.box_low.tolist()),
             "box_size": tuple(grids.box_size.tolist()),
@@ -144,22 +192,23 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: Virtu
 
 
 def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], levels: int) -> moderngl.Texture:
-    """texels: (H, W, k); those that are signed have one component."""
+    """Upload a picture of the virtual texture, (H, W, k) and signed only if k = 1, with mip-maps up to `levels`."""
     if not texels.size:
-        texels = np.zeros((1, 1, 1), np.uint8)  # nothing looks it up
+        texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
     height, width, components = texels.shape
     layout: dict[str, Any] = {"dtype": "ni1", "internal_format": R8_SNORM} if texels.dtype == np.int8 else {}
     return gl.mipmapped_texture((width, height), components, texels.tobytes(), levels, **layout)
 
 
 def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:
+    """Upload a tile of relief, which repeats; one texel of no depth where there is none."""
     relief = np.zeros((1, 1, 3), np.float32) if meso is None else meso.relief
     texels = np.concatenate([relief, np.zeros_like(relief[..., :1])], -1).astype(np.float16)
     return gl.tiling_texture((texels.shape[1], texels.shape[0]), 4, texels.tobytes(), dtype="f2")
 
 
 def _relief(meso: Meso | None, cylinder: Cylinder) -> dict[str, Any]:
-    """Uniforms of common/meso.glsl; without meso-structure only its height of 0 is read."""
+    """Return the uniforms of shaders/common/meso.glsl; without meso-structure it reads only a height of 0."""
     if meso is None:
         return {"meso_height": 0.0}
     height, width = meso.relief.shape[:2]

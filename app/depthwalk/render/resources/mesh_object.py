@@ -1,4 +1,8 @@
-"""Meshes on the GPU: vertex buffers, textures, and whether their back faces can be seen."""
+"""Upload meshes: vertex buffers and textures, and whether back faces can be seen.
+
+A mesh may have several levels of detail. Each level is a `MeshObject` with buffers of its own; all share one
+`MeshLook`, the materials.
+"""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -12,7 +16,8 @@ from depthwalk.gpu.device import Scope
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.render.resources.meshlets import Meshlets
 
-WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of what has none
+WHITE = np.full((1, 1, 4), 255, np.uint8)  # the texture of materials without one
+# moderngl's format of a vertex, and which attributes a pass reads: all of them, all but colours, positions alone.
 PAINTED_LAYOUT = ("3f 3f 3f1 1x1 2f", "in_position", "in_normal", "in_colour", "in_uv")
 PLAIN_LAYOUT = ("3f 3f 12x", "in_position", "in_normal")
 POSITION_LAYOUT = ("3f 24x", "in_position")
@@ -20,7 +25,17 @@ _VERTEX = np.dtype([("position", "3f4"), ("normal", "3f4"), ("colour", "4u1"), (
 
 
 class MaterialLook(NamedTuple):
-    """texture: white where there is none; painted: whether that or colours of vertices show."""
+    """Hold a material on the GPU.
+
+    Attributes
+    ----------
+    texture
+        Its colours; one white texel where it has none.
+    uniforms
+        Those of shaders/mesh/mesh.frag.
+    painted
+        Whether colours of the texture or of vertices show, so that the mesh is drawn by PAINTED_LAYOUT.
+    """
 
     texture: moderngl.Texture
     uniforms: dict[str, Any]
@@ -29,15 +44,27 @@ class MaterialLook(NamedTuple):
 
 @dataclass
 class MeshLook:
-    """What all levels of a mesh share. solid: see `is_solid`."""
+    """Hold what all levels of a mesh share: its materials, and whether it is `solid`, see `is_solid`."""
 
     materials: list[MaterialLook]
     solid: bool
 
 
-@dataclass
+@dataclass(kw_only=True)
 class MeshObject:
-    """One level of a mesh on the GPU."""
+    """Hold one level of a mesh on the GPU, whose objects belong to the mesh store.
+
+    Attributes
+    ----------
+    parts
+        The runs of triangles that have one material each.
+    vertices, indices
+        The buffers; three uint32 indices per triangle.
+    look
+        The materials.
+    meshlets
+        The patches that it is culled by, in whose order the triangles lie; None where it is always drawn whole.
+    """
 
     parts: tuple[Part, ...]
     vertices: moderngl.Buffer
@@ -46,31 +73,47 @@ class MeshObject:
     meshlets: Meshlets | None
 
     def shape(self) -> Shape:
-        """Positions (v, 3), metres, and triangles (t, 3), read back."""
+        """Read positions (v, 3), metres, asset frame, and triangles (t, 3) back from the GPU."""
         vertices = np.frombuffer(self.vertices.read(), _VERTEX)
         return vertices["position"], np.frombuffer(self.indices.read(), np.uint32).reshape(-1, 3)
 
 
 def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
-    """The materials of `mesh` on the GPU. solid: see `is_solid`."""
+    """Upload the materials of a mesh into a scope. solid: see `is_solid`, which takes too long to ask here."""
     coloured = bool((mesh.colours != 255).any())
     return MeshLook([_upload_material(gl, material, coloured) for material in mesh.materials], solid)
 
 
 def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None) -> MeshObject:
-    """A level of a mesh on the GPU; look: that of the mesh."""
+    """Upload one level of a mesh into a scope.
+
+    Parameters
+    ----------
+    gl
+        Owns the buffers.
+    mesh
+        The level.
+    look
+        The materials of the mesh, which all levels share.
+    meshlets
+        Those of the level; None where it is drawn whole.
+    """
     rows = np.arange(len(mesh.positions)) if meshlets is None else meshlets.vertices
     faces = mesh.faces if meshlets is None else meshlets.of_parts(mesh.parts)
     vertices = np.zeros(len(rows), _VERTEX)
     vertices["position"], vertices["normal"], vertices["uv"] = mesh.positions[rows], mesh.normals[rows], mesh.uv[rows]
     vertices["colour"][:, :3] = mesh.colours[rows]
     indices = gl.buffer(np.ascontiguousarray(faces, np.uint32))
-    return MeshObject(mesh.parts, gl.buffer(vertices.view(np.uint8)), indices, look, meshlets)
+    return MeshObject(
+        parts=mesh.parts, vertices=gl.buffer(vertices.view(np.uint8)), indices=indices, look=look, meshlets=meshlets
+    )
 
 
 def is_solid(mesh: Mesh) -> bool:
-    """Whether the mesh is the skin of a solid, seen from outside: its faces meet in opposite directions at every edge
-    and enclose a volume. Nobody outside sees a back face of it."""
+    """Return whether a mesh is the closed surface of a solid, of which nobody outside sees a back face.
+
+    That is so where faces run through every edge as often one way as the other, and enclose a positive volume.
+    """
     faces = row_ids(mesh.positions)[0][mesh.faces]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     count = np.int64(len(mesh.positions))
@@ -81,7 +124,7 @@ def is_solid(mesh: Mesh) -> bool:
 
 
 def _upload_material(gl: Scope, material: Material, coloured: bool) -> MaterialLook:
-    """coloured: whether vertices of the mesh have colours."""
+    """Upload a material. coloured: whether vertices of the mesh have colours."""
     texels = WHITE if material.texture is None else np.ascontiguousarray(material.texture[::-1])
     texture = gl.srgb_texture((texels.shape[1], texels.shape[0]), texels.tobytes())
     uniforms = {name: getattr(material, name) for name in ("base_colour", "specular", "shininess")}

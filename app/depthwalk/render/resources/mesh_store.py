@@ -1,5 +1,9 @@
-"""Meshes on the GPU, by the number of their asset. Those that stand in for depth images are read when they are first
-wanted, beside the frames where these may not wait, and go when others need their memory."""
+"""Keep meshes on the GPU, by the number of their asset.
+
+Objects that the scene shows as meshes have theirs uploaded when they are first drawn, and keep them. Fallback meshes,
+which are drawn in the stead of depth images that would only be magnified, are read when they are first wanted. Where
+frames may not wait, a thread reads them meanwhile. They go when others need their memory.
+"""
 
 import logging
 from collections.abc import Sequence
@@ -14,20 +18,39 @@ from depthwalk.render.resources.meshlets import Meshlets, build_meshlets
 
 log = logging.getLogger(__name__)
 
-# Triangles of a mesh that stands in as it is. Two cores draw so many in 30 ms; to simplify them takes 4 s.
-_FEW = 200_000
+# Triangles of a fallback mesh that is used without simplified levels: two cores draw so many in 30 ms, and simplifying
+# them takes 4 s.
+_MAX_UNSIMPLIFIED = 200_000
 
 
 class MeshLibrary(Protocol):
-    """Where meshes come from, by the number of their asset."""
+    """Describe where meshes come from, by the number of their asset."""
 
-    def mesh(self, asset: int) -> Mesh | None: ...
-    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]: ...
-    def forget_mesh(self, asset: int) -> None: ...
+    def mesh(self, asset: int) -> Mesh | None:
+        """Return the mesh of an asset, None where it has none. Raises InputError for files that cannot be used."""
+        ...
+
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
+        """Return the mesh and its simplified levels, the finest first; none where it has no mesh."""
+        ...
+
+    def forget_mesh(self, asset: int) -> None:
+        """Free the memory of a mesh and its levels, until they are asked for again."""
+        ...
 
 
 class FallbackMesh(NamedTuple):
-    """levels: of detail; meshlets: of each level; solid: see `is_solid`. Both take too long for a frame."""
+    """Hold a fallback mesh as it was read, with what takes too long to find out while a frame waits.
+
+    Attributes
+    ----------
+    levels
+        Its levels of detail, the finest first.
+    meshlets
+        The meshlets of each level.
+    solid
+        See `is_solid`.
+    """
 
     levels: tuple[MeshLevel, ...]
     meshlets: tuple[Meshlets | None, ...]
@@ -35,105 +58,131 @@ class FallbackMesh(NamedTuple):
 
 
 class MeshStore:
-    """Uploads meshes, a level when it is first drawn, and owns their GL objects."""
+    """Upload meshes, each level when it is first drawn, and own their GL objects."""
 
     def __init__(self, gl: Scope, library: MeshLibrary) -> None:
+        """Make an empty store. gl: the asset store's scope; library: where meshes come from."""
         self._gl = gl
         self._library = library
         self._drawn: dict[int, dict[int, MeshObject]] = {}  # by asset and level
         self._looks: dict[int, MeshLook] = {}
-        self._stand_ins: dict[int, FallbackMesh] = {}
-        self._wanted: set[int] = set()  # in this frame, and in the one before
-        self._wanted_before: set[int] = set()
+        self._fallbacks: dict[int, FallbackMesh] = {}
+        self._wanted: set[int] = set()  # in this frame
+        self._wanted_before: set[int] = set()  # in the frame before
         self._failed: set[int] = set()
         self._reader: ThreadPoolExecutor | None = None
-        self._coming: tuple[int, Future[FallbackMesh]] | None = None
+        self._reading: tuple[int, Future[FallbackMesh]] | None = None
 
     def object(self, asset: int, level: int = 0) -> MeshObject:
-        """Level 0 is the mesh itself, others are those of `Library.mesh_levels`. Raises LookupError where there is no
-        mesh."""
+        """Return a level of the mesh of an asset, uploaded if it was not.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        level
+            0 for the mesh itself, others by `MeshLibrary.mesh_levels`.
+
+        Raises
+        ------
+        LookupError
+            Where the asset has no mesh.
+        """
         self._wanted.add(asset)
         levels = self._drawn.setdefault(asset, {})
         if level not in levels:
             mesh = self._library.mesh(asset)
             if mesh is None:
                 raise LookupError(f"asset {asset} has no mesh")
-            known = self._stand_ins.get(asset)
+            known = self._fallbacks.get(asset)
             if asset not in self._looks:
                 self._looks[asset] = upload_look(self._gl, mesh, known.solid if known else is_solid(mesh))
-            drawn = self._library.mesh_levels(asset)[level].mesh if level else mesh
-            # `mesh-lod` may ask for levels coarser than those that stand in.
+            simplified = self._library.mesh_levels(asset)[level].mesh if level else mesh
+            # The representation `mesh-lod` may ask for levels that the fallback mesh does not have.
             ready = known.meshlets[level : level + 1] if known else ()
-            meshlets = ready[0] if ready else build_meshlets(drawn)
-            levels[level] = upload_mesh(self._gl, drawn, self._looks[asset], meshlets)
+            meshlets = ready[0] if ready else build_meshlets(simplified)
+            levels[level] = upload_mesh(self._gl, simplified, self._looks[asset], meshlets)
         return levels[level]
 
     def begin_frame(self) -> None:
-        """What was wanted before the last frame and not since may go."""
+        """Begin a frame: fallback meshes that were wanted neither in the last one nor in this may go."""
         self._wanted_before, self._wanted = self._wanted, set()
 
     def mesh_fallbacks(self, assets: Sequence[int], wait: bool) -> dict[int, tuple[MeshLevel, ...]]:
-        """The levels of those of `assets` that are there. wait: until all are; else the others are read meanwhile, in
-        that order. Raises InputError for files that cannot be used, where somebody waits for them."""
+        """Return the levels of the fallback meshes that have been read, by asset.
+
+        Parameters
+        ----------
+        assets
+            The assets whose meshes are wanted, the most urgent first.
+        wait
+            Whether to wait until all are read; otherwise they are read meanwhile, one by one.
+
+        Raises
+        ------
+        InputError
+            For files that cannot be used, if `wait`; otherwise a warning names them, and depth images are shown.
+        """
         self._wanted.update(assets)
         for asset in assets:
-            if asset in self._stand_ins or asset in self._failed:
+            if asset in self._fallbacks or asset in self._failed:
                 continue
             if wait:
-                self._stand_ins[asset] = self._read(asset)
-            elif not self._came(asset):
+                self._fallbacks[asset] = self._read(asset)
+            elif not self._was_read(asset):
                 break
-        return {asset: self._stand_ins[asset].levels for asset in assets if asset in self._stand_ins}
+        return {asset: self._fallbacks[asset].levels for asset in assets if asset in self._fallbacks}
 
     @property
     def stand_in_bytes(self) -> int:
-        """What they take on the GPU."""
-        levels = (level for asset in self._stand_ins for level in self._drawn.get(asset, {}).values())
+        """Bytes of GPU memory that the buffers of fallback meshes take."""
+        levels = (level for asset in self._fallbacks for level in self._drawn.get(asset, {}).values())
         return sum(level.vertices.size + level.indices.size for level in levels)
 
     @property
     def unwanted(self) -> set[int]:
-        """The stand-ins that may go."""
-        return self._stand_ins.keys() - self._wanted - self._wanted_before
+        """Assets whose fallback meshes may go."""
+        return self._fallbacks.keys() - self._wanted - self._wanted_before
 
     def let_go(self, assets: set[int]) -> None:
-        """Releases these stand-ins. No pass may still hold anything of them."""
+        """Release the fallback meshes of `assets`. No pass may still hold vertex arrays over their buffers."""
         for asset in assets:
             for level in self._drawn.pop(asset, {}).values():
                 self._gl.free(level.vertices, level.indices)
             if asset in self._looks:
                 self._gl.free(*(material.texture for material in self._looks.pop(asset).materials))
-            del self._stand_ins[asset]
+            del self._fallbacks[asset]
             self._library.forget_mesh(asset)
 
     def forget(self) -> None:
-        """To be called when the scope has released what it made."""
+        """Forget all meshes and stop reading; to be called when the scope has released its GL objects."""
         if self._reader is not None:
             self._reader.shutdown(wait=False, cancel_futures=True)
-        self._reader = self._coming = None
-        for kept in (self._drawn, self._looks, self._stand_ins, self._wanted, self._wanted_before, self._failed):
-            kept.clear()
+        self._reader = self._reading = None
+        for known in (self._drawn, self._looks, self._fallbacks, self._wanted, self._wanted_before, self._failed):
+            known.clear()
 
-    def _came(self, asset: int) -> bool:
-        """Whether `asset` has been read, or never will be; its reading begins when no other's is under way."""
-        if self._coming is None:
+    def _was_read(self, asset: int) -> bool:
+        """Return whether reading the mesh of `asset` has ended, well or not; begin it when no other is being read."""
+        if self._reading is None:
             if self._reader is None:
                 self._reader = ThreadPoolExecutor(1, "meshes")
-            self._coming = asset, self._reader.submit(self._read, asset)
-        came, future = self._coming
+            self._reading = asset, self._reader.submit(self._read, asset)
+        reading, future = self._reading
         if not future.done():
             return False
-        self._coming = None
+        self._reading = None
         try:
-            self._stand_ins[came] = future.result()
+            self._fallbacks[reading] = future.result()
         except InputError as error:
-            self._failed.add(came)
+            self._failed.add(reading)
             log.warning("no mesh stands in for depth images near by: %s", error)
-        return came == asset
+        return reading == asset
 
     def _read(self, asset: int) -> FallbackMesh:
+        """Read the mesh of `asset`, and find out what takes too long for a frame."""
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
-        few = len(mesh.faces) <= _FEW
-        levels = (MeshLevel(mesh, 0.0),) if few else self._library.mesh_levels(asset)
+        is_small = len(mesh.faces) <= _MAX_UNSIMPLIFIED
+        levels = (MeshLevel(mesh, 0.0),) if is_small else self._library.mesh_levels(asset)
         return FallbackMesh(levels, tuple(build_meshlets(level.mesh) for level in levels), is_solid(mesh))

@@ -1,7 +1,8 @@
-"""Meshlets: patches of a mesh's triangles, of which those that nobody can see are not drawn.
+"""Divide meshes into meshlets, patches of triangles, and leave out those that nobody can see.
 
-Each has a bounding sphere, and a cone about the normals of its triangles: Shirman and Abi-Ezzi 1993, "The cone of
-normals technique for fast processing of curved patches".
+A meshlet has a bounding sphere, by which it is out of sight, and a cone that holds the normals of its triangles, by
+which all of them face away (Shirman and Abi-Ezzi 1993, "The Cone of Normals Technique for Fast Processing of Curved
+Patches").
 """
 
 from collections.abc import Sequence
@@ -17,17 +18,29 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
 
-SIZE = 64  # triangles: fewer are culled better, and take longer to test
-_FEWEST = 128  # meshlets: a smaller mesh is drawn as soon as it is tested
-_TURN = 0.15  # normals that differ by 1 are as far apart as triangles this part of the mesh's size away
+SIZE = 64  # triangles of a meshlet: smaller ones are culled better, but there are more to test
+_FEWEST = 128  # meshlets: a smaller mesh is drawn as fast as it is tested
+_NORMAL_WEIGHT = 0.15  # part of the mesh's size that counts as far apart as normals which differ by 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Meshlets:
-    """Of m patches: vertices (v,), the mesh's, as patches first use them: drivers remember only those of late; faces
-    (m, SIZE, 3) uint32, rows of `vertices`, the last of a part filled up with empty ones; part (m,), rising, the mesh's
-    part they belong to; centre (m, 3), radius (m,): bounding spheres, asset frame, metres; axis (m, 3), unit, and sine
-    (m,): cones that hold the normals, 1 where none does."""
+    """Hold the m meshlets of a mesh.
+
+    Attributes
+    ----------
+    vertices
+        (v,) rows of the mesh's vertices, in the order in which meshlets first use them, since GPUs remember only the
+        vertices used last.
+    faces
+        (m, SIZE, 3) uint32 rows of `vertices`. The last meshlet of a part is filled up with empty triangles.
+    part
+        (m,) the part of the mesh that each belongs to, rising.
+    centre, radius
+        (m, 3) and (m,) bounding spheres, metres, in the asset's frame.
+    axis, sine
+        (m, 3) unit, and (m,): the cones that hold the normals; the sine is 1 where no cone of less than 90° does.
+    """
 
     vertices: NDArray[np.intp]
     faces: NDArray[np.uint32]
@@ -38,14 +51,26 @@ class Meshlets:
     sine: Array
 
     def of_parts(self, parts: Sequence[Part]) -> NDArray[np.uint32]:
-        """All triangles (t, 3), without the empty ones: those of `parts` where these have theirs."""
-        runs = (self.faces[self.part == number].reshape(-1, 3)[: each.face_count] for number, each in enumerate(parts))
+        """Return all triangles (t, 3) but the empty ones, those of each part where the part has them in the mesh."""
+        runs = (self.faces[self.part == number].reshape(-1, 3)[: part.face_count] for number, part in enumerate(parts))
         return np.concatenate(list(runs))
 
     def seen(self, view: View, placed: NDArray[np.void], solid: bool) -> NDArray[np.intp]:
-        """Rows (k,) of the meshlets that may be seen, part by part, nearest first.
+        """Find the meshlets that may be seen.
 
-        placed: a PLACED_RECORD; solid: whether back faces do not count.
+        Parameters
+        ----------
+        view
+            The view of the picture.
+        placed
+            PLACED_RECORD of the object that is drawn.
+        solid
+            Whether back faces cannot be seen, so that meshlets which face away are left out.
+
+        Returns
+        -------
+        NDArray[np.intp]
+            (k,) rows, part by part, in each the nearest first.
         """
         rotation, scale = placed["rotation"].astype(np.float64)[None], float(placed["scale"])
         middle = placed["origin"] + scale * rotate(rotation, self.centre)
@@ -59,23 +84,26 @@ class Meshlets:
 
 
 def build_meshlets(mesh: Mesh) -> Meshlets | None:
-    """Those of `mesh`, or None where it is so small that it is better drawn whole."""
+    """Divide a mesh into meshlets; return None where it is so small that it is better drawn whole."""
     if len(mesh.faces) < _FEWEST * SIZE:
         return None
     corners = mesh.positions[mesh.faces].astype(np.float64)
     normals, _ = face_normals(corners)
     size = np.ptp(corners.reshape(-1, 3), axis=0).max()
-    places = np.hstack([corners.mean(1), _TURN * size * normals])
-    patches, part = [], []
-    for number, each in enumerate(mesh.parts):
-        found = _patches(places, np.arange(each.first_face, each.first_face + each.face_count))
+    places = np.hstack([corners.mean(1), _NORMAL_WEIGHT * size * normals])
+    patches, part_of_patch = [], []
+    for number, part in enumerate(mesh.parts):
+        found = _patches(places, np.arange(part.first_face, part.first_face + part.face_count))
         patches += found
-        part += [number] * len(found)
-    return _meshlets(mesh.faces, corners, normals, patches, np.array(part))
+        part_of_patch += [number] * len(found)
+    return _meshlets(mesh.faces, corners, normals, patches, np.array(part_of_patch))
 
 
 def _patches(places: Array, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """`rows` (n,) of `places` in patches of SIZE, the last of fewer: halved again and again where they differ most."""
+    """Divide `rows` (n,) of `places` (t, 6) into patches of SIZE rows, the last of fewer.
+
+    They are halved again and again, across the coordinate in which they differ most.
+    """
     if len(rows) <= SIZE:
         return [rows]
     of_rows = places[rows]
@@ -88,9 +116,19 @@ def _patches(places: Array, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
 def _meshlets(
     faces: NDArray[np.int32], corners: Array, normals: Array, patches: list[NDArray[np.intp]], part: NDArray[np.int64]
 ) -> Meshlets:
-    """corners: (t, 3, 3), normals: (t, 3), of all triangles `faces` (t, 3)."""
-    count = np.array([len(each) for each in patches])
-    rows = np.array([np.resize(each, SIZE) for each in patches])  # (m, SIZE), the first again where there are fewer
+    """Build meshlets of patches.
+
+    Parameters
+    ----------
+    faces, corners, normals
+        (t, 3) vertices, (t, 3, 3) positions, metres, and (t, 3) unit normals of all triangles of the mesh.
+    patches
+        The triangles of each meshlet, rows of these.
+    part
+        (m,) the part that each belongs to.
+    """
+    count = np.array([len(patch) for patch in patches])
+    rows = np.array([np.resize(patch, SIZE) for patch in patches])  # (m, SIZE), repeated where there are fewer
     low, high = corners[rows].min((1, 2)), corners[rows].max((1, 2))
     centre = (low + high) / 2
     radius = np.linalg.norm(corners[rows] - centre[:, None, None], axis=-1).max((1, 2))
@@ -101,11 +139,11 @@ def _meshlets(
     sine = np.where(cosine > 0, np.sqrt(np.maximum(1 - cosine**2, 0)), 1.0)
     vertices, used = _by_first_use(faces[rows].ravel())
     drawn = np.where((np.arange(SIZE) < count[:, None])[..., None], used.reshape(*rows.shape, 3), 0).astype(np.uint32)
-    return Meshlets(vertices, drawn, part, centre, radius, axis, sine)
+    return Meshlets(vertices=vertices, faces=drawn, part=part, centre=centre, radius=radius, axis=axis, sine=sine)
 
 
 def _by_first_use(indices: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """What occurs (v,) among `indices` (n,), in the order of its first occurrence; and which of it (n,) each is."""
+    """Return the distinct `indices` (v,) in the order in which they first occur, and which of them (n,) each one is."""
     known, first, where = np.unique(indices, return_index=True, return_inverse=True)
     order = np.argsort(first)
     return known[order].astype(np.intp), np.argsort(order)[where]

@@ -1,4 +1,4 @@
-"""TODO docstring."""
+"""What shaders read of each object that is drawn straight into a picture or a shadow map, not through an impostor."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,13 +6,22 @@ from numpy.typing import NDArray
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array
 
-# What is read per object that is drawn straight into a picture or a shadow map: where it stands relative to the viewer,
-# or to the map's centre, and how it is turned.
 PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4")])
+"""Where an object stands relative to the viewer, or to the shadow map's centre, metres; its quaternion; its scale."""
 
 
 def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
-    """Of n objects that are drawn straight into a picture. origin: (3,), world, where they are seen from."""
+    """Return the PLACED_RECORDs (n,) of objects.
+
+    Positions are relative to the viewer, so that float32 is exact enough far from the world's origin, too.
+
+    Parameters
+    ----------
+    origin
+        (3,) what positions are relative to: the viewer or a shadow map's centre, metres, world.
+    objects
+        The n objects.
+    """
     records = np.zeros(len(objects), PLACED_RECORD)
     records["origin"] = objects.position - origin
     records["rotation"], records["scale"] = objects.rotation, objects.scale

@@ -1,4 +1,8 @@
-"""Where the sun's shadow maps lie: one for each of several slices of the view, each seen along the light."""
+"""Fit the sun's shadow maps to the view: one for each of several slices by distance, each seen along the light.
+
+Near the viewer a map covers little and shows fine edges; farther maps cover more (Zhang et al. 2006, "Parallel-Split
+Shadow Maps for Large-scale Virtual Environments"). The maps are placed so that they change as seldom as possible.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,15 +16,26 @@ from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.render_settings import ShadowParams
 from depthwalk.types import Array
 
-DEPTH = 1.5  # of a map, in widths: along the light it need not move as often
-_STEPS = 4  # a map's centre moves by this part of the radius of its slice, sideways
-_FIRST = 1 / 64  # of the distance: what logarithms take for the near plane, which would have slices of centimetres
+DEPTH = 1.5  # depth of a map, in widths: so deep a map need not move as often along the light; shaders read it
+_STEPS_PER_RADIUS = 4  # steps by which a map's centre moves sideways, per radius of its slice
+_NEAREST_SPLIT = 1 / 64  # of the distance: logarithms of the near plane itself would give slices of centimetres
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cascade:
-    """The view of a shadow map, orthographic. centre: world, metres; half: half its width and height, metres; axes:
-    rows right, up and towards the sun (3, 3), world, unit; resolution: texels along an edge."""
+    """Say what a shadow map of the sun sees, orthographically.
+
+    Attributes
+    ----------
+    centre
+        The middle of the box that it sees, metres, world.
+    half
+        Half the width and half the height of that box, metres.
+    axes
+        (3, 3), whose rows are right, up and towards the sun, unit, world.
+    resolution
+        Texels along an edge.
+    """
 
     centre: tuple[float, float, float]
     half: float
@@ -29,12 +44,12 @@ class Cascade:
 
     @property
     def texel(self) -> float:
-        """Metres."""
+        """Edge of a texel, metres."""
         return 2 * self.half / self.resolution
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """Where the light is, homogeneous: infinitely far, in this direction."""
+        """The light's place in homogeneous coordinates, world: infinitely far, in the direction of the sun."""
         x, y, z = self.axes[2].tolist()
         return x, y, z, 0.0
 
@@ -44,22 +59,28 @@ class Cascade:
         return glm.scale(glm.dvec3(1, 1, -1 / DEPTH) / self.half) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
-        """Which spheres (n,) may cast a shadow within the map: those that meet the prism from its far side towards the
-        sun."""
+        """Return which spheres (n,) may cast a shadow within the map.
+
+        They are those that meet the prism which begins at the map's far side and goes on towards the sun without end.
+        """
         right, up, toward = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
         across = np.maximum(np.abs(right), np.abs(up)) < self.half + bounds.bounding_radius
         return np.asarray(across & (toward > -(DEPTH * self.half + bounds.bounding_radius)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """What a texel covers, metres (n,), where spheres come nearest to the light, and about their middle."""
+        """Return what a texel covers, metres (n,), where spheres come nearest to the light, and at their middles.
+
+        For the sun both are the same everywhere.
+        """
         texel = np.full(len(bounds.bounding_radius), self.texel)
         return texel, texel
 
 
 def light_axes(to_sun: Array) -> NDArray[np.float64]:
-    """Return the axes in which a light's shadow map lies: rows right, up and towards the light (3, 3), unit, world.
+    """Return the axes of a light's shadow map: rows right, up and towards the light (3, 3), unit, world.
 
-    The coordinate axis farthest from the light's direction points up in the map. to_sun: (3,), of any length.
+    The coordinate axis farthest from the light's direction points up in the map. to_sun: (3,) towards the light, of any
+    length, world.
     """
     up = glm.dvec3()
     up[int(np.argmin(np.abs(to_sun)))] = 1
@@ -67,18 +88,32 @@ def light_axes(to_sun: Array) -> NDArray[np.float64]:
 
 
 def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Cascade, ...]:
-    """The maps, nearest first, for what `view` sees up to `params.distance`. to_sun: (3,), of any length, world.
+    """Place the sun's maps for what `view` sees up to `params.distance`.
 
     A map holds the bounding sphere of its slice of the frustum, so that its size does not change as the viewer turns.
-    Its centre moves by whole texels, so that edges of shadows do not swim, and by many, so that it is seldom redrawn;
-    along the light by more still, which costs no texels.
+    Its centre moves by whole texels, so that edges of shadows do not swim, and by many at a time, so that it is seldom
+    redrawn; along the light by more still, which costs no texels.
+
+    Parameters
+    ----------
+    view
+        The view, with near and far plane fitted to what it sees.
+    to_sun
+        (3,) towards the sun, of any length, world.
+    params
+        How many maps there are, how far they reach, and how fine they are.
+
+    Returns
+    -------
+    tuple of Cascade
+        The nearest first; none where everything in sight is beyond the distance.
     """
     near, far = view.depth_range
     distance = min(params.distance, _stepped(far, np.ceil, 2**0.5))
     if near >= distance:
         return ()
     axes = light_axes(to_sun)
-    begin = max(_stepped(near, np.floor, 4.0), _FIRST * distance)
+    begin = max(_stepped(near, np.floor, 4.0), _NEAREST_SPLIT * distance)
     ends = split_distances(begin, distance, params.cascades, params.split)
     spread = float(np.square(view.half_extent).sum())
     light_from_world, forward = glm.dmat3(axes), glm.dvec3(view.axes[2])
@@ -86,7 +121,7 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
     for first, last in zip([0.0, *ends[:-1].tolist()], ends.tolist(), strict=True):
         along = min(last, (first + last) / 2 * (1 + spread))
         radius = float(np.sqrt(max((last - along) ** 2 + spread * last**2, (along - first) ** 2 + spread * first**2)))
-        step = radius / _STEPS
+        step = radius / _STEPS_PER_RADIUS
         half = radius + step / 2
         texel = 2 * half / params.resolution
         sideways = max(np.floor(step / texel), 1.0) * texel
@@ -98,12 +133,27 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
 
 
 def split_distances(near: float, far: float, count: int, share: float) -> NDArray[np.float64]:
-    """Where `count` slices of near … far end (count,), metres: Zhang et al. 2006, "Parallel-Split Shadow Maps for
-    Large-scale Virtual Environments", the practical split. share: of the logarithmic one."""
+    """Return where slices of the view end: the practical split scheme of Zhang et al. 2006.
+
+    Parameters
+    ----------
+    near, far
+        Distances from the viewer at which the first slice begins and the last one ends, metres.
+    count
+        How many slices.
+    share
+        Share of the logarithmic split, 0 to 1, which gives all slices the same error in pixels; the rest is the uniform
+        split, which gives near slices more room.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (count,) distances, metres, rising; the last is `far`.
+    """
     part = np.arange(1, count + 1) / count
     return share * near * (far / near) ** part + (1 - share) * (near + (far - near) * part)
 
 
 def _stepped(distance: float, rounding: np.ufunc, base: float) -> float:
-    """Rounded to a power of `base`, so that maps keep their size while the range of the view changes little."""
+    """Return a distance rounded to a power of `base`: so maps keep their size while the view's range changes little."""
     return float(base ** rounding(np.log(distance) / np.log(base)))

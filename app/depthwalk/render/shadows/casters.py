@@ -1,4 +1,8 @@
-"""What is drawn into shadow maps: objects that may cast a shadow there, at the level that a texel shows."""
+"""Choose what is drawn into a shadow map: the objects that may cast a shadow there, as fine as a texel can show.
+
+A light is a viewer like any other: the error of a coarser level and the magnification of a depth image are measured in
+texels of the map, as they are measured in pixels of the picture.
+"""
 
 from dataclasses import dataclass, field
 
@@ -23,7 +27,17 @@ MapView = Cascade | Spot
 
 @dataclass(frozen=True, kw_only=True)
 class ShadowMap:
-    """What a shadow map sees and what casts shadows in it: grids of depth images, and polygons."""
+    """Hold what a shadow map sees and what is drawn into it.
+
+    Attributes
+    ----------
+    view
+        What it sees.
+    grids
+        The depth images that cast shadows there, drawn as grids of polygons.
+    meshes
+        The meshes that do.
+    """
 
     view: MapView
     grids: DrawList
@@ -31,24 +45,26 @@ class ShadowMap:
 
     @property
     def triangles(self) -> int:
-        """Of depth images."""
+        """How many triangles of depth images are drawn into it."""
         return sum(group.count * length for group in self.grids.groups for _, length in group.indices) // 3
 
     def shows_same(self, other: "ShadowMap") -> bool:
-        """Whether drawing either gives the same map."""
+        """Return whether drawing `other` would give the same map, so that this one need not be drawn."""
         mine, its = self.view, other.view
         return (
             (mine.centre, mine.resolution) == (its.centre, its.resolution)
             and mine.clip_from_centre == its.clip_from_centre
             and all(
-                drawing.groups == before.groups and np.array_equal(drawing.records, before.records)
-                for drawing, before in ((self.grids, other.grids), (self.meshes, other.meshes))
+                drawn.groups == before.groups and np.array_equal(drawn.records, before.records)
+                for drawn, before in ((self.grids, other.grids), (self.meshes, other.meshes))
             )
         )
 
     def follows(self, before: "ShadowMap") -> bool:
-        """Whether the map before this one may stand for it a few frames more: of the sun where it was, over nearly the
-        same place."""
+        """Return whether the map `before` this one may be shown in its stead for a few more frames.
+
+        That is so for maps of the sun, while the sun has not moved and the map has moved by less than half its width.
+        """
         mine, its = self.view, before.view
         if not (isinstance(mine, Cascade) and isinstance(its, Cascade)):
             return False
@@ -58,9 +74,19 @@ class ShadowMap:
 
 @dataclass(frozen=True, kw_only=True)
 class Shadows:
-    """The shadow maps of a frame. sun: the nearest first, None where it casts no shadows; may_wait: whether its maps
-    may be redrawn some frames later; lamps: by tile; tiles: the tile of each lamp that has one, by its number among the
-    environment's lights."""
+    """Hold the shadow maps of a frame.
+
+    Attributes
+    ----------
+    sun
+        The maps of the sun, the nearest first; None where it casts no shadows.
+    may_wait
+        Whether maps of the sun may be redrawn some frames later, as long as those before `follow`.
+    lamps
+        The maps of lamps, by the tile of the atlas that they lie in.
+    tiles
+        The tile of each lamp that has a map, by its number among the environment's lights.
+    """
 
     sun: tuple[ShadowMap, ...] | None = None
     may_wait: bool = False
@@ -69,7 +95,7 @@ class Shadows:
 
 
 def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
-    """Rows (m,) of the spheres that may cast a shadow within the map and are not smaller than a texel."""
+    """Return the rows (m,) of bounding spheres that may cast a shadow within the map and are as large as a texel."""
     texel, _ = view.texels(bounds)
     return np.flatnonzero(view.meets(bounds) & (2 * bounds.bounding_radius >= texel))
 
@@ -77,19 +103,35 @@ def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
 def shadow_map(
     view: MapView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
 ) -> ShadowMap:
-    """The map with the objects `rows` (m,), each at the coarsest level that is off by `rule.error` texels at most, or
-    at the finest that has no more triangles than it may. Light is a viewer like any other: where images would only be
-    magnified, and a mesh has not too many triangles, that stands in by the `rule`, whose pixels are texels."""
+    """Plan what is drawn into a shadow map.
+
+    Every object is drawn at the coarsest level that is off by `rule.error` texels at most, or at the finest whose
+    triangles are affordable, if that is coarser. Where depth images would only be magnified, and the mesh has not too
+    many triangles, the mesh is drawn in their stead.
+
+    Parameters
+    ----------
+    view
+        What the map sees.
+    rows
+        (m,) rows of the objects that cast shadows there, as `find_casters` returns them.
+    scene
+        All objects, and what is known of their assets.
+    rule
+        When meshes take the place of depth images; its pixels are texels here.
+    triangles_per_texel
+        How many triangles an object may have for each texel that it covers.
+    """
     table = scene.table
     placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
     nearest, middle = (texel / placed.scale for texel in view.texels(spheres))
-    imaged = ~placed.polygonal
-    level = np.where(imaged, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
-    thinned = placed.representation == Representation.MESH_LOD
-    level = np.where(thinned, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
+    as_grid = ~placed.polygonal
+    level = np.where(as_grid, _grid_level(nearest, middle, placed, table, rule.error, triangles_per_texel), 0)
+    simplified = placed.representation == Representation.MESH_LOD
+    level = np.where(simplified, error_level(table.meshes.error[placed.asset], rule.error * nearest), level)
     pieces = np.full(len(placed), ALL_PIECES)
     order = np.lexsort((level, placed.asset))
-    grids, meshes = order[imaged[order]], order[~imaged[order]]
+    grids, meshes = order[as_grid[order]], order[~as_grid[order]]
     centre = np.array(view.centre)
     return ShadowMap(
         view=view,
@@ -107,8 +149,11 @@ def shadow_map(
 def _cast_as(
     view: MapView, rows: Rows, scene: SceneArrays, rule: MeshFallbackRule, triangles_per_texel: float
 ) -> tuple[Objects, Bounds]:
-    """What casts the shadows of the objects `rows` (m,): those that no mesh stands in for, then the meshes. Near a lamp
-    parts of one asset may disagree: then both cast."""
+    """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
+
+    First come the objects whose depth images or own meshes cast, then the meshes in the stead of depth images. Parts of
+    one asset may disagree near a lamp; then both cast.
+    """
     objects, bounds, table = scene.objects, scene.bounds, scene.table
     nearest, middle = (texel / objects.scale[rows] for texel in view.texels(bounds.take(rows)))
     found = table.mesh_fallbacks.allowed(objects.asset[rows], nearest, middle, table.meshes, rule, triangles_per_texel)
@@ -122,9 +167,12 @@ def _cast_as(
 def _grid_level(
     nearest: Array, middle: Array, placed: Objects, table: AssetTable, error: float, triangles_per_texel: float
 ) -> NDArray[np.int64]:
-    """The level (n,) of depth images: the coarsest that is off by so many texels at most, or the finest that has no
-    more triangles than it may, if that is coarser. nearest, middle: what a texel covers (n,), metres in the frames of
-    the objects."""
+    """Return the level (n,) at which depth images are drawn.
+
+    That is the coarsest which is off by `error` texels at most, or the finest with affordable triangles, if that is
+    coarser. nearest, middle: what a texel covers (n,) where the objects come nearest to the light and at their middles,
+    metres in the frames of the objects.
+    """
     texels = table.area[placed.asset] / middle**2
     affordable = affordable_level(table.triangles[placed.asset], texels, triangles_per_texel)
     allowed = error_level(table.error[placed.asset], error * nearest)

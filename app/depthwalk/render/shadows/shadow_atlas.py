@@ -1,4 +1,4 @@
-"""The texture that holds shadow maps, as tiles of equal size, and what each shows."""
+"""Keep shadow maps as tiles of equal size in one texture, and know which of them must be drawn again."""
 
 from collections.abc import Mapping
 
@@ -9,17 +9,27 @@ from depthwalk.render.shadows.casters import ShadowMap
 
 
 class ShadowAtlas:
-    """texture: depth, which shaders compare with; None until it is first needed."""
+    """Own a depth texture of shadow maps, and remember what each tile of it shows.
+
+    Attributes
+    ----------
+    texture
+        Depth, which shaders compare with; None until `fit` makes it.
+    """
 
     def __init__(self, scope: Scope, columns: int) -> None:
+        """Make an atlas without a texture. scope: owns its GL objects; columns: of tiles, at most."""
         self.texture: moderngl.Texture | None = None
         self._framebuffer: moderngl.Framebuffer | None = None
         self._scope, self._columns = scope, columns
         self._resolution = 0
-        self._held: dict[int, ShadowMap] = {}
+        self._held: dict[int, ShadowMap] = {}  # by tile, in the order in which they were drawn
 
     def fit(self, tiles: int, resolution: int) -> moderngl.Texture:
-        """Makes it hold so many tiles of resolution² texels; all are to be drawn again where it did not before."""
+        """Return the texture, made to hold `tiles` tiles of resolution² texels.
+
+        Where its size changes, it is made again, and all maps must be drawn again.
+        """
         columns = min(tiles, self._columns)
         size = columns * resolution, -(-tiles // self._columns) * resolution
         if self.texture is None or self.texture.size != size or self._resolution != resolution:
@@ -32,23 +42,26 @@ class ShadowAtlas:
         return self.texture
 
     def stale(self, wanted: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Those of the maps, by their tiles, that are not there; `begin` each and draw it."""
-        there = self._held
-        return {tile: each for tile, each in wanted.items() if tile not in there or not each.shows_same(there[tile])}
+        """Return those of the `wanted` maps, by tile, that the atlas does not show; `begin` and draw each of them."""
+        held = self._held
+        return {tile: map_ for tile, map_ in wanted.items() if tile not in held or not map_.shows_same(held[tile])}
 
     def shown(self, tile: int) -> ShadowMap:
-        """What a tile shows, which may be what was wanted of it before."""
+        """Return the map that a tile shows, which may be the one that was wanted of it in an earlier frame."""
         return self._held[tile]
 
     def due(self, wanted: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """As `stale`, where frames follow one another: the first, those that cannot wait, and one more, drawn longest
-        ago. Those left out show what was, a frame later for each of them."""
+        """Return those of the `wanted` maps, by tile, to draw in this frame of several that follow one another.
+
+        Of the stale maps those are drawn that cannot wait: the nearest, in tile 0, and maps that do not `follow` what
+        their tile shows. One more is drawn, the one drawn longest ago; the others are up to a few frames late.
+        """
         stale = self.stale(wanted)
-        waits = [tile for tile in self._held if tile > 0 and tile in stale and stale[tile].follows(self._held[tile])]
-        return {tile: each for tile, each in stale.items() if tile not in waits[1:]}
+        can_wait = [tile for tile in self._held if tile > 0 and tile in stale and stale[tile].follows(self._held[tile])]
+        return {tile: map_ for tile, map_ in stale.items() if tile not in can_wait[1:]}
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
-        """Clears a tile, into which the map is drawn next."""
+        """Clear a tile and bind it, so that `shadow_map` is drawn into it next. ValueError before the first `fit`."""
         if self._framebuffer is None:
             raise ValueError("the atlas has no texture yet")
         side = self._resolution
@@ -57,13 +70,14 @@ class ShadowAtlas:
         self._framebuffer.viewport = viewport
         self._framebuffer.clear(depth=1.0, viewport=viewport)
         self._held.pop(tile, None)
-        self._held[tile] = shadow_map  # the last, in the order of drawing
+        self._held[tile] = shadow_map  # now the last in the order of drawing
 
     def forget(self) -> None:
-        """All are to be drawn again."""
+        """Forget what the tiles show, so that all maps are drawn again."""
         self._held.clear()
 
     def release(self) -> None:
+        """Release the texture and its framebuffer; `fit` makes them again."""
         if self.texture is not None:
             self._scope.free(self._framebuffer, self.texture)
         self.texture = self._framebuffer = None

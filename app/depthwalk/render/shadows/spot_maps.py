@@ -1,4 +1,7 @@
-"""Shadow maps of spot lights: which of them have one in a frame, and what it sees."""
+"""Choose which spot lights have a shadow map in a frame, and say what each map sees.
+
+Point lights have none: light in all directions would take six maps.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,14 +23,26 @@ if TYPE_CHECKING:
     from depthwalk.scene.environment import LampParams
 
 
-NEAR = 0.01  # of the range: what is nearer, as the lamp's own glass, casts no shadow
+NEAR = 0.01  # of a lamp's range: nearer surfaces, as the lamp's own glass, cast no shadow; shaders read it
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spot:
-    """The view of a spot light's shadow map, a pyramid about its cone. centre: the lamp, world, metres; axes: rows
-    right, up and back towards the lamp (3, 3), world, unit; angle: of the cone, radians; reach: the lamp's range,
-    metres; resolution: texels along an edge."""
+    """Say what the shadow map of a spot light sees: a pyramid about the cone of the lamp.
+
+    Attributes
+    ----------
+    centre
+        The lamp, metres, world.
+    axes
+        (3, 3), whose rows are right, up and back towards the lamp, unit, world.
+    angle
+        Full angle of the cone, radians.
+    reach
+        The lamp's range, metres.
+    resolution
+        Texels along an edge.
+    """
 
     centre: tuple[float, float, float]
     axes: Array
@@ -42,12 +57,12 @@ class Spot:
 
     @property
     def texel(self) -> float:
-        """Metres at one metre along the axis."""
+        """Edge of a texel at one metre along the axis, metres."""
         return 2 * self.tangent / self.resolution
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """Where the light is, homogeneous, from the centre."""
+        """The light's place in homogeneous coordinates, relative to the centre, which is the lamp itself."""
         return 0.0, 0.0, 0.0, 1.0
 
     @cached_property
@@ -56,21 +71,21 @@ class Spot:
         return clip_from_view(self.angle, 1.0, NEAR * self.reach, self.reach) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
-        """Which spheres (n,) may cast a shadow within the pyramid: those that reach into it."""
+        """Return which spheres (n,) may cast a shadow within the pyramid: those that reach into it."""
         right, up, back = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
         across = np.maximum(np.abs(right), np.abs(up)) + self.tangent * back
         ahead = (back < bounds.bounding_radius) & (-back < self.reach + bounds.bounding_radius)
         return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """What a texel covers, metres (n,), where spheres come nearest to the lamp, and about their middle."""
+        """Return what a texel covers, metres (n,), where spheres come nearest to the lamp, and at their middles."""
         distance = np.linalg.norm(bounds.centre - np.array(self.centre), axis=1)
         nearest = np.maximum(distance - bounds.bounding_radius, NEAR * self.reach)
         return self.texel * nearest, self.texel * np.maximum(distance, bounds.bounding_radius)
 
 
 def spot_of(lamp: "LampParams", resolution: int) -> Spot:
-    """What the map of a lamp with a `direction` sees."""
+    """Return what the map of a spot light sees. lamp: has a `direction`; resolution: texels along an edge."""
     axes = light_axes(-np.array(lamp.direction, float))
     return Spot(
         centre=lamp.position, axes=axes, angle=float(np.radians(lamp.angle)), reach=lamp.range, resolution=resolution
@@ -78,22 +93,47 @@ def spot_of(lamp: "LampParams", resolution: int) -> Spot:
 
 
 def shadowing(view: View, lamps: Sequence["LampParams"]) -> list[int]:
-    """Numbers of the lamps that are to cast shadows and whose cones `view` may see, those first that would light the
-    viewer most."""
+    """Choose the lamps that should have a shadow map in this frame.
+
+    They are those that the scene wants to cast shadows, and whose cones `view` may see.
+
+    Returns
+    -------
+    list of int
+        Their numbers among `lamps`, those first that would light the viewer's place most.
+    """
     numbers = np.array([number for number, lamp in enumerate(lamps) if lamp.shadow and lamp.intensity > 0], int)
     if not len(numbers):
         return []
-    asked = [lamps[number] for number in numbers.tolist()]
-    seen, _ = _cones(asked).visible(view)
-    place = np.array([lamp.position for lamp in asked], float)[seen]
-    light = linear_from_srgb([lamp.colour for lamp in asked]).max(1) * [lamp.intensity for lamp in asked]
+    casting = [lamps[number] for number in numbers.tolist()]
+    seen, _ = _cones(casting).visible(view)
+    place = np.array([lamp.position for lamp in casting], float)[seen]
+    light = linear_from_srgb([lamp.colour for lamp in casting]).max(1) * [lamp.intensity for lamp in casting]
     square = np.square(place - view.position).sum(1)
-    return numbers[seen[np.argsort(-light[seen] / np.maximum(square, 1e-4), kind="stable")]].tolist()
+    order = seen[np.argsort(-light[seen] / np.maximum(square, 1e-4), kind="stable")]
+    return [int(number) for number in numbers[order]]
 
 
 def assign_tiles(chosen: Sequence[int], lamps: Sequence["LampParams"], count: int) -> dict[int, int]:
-    """The tile of `count` for each of the lamps `chosen`, count at most: always the same, so that its map can be kept,
-    while no two that ask for the same one are in sight."""
+    """Give each chosen lamp a tile of the atlas.
+
+    A lamp gets the same tile in every frame, so that its map need not be drawn again, unless another chosen lamp with
+    a claim to the same tile is in sight; then it gets the next free one.
+
+    Parameters
+    ----------
+    chosen
+        Numbers of the lamps that get a tile, `count` at most.
+    lamps
+        All lamps of the scene.
+    count
+        How many tiles there are.
+
+    Returns
+    -------
+    dict
+        The tile by the number of the lamp.
+    """
     rank = {number: k for k, number in enumerate(n for n, lamp in enumerate(lamps) if lamp.shadow)}
     tiles: dict[int, int] = {}
     for number in sorted(chosen):
@@ -103,7 +143,7 @@ def assign_tiles(chosen: Sequence[int], lamps: Sequence["LampParams"], count: in
 
 
 def _cones(lamps: Sequence["LampParams"]) -> Bounds:
-    """Spheres about the cones of spot lights."""
+    """Return the bounding spheres of the cones of spot lights."""
     place = np.array([lamp.position for lamp in lamps], float)
     axis = np.array([lamp.direction for lamp in lamps], float)
     half, reach = np.radians([lamp.angle / 2 for lamp in lamps]), np.array([lamp.range for lamp in lamps])

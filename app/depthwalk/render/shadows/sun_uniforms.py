@@ -1,4 +1,4 @@
-"""Shadow maps as the shaders take them."""
+"""Hand shadow maps to the shaders: texture and uniforms, for shaders/common/sun_maps.glsl and shaders/light."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,12 +11,12 @@ from depthwalk.render.shadows.cascades import Cascade
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import MAX_CASCADES, LodParams, ShadowParams
 
-COLUMNS = 2  # of tiles in the texture
+COLUMNS = 2  # tiles in a row of the sun's texture; shaders read it
 
 
 @dataclass(frozen=True, kw_only=True)
 class LampMaps:
-    """texture: depth, tiles of equal size; params: what they were drawn by."""
+    """Hold the shadow maps of lamps. texture: depth, tiles of equal size; params: the settings they were drawn by."""
 
     texture: moderngl.Texture
     params: ShadowParams
@@ -24,15 +24,34 @@ class LampMaps:
 
 @dataclass(frozen=True, kw_only=True)
 class SunMaps:
-    """texture: depth, tiles of equal size, `COLUMNS` to a row; cascades: what each shows, the nearest first, all along
-    one light; params: what they were drawn by."""
+    """Hold the shadow maps of the sun.
+
+    Attributes
+    ----------
+    texture
+        Depth, tiles of equal size, `COLUMNS` to a row.
+    cascades
+        What each tile shows, the nearest first; all look along one direction.
+    params
+        The settings that they were drawn by.
+    """
 
     texture: moderngl.Texture
     cascades: tuple[Cascade, ...]
     params: ShadowParams
 
     def use(self, unit: int, view: View, lod: LodParams) -> dict[str, Any]:
-        """Binds the texture to a unit; the uniforms of shaders/common/sun_maps.glsl."""
+        """Bind the texture to a unit and return the uniforms of shaders/common/sun_maps.glsl.
+
+        Parameters
+        ----------
+        unit
+            The texture unit.
+        view
+            The view of the picture: points are looked up by world vectors from its position.
+        lod
+            The settings of detail, by which surfaces of the picture itself may be off.
+        """
         self.texture.use(unit)
         params = self.params
         axes = self.cascades[0].axes * np.array([[1], [1], [-1]])

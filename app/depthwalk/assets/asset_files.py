@@ -1,0 +1,158 @@
+"""Read the files of assets as a scene describes them, and derive the keys of what is made of them.
+
+A key is a hash of the bytes that were read and of everything else that the result depends on. So a result is found
+again only while it is still right, and files that are replaced need no bookkeeping.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from depthwalk.bake.cache import bake_key
+from depthwalk.bake.levels import FEWEST, RATIOS
+from depthwalk.bake.meso import Meso
+from depthwalk.bake.meso_file import load_meso
+from depthwalk.bake.parts import ModelParams
+from depthwalk.errors import InputError
+from depthwalk.ingest.image import PlanarImage
+from depthwalk.ingest.loader import check_height, load_mesh
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_depth_image, load_range_image
+from depthwalk.ingest.sources import Sources, source_hash
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset
+from depthwalk.scene.schema import DpciParams, MesoParams
+
+_MAX_READINGS = 3  # of a range image that changes while it is read
+
+
+def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
+    """Return the mesh of an asset, in the asset's frame.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+    sources
+        Where files are read from, which keeps their bytes to be hashed later; None: from the disk.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be used.
+    """
+    return load_mesh(spec.mesh, texture=spec.texture, up=spec.up, height=spec.height, sources=sources)
+
+
+def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
+    """Return the mesh of an asset, and the `source_hash` of the very bytes that it was read from. Raises InputError."""
+    sources = Sources()
+    mesh = read_mesh(spec, sources)
+    return mesh, source_hash(spec.mesh, spec.texture, sources)
+
+
+def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
+    """Return the mesh of an asset that is to have depth images, as `read_mesh` does.
+
+    Raises InputError also where depth images could not show the mesh, because it has no height.
+    """
+    mesh = read_mesh(spec, sources)
+    check_height(mesh, spec.mesh)
+    return mesh
+
+
+def read_meso(meso: MesoParams) -> Meso:
+    """Return the relief that is laid over an asset's depth images. Raises InputError."""
+    return load_meso(meso.depth, height=meso.height, tile=meso.tile, normal=meso.normal)
+
+
+def read_relief(spec: DepthImageAsset) -> PlanarImage:
+    """Return the planar depth image of an asset that has a `size`. Raises InputError."""
+    assert spec.size is not None  # the scene file has exactly one of size and intrinsics
+    return load_depth_image(
+        spec.depth, size=spec.size, depth_range=spec.range, unit=spec.unit, colour=spec.colour, normal=spec.normal
+    )
+
+
+def read_range_image(spec: DepthImageAsset) -> RangeImage:
+    """Return the range image of an asset that has `intrinsics`. Raises InputError."""
+    assert spec.intrinsics is not None
+    lens = Intrinsics(**spec.intrinsics.model_dump())
+    return load_range_image(spec.depth, lens=lens, unit=spec.unit, colour=spec.colour, normal=spec.normal)
+
+
+def read_keyed(spec: DepthImageAsset) -> tuple[RangeImage, str]:
+    """Return the range image of an asset that has `intrinsics`, and the key of its depth image.
+
+    NPY and OpenEXR files are read by their names, not from bytes that could be hashed as well. So the files are hashed
+    before and after, and read again where these differ.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be used, and for files that change whenever they are read.
+    """
+    for _ in range(_MAX_READINGS):
+        key, image = range_key(spec), read_range_image(spec)
+        if range_key(spec) == key:
+            return image, key
+    raise InputError(f"{spec.depth}: it, or a picture that belongs to it, changes while it is read")
+
+
+@contextmanager
+def complaints_about(file: Path) -> Iterator[None]:
+    """Put a file's name before the complaints of code in the `with` block that knows its contents only."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def model_params(dpci: DpciParams) -> ModelParams:
+    """Return the parameters of the bake that a scene wants for an asset."""
+    return ModelParams(
+        resolution=dpci.resolution, layers=dpci.layers, method=dpci.method, parts=dpci.parts, axis=dpci.axis
+    )
+
+
+def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) -> str:
+    """Return the key of a mesh asset's depth images.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+    params
+        How it is baked.
+    source
+        The `source_hash` of the bytes that it is baked from; None: of what its files hold now.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be read.
+    """
+    # Defaults are left out: files that were baked before there was a choice keep their keys.
+    default = ModelParams()
+    chosen = {name: getattr(params, name) for name in ("method", "parts", "axis")}
+    return bake_key(
+        source or source_hash(spec.mesh, spec.texture),
+        up=spec.up,
+        height=spec.height,
+        resolution=params.resolution,
+        layers=params.layers,
+        **{name: value for name, value in chosen.items() if value != getattr(default, name)},
+    )
+
+
+def levels_key(spec: MeshAsset, source: str) -> str:
+    """Return the key of a mesh asset's simplified levels; source: the `source_hash` of the mesh they are made from."""
+    return bake_key(source, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
+
+
+def range_key(spec: DepthImageAsset) -> str:
+    """Return the key of the depth image that a range image is baked to, by what its files hold. Raises InputError."""
+    assert spec.intrinsics is not None
+    normal = None if spec.normal is None else source_hash(spec.normal)
+    return bake_key(
+        source_hash(spec.depth, spec.colour), normal=normal, unit=spec.unit, intrinsics=spec.intrinsics.model_dump()
+    )

@@ -1,0 +1,63 @@
+"""Who owns GL objects, and what happens where the driver refuses one."""
+
+import pytest
+
+from depthwalk.gpu.device import GpuError
+
+
+@pytest.fixture
+def scope(gl_device):
+    made = gl_device.scope("test")
+    yield made
+    made.release()
+
+
+def test_a_scope_releases_everything_once(gl_device):
+    before = dict(+gl_device.live)
+    scope = gl_device.scope("test")
+    texture = scope.texture((4, 4), 4)
+    scope.framebuffer([texture], scope.depth_texture((4, 4)))
+    scope.buffer(b"abcd")
+    scope.number_array((4, 4, 2), 2, bytes(128), "i2")
+    scope.srgb_texture((2, 2), bytes(16))
+    scope.mipmapped_texture((4, 4), 1, bytes(16), 2)
+    assert gl_device.live["texture"] == before.get("texture", 0) + 4
+    assert gl_device.live["buffer"] == before.get("buffer", 0) + 1
+    scope.free(texture)
+    with pytest.raises(KeyError):
+        scope.free(texture)
+    scope.release()
+    scope.release()
+    assert dict(+gl_device.live) == before
+
+
+def test_scopes_do_not_free_what_is_not_theirs(gl_device, scope):
+    other = gl_device.scope("other")
+    buffer = other.buffer(b"abcd")
+    with pytest.raises(KeyError):
+        scope.free(buffer)
+    other.release()
+
+
+def test_objects_that_cannot_be_are_refused_with_their_owner_and_size(gl_device, scope):
+    before = dict(+gl_device.live)
+    most = gl_device.max_texture_size
+    for make, complaint in (
+        (lambda: scope.texture((most + 1, 4), 4), f"test: texture of {most + 1} × 4; this driver allows 1 to {most}"),
+        (lambda: scope.depth_texture((0, 4)), "test: texture of 0 × 4"),
+        (lambda: scope.number_array((1, 1, gl_device.max_layers + 1), 1, b"", "i2"), "test: .* texture layers"),
+        (lambda: scope.buffer(b""), "test: empty buffer"),
+        (lambda: scope.buffer(), "test: empty buffer"),
+    ):
+        with pytest.raises(GpuError, match=complaint):
+            make()
+    assert dict(+gl_device.live) == before
+
+
+def test_a_bound_framebuffer_can_be_freed(gl_device, scope):
+    """moderngl would bind it again when the next is made."""
+    framebuffer = scope.framebuffer([scope.texture((4, 4), 4)])
+    framebuffer.use()
+    scope.free(framebuffer)
+    scope.framebuffer([scope.texture((8, 8), 4)]).use()
+    assert gl_device.context.error == "GL_NO_ERROR"

@@ -1,0 +1,67 @@
+"""Records of objects on the GPU: they come back as they went in, and buffers follow their number."""
+
+import moderngl
+import numpy as np
+import pytest
+
+from depthwalk.gpu.instances import RECORDS_PER_ROW, AssetArrays, InstanceStream, RecordTexture
+
+RECORD = np.dtype([("place", "3f4"), ("size", "f4")])
+VERTEX = """#version 330 core
+in vec2 in_corner; in vec3 in_place; in float in_size; out vec4 found;
+void main() { found = vec4(in_place, in_size + in_corner.x); gl_Position = vec4(0); }"""
+
+
+@pytest.fixture
+def scope(gl_device):
+    made = gl_device.scope("test")
+    yield made
+    made.release()
+
+
+def records_of(count):
+    records = np.zeros(count, RECORD)
+    records["place"] = np.arange(3 * count).reshape(-1, 3)
+    records["size"] = -np.arange(count)
+    return records
+
+
+def test_instances_read_their_records_from_any_first_one_on(gl_device, scope):
+    program = gl_device.context.program(vertex_shader=VERTEX, varyings=["found"])
+    corner, index = scope.buffer(np.float32([[0.5, 0]])), scope.buffer(np.uint32([0]))
+    arrays, stream = AssetArrays(scope, program, "2f", "in_corner"), InstanceStream(scope, RECORD)
+    records = records_of(5)
+    stream.upload(records)
+    array = arrays.get("dot", corner, index)
+    assert arrays.get("dot", corner, index) is array
+    stream.bind(array, 2)
+    out = scope.buffer(reserve=48)
+    scope.framebuffer([scope.texture((4, 4), 4)]).use()
+    array.transform(out, moderngl.POINTS, vertices=1, instances=3)
+    found = np.frombuffer(out.read(), np.float32).reshape(3, 4)
+    before = gl_device.live["vertex_array"]
+    arrays.forget()
+    program.release()
+    assert gl_device.live["vertex_array"] == before - 1
+    np.testing.assert_array_equal(found[:, :3], records["place"][2:])
+    np.testing.assert_array_equal(found[:, 3], records["size"][2:] + 0.5)
+
+
+def test_a_stream_grows_and_shrinks_and_stays_one_buffer(gl_device, scope):
+    stream, sizes, before = InstanceStream(scope, RECORD), [], gl_device.live["buffer"]
+    for count in (10, 10_000, 9_000, 0, 10):
+        stream.upload(records_of(count))
+        sizes.append(stream._buffer.size // RECORD.itemsize)
+        assert gl_device.live["buffer"] == before and sizes[-1] >= count
+    assert sizes == [256, 20_000, 20_000, 256, 256]
+
+
+@pytest.mark.parametrize("counts", [(3,), (RECORDS_PER_ROW + 1, 2), (0, RECORDS_PER_ROW)])
+def test_a_record_texture_has_records_by_their_number(gl_device, scope, counts):
+    texture, before = RecordTexture(scope, RECORD), gl_device.live["texture"]
+    for count in counts:
+        records = records_of(count)
+        texture.upload(records)
+        held = np.frombuffer(texture._texture.read(), np.float32).view(RECORD).ravel()
+        np.testing.assert_array_equal(held[:count], records)
+    assert gl_device.live["texture"] == before

@@ -1,0 +1,54 @@
+"""Depth images on the GPU: geometry comes back as it was cooked, and every object has an owner."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from depthwalk.bake.meso import Meso
+from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.lod_geometry import vertex_positions
+from depthwalk.render.resources.depth_image_object import upload_depth
+from shapes import bake, sphere
+
+
+@pytest.fixture(scope="module")
+def cooked():
+    return cook_object(bake(sphere(columns=64, rows=32), 32, 1), CookOptions())
+
+
+@pytest.fixture
+def scope(gl_device):
+    made = gl_device.scope("test")
+    yield made
+    made.release()
+
+
+def test_geometry_comes_back_as_it_was_cooked(scope, cooked):
+    grids, pages = cooked.load()
+    uploaded = upload_depth(scope, cooked.outline, grids, pages)
+    positions, triangles = uploaded.shape([(0, 300), (300, 30)])
+    assert triangles.shape == (110, 3)
+    low, size = (np.array(bound, np.float32) for bound in (grids.box_low, grids.box_size))
+    samples = np.asarray(grids.vertices).view(np.uint16).reshape(-1, 4)
+    known = {tuple(point) for point in vertex_positions(samples, low, size).astype(np.float32).tolist()}
+    assert {tuple(point) for point in positions.tolist()} <= known
+    assert np.linalg.norm(positions - [0, 1, 0], axis=1) == pytest.approx(np.ones(len(positions)), abs=0.15)
+
+
+def test_everything_is_owned_and_freed(scope, cooked, gl_device):
+    before = dict(+gl_device.live)
+    uploaded = upload_depth(scope, cooked.outline, *cooked.load())
+    assert sum(gl_device.live.values()) == sum(before.values()) + len(uploaded.owned)
+    scope.free(*uploaded.owned)
+    assert dict(+gl_device.live) == before
+
+
+def test_relief_is_a_define_and_a_texture(scope, cooked):
+    plain = upload_depth(scope, cooked.outline, *cooked.load())
+    assert plain.defines == () and plain.relief["meso_height"] == 0 and plain.meso.size == (1, 1)
+    meso = Meso(relief=np.zeros((4, 8, 3), np.float32), tile=(0.5, 0.25), height=0.1)
+    rough = upload_depth(scope, replace(cooked.outline, meso=meso), *cooked.load())
+    assert rough.defines == ("MESO",) and rough.meso.size == (8, 4)
+    assert rough.relief["meso_height"] == pytest.approx(0.1) and rough.relief["meso_turn"] == 13
+    assert set(rough.surface_defines) == {"MESO", *plain.colour_defines}

@@ -1,0 +1,86 @@
+"""Meshes come when they are wanted and go, with all their GL objects, when others need the room."""
+
+import time
+
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import MeshLevel
+from depthwalk.render.resources.mesh_store import MeshStore
+from shapes import box, sphere
+
+
+class Meshes:
+    """Two meshes, one that cannot be read, and one asset without."""
+
+    def __init__(self):
+        self.held = [box(1, 1, 1), sphere(columns=8, rows=4)]
+        self.forgotten = []
+
+    def mesh(self, asset):
+        if asset == 2:
+            raise InputError("bad.ply: broken")
+        return self.held[asset] if asset < 2 else None
+
+    def mesh_levels(self, asset):
+        return MeshLevel(self.held[asset], 0.0), MeshLevel(sphere(columns=6, rows=3), 0.1)
+
+    def forget_mesh(self, asset):
+        self.forgotten.append(asset)
+
+
+@pytest.fixture
+def store(gl_device):
+    scope = gl_device.scope("test")
+    store = MeshStore(scope, Meshes())
+    yield store
+    scope.release()
+    store.forget()
+
+
+def test_each_level_is_uploaded_once_and_shares_its_look(store):
+    first, coarse = store.object(1), store.object(1, 1)
+    assert store.object(1) is first and store.object(1, 1) is coarse
+    assert coarse.look is first.look and coarse.indices.size < first.indices.size
+    with pytest.raises(LookupError, match="asset 3 has no mesh"):
+        store.object(3)
+
+
+def test_fallbacks_go_with_their_objects_two_frames_after_they_were_wanted(store, gl_device):
+    store.begin_frame()
+    before = dict(+gl_device.live)
+    assert set(store.mesh_fallbacks([0, 1], wait=True)) == {0, 1}
+    store.object(0)
+    assert store.stand_in_bytes == store.object(0).vertices.size + store.object(0).indices.size
+    for _ in range(2):
+        assert not store.unwanted
+        store.begin_frame()
+    assert store.unwanted == {0, 1}
+    store.let_go({0, 1})
+    assert dict(+gl_device.live) == before and store.stand_in_bytes == 0
+    assert sorted(store._library.forgotten) == [0, 1]
+
+
+def test_meshes_that_the_scene_shows_are_no_fallbacks(store):
+    store.object(0)
+    store.begin_frame()
+    store.begin_frame()
+    assert not store.unwanted and store.stand_in_bytes == 0
+
+
+def read_meanwhile(store, assets):
+    """What has been read after some seconds at most."""
+    deadline = time.monotonic() + 10
+    while time.monotonic() < deadline:
+        found = store.mesh_fallbacks(assets, wait=False)
+        if set(found) >= {0, 1}:
+            break
+        time.sleep(0.01)
+    return found
+
+
+def test_frames_that_may_not_wait_have_meshes_read_meanwhile(store, caplog):
+    assert set(read_meanwhile(store, [2, 0, 1])) == {0, 1}
+    assert "bad.ply: broken" in caplog.text
+    with pytest.raises(InputError, match="broken"):
+        MeshStore(store._gl, store._library).mesh_fallbacks([2], wait=True)

@@ -1,0 +1,78 @@
+"""Where the sun's maps lie: they hold what is seen, keep still, and are cut where the paper says."""
+
+import numpy as np
+import pytest
+
+from depthwalk.render.shadows.cascades import DEPTH, Cascade, fit_cascades, light_axes, split_distances
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View, matrix_array
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.render_settings import ShadowParams
+
+TO_SUN = np.array([0.4, 0.8, -0.3])
+PARAMS = ShadowParams(enabled=True)
+
+
+def seen_from(position=(1.0, 2.0, 3.0), target=(4.0, 1.0, -2.0), far=60.0):
+    return View(Camera(position, target, 1.0), (320, 200), near=0.2, far=far)
+
+
+def test_slices_are_even_or_each_as_many_times_as_far():
+    assert split_distances(1.0, 16.0, 3, 0.0) == pytest.approx([6.0, 11.0, 16.0])
+    assert split_distances(1.0, 16.0, 4, 1.0) == pytest.approx([2.0, 4.0, 8.0, 16.0])
+    assert split_distances(1.0, 16.0, 4, 0.5) == pytest.approx([3.375, 6.25, 10.125, 16.0])
+
+
+@pytest.mark.parametrize("direction", [(0.0, 5.0, 0.0), (1.0, 0.0, 0.0), (0.4, 0.8, -0.3)])
+def test_axes_are_a_turn_whose_last_points_to_the_light(direction):
+    axes = light_axes(np.array(direction))
+    assert axes @ axes.T == pytest.approx(np.eye(3)) and np.linalg.det(axes) == pytest.approx(1)
+    assert axes[2] == pytest.approx(np.array(direction) / np.linalg.norm(direction))
+
+
+def test_every_point_in_sight_is_in_the_map_of_its_slice():
+    view = seen_from()
+    rng = np.random.default_rng(3)
+    cascades = fit_cascades(view, TO_SUN, PARAMS)
+    assert len(cascades) == PARAMS.cascades
+    forward = rng.uniform(0.2, 60, 4000)
+    screen = np.column_stack([rng.uniform(-1, 1, (4000, 2)), np.ones(4000)])
+    points = view.position + forward[:, None] * (screen @ view.ray_from_screen.T)
+    begin = max(4.0 ** np.floor(np.log(0.2) / np.log(4.0)), min(PARAMS.distance, 64.0) / 64)
+    ends = split_distances(begin, min(PARAMS.distance, 64.0), PARAMS.cascades, PARAMS.split)
+    for number, cascade in enumerate(cascades):
+        inside = points[(forward <= ends[number]) & (forward > (ends[number - 1] if number else 0))]
+        clip = matrix_array(cascade.clip_from_centre)[:3, :3] @ (inside - cascade.centre).T
+        assert len(inside) > 20 and np.abs(clip).max() <= 1
+
+
+def test_maps_move_by_whole_texels_and_keep_their_size_while_the_viewer_turns():
+    first = fit_cascades(seen_from(), TO_SUN, PARAMS)
+    for turned in (seen_from(target=(-4.0, 1.0, 2.0)), seen_from(position=(1.7, 2.1, 3.4), target=(4.7, 1.1, -1.6))):
+        for before, after in zip(first, fit_cascades(turned, TO_SUN, PARAMS), strict=True):
+            assert after.half == pytest.approx(before.half)
+            moved = (np.subtract(after.centre, before.centre) @ before.axes.T)[:2] / before.texel
+            assert moved == pytest.approx(np.round(moved), abs=1e-4)
+
+
+def test_a_small_step_moves_no_map():
+    cascades = fit_cascades(seen_from(), TO_SUN, PARAMS)
+    still = 0
+    for k in range(10):
+        moved = fit_cascades(seen_from((1 + 1e-4 * k, 2.0, 3.0), (4 + 1e-4 * k, 1.0, -2.0)), TO_SUN, PARAMS)
+        still += [map_.centre for map_ in moved] == [map_.centre for map_ in cascades]
+    assert still >= 9
+
+
+def test_there_are_no_maps_where_all_is_beyond_the_distance():
+    view = View(Camera((0, 1, 0), (0, 1, 1), 1.0), (320, 200), near=90.0, far=200.0)
+    assert fit_cascades(view, TO_SUN, PARAMS) == ()
+
+
+def test_casters_reach_to_the_sun_and_beside_the_map_there_are_none():
+    view = Cascade(centre=(0.0, 0.0, 0.0), half=10.0, axes=light_axes(np.array([0.0, 1, 0])), resolution=100)
+    centre = np.array([[0, 5000.0, 0], [0, -DEPTH * 10 - 2, 0], [12, 0, 0], [10.5, 0, 0], [0, 0, -10.5]], np.float32)
+    assert view.meets(Bounds(centre, np.ones(5, np.float32))).tolist() == [True, False, False, True, True]
+    assert view.texel == pytest.approx(0.2) and view.light == pytest.approx((0, 1, 0, 0))
+    nearest, middle = view.texels(Bounds(centre, np.ones(5, np.float32)))
+    assert nearest == pytest.approx([0.2] * 5) and middle == pytest.approx([0.2] * 5)

@@ -1,0 +1,31 @@
+"""The uniforms of the sun's maps lead from the viewer to the texel that the matrix leads to."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from depthwalk.render.shadows.cascades import fit_cascades
+from depthwalk.render.shadows.sun_uniforms import SunMaps
+from depthwalk.render.view.view import View, matrix_array
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.render_settings import MAX_CASCADES, LodParams, ShadowParams
+
+
+def test_uniforms_find_points_as_the_matrix_does():
+    view = View(Camera((30.0, 2.0, -3.0), (4.0, 1.0, -2.0), 1.0), (320, 200), near=0.2, far=60.0)
+    params = ShadowParams(enabled=True, cascades=3)
+    cascades = fit_cascades(view, np.array([0.4, 0.8, -0.3]), params)
+    bound = []
+    uniforms = SunMaps(texture=SimpleNamespace(use=bound.append), cascades=cascades, params=params).use(
+        5, view, LodParams()
+    )
+    assert bound == [5] and uniforms["sun_maps"] == 5 and uniforms["cascades"] == 3
+    places = np.frombuffer(uniforms["places"], np.float32).reshape(MAX_CASCADES, 4)
+    assert (places[3:] == 0).all()
+    light_from_world = np.reshape(uniforms["light_from_world"], (3, 3)).T
+    point = np.array([28.0, 1.0, -2.5])
+    for place, cascade in zip(places, cascades, strict=False):
+        found = light_from_world @ (point - view.position) * place[3] + place[:3]
+        clip = matrix_array(cascade.clip_from_centre)[:3, :3] @ (point - cascade.centre)
+        assert found[:2] == pytest.approx(clip[:2] / 2 + 0.5, abs=1e-4)

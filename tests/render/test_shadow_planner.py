@@ -1,0 +1,66 @@
+"""Which maps a frame has, without anything to draw into them."""
+
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from depthwalk.render import shadow_planner
+from depthwalk.render.lighting.irradiance import lighting
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import Environment, LampParams
+from depthwalk.scene.render_settings import ShadowParams
+
+VIEW = View(Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0), (320, 200), near=0.5, far=40.0)
+DARK = {"sun": {"intensity": 0.0}}
+
+
+@pytest.fixture
+def plan(monkeypatch):
+    """Plans with two objects in sight, the second of which is not on the GPU; maps tell what they were made of."""
+    monkeypatch.setattr(
+        shadow_planner,
+        "shadow_map",
+        lambda view, rows, scene, rule, most: SimpleNamespace(view=view, rows=rows.tolist(), rule=rule, most=most),
+    )
+    bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
+    world = SimpleNamespace(bounds=lambda: bounds, arrays=lambda: None)
+    uploads = SimpleNamespace(there=lambda rows: rows == 0, fallback_mesh=None)
+    planner = shadow_planner.ShadowPlanner(world, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
+
+    def planned(params, lamps=(), **environment):
+        light = lighting(Environment(**environment))
+        return planner.plan(VIEW, light, lamps, params, 2.0, uploads, may_wait=True)
+
+    return planned
+
+
+def lamp(x, **more):
+    return LampParams(position=(x, 3.0, 0.0), direction=(0, -1, 0), shadow=True, **more)
+
+
+def test_the_sun_has_maps_of_what_is_on_the_gpu_and_farther_ones_are_coarser(plan):
+    shadows = plan(ShadowParams(enabled=True, triangles_per_texel=16.0))
+    assert [map_.most for map_ in shadows.sun] == [16, 4, 1]
+    assert {row for map_ in shadows.sun for row in map_.rows} == {0}
+    assert shadows.may_wait and shadows.lamps == shadows.tiles == {}
+    assert shadows.sun[0].rule.magnification == 2.0
+
+
+@pytest.mark.parametrize(("params", "environment"), [(ShadowParams(enabled=True), DARK), (ShadowParams(), {})])
+def test_no_sun_or_no_shadows_are_no_maps(plan, params, environment):
+    assert plan(params, **environment).sun is None
+
+
+def test_the_brightest_lamps_in_sight_have_maps_and_too_many_are_told_of_once(plan, caplog):
+    lamps = [lamp(0.0), lamp(1.0, intensity=5.0), LampParams(position=(0, 3, 0)), lamp(-1.0, intensity=9.0)]
+    params = ShadowParams(lamps=2, triangles_per_texel=16.0)
+    shadows = plan(params, lamps, **DARK)
+    assert set(shadows.tiles) == {1, 3} and set(shadows.lamps) == set(shadows.tiles.values())
+    for number, tile in shadows.tiles.items():
+        assert shadows.lamps[tile].view.centre == lamps[number].position and shadows.lamps[tile].most == 16
+    plan(params, lamps, **DARK)
+    assert caplog.text.count("3 lamps in sight are to cast shadows; render.shadows.lamps allows 2") == 1

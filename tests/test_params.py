@@ -1,0 +1,31 @@
+"""Declared parameters: what is unknown or out of range is refused, whenever it is set."""
+
+import pytest
+from pydantic import ValidationError
+
+from depthwalk.params import Params, param
+
+
+class Lamp(Params):
+    watts: float = param(40.0, "Power", unit="W", ge=0, le=100)
+
+
+def test_defaults_ranges_and_unknown_names():
+    assert Lamp().watts == 40
+    for wrong in ({"watts": 101}, {"watts": -1}, {"wats": 3}):
+        with pytest.raises(ValidationError):
+            Lamp.model_validate(wrong)
+
+
+def test_assignments_are_checked():
+    lamp = Lamp()
+    lamp.watts = 100
+    with pytest.raises(ValidationError):
+        lamp.watts = 100.5
+    assert lamp.watts == 100
+
+
+def test_the_schema_holds_help_unit_and_range():
+    declared = Lamp.model_json_schema()["properties"]["watts"]
+    assert declared["description"] == "Power" and declared["unit"] == "W"
+    assert (declared["minimum"], declared["maximum"], declared["default"]) == (0, 100, 40)
