@@ -19,6 +19,7 @@ from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints
 
 _BITS = 21  # of the number of a vertex, or of a cube along an axis, so that three fit into one key
+_MASK = (1 << _BITS) - 1
 _MOST_ROUNDS = 60
 _WORTH = 0.01  # of the vertices: a round that contracts fewer is the last
 _STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
@@ -81,7 +82,8 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, cell: float) -> 
 
 def voxel_keys(point: Array, side: float) -> Ints:
     """Numbers (n,) of the cubes of a lattice, `side` metres wide, that hold points (n, 3)."""
-    return np.floor(point / side).astype(np.int64) @ (1 << 2 * _BITS, 1 << _BITS, 1)
+    x, y, z = np.floor(point / side).astype(np.int64).T
+    return (x << 2 * _BITS) + (y << _BITS) + z
 
 
 def surface_of(point: Array, triangles: Ints, facets: SharpFeatures | None = None) -> ClusteredSurface:
@@ -150,7 +152,7 @@ def _contract_once(
     ends[number[np.concatenate([cheap.start, cheap.end])]] = True
     # Only where a vertex is new can a triangle have become another's copy.
     triangles = number[surface.triangles]
-    touched = new[triangles].any(1)
+    touched = _any_corner(new, triangles)
     triangles = np.concatenate([triangles[~touched], _distinct(triangles[touched])])
     left, triangles = _renumbered(triangles, len(moved))
     return ClusteredSurface(moved[left], triangles, quadric[left], weight[left]), _Live(new[left], ends[left])
@@ -158,7 +160,7 @@ def _contract_once(
 
 def _spoilt(surface: ClusteredSurface, moved: Array, tolerance: float, each: Map) -> NDArray[np.bool_]:
     """Vertices (n,) of triangles that have flipped where these are `moved` (n, 3)."""
-    triangles = surface.triangles[(moved != surface.point).any(1)[surface.triangles].any(1)]
+    triangles = surface.triangles[_any_corner((moved != surface.point).any(1), surface.triangles)]
 
     def flipped(some: slice) -> Ints:
         normal, area = _normals(moved, triangles[some])
@@ -197,7 +199,7 @@ def _live_ends(triangles: Ints, live: _Live) -> tuple[Ints, Ints]:
         keys.append(np.minimum(start, end) << _BITS | np.maximum(start, end))
     key = np.sort(np.concatenate(keys))
     key = key[np.diff(key, prepend=-1) > 0]  # np.unique hashes, at ten times the cost
-    return key >> _BITS, key & (1 << _BITS) - 1
+    return key >> _BITS, key & _MASK
 
 
 def _cheap_edges(surface: ClusteredSurface, start: Ints, end: Ints, tolerance: float, each: Map) -> _Edges:
@@ -252,8 +254,14 @@ def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints
     """Both ends (m,) of edges that end the surface of triangles (t, 3) with normals (t, 3), and vectors (m, 3) outward,
     as long as they are."""
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    key, back = start << _BITS | end, np.sort(end << _BITS | start)
-    open_ = np.flatnonzero(back[np.searchsorted(back, key).clip(max=len(back) - 1)] != key)
+    # Both directions of an edge side by side, the last bit telling them apart.
+    key = np.minimum(start, end) << _BITS + 1 | np.maximum(start, end) << 1 | (start > end)
+    order = np.argsort(key)
+    key = key[order]
+    begins = np.flatnonzero(np.diff(key >> 1, prepend=-1))
+    ends = np.append(begins[1:], len(key))
+    one_way = key[begins] == key[ends - 1]
+    open_ = np.sort(order[np.repeat(one_way, ends - begins)])
     start, end = start[open_], end[open_]
     return start, end, np.cross(point[end] - point[start], normal[open_ // 3])
 
@@ -296,12 +304,18 @@ def _normals(point: Array, triangles: Ints) -> tuple[Array, Array]:
 
 def _distinct(triangles: Ints) -> Ints:
     """Triangles (t, 3) with three corners, each once, the smallest number first."""
-    following = np.roll(triangles, -1, axis=1)
-    triangles = triangles[(triangles != following).all(1)]
-    first = triangles.argmin(1)[:, None]
-    triangles = np.take_along_axis(triangles, (np.arange(3) + first) % 3, axis=1)
-    _, once = np.unique(triangles @ (1 << 2 * _BITS, 1 << _BITS, 1), return_index=True)
-    return np.asarray(triangles[once])
+    a, b, c = triangles.T
+    # Of the three rotations, that with the smallest number first has the smallest key.
+    keys = [one << 2 * _BITS | two << _BITS | three for one, two, three in ((a, b, c), (b, c, a), (c, a, b))]
+    key = np.sort(np.minimum(np.minimum(*keys[:2]), keys[2])[(a != b) & (b != c) & (c != a)])
+    key = key[np.diff(key, prepend=-1) > 0]
+    return np.stack([key >> 2 * _BITS, key >> _BITS & _MASK, key & _MASK], -1)
+
+
+def _any_corner(vertices: NDArray[np.bool_], triangles: Ints) -> NDArray[np.bool_]:
+    """Which triangles (t, 3) have one of `vertices` (n,)."""
+    a, b, c = triangles.T
+    return vertices[a] | vertices[b] | vertices[c]  # `any` along so short an axis takes several times as long
 
 
 def _renumbered(triangles: Ints, count: int) -> tuple[Ints, Ints]:

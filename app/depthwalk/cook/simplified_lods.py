@@ -72,8 +72,9 @@ def build_simplified_lods(baked: BakedObject) -> LodGeometry:
         levels = [spread(surface, wanted, side, off)[surface.triangles] for surface, off in surfaces]
     else:
         levels = [surface.point[surface.triangles] for surface, _ in surfaces]
-    samples = np.unique(triangles)
-    samples = samples[~yields[samples]]
+    used = np.zeros(len(point), bool)
+    used[triangles] = True
+    samples = np.flatnonzero(used & ~yields)
     probes = point[np.random.default_rng(0).permutation(samples)[:_PROBES]]
     error = np.maximum.accumulate([_deviation(probes, corners) for corners in levels])
     # Of foliage nobody would ever see the finest, and two thirds of the memory would go to that.

@@ -46,11 +46,14 @@ def _boxes(
     for halving in range(_HALVINGS + 1):
         image, texel, wraps = _looked_up(baked, code, points)
         # Some corners are at one end of the image, some at the other: those go a turn further.
-        across = wraps[:, None] & (np.ptp(texel[..., 0], 1, keepdims=True) > width / 2)
-        texel[..., 0] += width * (across & (texel[..., 0] < width / 2))
-        low = np.floor((texel.min(1) - _SLACK) / SUB_TILE).astype(np.int64)
-        high = np.floor((texel.max(1) + _SLACK) / SUB_TILE).astype(np.int64)
-        large = (high - low > 1).any(1) & (halving < _HALVINGS)
+        u = texel[..., 0].T
+        across = wraps & (u.max(0) - u.min(0) > width / 2)
+        texel[..., 0] += width * (across & (u < width / 2)).T
+        a, b, c = texel.swapaxes(0, 1)  # `min` along so short an axis takes several times as long
+        lowest, highest = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        low = np.floor((lowest - _SLACK) / SUB_TILE).astype(np.int64)
+        high = np.floor((highest + _SLACK) / SUB_TILE).astype(np.int64)
+        large = ((high[:, 0] - low[:, 0] > 1) | (high[:, 1] - low[:, 1] > 1)) & (halving < _HALVINGS)
         yield image[~large], low[~large], high[~large]
         code, points = np.repeat(code[large], 4), _quarters(points[large])
 
@@ -71,7 +74,8 @@ def _count(
     left, right = (end.clip(-columns, 2 * columns) + columns for end in (low[:, 0], high[:, 0] + 1))
     below, above = (end.clip(0, counts.shape[1] - 1) for end in (low[:, 1], high[:, 1] + 1))
     for row, column, step in ((below, left, 1), (below, right, -1), (above, left, -1), (above, right, 1)):
-        np.add.at(counts, (image, row, column), step)
+        place = np.ravel_multi_index((image, row, column), counts.shape)
+        counts += step * np.bincount(place, minlength=counts.size).reshape(counts.shape)
 
 
 def _looked_up(
