@@ -135,7 +135,18 @@ def build_grid_lods(
         horizon[:] = -np.inf  # relief turns triangles; a planar image is one cap
     error = _STEP_ERROR * square_texel(baked) * (2.0 ** np.arange(baked.steps) - 1)
     joined = np.concatenate(indices)
-    return LodGeometry(every, np.concatenate(texels), joined, WHOLE, first, count, horizon, low, size, error)
+    return LodGeometry(
+        vertices=every,
+        texels=np.concatenate(texels),
+        indices=joined,
+        chunks=WHOLE,
+        first=first,
+        count=count,
+        horizon=horizon,
+        box_low=low,
+        box_size=size,
+        error=error,
+    )
 
 
 def _in_pieces(
