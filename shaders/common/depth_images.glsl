@@ -1,7 +1,7 @@
 // Looks up colour and normal of a depth-image object at a point of its surface, in the object frame (Liu, Liu and Wu 2007,
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
 // MESO: the object has meso-structure.
-#from depthwalk.cook.virtual_texture import DEPTH_PERIOD
+#from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 #include "common/meso.glsl"
 #include "common/pages.glsl"
 uniform float texels[FACE_COUNT];                // per metre, on each face

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.cook import simplified_lods as surface_levels
+from depthwalk.cook import indexed_lods
 from depthwalk.cook.index_chunks import WHOLE, chunk_runs, vertex_numbers
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.scene.arrays import Camera
@@ -34,7 +34,7 @@ def test_indices_count_from_the_vertex_of_their_chunk():
 def test_pictures_do_not_depend_on_chunks(studio, monkeypatch):
     baked = bake(sphere(0.6, 64, 32), resolution=160)
     whole = build_simplified_lods(baked)
-    monkeypatch.setattr(surface_levels, "MOST_VERTICES", 600)
+    monkeypatch.setattr(indexed_lods, "MOST_VERTICES", 600)
     cut = build_simplified_lods(baked)
     assert len(cut.chunks) > len(whole.chunks) == len(whole.error)
     np.testing.assert_array_equal(*(triangles_of(grids, 0) for grids in (whole, cut)))

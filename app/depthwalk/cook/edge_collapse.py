@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from depthwalk.cook.quadrics import ClusteredSurface, optimal_points, squared_distances
 from depthwalk.geometry.indexed_triangles import (
     KEY_BITS,
     any_corner,
@@ -16,7 +17,6 @@ from depthwalk.geometry.indexed_triangles import (
     drop_unused,
     normals_and_areas,
 )
-from depthwalk.cook.quadrics import ClusteredSurface, optimal_points, squared_distances
 from depthwalk.geometry.soa import Takes
 from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
@@ -119,7 +119,7 @@ def _flipped(surface: ClusteredSurface, moved: Array, tolerance: float, parallel
         normal, area = normals_and_areas(moved, triangles[batch])
         turned = np.einsum("ij,ij->i", normal, normals_and_areas(surface.point, triangles[batch])[0]) < _TURN
         # Triangles smaller than the tolerance may turn as they like: folds are full of them.
-        return triangles[batch][turned & (area > tolerance**2)]
+        return np.asarray(triangles[batch][turned & (area > tolerance**2)])
 
     flipped = np.zeros(len(moved), bool)
     for corners in parallel(flipped_of, batches(len(triangles), _BATCH)):

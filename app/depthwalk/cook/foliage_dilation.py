@@ -6,8 +6,8 @@ Simplification makes leaves shrink or vanish. Those that are left are enlarged i
 
 import numpy as np
 
-from depthwalk.geometry.indexed_triangles import open_edges
 from depthwalk.cook.quadrics import ClusteredSurface
+from depthwalk.geometry.indexed_triangles import open_edges
 from depthwalk.geometry.triangles import face_normals, sample_batches
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from depthwalk.geometry.indexed_triangles import normals_and_areas, open_edges
 from depthwalk.cook.sharp_features import SharpFeatures
+from depthwalk.geometry.indexed_triangles import normals_and_areas, open_edges
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array, Ints
 

@@ -15,7 +15,7 @@ from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS, LodGeometry
 from depthwalk.types import Array, Ints, Mask
 
 SUB_TILE = 4  # texels
-BLOCK = 2 * SUB_TILE  # texels: an entry of the virtual texture's table
+TILE = 2 * SUB_TILE  # texels: has an entry of the virtual texture's table
 _SLACK = 0.25  # texels around a triangle: surface points of pixels may lie beside it; 3 changed no picture of an ogre
 _HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never fits into a few sub-tiles of the side
 
@@ -33,9 +33,9 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) ->
     Returns
     -------
     list
-        Masks (images, rows, columns) of sub-tiles; rows and columns are those of whole blocks.
+        Masks (images, rows, columns) of sub-tiles; rows and columns are those of whole tiles.
     """
-    rows, columns = (2 * size for size in block_shape(baked.images[0].depth.shape))
+    rows, columns = (2 * size for size in tile_counts(baked.images[0].depth.shape))
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)
     positions, covered, done = grids.positions, [], 0
     for ends in [int((grids.first + grids.count)[:count].max()) for count in levels]:
@@ -49,9 +49,9 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) ->
     return covered
 
 
-def block_shape(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return the rows and columns of blocks that an image of `shape`, (H, W) texels, has."""
-    return -(-shape[0] // BLOCK), -(-shape[1] // BLOCK)
+def tile_counts(shape: tuple[int, ...]) -> tuple[int, int]:
+    """Return the rows and columns of tiles that an image of `shape`, (H, W) texels, has."""
+    return -(-shape[0] // TILE), -(-shape[1] // TILE)
 
 
 def _boxes(baked: BakedObject, code: Ints, points: Array) -> Iterator[tuple[Ints, Ints, Ints]]:
