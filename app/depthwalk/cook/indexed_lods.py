@@ -46,7 +46,7 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
         order = order[view[order] != NOWHERE]
         counts.append(3 * np.bincount(piece[order], minlength=RANGES))
         horizons.append(piece_horizons(placed[order], piece[order]))
-        for chunk_vertices, chunk_indices in _chunks(position[order], view[order]):
+        for chunk_vertices, chunk_indices in _chunks(position[order], view[order], MOST_VERTICES):
             vertices.append(chunk_vertices)
             indices.append(chunk_indices)
     chunks = np.array([[0, 0], *([part.size, len(shared)] for part, shared in zip(indices, vertices, strict=True))])
@@ -64,19 +64,20 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
     )
 
 
-def _chunks(position: NDArray[np.uint16], view: Ints) -> Iterator[tuple[NDArray[np.uint16], NDArray[np.uint16]]]:
+def _chunks(
+    position: NDArray[np.uint16], view: Ints, size: int
+) -> Iterator[tuple[NDArray[np.uint16], NDArray[np.uint16]]]:
     """Yield vertices (v, 4) and indices (i,) of each chunk of triangles.
 
-    position: (t, 3, 3), as `LodGeometry.vertices` has them; view: (t,), the images that they look into, with flags.
+    position: (t, 3, 3), as `LodGeometry.vertices` has them; view: (t,), the images that they look into, with flags;
+    size: triangles of a chunk, at most; chunks that would have too many vertices are halved.
     """
-    for batch in batches(len(position), MOST_VERTICES):
+    for batch in batches(len(position), size):
         vertices, numbers = _share_vertices(position[batch], view[batch])
         if len(vertices) <= MOST_VERTICES:
             yield vertices, numbers.ravel().astype(np.uint16)
         else:
-            half = batch.start + (batch.stop - batch.start) // 2
-            for part in slice(batch.start, half), slice(half, batch.stop):
-                yield from _chunks(position[part], view[part])
+            yield from _chunks(position[batch], view[batch], size // 2)
 
 
 def _share_vertices(position: NDArray[np.uint16], view: Ints) -> tuple[NDArray[np.uint16], Ints]:
