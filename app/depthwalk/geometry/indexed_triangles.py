@@ -34,7 +34,7 @@ def vertex_directions(point: Array, triangles: Ints) -> Array:
 
 
 def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints, Array]:
-    """Return the boundary edges of a surface: those that only one triangle has.
+    """Return the boundary edges of a surface: those along which no triangle runs in the opposite direction.
 
     Parameters
     ----------
