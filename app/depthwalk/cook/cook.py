@@ -3,15 +3,18 @@
 A baked object is depth images; a GPU draws triangles and looks up textures. Cooking goes from the one to the other,
 once per asset, in seconds; `cooked_file` keeps the result. Its steps, in the order of `cook_object`:
 
-1. *Depth images → geometry levels.* `grid_lods` connects neighbouring samples to triangles, at steps of 1, 2, 4 …
-   texels, fewer where the surface is smooth (`rtin`). For larger images, and for foliage, `simplified_lods` takes the
-   finest of these grids and simplifies it as one surface: by vertex clustering and edge collapse, with its sharp
-   features restored and its foliage dilated.
+1. *Depth images → geometry levels.* `grid_lods` connects neighbouring samples to triangles, face by face
+   (`face_grids`), at steps of 1, 2, 4 … texels, fewer where the surface is smooth (`rtin`). For larger images, and for
+   foliage, `simplified_lods` takes the finest of these grids and simplifies it as one surface: by `vertex_clustering`
+   and `edge_collapse` (`quadrics`), with its `sharp_features` restored, and dilated if it is foliage
+   (`foliage_dilation`).
 2. *View selection.* Each simplified triangle is assigned the depth image that shows it best (`view_selection`);
    triangles of grids stay with the image that they are made of.
-3. *Pieces.* The triangles of a level are sorted by the directions from which they can be seen (`cases`).
-4. *Virtual texture.* The texels that those triangles look up (`used_texels`) are packed into one small texture, in
-   mip tiers, colours as few components as they need (`virtual_texture`, `colour_pca`).
+3. *Pieces.* The triangles of a level are sorted by the directions from which they can be seen (`cases`), and written
+   as vertex and index arrays (`lod_geometry`, `indexed_lods`, `index_chunks`).
+4. *Virtual texture.* The texels that those triangles look up (`used_texels`) are encoded (`texel_encoding`) and packed
+   into one small texture (`virtual_texture`, `mask_packing`), in mip tiers, their colours in as few components as they
+   need (`colour_pca`).
 5. *Cooked object.* What drawing asks for before the arrays are loaded goes beside them: an outline, bounds, errors.
 """
 

@@ -47,9 +47,14 @@ _OWN_RUN = {Face.TOP: Run.TOP, Face.BOTTOM: Run.BOTTOM} | dict.fromkeys(BOX_FACE
 
 @dataclass(frozen=True)
 class FaceGrids:
-    """Hold the grids of one face: its vertices (v, 4) and texels (v, 2), see `LodGeometry`, and its triangles.
+    """Hold the grids of one face.
 
-    runs: triangles (t, 3) by level and Run, vertices numbered through all faces.
+    Attributes
+    ----------
+    vertices, texels
+        (v, 4) uint16 and (v, 2) int16, see `LodGeometry`.
+    runs
+        Triangles (t, 3) by level and Run, vertices numbered through all faces.
     """
 
     vertices: NDArray[np.uint16]
@@ -58,7 +63,19 @@ class FaceGrids:
 
 
 def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cases: bool, total: int) -> FaceGrids:
-    """Return the grids of one face, its vertices numbered from `total` on; tolerance: in texels."""
+    """Return the grids of one face.
+
+    Parameters
+    ----------
+    baked, face
+        The object, and which of its faces; the face has images.
+    tolerance
+        How far samples may come off the triangles of step s, in parts of s texels; −inf keeps every cell.
+    paper_cases
+        Keep what only the paper's cases draw.
+    total
+        Number of the face's first vertex.
+    """
     images = [image for image in baked.images if image.face is face]
     present = {image.face for image in baked.images}
     shape = images[0].depth.shape
