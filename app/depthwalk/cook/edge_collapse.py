@@ -27,7 +27,7 @@ _MIN_SHARE = 0.01  # of the vertices: a round that collapses fewer edges is the 
 _STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
 _SHORT = 1e-4  # part of an edge's length that counts as an error: where all is flat, short ones go first
 _TURN = 0.2  # cosine: triangles that turn further than that have flipped
-_BATCH = 1 << 14  # edges or triangles at a time: what is known of them stays in the cache
+_BATCH = 1 << 14  # edges or triangles at a time: their arrays stay in the cache
 
 
 @dataclass(frozen=True)

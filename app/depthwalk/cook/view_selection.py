@@ -20,12 +20,12 @@ from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints, Mask
 
 NOWHERE = -1
-_ELSEWHERE, _ASKEW = 0.1, 0.3  # what it costs a triangle to look where another face owns the surface, or aslant
+_ELSEWHERE, _ASKEW = 0.1, 0.3  # cost of looking where another face owns the surface, or at a slant
 _TURNED = 0.5  # or where the surface faces elsewhere
 _EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals point; where rays are steeper, these tell
 _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
-_ROUNDING = 1e-3  # by which these may be too high: all is in single precision
-_BATCH = 1 << 13  # triangles at a time: what is known of them stays in the cache
+_ROUNDING = 1e-3  # by which lower bounds may be too high: all is in single precision
+_BATCH = 1 << 13  # triangles at a time: their arrays stay in the cache
 
 
 class _Look(NamedTuple):
