@@ -144,7 +144,7 @@ def trilinear(picture, place, level):
 
 
 def in_pages(pages, image, at, lod, size):
-    """The twin of common/virtual_texture.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
+    """The twin of common/virtual_texture.glsl: texels (n, 8) at points (n, 2), and the mip tier that each is of."""
     place, found = places(pages, image, at, lod, size)
     level = np.clip(lod - LEVELS * found, 0, LEVELS)
     normals, colours, tints = (
