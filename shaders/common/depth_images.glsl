@@ -2,7 +2,7 @@
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
 // MESO: the object has meso-structure.
 #from depthwalk.cook.lod_geometry import EDGE, BORDER
-#from depthwalk.cook.virtual_texture import DEPTH_PERIOD
+#from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 #include "common/meso.glsl"
 #include "common/virtual_texture.glsl"
 uniform float texels[FACE_COUNT];                // per metre, on each face

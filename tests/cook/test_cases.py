@@ -113,11 +113,11 @@ def table():
     return scene, library
 
 
-def test_who_walks_up_past_the_top_sees_it(studio):
+def test_who_walks_up_past_the_top_sees_it(gl_device):
     """A tile that was warped without the top is warped anew as soon as the viewer is above, and only then."""
     views = [View(Camera((0.0, y, 5.0), (0.0, 0.6, 0.0), 0.5), (240, 180)) for y in (0.84, 0.86, 1.15, 1.17)]
     above = views[2]
-    with OnScreen(studio.device, *table()) as table_top:
+    with OnScreen(gl_device, *table()) as table_top:
         pictures, cases, warped = [], [], []
         table_top.renderer.remembers = True
         for view in views:
@@ -128,14 +128,14 @@ def test_who_walks_up_past_the_top_sees_it(studio):
     assert warped == [1, 0, 1, 0]
     assert cases[0] == cases[1] and cases[2] == cases[3]
     assert "top" not in cases[0][0] and "all" not in cases[0][0] and cases[0] != cases[2]
-    with OnScreen(studio.device, *table()) as fresh:
+    with OnScreen(gl_device, *table()) as fresh:
         fresh.draw(above)
         assert np.abs(read_pixels(fresh.screen).astype(int) - pictures[2]).max() <= 1
 
 
-def test_the_counts_tell_the_papers_step(studio):
+def test_the_counts_tell_the_papers_step(gl_device):
     """Whatever chose the level: texels of the side image per pixel, rounded down to a power of two."""
-    with OnScreen(studio.device, *table()) as stage:
+    with OnScreen(gl_device, *table()) as stage:
         counts = stage.draw(View(Camera((0.0, 0.5, 80.0), (0.0, 0.5, 0.0), 0.5), (240, 180)))
         placed = stage.renderer.world
         texel = placed.table().texel[placed.objects().asset[0]]

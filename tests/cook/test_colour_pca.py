@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.cook import colour_pca as page_colours
+from depthwalk.cook import colour_pca
 from depthwalk.cook.colour_pca import few_components
 
 USED = np.arange(64) < 60 + np.zeros((64, 1))
@@ -11,7 +11,7 @@ USED = np.arange(64) < 60 + np.zeros((64, 1))
 
 @pytest.fixture(autouse=True)
 def none_is_small(monkeypatch):
-    monkeypatch.setattr(page_colours, "_SMALL", 0)
+    monkeypatch.setattr(colour_pca, "_SMALL", 0)
 
 
 def texels(colour):
@@ -51,5 +51,5 @@ def test_other_colours_beside_each_other_stay_as_they_are(spots):
 
 
 def test_little_is_stored_as_it_is(monkeypatch):
-    monkeypatch.setattr(page_colours, "_SMALL", 64 * 64 + 1)
+    monkeypatch.setattr(colour_pca, "_SMALL", 64 * 64 + 1)
     assert few_components(texels(light_and_dark()), USED).components.shape[2] == 4

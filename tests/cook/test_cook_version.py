@@ -31,8 +31,8 @@ def test_the_version_was_raised_when_the_code_that_cooks_changed():
     version, recorded = RECORD.read_text(encoding="utf-8").split()
     command = "python tests/cook_digest.py"
     assert recorded == cook_digest(), (
-        f"the code that cooks differs from that of COOK_VERSION {version}: raise COOK_VERSION, unless what `cook_object` "
-        f"yields is the same bytes as before; then run `{command}`, which records the new digest"
+        f"the code that cooks differs from that of COOK_VERSION {version}: raise COOK_VERSION, unless what "
+        f"`cook_object` yields is the same bytes as before; then run `{command}`, which records the new digest"
     )
     assert RECORD.read_text(encoding="utf-8") == record_line(), f"COOK_VERSION was changed: run `{command}`"
 

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from depthwalk.cook.edge_collapse import cluster_vertices, collapse_edges, surface_of
+from depthwalk.cook.edge_collapse import collapse_edges
+from depthwalk.cook.quadrics import clustered_surface
+from depthwalk.cook.vertex_clustering import cluster_vertices
 from shapes import box, sphere
 
 CELL = 0.01
 
 
 def welded(mesh, cell=CELL):
-    return surface_of(
+    return clustered_surface(
         *cluster_vertices(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), int), cell)
     )
 
@@ -37,7 +39,9 @@ def test_a_box_is_twelve_triangles():
 
 def test_a_plane_keeps_its_outline():
     point, triangles = plane()
-    surface = collapse_edges(surface_of(*cluster_vertices(point, triangles, np.zeros(len(point), int), CELL)), 0.05)
+    surface = collapse_edges(
+        clustered_surface(*cluster_vertices(point, triangles, np.zeros(len(point), int), CELL)), 0.05
+    )
     assert len(surface.triangles) < 0.1 * len(triangles)
     assert np.abs(surface.point[:, 2]).max() < 1e-6
     assert areas(surface).sum() == pytest.approx(4, rel=0.02)

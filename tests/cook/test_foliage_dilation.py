@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.cook.edge_collapse import cluster_vertices, surface_of
-from depthwalk.cook.foliage_dilation import spread, voxels
+from depthwalk.cook.foliage_dilation import count_voxels, dilate_foliage
+from depthwalk.cook.quadrics import clustered_surface
+from depthwalk.cook.vertex_clustering import cluster_vertices
 from shapes import leaves, sphere
 
 SIDE = 0.05
 
 
 def welded(mesh):
-    return surface_of(
+    return clustered_surface(
         *cluster_vertices(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), int), 1e-5)
     )
 
@@ -21,8 +22,8 @@ def welded(mesh):
 def test_cubes_are_those_that_a_square_meets():
     """1 m wide, and once more in the same place."""
     square = np.array([[[0, 0, 0.01], [1, 0, 0.01], [1, 1, 0.01]], [[0, 0, 0.01], [1, 1, 0.01], [0, 1, 0.01]]])
-    assert voxels(square, SIDE) == pytest.approx(20**2, rel=0.03)
-    assert voxels(np.concatenate([square, square]), SIDE) == pytest.approx(20**2, rel=0.03)
+    assert count_voxels(square, SIDE) == pytest.approx(20**2, rel=0.03)
+    assert count_voxels(np.concatenate([square, square]), SIDE) == pytest.approx(20**2, rel=0.03)
 
 
 def test_leaves_that_shrank_are_spread_to_their_size():
@@ -30,14 +31,16 @@ def test_leaves_that_shrank_are_spread_to_their_size():
     leaf = mesh.positions.reshape(-1, 4, 3)
     shrunk = (leaf - 0.15 * (leaf - leaf.mean(1, keepdims=True))).reshape(-1, 3)
     whole, surface = welded(mesh), welded(replace(mesh, positions=shrunk))
-    wanted = voxels(whole.point[whole.triangles], SIDE)
-    moved = np.linalg.norm(spread(surface, wanted, SIDE, 1.0) - surface.point, axis=1)
-    assert voxels(surface.point[surface.triangles], SIDE) < 0.9 * wanted
+    wanted = count_voxels(whole.point[whole.triangles], SIDE)
+    moved = np.linalg.norm(dilate_foliage(surface, wanted, SIDE, 1.0) - surface.point, axis=1)
+    assert count_voxels(surface.point[surface.triangles], SIDE) < 0.9 * wanted
     assert moved == pytest.approx(moved[0])  # all are on a rim, from which a leaf's corner went by this
     assert moved[0] == pytest.approx(0.15 * 0.1 * 1.25**0.5, rel=0.3)
-    assert np.linalg.norm(spread(surface, wanted, SIDE, 0.01) - surface.point, axis=1).max() == pytest.approx(0.01)
+    assert np.linalg.norm(dilate_foliage(surface, wanted, SIDE, 0.01) - surface.point, axis=1).max() == pytest.approx(
+        0.01
+    )
 
 
 def test_what_is_large_enough_or_has_no_rims_is_not_spread():
     for surface, wanted in (welded(leaves(200, 0.2)), 100), (welded(sphere()), 100_000):
-        assert np.array_equal(spread(surface, wanted, SIDE, 1.0), surface.point)
+        assert np.array_equal(dilate_foliage(surface, wanted, SIDE, 1.0), surface.point)

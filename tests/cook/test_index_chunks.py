@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
-from depthwalk.cook import simplified_lods as surface_levels
+from depthwalk.cook import indexed_lods
 from depthwalk.cook.index_chunks import WHOLE, chunk_runs, vertex_numbers
 from depthwalk.cook.simplified_lods import build_simplified_lods
+from depthwalk.render.renderer import read_pixels
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, bake, scene_of, sphere
+from stage import OnScreen
 
 CHUNKS = np.array([[0, 0], [6, 10], [12, 20]])
 
@@ -31,17 +34,17 @@ def test_indices_count_from_the_vertex_of_their_chunk():
     np.testing.assert_array_equal(vertex_numbers(indices, CHUNKS, 3, 6), [3, 4, 5, 10, 11, 12])
 
 
-def test_pictures_do_not_depend_on_chunks(studio, monkeypatch):
+def test_pictures_do_not_depend_on_chunks(gl_device, monkeypatch):
     baked = bake(sphere(0.6, 64, 32), resolution=160)
     whole = build_simplified_lods(baked)
-    monkeypatch.setattr(surface_levels, "MOST_VERTICES", 600)
+    monkeypatch.setattr(indexed_lods, "MOST_VERTICES", 600)
     cut = build_simplified_lods(baked)
     assert len(cut.chunks) > len(whole.chunks) == len(whole.error)
     np.testing.assert_array_equal(*(triangles_of(grids, 0) for grids in (whole, cut)))
     scene, camera = scene_of((0, (0, 0, 0), 0.0, 1.0)), Camera((0.4, 0.9, 2.0), (0, 0.6, 0), 0.7)
-    pictures = [pictured(studio, scene, baked, camera)]
+    pictures = [pictured(gl_device, scene, baked, camera)]
     monkeypatch.undo()
-    pictures.append(pictured(studio, scene, baked, camera))
+    pictures.append(pictured(gl_device, scene, baked, camera))
     assert (pictures[0][..., 3] > 0).sum() > 5000
     assert (np.abs(pictures[0] - pictures[1]).max(-1) > 2 / 255).mean() < 1e-3
 
@@ -53,5 +56,7 @@ def triangles_of(grids, level):
     return rows[np.lexsort(rows.T)]
 
 
-def pictured(studio, scene, baked, camera):
-    return studio.picture(scene, ShapeLibrary([None], [baked]), camera, size=(320, 240), transparent=True)
+def pictured(device, scene, baked, camera):
+    with OnScreen(device, scene, ShapeLibrary([None], [baked]), (320, 240)) as stage:
+        stage.draw(View(camera, (320, 240)), transparent=True)
+        return read_pixels(stage.screen).astype(float) / 255

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from depthwalk.cook.edge_collapse import collapse_edges, surface_of
+from depthwalk.cook.edge_collapse import collapse_edges
+from depthwalk.cook.quadrics import clustered_surface
 from depthwalk.cook.sharp_features import find_sharp_features
 
 SLOPE = 0.2
@@ -30,7 +31,7 @@ def test_vertices_are_drawn_into_the_ridge():
     point, triangles, _ = roof()
     cut_off = -point[:, 2].max()
     without, known = (
-        -collapse_edges(surface_of(point, triangles, facets), 0.35).point[:, 2].max()
+        -collapse_edges(clustered_surface(point, triangles, facets), 0.35).point[:, 2].max()
         for facets in (None, find_sharp_features(point, triangles))
     )
     assert without > 0.9 * cut_off and 0 <= known < 0.4 * cut_off

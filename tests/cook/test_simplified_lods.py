@@ -6,10 +6,10 @@ import trimesh
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
 from depthwalk.bake.images import Face
-from depthwalk.cook.foliage_dilation import voxels
+from depthwalk.cook.foliage_dilation import count_voxels
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT
-from depthwalk.cook.simplified_lods import _bulged, _welded, build_simplified_lods
+from depthwalk.cook.simplified_lods import _bulged, _coarse_surface, build_simplified_lods
 from depthwalk.cook.view_selection import NOWHERE, select_views
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.render.lod.selection import error_level
@@ -49,7 +49,7 @@ def test_foliage_stays_as_large_as_it_is():
     foliage = bake(leaves(300, 0.1), 32)
     levels, grids, side = build_simplified_lods(foliage), build_grid_lods(foliage), 0.5 * square_texel(foliage)
     full, *fewer = (
-        voxels(points(each)[each.drawn(level)].astype(np.float64), side)
+        count_voxels(points(each)[each.drawn(level)].astype(np.float64), side)
         for each, level in ((grids, 0), *((levels, level) for level in range(6)))
     )
     assert min(fewer) > 0.95 * full
@@ -137,7 +137,7 @@ def test_what_is_welded_is_as_large_as_what_it_stands_for():
     """The mean height of the arcs over a ball's triangles, which are four times as high once it is welded."""
     ball = trimesh.creation.icosphere(subdivisions=5)
     point, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, np.int64)
-    welded = _welded(point, triangles, np.zeros(len(point), int), 0.1)
+    welded = _coarse_surface(point, triangles, np.zeros(len(point), int), 0.1)
     assert len(welded.triangles) < 0.2 * len(triangles)
     inscribed = welded.point / np.linalg.norm(welded.point, axis=1)[:, None]
     volumes = [trimesh.Trimesh(points, welded.triangles, process=False).volume for points in (inscribed, welded.point)]

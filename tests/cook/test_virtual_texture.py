@@ -1,4 +1,4 @@
-"""Lookups in the pages against lookups in whole images."""
+"""Lookups in virtual textures against lookups in whole images."""
 
 import moderngl
 import numpy as np
@@ -6,19 +6,13 @@ import pytest
 
 from depthwalk.bake.images import Face
 from depthwalk.bake.planar import bake_planar
-from depthwalk.cook import colour_pca as page_colours
+from depthwalk.cook import colour_pca
 from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import FACE_SHIFT
+from depthwalk.cook.texel_encoding import image_texels
 from depthwalk.cook.used_texels import SUB_TILE
-from depthwalk.cook.virtual_texture import (
-    DEPTH_PERIOD,
-    LEVELS,
-    build_virtual_texture,
-    depth_code,
-    encode_normals,
-    image_texels,
-)
+from depthwalk.cook.virtual_texture import LEVELS, build_virtual_texture
 from depthwalk.gpu.program import Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.resources.asset_store import AssetStore
@@ -74,7 +68,7 @@ def pages(baked, grids):
 @pytest.fixture(scope="module", autouse=True)
 def none_is_small():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page_colours, "_SMALL", 0)
+        patch.setattr(colour_pca, "_SMALL", 0)
         yield
 
 
@@ -150,7 +144,7 @@ def trilinear(picture, place, level):
 
 
 def in_pages(pages, image, at, lod, size):
-    """The twin of common/virtual_texture.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
+    """The twin of common/virtual_texture.glsl: texels (n, 8) at points (n, 2), and the mip tier that each is of."""
     place, found = places(pages, image, at, lod, size)
     level = np.clip(lod - LEVELS * found, 0, LEVELS)
     normals, colours, tints = (
@@ -286,47 +280,3 @@ def test_the_shader_matches_its_twin(gl_device, baked, pages):
     program.release()
     scope.release()
     store.release()
-
-
-def test_normals_keep_their_direction_in_eight_bits():
-    """Twice as well as rounded as they are, and as long as each other within what blending forgives."""
-    normal = np.random.default_rng(5).normal(size=(20_000, 3))
-    normal[:6] = np.concatenate([np.eye(3), -np.eye(3)])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    decoded, rounded = encode_normals(normal) / 127.5 - 1, np.round((normal + 1) * 127.5) / 127.5 - 1
-    length = np.linalg.norm(decoded, axis=1)
-    assert length.min() > 0.85 and length.max() < 1.005
-    angle, plain = (
-        np.linalg.norm(np.cross(vector, normal), axis=1) / np.linalg.norm(vector, axis=1)
-        for vector in (decoded, rounded)
-    )
-    assert np.sqrt((angle**2).mean()) < 0.55 * np.sqrt((plain**2).mean())
-    assert angle.max() < 0.007
-
-
-OFF = """
-in vec2 both;
-out float off;
-void main() { off = depth_off(both.x, both.y); }
-"""
-
-
-def test_depths_are_told_apart_by_their_remainders(gl_device):
-    rng = np.random.default_rng(6)
-    stored, depth = rng.uniform(0, 900, 2000), rng.uniform(0, 900, 2000)
-    depth[:1000] = stored[:1000] + rng.uniform(-3, 3, 1000)
-    asked = np.column_stack([depth_code(stored) / 255, depth]).astype(np.float32)
-    scope = gl_device.scope("test")
-    text = Source("common/depth_images.glsl", "").text + OFF
-    program = gl_device.context.program(vertex_shader=text, varyings=["off"])
-    scope.framebuffer([scope.texture((4, 4), 4)]).use()
-    array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f", "both")])
-    out = scope.buffer(reserve=4 * len(asked))
-    array.transform(out, moderngl.POINTS)
-    found = np.frombuffer(out.read(), np.float32)
-    array.release()
-    program.release()
-    scope.release()
-    half = DEPTH_PERIOD / 2
-    expected = np.abs((stored - depth + half) % DEPTH_PERIOD - half)
-    assert np.abs(found - expected).max() < 0.26

@@ -9,7 +9,7 @@ import pytest
 from depthwalk.bake.planar import bake_planar
 from depthwalk.colour import linear_from_srgb, srgb_from_linear
 from depthwalk.cook.lod_geometry import BORDER, EASE
-from depthwalk.cook.virtual_texture import DEPTH_PERIOD
+from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 from depthwalk.geometry.support_function import box_footprint
 from depthwalk.gpu.device import GpuError
 from depthwalk.gpu.program import Program, Source
@@ -246,7 +246,7 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
         "#from depthwalk.cook.lod_geometry import BORDER, EASE as MOST_EASE   // by other names, too\n"
         "#from depthwalk.bake.images import Face\n"
         "#from depthwalk.render.draw.material_depth import SURFACE_RECORD\n"
-        "#from depthwalk.cook.virtual_texture import DEPTH_PERIOD\n"
+        "#from depthwalk.cook.texel_encoding import DEPTH_PERIOD\n"
         "#from depthwalk.colour import LUMINANCE\n"
         "#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
     )

@@ -1,19 +1,33 @@
-"""Colours of pages in few bytes: the principal component of an object's colours, which is mostly how light they are, in
-every texel, what it misses in half as many each way. Where that would show, colours are stored as they are."""
+"""Store the colours of a virtual texture in few bytes: by principal components.
+
+The first principal component of an object's colours is mostly how light they are. It is stored in every texel; what it
+misses, in two numbers (tints) that 2 × 2 texels share. Where that would show, colours are stored as they are.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-_SMALL = 1 << 18  # texels for which sparing bytes is not worth a lookup
-_OFF, _MOST_OFF = 0.6, 24.0  # of 255: root mean square, and most, of what sharing tints between 2 × 2 texels changes
+_SMALL = 1 << 18  # texels for which saving bytes is not worth a lookup
+_RMS_ERROR, _MAX_ERROR = 0.6, 24.0  # of 255: what sharing tints between 2 × 2 texels may change
 
 
 class ColourComponents(NamedTuple):
-    """components: (H, W, k), k = 0, 1 (int8, of 127) or 4 (uint8, of 255); tints: (H / 2, W / 2, 2) uint8, of 255,
-    where k is 1, else empty; palette: (4, 4) float32. With c the component and tints of a texel, its colour is
-    palette[0] + Σ c[i] palette[i + 1], which is filtered as colours are; where k is 0, palette[0]; where k is 4, c."""
+    """Hold colours as components of a palette.
+
+    With c the component and the tints of a texel, its colour is palette[0] + Σ c[i] palette[i + 1], which is filtered
+    as colours are; where k is 0, palette[0]; where k is 4, c.
+
+    Attributes
+    ----------
+    components
+        (H, W, k), k = 0, 1 (int8, of 127) or 4 (uint8, of 255).
+    tints
+        (H / 2, W / 2, 2) uint8, of 255, where k is 1, else empty.
+    palette
+        (4, 4) float32, √linear RGB and specular strength.
+    """
 
     components: NDArray[np.int8] | NDArray[np.uint8]
     tints: NDArray[np.uint8]
@@ -21,7 +35,15 @@ class ColourComponents(NamedTuple):
 
 
 def few_components(colours: NDArray[np.uint16], used: NDArray[np.bool_]) -> ColourComponents:
-    """Colours (H, W, 4), of 65535, of which those `used` (H, W) count; H and W are even."""
+    """Return colours in as few components as show no difference.
+
+    Parameters
+    ----------
+    colours
+        (H, W, 4) uint16, of 65535: √linear RGB and specular strength; H and W are even.
+    used
+        (H, W) bool, which of them count.
+    """
     palette, no_tints = np.zeros((4, 4), np.float32), np.zeros((0, 0, 2), np.uint8)
     rounded = np.round(colours / np.float32(257)).astype(np.uint8)
     if not np.ptp(rounded[used], 0).any():
@@ -37,14 +59,14 @@ def few_components(colours: NDArray[np.uint16], used: NDArray[np.bool_]) -> Colo
     tints = along[..., 1:].reshape(used.shape[0] // 2, 2, used.shape[1] // 2, 2, 2).mean((1, 3))
     off = np.square(along[..., 1:] - tints.repeat(2, 0).repeat(2, 1))[used].sum(1)
     off += np.square(shown - mean - along[used] @ axes).sum(1)  # along the fourth axis
-    if off.mean() > (_OFF / 255) ** 2 or off.max() > (_MOST_OFF / 255) ** 2:
+    if off.mean() > (_RMS_ERROR / 255) ** 2 or off.max() > (_MAX_ERROR / 255) ** 2:
         return ColourComponents(rounded, no_tints, palette)
     low, size = along[used].min(0), np.ptp(along[used], 0).clip(1e-6)
-    middle, reach = low[:1] + size[:1] / 2, size[:1] / 2
+    middle, half = low[:1] + size[:1] / 2, size[:1] / 2
     palette[0] = mean + np.concatenate([middle, low[1:]]) @ axes
-    palette[1:] = np.concatenate([reach, size[1:]])[:, None] * axes
+    palette[1:] = np.concatenate([half, size[1:]])[:, None] * axes
     # Signed, so that llvmpipe does not blend it in 8 bits, which costs FLIP .001.
-    components = np.round((along[..., :1] - middle) / reach * 127).clip(-127, 127).astype(np.int8)
+    components = np.round((along[..., :1] - middle) / half * 127).clip(-127, 127).astype(np.int8)
     return ColourComponents(
         components, np.round((tints - low[1:]) / size[1:] * 255).clip(0, 255).astype(np.uint8), palette
     )

@@ -1,8 +1,26 @@
-"""Baked objects made ready for the GPU: their grids and pages, which take seconds to build; see `cooked_file`."""
+"""Cook baked objects: derive from their depth images the arrays that the GPU reads.
+
+A baked object is depth images; a GPU draws triangles and looks up textures. Cooking goes from the one to the other,
+once per asset, in seconds; `cooked_file` keeps the result. Its steps, in the order of `cook_object`:
+
+1. *Depth images → geometry levels.* `grid_lods` connects neighbouring samples to triangles, face by face
+   (`face_grids`), at steps of 1, 2, 4 … texels, fewer where the surface is smooth (`rtin`). For larger images, and for
+   foliage, `simplified_lods` takes the finest of these grids and simplifies it as one surface: by `vertex_clustering`
+   and `edge_collapse` (`quadrics`), with its `sharp_features` restored, and dilated if it is foliage
+   (`foliage_dilation`).
+2. *View selection.* Each simplified triangle is assigned the depth image that shows it best (`view_selection`);
+   triangles of grids stay with the image that they are made of.
+3. *Pieces.* The triangles of a level are sorted by the directions from which they can be seen (`cases`), and written
+   as vertex and index arrays (`lod_geometry`, `indexed_lods`, `index_chunks`).
+4. *Virtual texture.* The texels that those triangles look up (`used_texels`) are encoded (`texel_encoding`) and packed
+   into one small texture (`virtual_texture`, `mask_packing`), in mip tiers, their colours in as few components as they
+   need (`colour_pca`).
+5. *Cooked object.* What drawing asks for before the arrays are loaded goes beside them: an outline, bounds, errors.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,66 +32,88 @@ from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.virtual_texture import VirtualTexture, build_virtual_texture
 from depthwalk.geometry.support_function import footprint
+from depthwalk.types import Array, Ints
 
-# Part of the names of cached files: raise it with every change of what `cook_object` yields. A test compares the code that
-# cooks with what it was when the number was given.
+# Part of the names of cached files: raise it with every change of what `cook_object` yields. A test compares the code
+# that cooks with what it was when the number was given.
 COOK_VERSION = 2
 
-# Texels of images for whose grids surfaces by error take longer to build than a visitor of the garden should wait, and
-# spare few triangles. Grids of more than `_DENSE` triangles per texel are those of foliage, all borders: surfaces have
-# a quarter of that, and leaves where grids of step 2 and 4 have lost them.
-_SMALL = 128
-_DENSE = 10
+# Up to this many texels across, simplifying an image takes longer than a visitor of the garden should wait, and saves
+# few triangles.
+_GRID_TEXELS = 128
+# Grids of more triangles per texel are those of foliage, all boundary strips. Simplified they have a quarter of that,
+# and keep leaves that grids of step 2 and 4 lose.
+_FOLIAGE_DENSITY = 10
 
 
 class CookOptions(NamedTuple):
-    """What is built of an object. stepped: its levels are grids of step 1, 2, 4 …, not surfaces by error; paper_cases:
-    they serve the paper's cases, too, which needs half as much again."""
+    """Select what is built of an object.
+
+    Attributes
+    ----------
+    stepped
+        Build levels as grids of step 1, 2, 4 … (the paper's level of detail), whatever the object's size.
+    paper_cases
+        Add what only the paper's three cases draw (see `cook.cases`); that is half as many triangles again.
+    """
 
     stepped: bool = False
     paper_cases: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CookedObject:
-    """outline: the object, its images of the right size but without pixels; footprint: (DIRECTIONS,), see
-    `geometry.support_function`; first, count, horizon, error: see `LodGeometry`; bytes: it takes on the GPU; load: its grids
-    and pages. Raises OSError where the file that holds them has gone or is damaged."""
+    """Hold a cooked object: what drawing must know at once, and how to load the rest.
+
+    Attributes
+    ----------
+    outline
+        The object, its images with their sizes but without pixels.
+    footprint
+        (DIRECTIONS,) metres, support function, see `geometry.support_function`.
+    first, count, horizon, error
+        See `LodGeometry`.
+    bytes
+        Memory that the object takes on the GPU.
+    load
+        Returns geometry and texture. Raises OSError where the file that holds them has gone or is damaged.
+    """
 
     outline: BakedObject
-    footprint: NDArray[np.floating]
-    first: NDArray[np.int64]
-    count: NDArray[np.int64]
+    footprint: Array
+    first: Ints
+    count: Ints
     horizon: NDArray[np.float64]
-    error: NDArray[np.floating]
+    error: Array
     bytes: int
     load: Callable[[], tuple[LodGeometry, VirtualTexture]]
 
 
-def cook_object(baked: BakedObject, form: CookOptions) -> CookedObject:
-    """Builds the grids and pages of `baked`."""
-    grids = _build(baked, form)
-    pages = build_virtual_texture(baked, grids)
-    size = grids.vertices.nbytes + grids.indices.nbytes + pages.table.nbytes + pages.bytes_with_mip_maps
-    around = footprint(grids.positions) + (0 if baked.meso is None else baked.meso.height)
-    return CookedObject(_outline(baked), around, *_columns(grids), size, lambda: (grids, pages))
+def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
+    """Return `baked`, cooked as `options` say."""
+    geometry = _build_geometry(baked, options)
+    texture = build_virtual_texture(baked, geometry)
+    relief = 0.0 if baked.meso is None else baked.meso.height
+    return CookedObject(
+        outline=replace(baked, images=tuple(map(_bare, baked.images)), borders=()),
+        footprint=footprint(geometry.positions) + relief,
+        first=geometry.first,
+        count=geometry.count,
+        horizon=geometry.horizon,
+        error=geometry.error,
+        bytes=geometry.vertices.nbytes + geometry.indices.nbytes + texture.table.nbytes + texture.bytes_with_mip_maps,
+        load=lambda: (geometry, texture),
+    )
 
 
-def _columns(grids: LodGeometry) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
-    return grids.first, grids.count, grids.horizon, grids.error
-
-
-def _build(baked: BakedObject, form: CookOptions) -> LodGeometry:
+def _build_geometry(baked: BakedObject, options: CookOptions) -> LodGeometry:
+    """Return grids where they are asked for, or the images are small and not of foliage; else simplified levels."""
     height, width = baked.images[0].depth.shape
-    if form.stepped or max(height, width) <= _SMALL:
-        grids = build_grid_lods(baked, form.paper_cases)
-        if form.stepped or grids.count[0, :PIECES].sum() <= 3 * _DENSE * height * width:
+    if options.stepped or max(height, width) <= _GRID_TEXELS:
+        grids = build_grid_lods(baked, options.paper_cases)
+        if options.stepped or grids.count[0, :PIECES].sum() <= 3 * _FOLIAGE_DENSITY * height * width:
             return grids
     return build_simplified_lods(baked)
-
-
-def _outline(baked: BakedObject) -> BakedObject:
-    return replace(baked, images=tuple(map(_bare, baked.images)), borders=())
 
 
 def _bare(image: DepthImage) -> DepthImage:
@@ -81,7 +121,7 @@ def _bare(image: DepthImage) -> DepthImage:
 
 
 def bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
-    """An image of `shape` that takes no memory."""
+    """Return an empty image of `shape`, (H, W) texels, whose arrays take no memory."""
     empty = np.broadcast_to(np.float32(np.inf), shape)
     none = np.broadcast_to(np.float32(0), (*shape, 4))
     return DepthImage(

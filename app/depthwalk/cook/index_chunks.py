@@ -1,24 +1,52 @@
-"""Index lists of 16 bits: triangles come in chunks, whose indices count from a vertex of their own."""
+"""Index lists of 16 bits: triangles come in chunks, whose indices count from a vertex of their own.
+
+Indices of 16 bits take half the memory of 32, but reach 65536 vertices only; an object may have more.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.types import Ints
+
 MOST_VERTICES = 1 << 16  # of a chunk
 WHOLE = np.zeros((1, 2), np.int64)  # one chunk, from the first vertex on
 
-Chunks = NDArray[np.int64]  # (c, 2), rising: of each chunk the first index, and the vertex from which its indices count
+Chunks = Ints  # (c, 2), rising: of each chunk the first index, and the vertex from which its indices count
 
 
-def vertex_numbers(indices: NDArray[np.unsignedinteger], chunks: Chunks, first: int, count: int) -> NDArray[np.int64]:
-    """The vertices (count,) of a run of `indices`."""
+def vertex_numbers(indices: NDArray[np.unsignedinteger], chunks: Chunks, first: int, count: int) -> Ints:
+    """Return the vertices (count,) that a run of `indices` stands for.
+
+    Parameters
+    ----------
+    indices
+        (i,) uint16 or uint32, all indices of an object.
+    chunks
+        (c, 2), the object's chunks.
+    first, count
+        The run: its first index and its number of indices; it may span several chunks.
+    """
     place = np.arange(first, first + count)
-    return chunks[np.searchsorted(chunks[:, 0], place, "right") - 1, 1] + indices[place]
+    return np.asarray(chunks[np.searchsorted(chunks[:, 0], place, "right") - 1, 1] + indices[place])
 
 
 def chunk_runs(chunks: Chunks, first: int, count: int) -> list[tuple[int, int, int]]:
-    """A run of indices as runs within one chunk each: first index, number of indices, vertex from which they count."""
+    """Return a run of indices, divided where chunks end, as a draw call needs it.
+
+    Parameters
+    ----------
+    chunks
+        (c, 2), the object's chunks.
+    first, count
+        The run: its first index and its number of indices.
+
+    Returns
+    -------
+    list
+        First index, number of indices, and the vertex from which these count.
+    """
     ends = np.append(chunks[1:, 0], first + count)
     start, stop = np.maximum(chunks[:, 0], first), np.minimum(ends, first + count)
-    some = stop > start
-    columns = start[some], (stop - start)[some], chunks[some, 1]
+    met = stop > start
+    columns = start[met], (stop - start)[met], chunks[met, 1]
     return list(zip(*(column.tolist() for column in columns), strict=True))

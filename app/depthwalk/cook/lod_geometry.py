@@ -1,4 +1,8 @@
-"""Depth images as vertex and index arrays: what their triangles are, in the format that shaders read."""
+"""The geometry of an object as shaders read it: vertex and index arrays, in levels of detail.
+
+A vertex is 8 bytes: a position in 16 bits per axis over the box around the object, and the depth image that its
+triangle looks into, with flags.
+"""
 
 from dataclasses import dataclass
 
@@ -8,28 +12,41 @@ from numpy.typing import NDArray
 from depthwalk.cook.cases import ALL_PIECES, piece_runs
 from depthwalk.cook.index_chunks import Chunks, vertex_numbers
 
-GRID_LAYOUT = ("4u2", "in_sample")  # of Grids.vertices, for GL
+GRID_LAYOUT = ("4u2", "in_sample")  # of LodGeometry.vertices, for GL
 VERTEX_BYTES = 8
 # A vertex's image: face · 8 + layer, with flags.
 FACE_SHIFT = 3
 EDGE = 128  # of the last, provoking vertex of a triangle beside which texels show another surface
 PAST_AXIS = 256  # where depth exceeds the radius: its θ is half a turn off
-BORDER = 512  # gives way to others: a border vertex, a guess at where the surface goes on; what another face owns
+BORDER = 512  # gives way to others: a boundary strip's vertex, a guess at where the surface goes on; another face's
 POSITION_STEPS = 65535  # of the box about a grid, along each axis: positions take 16 bits
 IMAGE_BITS = 10  # of a vertex's image with its flags, and of what is drawn of it
 EASE_SHIFT = IMAGE_BITS  # above these: how much of the meso-structure's depth a vertex takes, of EASE
 EASE = 63
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LodGeometry:
-    """vertices: (V, 4) uint16: x, y, z over the box of `box_low` + [0, 1] · `box_size` (metres), and image number.
+    """Hold the triangles of an object's levels of detail, finest first.
 
-    texels: (V, 2) int16, column and row of the sample that each vertex is, −1 for border vertices.
-    indices: (I,) uint16 or uint32, triangles; they count from a vertex of the chunk that they are in, see `Chunks`.
-    first, count: (levels, RANGES) ranges of `indices`, see `cook.cases`; horizon: (levels, PIECES, 4) metres, from
-    where each piece may be seen, see `piece_horizons`. error: (levels,) metres, rising: how far samples are off a
-    level's triangles.
+    Attributes
+    ----------
+    vertices
+        (V, 4) uint16: x, y, z over the box `box_low` + [0, 1] · `box_size`, and the image's number with flags.
+    texels
+        (V, 2) int16, column and row of the sample that each vertex is; −1 where it is none.
+    indices
+        (I,) uint16 or uint32, triangles; they count from a vertex of the chunk that they are in.
+    chunks
+        (c, 2), see `index_chunks.Chunks`.
+    first, count
+        (levels, RANGES), ranges of `indices`, see `cook.cases`.
+    horizon
+        (levels, PIECES, 4) metres, from where each piece may be seen, see `piece_horizons`.
+    box_low, box_size
+        (3,) float32, the box around the object, metres, object frame.
+    error
+        (levels,) metres, rising: how far samples are off a level's triangles.
     """
 
     vertices: NDArray[np.uint16]
@@ -45,15 +62,15 @@ class LodGeometry:
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Of the vertices, (V, 3), object frame, metres."""
+        """Positions (V, 3) of the vertices, object frame, metres."""
         return vertex_positions(self.vertices, self.box_low, self.box_size)
 
     def triangles(self, first: int, count: int) -> NDArray[np.int64]:
-        """Vertices (count / 3, 3) of the triangles of a run of indices."""
+        """Return the vertices (count / 3, 3) of the triangles of a run of indices."""
         return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)
 
     def drawn(self, level: int, pieces: int = ALL_PIECES) -> NDArray[np.int64]:
-        """Vertices (t, 3) of the triangles of a level that are in `pieces`, a bit mask."""
+        """Return the vertices (t, 3) of the triangles of a level that are in `pieces`, a bit mask."""
         runs = piece_runs(self.first[level], self.count[level], pieces)
         return np.concatenate([np.zeros((0, 3), np.int64), *(self.triangles(*run) for run in runs)])
 
@@ -61,5 +78,15 @@ class LodGeometry:
 def vertex_positions(
     vertices: NDArray[np.uint16], box_low: NDArray[np.float32], box_size: NDArray[np.float32]
 ) -> NDArray[np.float64]:
-    """Positions (n, 3) of `vertices` (n, 4), see `LodGeometry`. As `sample_position` in shaders/common/samples.glsl."""
+    """Return the positions (n, 3) of vertices, object frame, metres.
+
+    The shaders do the same in `sample_position`, shaders/common/samples.glsl.
+
+    Parameters
+    ----------
+    vertices
+        (n, 4) uint16, see `LodGeometry`.
+    box_low, box_size
+        (3,) float32, the box that they are counted over, metres.
+    """
     return box_low.astype(np.float64) + vertices[:, :3] * (box_size / np.float32(POSITION_STEPS))

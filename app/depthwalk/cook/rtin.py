@@ -1,11 +1,11 @@
-"""Fewer, larger triangles where a depth image is smooth: right-triangulated irregular networks (Evans, Kirkpatrick and
-Townsend 2001).
+"""Build right-triangulated irregular networks (RTIN): fewer, larger triangles where a depth image is smooth.
 
-Geometry and shading need not share a resolution: colour and normal are looked up per pixel, so the grid may be drawn
-with larger triangles where no sample comes off them by more than a tolerance. These are the halves of square blocks,
-split again and again from the right angle to the middle of the hypotenuse, at the finest into halves of cells. The two
-triangles on one hypotenuse, here a *diamond*, are split together, and so is every diamond that holds one that is
-split. Thus there are no cracks, and the nodes in the middle of split diamonds tell the whole network.
+Evans, Kirkpatrick and Townsend 2001, "Right-Triangulated Irregular Networks". Geometry and shading need not share a
+resolution: colour and normal are looked up per pixel, so a grid may be drawn with larger triangles where no sample
+comes off them by more than a tolerance. These are the halves of square blocks, split again and again from the right
+angle to the middle of the hypotenuse, at the finest into halves of cells. The two triangles on one hypotenuse, here a
+*diamond*, are split together, and so is every diamond that contains one that is split. Thus there are no cracks, and
+the nodes in the middle of split diamonds describe the whole network.
 """
 
 from collections.abc import Iterator
@@ -24,8 +24,17 @@ _MARGIN = _BLOCK // 2  # nodes around an array of nodes: diamonds across its edg
 
 @dataclass(frozen=True)
 class Surface:
-    """What is known of each texel of one layer, flattened: point (n, 3) and normal (n, 3), metres, object frame;
-    label (n,): texels of one triangle must share it."""
+    """Hold the samples of one layer, flattened.
+
+    Attributes
+    ----------
+    point
+        (n, 3) float32, metres, object frame.
+    normal
+        (n, 3) float32, unit.
+    label
+        (n,): texels of one triangle must share it.
+    """
 
     point: NDArray[np.float32]
     normal: NDArray[np.float32]
@@ -34,16 +43,22 @@ class Surface:
 
 @dataclass(frozen=True)
 class _Diamonds:
-    """Diamonds of one size and direction, (row, column) in half cells: the middle of the first, the way from its middle
-    to an end of its hypotenuse, and the step from one to the next along both axes."""
+    """Hold all diamonds of one size and direction, in half cells.
+
+    first: row and column of the middle of the first; half: the way from its middle to an end of its hypotenuse; step:
+    from one to the next along both axes.
+    """
 
     first: tuple[int, int]
     half: tuple[int, int]
     step: int
 
     def at(self, nodes: NDArray[Any], along: float = 0, across: float = 0) -> NDArray[Any]:
-        """A view of `nodes` (with margin): of each diamond the node `along` halves from its middle toward an end of the
-        hypotenuse and `across` toward a right angle; at ±1 its corners."""
+        """Return a view of `nodes` (rows, columns, with margin): one node of each diamond.
+
+        It is `along` halves from the middle toward an end of the hypotenuse, and `across` toward a right angle; at ±1
+        lie the corners.
+        """
         (row, column), (up, right) = self.first, self.half
         offsets = row + along * up - across * right, column + along * right + across * up
         slices = []
@@ -54,7 +69,7 @@ class _Diamonds:
         return nodes[tuple(slices)]
 
     def within(self, nodes: NDArray[Any]) -> list[NDArray[Any]]:
-        """Views of the nodes in the middle of the four diamonds that these hold; none where these hold half cells."""
+        """Return views of the middles of the four diamonds that each contains; none where it contains half cells."""
         if self.half in ((0, 2), (2, 0)):
             return []
         return [self.at(nodes, along, across) for along in (0.5, -0.5) for across in (0.5, -0.5)]
@@ -63,11 +78,24 @@ class _Diamonds:
 def rtin_triangles(
     image: DepthImage, surface: Surface, level: int, tolerance: float
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Triangles (t, 3) of texel numbers that replace cells of the grid of step 2^level, and which of its cells
-    (cells,), in the order of `grid_cells`, they replace. Front faces are those of `cell_triangles`.
+    """Replace cells of a grid by larger triangles where that shows no difference.
 
-    Replaced are only cells whose two triangles lie on the surface, with all corners on this layer and of one label.
-    tolerance: how far samples may be off the triangles, along normals, metres; −inf replaces nothing.
+    Only cells are replaced whose two triangles lie on the surface, with all corners on this layer and of one label.
+
+    Parameters
+    ----------
+    image, surface
+        One layer, and its samples.
+    level
+        The grid has step 2^level.
+    tolerance
+        How far samples may be off the triangles, along normals, metres; −inf replaces nothing.
+
+    Returns
+    -------
+    tuple
+        Triangles (t, 3) of texel numbers, with the front faces of `cell_triangles`; and which cells (cells,), in the
+        order of `grid_cells`, they replace.
     """
     height, width = image.depth.shape
     wraps = image.face is Face.SIDE
@@ -96,10 +124,11 @@ def _split_nodes(
     block: int,
     tolerance: float,
 ) -> tuple[NDArray[np.bool_], int]:
-    """Whether each node, in the shape of `texels`, is the middle of a split diamond or a corner of one of the squares
-    that the network begins with; and the side of these, at most `block` cells.
+    """Return which nodes are vertices of the network, and the side of the squares that it begins with, cells.
 
-    seam: the columns that are the same nodes. Corners of cells that are not plain (rows, columns) are vertices.
+    A node, in the shape of `texels`, is a vertex as the middle of a split diamond or as a corner of such a square.
+    Corners of cells that are not plain (rows, columns) are vertices, too. seam: the columns that are the same nodes;
+    block: the squares' side is at most that, cells; tolerance: metres.
     """
     bound = np.zeros(texels.shape, np.float32)  # how far samples may come off a diamond; +inf where it is split
     nodes = bound[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
@@ -111,15 +140,15 @@ def _split_nodes(
         whole = False
         for diamonds in _diamonds(size):
             nodes[:, seam] = nodes[:, seam].max(1, keepdims=True)
-            here = diamonds.at(bound)
-            inner = np.max([here, *diamonds.within(bound)], axis=0)
+            own = diamonds.at(bound)
+            inner = np.max([own, *diamonds.within(bound)], axis=0)
             held = np.isfinite(inner)
             middle, start, end = (diamonds.at(texels, along)[held] for along in (0, -1, 1))
             off = surface.point[middle] - (surface.point[start] + surface.point[end]) / 2
             # Linear interpolations over a triangle and over its halves differ nowhere by more than in that middle.
             total = np.abs(np.einsum("ni,ni->n", off, surface.normal[middle])) + inner[held]
-            here[...] = np.inf
-            here[held] = np.where(total <= tolerance, total, np.inf)
+            own[...] = np.inf
+            own[held] = np.where(total <= tolerance, total, np.inf)
             whole |= bool((total <= tolerance).any())
     nodes[::size, ::size] = np.inf
     return np.isinf(bound), size
@@ -128,8 +157,10 @@ def _split_nodes(
 def _leaves(
     texels: NDArray[np.int64], split: NDArray[np.bool_], block: int
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """The network's triangles (t, 3), clockwise in columns and rows, and the cells (rows, columns) that they cover.
-    Cells of which both halves are in the network are left as they are, so that these keep their own diagonal."""
+    """Return the network's triangles (t, 3), clockwise in columns and rows, and the cells (rows, columns) they cover.
+
+    Cells of which both halves are in the network are left as they are, so that these keep their own diagonal.
+    """
     triangles = [np.zeros((0, 3), np.int64)]
     covered = np.zeros([count - 2 * _MARGIN - 1 for count in split.shape], bool)
     for size in (1 << k for k in range(block.bit_length())):
@@ -149,8 +180,10 @@ def _leaves(
 
 
 def _diamonds(size: int) -> Iterator[_Diamonds]:
-    """Those whose hypotenuse is a side of a square of `size` cells, then, as these hold them, those on its diagonal.
-    Cells have only the latter, without a node in the middle."""
+    """Yield the diamonds of squares of `size` cells: those on their sides, then those on their diagonals.
+
+    The latter contain the former. Cells have only diagonals, without a node in the middle.
+    """
     if size > 1:
         yield _Diamonds((0, size), (0, size), 2 * size)
         yield _Diamonds((size, 0), (size, 0), 2 * size)
@@ -160,6 +193,6 @@ def _diamonds(size: int) -> Iterator[_Diamonds]:
 
 
 def _clockwise(face: Face) -> bool:
-    """Whether triangles of `face` run clockwise in columns and rows."""
+    """Return whether triangles of `face` run clockwise in columns and rows."""
     columns, rows = cell_triangles(face, *np.array([[0], [0], [1], [1]]))
     return bool(np.linalg.det([columns[0, 0], rows[0, 0], np.ones(3)]) < 0)

@@ -1,9 +1,9 @@
-"""What plane a surface has at each of its samples, though the triangles around these may cut off a ridge.
+"""Restore sharp features: find the plane of the surface at each sample, beside ridges that triangles cut off.
 
-Samples lie on the surface, and ridges mostly between them. Planes on both sides of one meet in it: so Kobbelt, Botsch,
-Schwanecke and Seidel 2001, "Feature Sensitive Surface Extraction from Volume Data", find it, who know the normals. Here
-the flattest of the triangles around a sample tells its plane, as ENO schemes take derivatives from the side of a shock
-on which the function is smooth.
+Samples lie on the surface, and ridges mostly between them, so triangles across a ridge cut it off. The planes on both
+sides of the ridge meet in it: so Kobbelt, Botsch, Schwanecke and Seidel 2001, "Feature Sensitive Surface Extraction
+from Volume Data", restore it, who know the normals. Here the flattest of the triangles around a sample tells its plane,
+as ENO schemes take derivatives from the side of a shock on which the function is smooth.
 """
 
 from dataclasses import dataclass
@@ -16,25 +16,44 @@ from depthwalk.types import Array, Ints
 
 @dataclass(frozen=True)
 class SharpFeatures:
-    """Planes. point: (n, 3) metres; normal: (n, 3), unit."""
+    """Hold one plane per sample.
+
+    Attributes
+    ----------
+    point
+        (n, 3) the samples, which lie on their planes, metres.
+    normal
+        (n, 3) unit normals of the planes.
+    """
 
     point: Array
     normal: Array
 
 
 def find_sharp_features(point: Array, triangles: Ints) -> SharpFeatures:
-    """The planes of points (n, 3) of triangles (t, 3): of each point's triangles, that of the one which its neighbours
-    are turned against least."""
+    """Return the plane of each sample: that of the flattest of its triangles.
+
+    Flattest is the triangle whose neighbours across its edges are turned against it least.
+
+    Parameters
+    ----------
+    point
+        (n, 3) samples, metres.
+    triangles
+        (t, 3) rows of `point`, in which every sample has a triangle.
+    """
     normal = face_normals(point[triangles])[0]
-    roughest_first = np.argsort(_turns(triangles, normal), kind="stable")[::-1]
+    roughest_first = np.argsort(_roughness(triangles, normal), kind="stable")[::-1]
     flattest = np.zeros(len(point), np.int64)
     flattest[triangles[roughest_first]] = roughest_first[:, None]  # the last written stays
     return SharpFeatures(point, normal[flattest])
 
 
-def _turns(triangles: Ints, normal: Array) -> Array:
-    """How far triangles (t, 3) with normals (t, 3) are turned against those across their edges: the sums (t,) of
-    1 − cosine. Where the surface ends they are not."""
+def _roughness(triangles: Ints, normal: Array) -> Array:
+    """Return the sums (t,) of 1 − cosine between the normals (t, 3) of triangles (t, 3) and their neighbours'.
+
+    Edges without a neighbour add nothing.
+    """
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     count = int(triangles.max()) + 1
     key, back = start * count + end, end * count + start

@@ -1,4 +1,8 @@
-"""Which texels of its depth images an object looks up, in grains of 4 × 4: those are resident, in its pages."""
+"""Find the texels of its depth images that an object looks up: only these are stored in its virtual texture.
+
+An image is divided into sub-tiles of 4 × 4 texels. A sub-tile is used where a triangle that looks into the image falls
+on it. Most texels of most images are not: they are empty, or another image shows the surface better.
+"""
 
 from collections.abc import Iterator
 
@@ -8,17 +12,30 @@ from numpy.typing import NDArray
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS, LodGeometry
+from depthwalk.types import Array, Ints, Mask
 
 SUB_TILE = 4  # texels
-BLOCK = 2 * SUB_TILE
-_SLACK = 0.25  # texels beside a triangle: surface points of pixels may lie beside it; 3 changed no picture of an ogre
-_HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never fits into a few grains of the side
+TILE = 2 * SUB_TILE  # texels: has an entry of the virtual texture's table
+_SLACK = 0.25  # texels around a triangle: surface points of pixels may lie beside it; 3 changed no picture of an ogre
+_HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never fits into a few sub-tiles of the side
 
 
-def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) -> list[NDArray[np.bool_]]:
-    """For each of `levels`, grains (images, rows, columns) that triangles of so many of the finest grids touch; as many
-    as whole blocks have. levels: ascending."""
-    rows, columns = (2 * size for size in block_shape(baked.images[0].depth.shape))
+def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) -> list[Mask]:
+    """Return the sub-tiles that triangles touch.
+
+    Parameters
+    ----------
+    baked, grids
+        The object, and the triangles that look into its images.
+    levels
+        Ascending. Of each, the result has a mask: what the triangles of so many of the finest levels touch.
+
+    Returns
+    -------
+    list
+        Masks (images, rows, columns) of sub-tiles; rows and columns are those of whole tiles.
+    """
+    rows, columns = (2 * size for size in tile_counts(baked.images[0].depth.shape))
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)
     positions, covered, done = grids.positions, [], 0
     for ends in [int((grids.first + grids.count)[:count].max()) for count in levels]:
@@ -32,60 +49,80 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) ->
     return covered
 
 
-def block_shape(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Rows and columns of blocks of an image of `shape`, texels."""
-    return -(-shape[0] // BLOCK), -(-shape[1] // BLOCK)
+def tile_counts(shape: tuple[int, ...]) -> tuple[int, int]:
+    """Return the rows and columns of tiles that an image of `shape`, (H, W) texels, has."""
+    return -(-shape[0] // TILE), -(-shape[1] // TILE)
 
 
-def _boxes(
-    baked: BakedObject, code: NDArray[np.int64], points: NDArray[np.floating]
-) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]]:
-    """Boxes of at most 2 × 2 grains around all parts of triangles at `points` (t, 3, 3) that look into images `code`
-    (t,): number of the image (n,), lowest and highest column and row (n, 2). Across the seam they go on."""
+def _boxes(baked: BakedObject, code: Ints, points: Array) -> Iterator[tuple[Ints, Ints, Ints]]:
+    """Yield boxes of at most 2 × 2 sub-tiles around all parts of triangles.
+
+    Larger triangles are halved until their parts fit. Across the seam of the side, columns go on counting.
+
+    Parameters
+    ----------
+    baked
+        The object.
+    code
+        (t,) the image that each triangle looks into, with flags.
+    points
+        (t, 3, 3) the triangles, metres.
+
+    Yields
+    ------
+    tuple
+        Number of the image (n,), lowest and highest column and row (n, 2) of sub-tiles.
+    """
     width = baked.images[0].depth.shape[1]
     for halving in range(_HALVINGS + 1):
         image, texel, wraps = _looked_up(baked, code, points)
         # Some corners are at one end of the image, some at the other: those go a turn further.
-        across = wraps[:, None] & (np.ptp(texel[..., 0], 1, keepdims=True) > width / 2)
-        texel[..., 0] += width * (across & (texel[..., 0] < width / 2))
-        low = np.floor((texel.min(1) - _SLACK) / SUB_TILE).astype(np.int64)
-        high = np.floor((texel.max(1) + _SLACK) / SUB_TILE).astype(np.int64)
-        large = (high - low > 1).any(1) & (halving < _HALVINGS)
+        u = texel[..., 0].T
+        across = wraps & (u.max(0) - u.min(0) > width / 2)
+        texel[..., 0] += width * (across & (u < width / 2)).T
+        a, b, c = texel.swapaxes(0, 1)  # `min` along so short an axis takes several times as long
+        lowest, highest = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        low = np.floor((lowest - _SLACK) / SUB_TILE).astype(np.int64)
+        high = np.floor((highest + _SLACK) / SUB_TILE).astype(np.int64)
+        large = ((high[:, 0] - low[:, 0] > 1) | (high[:, 1] - low[:, 1] > 1)) & (halving < _HALVINGS)
         yield image[~large], low[~large], high[~large]
         code, points = np.repeat(code[large], 4), _quarters(points[large])
 
 
-def _quarters(points: NDArray[np.floating]) -> NDArray[np.floating]:
-    """The four triangles (4t, 3, 3) that halving their sides makes of each of some (t, 3, 3)."""
+def _quarters(points: Array) -> Array:
+    """Return the four triangles (4t, 3, 3) that halving its sides makes of each triangle (t, 3, 3)."""
     a, b, c = points.swapaxes(0, 1)
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     return np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], 1).reshape(-1, 3, 3)
 
 
-def _count(
-    counts: NDArray[np.int32], image: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]
-) -> None:
-    """Adds to `counts` (images, rows + 1, 3 · columns + 1), whose sums along both axes then are how many boxes hold a
-    grain. Its columns begin a turn before the image. low, high: (n, 2) grains of boxes."""
+def _count(counts: NDArray[np.int32], image: Ints, low: Ints, high: Ints) -> None:
+    """Add boxes to a table of differences, whose cumulative sums are how many boxes hold each sub-tile.
+
+    counts: (images, rows + 1, 3 · columns + 1), columns beginning a turn before the image; image: (n,); low, high:
+    (n, 2) columns and rows of the boxes.
+    """
     columns = counts.shape[2] // 3
     left, right = (end.clip(-columns, 2 * columns) + columns for end in (low[:, 0], high[:, 0] + 1))
     below, above = (end.clip(0, counts.shape[1] - 1) for end in (low[:, 1], high[:, 1] + 1))
     for row, column, step in ((below, left, 1), (below, right, -1), (above, left, -1), (above, right, 1)):
-        np.add.at(counts, (image, row, column), step)
+        place = np.ravel_multi_index((image, row, column), counts.shape)
+        counts += step * np.bincount(place, minlength=counts.size).reshape(counts.shape)
 
 
-def _looked_up(
-    baked: BakedObject, code: NDArray[np.int64], points: NDArray[np.floating]
-) -> tuple[NDArray[np.int64], NDArray[np.floating], NDArray[np.bool_]]:
-    """Where triangles at `points` (t, 3, 3) that look into images `code` (t,), with their flags, find their colours:
-    number of the image (t,), texel at each corner (t, 3, 2), and whether the image wraps (t,)."""
+def _looked_up(baked: BakedObject, code: Ints, points: Array) -> tuple[Ints, Array, Mask]:
+    """Return where triangles find their colours.
+
+    code: (t,) their images, with flags; points: (t, 3, 3), metres. Returns the number of the image (t,), column and row
+    at each corner (t, 3, 2), texels, and whether the image wraps (t,).
+    """
     height, width = baked.images[0].depth.shape
     face, layer, past = code >> FACE_SHIFT & 7, code & 7, code & PAST_AXIS > 0
     texel = np.empty((len(points), 3, 2))
-    for one in Face:
-        here = face == one
-        turned = np.where(past[here, None, None], points[here] * (-1, 1, -1), points[here])  # half a turn
-        grid = FaceGrid(cylinder=baked.cylinder, face=one, height=height, width=width)
+    for looked_into in Face:
+        chosen = np.flatnonzero(face == looked_into)
+        turned = np.where(past[chosen, None, None], points[chosen] * (-1, 1, -1), points[chosen])  # half a turn
+        grid = FaceGrid(cylinder=baked.cylinder, face=looked_into, height=height, width=width)
         u, v = grid.position_of(turned.reshape(-1, 3))
-        texel[here] = (np.stack([u, v], -1) * (width, height)).reshape(-1, 3, 2)
+        texel[chosen] = (np.stack([u, v], -1) * (width, height)).reshape(-1, 3, 2)
     return np.searchsorted([image.face for image in baked.images], face) + layer, texel, face == Face.SIDE

@@ -1,4 +1,4 @@
-"""Edges of triangles and the two faces that meet there: built once per mesh, whatever the viewer."""
+"""Edges of triangles and the two faces that meet in each: built once per mesh, independent of the viewer."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,26 @@ from depthwalk.geometry.triangles import doubled_areas, row_ids
 Shape = tuple[NDArray[np.float32], NDArray[np.uint32]]  # positions (v, 3) and triangles (t, 3)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class EdgeAdjacency:
-    """The edges of f triangles.
+    """Hold the edges of f triangles, and the faces on both sides of each.
 
-    points: (v, 3) float32, metres. ends: (e, 2) int32, rows of `points`, directed as the first face runs. faces: (e, 2)
-    int32, rows of `planes`; the second is the last row where an edge is open. planes: (f + 1, 4) float32, unit normals
-    and distances from the origin along them; those of no area and the last are never seen from the front. folds: (e,)
-    float32, cosine of the angle between the normals of the two faces; 1 where an edge is open. density: metres of
-    outline per square metre of faces seen from their front, 1/m, both as a mean over all directions to look from.
+    Attributes
+    ----------
+    points
+        (v, 3) float32, metres.
+    ends
+        (e, 2) int32, rows of `points`, directed as the first face runs.
+    faces
+        (e, 2) int32, rows of `planes`; the second is the last row where an edge is open.
+    planes
+        (f + 1, 4) float32, unit normals and distances from the origin along them. Faces without area, and the last
+        row, are zero: never seen from the front.
+    folds
+        (e,) float32, cosine of the angle between the normals of the two faces; 1 where an edge is open.
+    density
+        Metres of silhouette per square metre of faces seen from their front, 1/m, both as projected, and as means over
+        all view directions.
     """
 
     points: NDArray[np.float32]
@@ -31,13 +42,22 @@ class EdgeAdjacency:
     @property
     def open(self) -> NDArray[np.bool_]:
         """Which edges (e,) have one face only."""
-        return self.faces[:, 1] == len(self.planes) - 1
+        return np.asarray(self.faces[:, 1] == len(self.planes) - 1)
 
 
 def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integer]) -> EdgeAdjacency:
-    """The edges of `triangles` (f, 3), rows of `positions` (v, 3), counter-clockwise seen from the front. Vertices at
-    one position count as one, and triangles that this leaves without three corners vanish. Where more than two faces
-    meet, they are paired as they come."""
+    """Pair the faces that meet at each edge of a mesh.
+
+    Vertices at one position count as one, and triangles that this leaves without three corners vanish. Where more than
+    two faces meet, they are paired in their order.
+
+    Parameters
+    ----------
+    positions
+        (v, 3), metres.
+    triangles
+        (f, 3) rows of `positions`, counter-clockwise seen from the front.
+    """
     names, first = row_ids(positions)
     corners = names[triangles]
     corners = corners[(corners != np.roll(corners, 1, axis=1)).all(1)]
@@ -61,8 +81,16 @@ def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integ
     faces = np.stack([half[one] // 3, other], -1)
     cosine = np.einsum("ei,ei->e", *(planes[faces[:, k], :3] for k in (0, 1)))
     folds = np.where(paired, np.clip(cosine, -1, 1), np.float32(1))
-    # An edge is an outline for as many of the directions as it has of the half turn between its faces (Cauchy–Crofton).
+    # An edge is on the silhouette from a share of all directions: the angle between its faces, of half a turn
+    # (Cauchy–Crofton).
     turn = np.where(paired, np.arccos(folds), np.pi)
     length = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
     density = float(turn @ length) / max(float(area.sum()) / 2, 1e-12)
-    return EdgeAdjacency(points, ends.astype(np.int32), faces.astype(np.int32), planes, folds, density)
+    return EdgeAdjacency(
+        points=points,
+        ends=ends.astype(np.int32),
+        faces=faces.astype(np.int32),
+        planes=planes,
+        folds=folds,
+        density=density,
+    )

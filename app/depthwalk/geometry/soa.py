@@ -1,4 +1,4 @@
-"""TODO docstring."""
+"""Structures of arrays: a data class whose fields are columns, and whose rows are selected in all of them at once."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar, Self
@@ -8,12 +8,22 @@ from numpy.typing import NDArray
 
 
 class Takes:
-    """Structures of arrays with one row per thing: `take` selects rows of all of them, `put` overwrites them, `joined`
-    puts those of several one after the other."""
+    """Give a data class of arrays with one row per thing the operations of a table.
+
+    A subclass is a data class all of whose fields are arrays of the same length. Work over thousands of objects then
+    stays vectorised, and no column is forgotten where rows are selected.
+    """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]  # by their names
 
     def take(self, rows: NDArray[np.integer] | NDArray[np.bool_] | slice) -> Self:
+        """Return the same structure with some rows only.
+
+        Parameters
+        ----------
+        rows
+            Row numbers (m,), a mask (n,), or a slice; of a slice the result shares its memory with this structure.
+        """
         columns = {name: getattr(self, name) for name in self.__dataclass_fields__}
         if isinstance(rows, slice):
             return type(self)(**{name: column[rows] for name, column in columns.items()})
@@ -24,9 +34,11 @@ class Takes:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
+        """Return one structure with the rows of all `parts`, in their order."""
         names = cls.__dataclass_fields__
         return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
     def put(self, rows: NDArray[np.integer] | slice, other: Self) -> None:
+        """Overwrite `rows` of every column with those of `other`."""
         for name in self.__dataclass_fields__:
             getattr(self, name)[rows] = getattr(other, name)

@@ -1,27 +1,49 @@
-"""TODO docstring."""
+"""Orders in which points that are near each other stand side by side, and runs of such orders.
+
+What is drawn or culled together should be small in space: a leaf of a tree, a batch of triangles that share vertices.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.types import Array, Rows
 
+_MORTON_BITS = 10  # per axis: a thousandth of the scene
+
 
 def within_runs(counts: Rows) -> Rows:
-    """0, 1, 2 … of each of k runs that have `counts` (k,) members, one run after the other; of the same type."""
+    """Return 0, 1, 2 … within each of k runs that stand one after the other.
+
+    Parameters
+    ----------
+    counts
+        (k,) members of each run. The result (their sum,) has the same type.
+    """
     dtype = counts.dtype
     return np.arange(int(counts.sum()), dtype=dtype) - np.repeat(np.cumsum(counts, dtype=dtype) - counts, counts)
 
 
 def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
-    """The numbers of all that `cells` (k,) hold, in their order: of each, those from its `first` to the next one's."""
+    """Return the numbers of all members of `cells`, one cell after the other.
+
+    Parameters
+    ----------
+    first
+        (all cells + 1,): cell c has the members first[c] to first[c + 1] − 1.
+    cells
+        (k,) the cells whose members are wanted.
+    """
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)
-    return np.arange(int(counts.sum())) + np.repeat(first[cells] - ends + counts, counts)
+    return np.asarray(np.arange(int(counts.sum())) + np.repeat(first[cells] - ends + counts, counts))
 
 
 def neighbours(points: Array, size: int) -> Rows:
-    """An order (n,) of points (n, 3) in which each run of `size` is a leaf of a balanced k-d tree, and each run of
-    twice, four times … that is a node: their boxes cover a third of what those about runs of a Morton curve do."""
+    """Return an order (n,) of points (n, 3) in which each run of `size` is a leaf of a balanced k-d tree.
+
+    Each run of twice, four times … `size` is an inner node. The boxes around such runs have a third of the volume of
+    those around runs of a Morton curve.
+    """
     order = np.arange(len(points))
     together = size
     while together < len(points):
@@ -39,11 +61,8 @@ def neighbours(points: Array, size: int) -> Rows:
     return order
 
 
-_MORTON_BITS = 10  # per axis: a thousandth of the scene
-
-
 def morton(points: Array) -> NDArray[np.uint32]:
-    """Places (n,) on a Morton curve through the box around points (n, 3)."""
+    """Return the places (n,) of points (n, 3) on a Morton curve through the cube around them."""
     if not len(points):
         return np.zeros(0, np.uint32)
     low = points.min(0)

@@ -1,6 +1,8 @@
-"""How far objects reach from their axes, seen from above: support functions h(u) = max u·p, in some directions.
+"""How far objects reach from their axes, seen from above: samples of their support functions h(u) = max u·p.
 
-Between two of them the bound is that of any convex shape: u = a·u₁ + b·u₂ with a, b ≥ 0 has h(u) ≤ a·h(u₁) + b·h(u₂).
+The impostor of an object is as wide as the object looks from where the viewer stands, and a circle about the axis
+overestimates a wall by far. Between two sampled directions the bound is that of any convex shape: u = a·u₁ + b·u₂ with
+a, b ≥ 0 has h(u) ≤ a·h(u₁) + b·h(u₂).
 """
 
 import numpy as np
@@ -9,23 +11,37 @@ from depthwalk.types import Array
 
 DIRECTIONS = 32  # a circle is overestimated by 1 / cos(π / 32), half a percent
 _STEP = 2 * np.pi / DIRECTIONS
-_WAYS = np.stack([np.cos(_STEP * np.arange(DIRECTIONS)), np.sin(_STEP * np.arange(DIRECTIONS))], -1)  # x and z
+_SAMPLED = np.stack([np.cos(_STEP * np.arange(DIRECTIONS)), np.sin(_STEP * np.arange(DIRECTIONS))], -1)  # x and z
 
 
 def footprint(points: Array) -> Array:
-    """Of an object with samples `points` (n, 3) and of its axis, in `DIRECTIONS` directions; metres."""
+    """Return the support function (DIRECTIONS,) of points (n, 3) and of the axis, in metres; object frame."""
     across = points[:, [0, 2]].astype(np.float64)
-    return np.array([(across @ way).max(initial=0.0) for way in _WAYS])
+    return np.array([(across @ direction).max(initial=0.0) for direction in _SAMPLED])
 
 
 def box_footprint(half_width: Array, half_depth: Array) -> Array:
-    """Of n boxes about their axes, (n, DIRECTIONS)."""
+    """Return the support functions (n, DIRECTIONS) of boxes about their axes.
+
+    Parameters
+    ----------
+    half_width, half_depth
+        (n,) half the extents along x and z, metres.
+    """
     half = np.stack([half_width, half_depth], -1)
-    return half @ np.abs(_WAYS).T
+    return np.asarray(half @ np.abs(_SAMPLED).T)
 
 
 def support(footprints: Array, direction: Array) -> Array:
-    """How far (n,) at most objects of `footprints` (n, DIRECTIONS) reach along unit directions (n, 2), x and z."""
+    """Return how far (n,) objects reach along a direction at most, metres.
+
+    Parameters
+    ----------
+    footprints
+        (n, DIRECTIONS) support functions, metres.
+    direction
+        (n, 2) unit vectors, x and z of the object frame.
+    """
     turn = np.arctan2(direction[:, 1], direction[:, 0]) / _STEP
     before = np.floor(turn)
     rows, first, part = np.arange(len(turn)), before.astype(np.intp), turn - before

@@ -1,0 +1,103 @@
+"""Turn levels of triangles into vertex and index arrays: pieces, spatial order, shared vertices, chunks."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.cook.cases import RANGES, piece_horizons, piece_numbers
+from depthwalk.cook.index_chunks import MOST_VERTICES
+from depthwalk.cook.lod_geometry import POSITION_STEPS, LodGeometry, vertex_positions
+from depthwalk.cook.view_selection import NOWHERE
+from depthwalk.geometry.spatial_order import morton
+from depthwalk.geometry.triangles import row_ids
+from depthwalk.parallel import batches
+from depthwalk.types import Array, Ints
+
+_IMAGES = 1 << 16  # more than the numbers of images with their flags, which fit into 16 bits
+
+
+def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Array) -> LodGeometry:
+    """Return levels of triangles as vertex and index arrays.
+
+    Parameters
+    ----------
+    grid
+        Geometry of the same object, over whose box positions are counted.
+    levels
+        (t, 3, 3) triangles of each level, metres, object frame; finest first.
+    views
+        (all t,) the image that each triangle looks into, with flags; triangles of `NOWHERE` are left out.
+    error
+        (levels,) metres.
+    """
+    ends = np.cumsum([len(corners) for corners in levels])
+    vertices: list[NDArray[np.uint16]] = []
+    indices: list[NDArray[np.uint16]] = []
+    counts: list[Ints] = []  # of levels, indices of each range
+    horizons: list[Array] = []
+    for corners, view in zip(levels, np.split(views, ends[:-1]), strict=True):
+        position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * POSITION_STEPS).astype(np.uint16)
+        placed = vertex_positions(position.reshape(-1, 3), grid.box_low, grid.box_size).reshape(-1, 3, 3)
+        piece = piece_numbers(placed)
+        # Neighbours together: a vertex is shaded once for all its triangles.
+        order = np.lexsort((morton(corners.mean(1)), piece))
+        order = order[view[order] != NOWHERE]
+        counts.append(3 * np.bincount(piece[order], minlength=RANGES))
+        horizons.append(piece_horizons(placed[order], piece[order]))
+        for chunk_vertices, chunk_indices in _chunks(position[order], view[order], MOST_VERTICES):
+            vertices.append(chunk_vertices)
+            indices.append(chunk_indices)
+    chunks = np.array([[0, 0], *([part.size, len(shared)] for part, shared in zip(indices, vertices, strict=True))])
+    count = np.array(counts)
+    return replace(
+        grid,
+        vertices=np.concatenate(vertices),
+        texels=np.full((sum(map(len, vertices)), 2), -1, np.int16),
+        indices=np.concatenate(indices),
+        chunks=chunks[:-1].cumsum(0),
+        first=(np.cumsum(count) - count.ravel()).reshape(count.shape),
+        count=count,
+        horizon=np.array(horizons),
+        error=error,
+    )
+
+
+def _chunks(
+    position: NDArray[np.uint16], view: Ints, size: int
+) -> Iterator[tuple[NDArray[np.uint16], NDArray[np.uint16]]]:
+    """Yield vertices (v, 4) and indices (i,) of each chunk of triangles.
+
+    position: (t, 3, 3), as `LodGeometry.vertices` has them; view: (t,), the images that they look into, with flags;
+    size: triangles of a chunk, at most; chunks that would have too many vertices are halved.
+    """
+    for batch in batches(len(position), size):
+        vertices, numbers = _share_vertices(position[batch], view[batch])
+        if len(vertices) <= MOST_VERTICES:
+            yield vertices, numbers.ravel().astype(np.uint16)
+        else:
+            yield from _chunks(position[batch], view[batch], size // 2)
+
+
+def _share_vertices(position: NDArray[np.uint16], view: Ints) -> tuple[NDArray[np.uint16], Ints]:
+    """Return vertices (v, 4) in the order of their first use, and triangles (t, 3) of their numbers.
+
+    A vertex carries the image of most of its triangles. Shaders take a triangle's image from its last, provoking
+    vertex, so each triangle is turned until that has its image; where none has, it gets a vertex of its own. Parameters
+    as of `_chunks`.
+    """
+    corner, first = row_ids((position.reshape(-1, 3) @ (1 << 32, 1 << 16, 1))[:, None])
+    corner, points = corner.reshape(-1, 3), position.reshape(-1, 3)[first]
+    pairs, uses = np.unique(corner * _IMAGES + view[:, None], return_counts=True)
+    own = np.zeros(len(points), np.int64)
+    rising = np.argsort(uses, kind="stable")
+    own[pairs[rising] // _IMAGES] = pairs[rising] % _IMAGES  # the last written stays
+    last = (own[corner] == view[:, None]).argmax(1)  # 0 where none is
+    corner = np.take_along_axis(corner, (np.arange(3) + last[:, None] + 1) % 3, axis=1)
+    corner_views = own[corner]
+    corner_views[:, 2] = view
+    number, first = row_ids((corner * _IMAGES + corner_views).reshape(-1, 1))
+    by_use = np.argsort(first)
+    vertices = np.column_stack([points[corner.ravel()[first]], corner_views.ravel()[first]])[by_use].astype(np.uint16)
+    return vertices, np.argsort(by_use)[number.reshape(-1, 3)]

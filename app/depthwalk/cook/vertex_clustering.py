@@ -1,0 +1,56 @@
+"""Merge vertices that are nearly in one place: vertex clustering (Rossignac and Borrel 1993).
+
+The images of an object sample its surface several times over. Clustering makes one surface of these copies, where edge
+collapse, which follows edges, could not join them.
+"""
+
+import numpy as np
+
+from depthwalk.geometry.indexed_triangles import KEY_BITS, distinct_triangles, drop_unused, vertex_directions
+from depthwalk.types import Array, Ints
+
+
+def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: float) -> tuple[Array, Ints]:
+    """Merge the vertices within each voxel into one of them, and drop what this leaves of triangles.
+
+    Vertices that face opposite ways, such as those on the two sides of a leaf, stay apart.
+
+    Parameters
+    ----------
+    point
+        (n, 3) vertices, metres.
+    triangles
+        (t, 3) rows of `point`.
+    rank
+        (n,): of a voxel's vertices, the first of the lowest rank is kept.
+    voxel_size
+        Edge of a voxel, metres.
+
+    Returns
+    -------
+    tuple
+        Vertices (m, 3) float64, and triangles (u, 3), each once.
+    """
+    first, number = _groups(_voxel_keys(point - point.min(0), voxel_size), rank)
+    facing = vertex_directions(point, triangles)
+    first, number = _groups(2 * number + (np.einsum("ij,ij->i", facing, facing[first][number]) < 0), rank)
+    used, triangles = drop_unused(distinct_triangles(number[triangles]), len(first))
+    return point[first[used]].astype(np.float64), triangles
+
+
+def _voxel_keys(point: Array, voxel_size: float) -> Ints:
+    """Return numbers (n,) of the voxels that hold points (n, 3); none of their coordinates is negative."""
+    x, y, z = np.floor(point / voxel_size).astype(np.int64).T
+    return np.asarray((x << 2 * KEY_BITS) + (y << KEY_BITS) + z)
+
+
+def _groups(key: Ints, rank: Ints) -> tuple[Ints, Ints]:
+    """Return the first member (g,) of the lowest rank of each group, and the group (n,) of each point.
+
+    key: (n,), equal within a group; rank: (n,).
+    """
+    order = np.lexsort((rank, key))
+    begins = np.diff(key[order], prepend=-1) > 0
+    number = np.empty(len(key), np.int64)
+    number[order] = np.cumsum(begins) - 1
+    return order[begins], number

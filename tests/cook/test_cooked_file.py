@@ -1,0 +1,55 @@
+"""Cooked objects in files: read back as they were, apart by their options, and gone where damaged."""
+
+import numpy as np
+import pytest
+
+from depthwalk.cook.cook import COOK_VERSION, CookOptions, cook_object
+from depthwalk.cook.cooked_file import find_cooked, keep_cooked
+from shapes import bake, box, sphere
+
+
+@pytest.fixture(scope="module")
+def made():
+    return tuple(cook_object(bake(mesh, 32), CookOptions()) for mesh in (sphere(0.5, 32, 16), box(1, 2, 1)))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path
+
+
+def test_objects_are_read_as_they_were(made, folder):
+    kept = keep_cooked("abc", CookOptions(), made)
+    found = find_cooked("abc", CookOptions())
+    assert found is not None and len(found) == len(kept) == 2
+    for before, after in zip(made, found, strict=True):
+        np.testing.assert_array_equal(before.footprint, after.footprint)
+        assert before.bytes == after.bytes and before.outline.cylinder == after.outline.cylinder
+        for one, other in zip(before.load(), after.load(), strict=True):
+            for name, value in vars(one).items():
+                np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
+                assert type(value) is type(getattr(other, name))
+
+
+def test_other_options_are_another_file(made, folder):
+    keep_cooked("abc", CookOptions(), made)
+    assert find_cooked("abc", CookOptions(stepped=True)) is None and find_cooked("abd", CookOptions()) is None
+    (path,) = folder.rglob("*.npz")
+    assert f"abc-cook{COOK_VERSION}" in path.name
+
+
+def test_a_file_that_has_gone_cannot_be_loaded(made, folder):
+    (kept, _) = keep_cooked("abc", CookOptions(), made)
+    (path,) = folder.rglob("*.npz")
+    path.unlink()
+    assert find_cooked("abc", CookOptions()) is None
+    with pytest.raises(OSError):
+        kept.load()
+
+
+def test_a_damaged_file_is_none(made, folder):
+    keep_cooked("abc", CookOptions(), made)
+    (path,) = folder.rglob("*.npz")
+    path.write_bytes(b"PK\x03\x04")
+    assert find_cooked("abc", CookOptions()) is None

@@ -1,0 +1,63 @@
+"""Triangles that share vertices: copies, unused vertices, boundary edges."""
+
+import numpy as np
+import pytest
+
+from depthwalk.geometry.indexed_triangles import (
+    any_corner,
+    distinct_triangles,
+    drop_unused,
+    normals_and_areas,
+    open_edges,
+    vertex_directions,
+)
+
+SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], float)
+TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def test_normals_and_areas():
+    normal, area = normals_and_areas(SQUARE, TRIANGLES)
+    assert (normal == [0, 0, 1]).all() and area.tolist() == [2, 2]
+
+
+def test_a_vertex_faces_as_its_triangles_do():
+    assert vertex_directions(SQUARE, TRIANGLES)[:, 2].tolist() == [8, 4, 8, 4]
+
+
+def test_the_diagonal_is_no_boundary():
+    start, end, outward = open_edges(SQUARE, TRIANGLES, normals_and_areas(SQUARE, TRIANGLES)[0])
+    assert sorted(zip(start.tolist(), end.tolist(), strict=True)) == [(0, 1), (1, 2), (2, 3), (3, 0)]
+    middle = (SQUARE[start] + SQUARE[end]) / 2
+    np.testing.assert_allclose(outward, 2 * (middle - [1, 1, 0]))
+
+
+def test_both_sides_of_a_leaf_have_one_boundary_less():
+    """An edge is no boundary where some triangle runs the other way."""
+    both = np.concatenate([TRIANGLES, TRIANGLES[:, ::-1]])
+    assert len(open_edges(SQUARE, both, normals_and_areas(SQUARE, both)[0])[0]) == 0
+
+
+def test_random_boundaries_are_those_that_sets_find():
+    rng = np.random.default_rng(1)
+    triangles = distinct_triangles(rng.integers(0, 12, (60, 3)))
+    point = rng.normal(size=(12, 3))
+    directed = [(a, b) for row in triangles.tolist() for a, b in zip(row, row[1:] + row[:1], strict=True)]
+    expected = [(a, b) for a, b in directed if (b, a) not in set(directed)]
+    start, end, _ = open_edges(point, triangles, normals_and_areas(point, triangles)[0])
+    assert list(zip(start.tolist(), end.tolist(), strict=True)) == expected and expected
+
+
+def test_copies_however_turned_are_one_and_mirrored_ones_are_not():
+    triangles = np.array([[5, 2, 9], [9, 5, 2], [2, 9, 5], [2, 5, 9], [1, 1, 3], [4, 7, 4]])
+    assert distinct_triangles(triangles).tolist() == [[2, 5, 9], [2, 9, 5]]
+
+
+@pytest.mark.parametrize(("vertices", "expected"), [([0], [True, True]), ([1], [True, False]), ([], [False, False])])
+def test_triangles_with_any_of_some_vertices(vertices, expected):
+    assert any_corner(np.isin(np.arange(4), vertices), TRIANGLES).tolist() == expected
+
+
+def test_unused_vertices_are_dropped():
+    used, triangles = drop_unused(np.array([[7, 3, 5]]), 9)
+    assert used.tolist() == [3, 5, 7] and triangles.tolist() == [[2, 0, 1]]
