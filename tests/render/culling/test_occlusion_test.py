@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from depthwalk.reference.occlusion import farthest_cells
-from depthwalk.render import occlusion_phases as rounds
+from depthwalk.render import occlusion_phases
 from depthwalk.render.culling.depth_readback import DepthReadback, cell_side
 from depthwalk.render.culling.occlusion_test import DepthRangeMaximum, ScreenExtents, growth, screen_extents
 from depthwalk.render.renderer import Renderer, read_pixels
@@ -62,11 +62,11 @@ def test_hidden_means_nearer_everywhere(seed, shape, side):
     high = low + rng.random((400, 1)) ** 3 * (width, height) * rng.uniform(0.5, 1, (400, 2))
     depth = rng.choice([0.4, 0.5, 0.6], 400)
     windows, small = DepthRangeMaximum(farthest, side), np.flatnonzero((high - low).max(1) < 4 * side)
-    found = windows.hide(ScreenExtents(low[small], high[small], depth[small]))
+    found = windows.hides(ScreenExtents(low[small], high[small], depth[small]))
     np.testing.assert_array_equal(
-        found, windows.hide(ScreenExtents(low, high, depth))[small]
+        found, windows.hides(ScreenExtents(low, high, depth))[small]
     )  # knows larger ones by now
-    found = windows.hide(ScreenExtents(low, high, depth))
+    found = windows.hides(ScreenExtents(low, high, depth))
     for k in range(400):
         cells = farthest[
             int(np.clip(low[k, 1] // side, 0, shape[0] - 1)) : int(np.clip(high[k, 1] // side, 0, shape[0] - 1)) + 1,
@@ -118,7 +118,7 @@ class Both:
                 setattr(scene.render.warp, name, value)
         self.renderers = [Renderer(device, scene, library) for scene in scenes]
         for renderer in self.renderers:
-            renderer.placed.representation = representation
+            renderer.world.representation = representation
             renderer.remembers = "reuse_error" in warp
 
     def __enter__(self):
@@ -159,14 +159,14 @@ def crowd(seed, count):
 
 
 @pytest.fixture
-def small_rounds(monkeypatch):
-    monkeypatch.setattr(rounds, "FIRST_ROUND", 4)
+def small_phases(monkeypatch):
+    monkeypatch.setattr(occlusion_phases, "FIRST_PHASE", 4)
 
 
 @pytest.mark.parametrize(
     ("representation", "aa"), [*((each, "none") for each in (None, *Representation)), (None, "msaa")]
 )
-def test_a_crowd_looks_the_same(gl_device, library, small_rounds, representation, aa):
+def test_a_crowd_looks_the_same(gl_device, library, small_phases, representation, aa):
     """From inside objects, through frames, partly outside the picture, after a jump to elsewhere in every frame."""
     places, rng = crowd(1, 200)
     occluded = 0
@@ -185,17 +185,17 @@ def test_a_crowd_looks_the_same(gl_device, library, small_rounds, representation
 
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
-def test_hidden_cells_are_left_out_whole(gl_device, library, small_rounds, monkeypatch, representation):
-    monkeypatch.setattr(rounds, "FIRST_PORTION", 16)
+def test_hidden_cells_are_left_out_whole(gl_device, library, small_phases, monkeypatch, representation):
+    monkeypatch.setattr(occlusion_phases, "FIRST_BATCH", 16)
     monkeypatch.setattr("depthwalk.render.world.spatial_cells._OBJECTS", 8)
     asked = []
-    come = rounds.OcclusionPhases._come_into_sight
+    come = occlusion_phases.OcclusionPhases._open_batch
 
     def count(self, view, cells, behind):
-        asked.append(behind(self._placed.cells().cylinders(cells)))
+        asked.append(behind(self._world.cells().cylinders(cells)))
         return come(self, view, cells, behind)
 
-    monkeypatch.setattr(rounds.OcclusionPhases, "_come_into_sight", count)
+    monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_open_batch", count)
     places, rng = crowd(1, 400)
     with Both(gl_device, library, places, representation) as both:
         for _ in range(12):
@@ -212,7 +212,7 @@ def test_hidden_cells_are_left_out_whole(gl_device, library, small_rounds, monke
 @example(8445, Representation.MESH, 21)
 @example(302333, Representation.DMESH, 40)
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_any_crowd_looks_the_same(gl_device, library, small_rounds, seed, representation, count):
+def test_any_crowd_looks_the_same(gl_device, library, small_phases, seed, representation, count):
     places, rng = crowd(seed, count)
     with Both(gl_device, library, places, representation) as both:
         eye, aim = rng.uniform(-9, 9, (2, 3)) * (1, 0.2, 1) + (0, 0.8, 0)
@@ -224,7 +224,7 @@ def test_any_crowd_looks_the_same(gl_device, library, small_rounds, seed, repres
 
 
 @pytest.mark.parametrize("group", ["warp", "mesh"])
-def test_what_shows_through_lines_is_drawn(gl_device, library, small_rounds, group):
+def test_what_shows_through_lines_is_drawn(gl_device, library, small_phases, group):
     places, _ = crowd(2, 60)
     with Both(gl_device, library, places, Representation.MESH if group == "mesh" else Representation.DMESH) as both:
         both.set(group, "wireframe", True)
@@ -232,7 +232,7 @@ def test_what_shows_through_lines_is_drawn(gl_device, library, small_rounds, gro
         assert_same(pictures, Representation.MESH)
 
 
-def test_a_frame_does_not_depend_on_those_before(gl_device, library, small_rounds):
+def test_a_frame_does_not_depend_on_those_before(gl_device, library, small_phases):
     places, _ = crowd(3, 150)
     here, there = Camera((0, 1, 9), (0, 0.5, 0), 1.0), Camera((9, 1, 0), (0, 0.5, 0), 1.0)
     with Both(gl_device, library, places) as walked, Both(gl_device, library, places) as fresh:
@@ -244,7 +244,7 @@ def test_a_frame_does_not_depend_on_those_before(gl_device, library, small_round
 
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DMESH])
-def test_who_remembers_sees_the_same_and_draws_less(gl_device, library, small_rounds, representation):
+def test_who_remembers_sees_the_same_and_draws_less(gl_device, library, small_phases, representation):
     """A walk with jumps; who stands draws what was in sight, in one round."""
     places, rng = crowd(6, 200)
     with Both(gl_device, library, places, representation) as both:
@@ -260,7 +260,7 @@ def test_who_remembers_sees_the_same_and_draws_less(gl_device, library, small_ro
             assert drawn[3][0] <= drawn[0][0] and drawn[3][0] < 0.7 * drawn[3][1]
 
 
-def test_tiles_are_kept_from_round_to_round(gl_device, library, small_rounds):
+def test_tiles_are_kept_from_round_to_round(gl_device, library, small_phases):
     """Who stands warps nothing; who walks sees what all tiles, warped anew, would show."""
     places, rng = crowd(4, 150)
     warped = drawn = 0
@@ -279,7 +279,7 @@ def test_tiles_are_kept_from_round_to_round(gl_device, library, small_rounds):
     assert warped < 0.6 * drawn
 
 
-def test_frozen_levels_stay_frozen(gl_device, library, small_rounds):
+def test_frozen_levels_stay_frozen(gl_device, library, small_phases):
     places, _ = crowd(5, 80)
     with Both(gl_device, library, places, Representation.DMESH) as both:
         both.set("lod", "freeze", True)

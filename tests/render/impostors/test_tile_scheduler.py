@@ -8,7 +8,8 @@ from scipy.ndimage import maximum_filter, minimum_filter
 
 from depthwalk.geometry.support_function import box_footprint
 from depthwalk.reference.warp import warp
-from depthwalk.render.draw.planner import Planner, PlanSettings
+from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.reprojection_error import HARDEST, due, parallax
 from depthwalk.render.impostors.tile_mapping import Tiles
 from depthwalk.render.impostors.tile_records import tile_records
@@ -82,7 +83,7 @@ class Walk:
         places = [(0, (1.5 * i, 0, -1.5 * k), 0.0, 1.0) for i in range(-count // 2, count // 2) for k in range(count)]
         self.renderer = Renderer(studio.device, scene_of(*places), self.library)
         self.planner, self.layout, self.atlas = Planner(), TileParams(**{"reuse_error": 0.5} | layout), (1024, 1024)
-        self.objects, self.table = self.renderer.placed.objects(), self.renderer.placed.table()
+        self.objects, self.table = self.renderer.world.objects(), self.renderer.world.table()
 
     def frame(self, position, target, size=(320, 240), objects=None):
         objects = objects or self.objects
@@ -90,7 +91,7 @@ class Walk:
         bounds = object_bounds(objects, self.table.centre, self.table.bounding_radius)
         visible, _ = bounds.visible(view)
         settings = PlanSettings(lod=LodParams(), layout=self.layout, polygons=MeshLodParams(), atlas_size=self.atlas)
-        scene = SceneArrays(objects=objects, bounds=bounds, table=self.table, clusters=self.renderer.placed.clusters())
+        scene = SceneArrays(objects=objects, bounds=bounds, table=self.table)
         return self.planner.plan(view, scene, visible, settings)
 
 

@@ -21,7 +21,8 @@ from depthwalk.render.impostors.warp_planes import (
     depths_behind,
     tile_sizes,
 )
-from depthwalk.render.lod.selection import affordable_level, grid_level, iter_step, paper_cases
+from depthwalk.render.lod.paper_lod import iter_step, paper_cases, paper_level
+from depthwalk.render.lod.selection import affordable_level
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
@@ -140,8 +141,8 @@ def test_iter_step_by_table(distance, step, level):
     """One pixel at 1 m is one texel: 2·1·tan(45°) / 1000 = 2 mm."""
     found = iter_step(np.array([distance]), np.array([0.002]), 1.0, 1000)
     assert found[0] == pytest.approx(step)
-    assert grid_level(found, 0.0, np.array([6]))[0] == level
-    assert grid_level(found, 1.0, np.array([6]))[0] == min(level + 1, 6)
+    assert paper_level(found, 0.0, np.array([6]))[0] == level
+    assert paper_level(found, 1.0, np.array([6]))[0] == min(level + 1, 6)
 
 
 def test_no_more_triangles_than_pixels_can_show():

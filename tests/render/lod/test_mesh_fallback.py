@@ -180,11 +180,11 @@ def test_a_frame_agrees_whether_a_mesh_has_come(gl_device, ball):
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=0.01) as walk:
         walk.look(NEAR)
         renderer, mesh = walk.renderer, np.array([0])
-        frame = FrameResidency(renderer.placed, renderer.assets, 0.01)
+        frame = FrameResidency(renderer.world, renderer.assets, 0.01)
         assert not frame.fallback_mesh(mesh).any()
         library.may.set()
         for _ in range(2000):
-            if FrameResidency(renderer.placed, renderer.assets, 0.01).fallback_mesh(mesh).all():
+            if FrameResidency(renderer.world, renderer.assets, 0.01).fallback_mesh(mesh).all():
                 break
             threading.Event().wait(0.005)
         else:

@@ -65,15 +65,15 @@ def test_every_part_is_an_object_of_the_renderer(gl_device, halves):
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), (1, (3, 0, 0), 0.0, 1.0), (0, (6, 0, 0), 1.0, 2.0))
     renderer = Renderer(gl_device, scene, library)
     try:
-        objects, table = renderer.placed.objects(), renderer.placed.table()
+        objects, table = renderer.world.objects(), renderer.world.table()
         assert objects.asset.tolist() == [2, 3, 4, 2, 3] and len(table.texel) == 5
-        centres = renderer.placed.bounds().centre
+        centres = renderer.world.bounds().centre
         assert centres[0, 0] < 0 < centres[1, 0] and (np.abs(centres[[0, 1], 0]) < 0.5).all()
         assert np.linalg.norm(centres[[3, 4]].mean(0) - [6, 1, 0]) < 0.1
-        renderer.placed.representation = Representation.MESH
-        assert renderer.placed.objects().asset.tolist() == [0, 1, 0]
-        assert renderer.placed.bounds().centre[0] == pytest.approx([0, 0.5, 0], abs=1e-3)
-        renderer.placed.representation = Representation.DPCI
-        assert renderer.placed.objects().asset.tolist() == [2, 3, 4, 2, 3]
+        renderer.world.representation = Representation.MESH
+        assert renderer.world.objects().asset.tolist() == [0, 1, 0]
+        assert renderer.world.bounds().centre[0] == pytest.approx([0, 0.5, 0], abs=1e-3)
+        renderer.world.representation = Representation.DPCI
+        assert renderer.world.objects().asset.tolist() == [2, 3, 4, 2, 3]
     finally:
         renderer.release()

@@ -7,7 +7,6 @@ from depthwalk.gpu.device import CLIP_DISTANCES, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
-from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.paper.ordered_indices import OrderedIndices
@@ -42,7 +41,8 @@ class WarpPass(Pass[WarpParams]):
             for group in groups:
                 with self.gl.state(direct=CLIP_DISTANCES if group.clipped else ()):
                     if in_order:
-                        self._draw_in_order(frame, group, self._ordered[asset.defines])
+                        ordered = self._ordered[asset.defines]
+                        ordered.draw(frame.assets, group, frame.plan.warp.records, self._instances)
                     else:
                         array = asset.array(self._arrays[asset.defines], number)
                         self._instances.bind(array, group.first)
@@ -57,15 +57,6 @@ class WarpPass(Pass[WarpParams]):
         self._clear.set(atlas_size=frame.targets.atlas_size)
         with self.gl.state(into=frame.targets.atlas, depth_test=ALWAYS):
             self._clear.rectangles(len(slots))
-
-    def _draw_in_order(self, frame: Frame, group: DrawBatch, indices: OrderedIndices) -> None:
-        """Each triangle overwrites what is there; then those that have no place in the order, by depth."""
-        for record in range(group.first, group.first + group.count):
-            array, ordered, others = indices.get(frame.assets, group, frame.plan.warp.records[record])
-            self._instances.bind(array, record)
-            with self.gl.state(depth_test=ALWAYS):  # λ is written
-                array.render(vertices=ordered, instances=1)
-            array.render(vertices=others, first=ordered, instances=1)
 
     def forget_assets(self) -> None:
         for arrays in self._arrays.values():
