@@ -118,10 +118,11 @@ class Planner:
     def _forget_if_changed(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
         """Drop all tiles if they were made for other objects or with other settings.
 
-        Where an object stands does not matter: its tile depends on where the viewer is in the object's frame.
+        Where single objects stand does not matter: a tile depends on where the viewer is in its object's frame.
         """
         objects, groups = scene.objects, (settings.lod, settings.layout)
-        made_for = scene.table, [group.model_dump() for group in groups], view.size, settings.atlas_size
+        dumped = [group.model_dump() for group in groups]
+        made_for = scene.table, scene.generation, dumped, view.size, settings.atlas_size
         same = bool(self._made_for) and scene.table is self._made_for[0] and made_for[1:] == self._made_for[1:]
         same = same and self._objects is not None and _same_assets(objects, self._objects)
         self._objects, self._made_for = objects, made_for

@@ -55,7 +55,7 @@ class Atlas:
         return np.array([x, y, width, height])
 
     def allocate_all(self, sizes: Rows) -> Rows | None:
-        """Return slots (n, 4) for tiles of `sizes` (n, 2), packed into the largest free rectangle; None if too small."""
+        """Return slots (n, 4) for tiles of `sizes` (n, 2), packed into the largest free rectangle; or None."""
         largest = int(np.argmax(self._free[:, 2:].prod(1)))
         x, y, width, height = self._free[largest].tolist()
         within = Atlas((width, height))

@@ -258,7 +258,7 @@ def _edge_crossings(lines: Array, low: Array, high: Array) -> Array:
             v = np.broadcast_to(bound[:, 1:], a.shape)
             points += [np.stack([s, -(a * s + c) / b], -1), np.stack([-(b * v + c) / a, v], -1)]
     crossings = np.nan_to_num(np.concatenate(points, 1), nan=np.inf, posinf=1e30, neginf=-1e30)
-    return crossings.clip(-1e30, 1e30)
+    return np.asarray(crossings.clip(-1e30, 1e30))
 
 
 def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:

@@ -17,11 +17,15 @@ from depthwalk.types import Mask, Rows
 
 @dataclass(frozen=True, kw_only=True)
 class SceneArrays:
-    """Hold all objects of a scene, in sight or not: where they are, and their assets."""
+    """Hold all objects of a scene, in sight or not: where they are, and their assets.
+
+    generation counts how often all of this was computed from scratch; impostor tiles do not outlive that.
+    """
 
     objects: Objects
     bounds: Bounds
     table: AssetTable
+    generation: int = 0
 
 
 class RenderWorld:
@@ -41,6 +45,7 @@ class RenderWorld:
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
         self._cells: SpatialCells | None = None
+        self._generation = 0
 
     def objects(self) -> Objects:
         """Return a row for each object, or for each part of its depth images, in that part's frame.
@@ -76,7 +81,9 @@ class RenderWorld:
 
     def arrays(self) -> SceneArrays:
         """Return objects, bounds and table together."""
-        return SceneArrays(objects=self.objects(), bounds=self.bounds(), table=self.table())
+        return SceneArrays(
+            objects=self.objects(), bounds=self.bounds(), table=self.table(), generation=self._generation
+        )
 
     def moved(self, changed: slice | None = None) -> None:
         """Take over that objects moved; to be called after `set_node_transform`.
@@ -87,6 +94,7 @@ class RenderWorld:
         """
         if changed is None or self._cells is None or self._bounds is None:
             self._objects = self._bounds = self._cells = None
+            self._generation += 1
             return
         if changed.start == changed.stop:
             return
@@ -106,6 +114,7 @@ class RenderWorld:
         if wanted is not self._representation:
             self._representation = wanted
             self._objects = self._table = self._bounds = self._cells = None
+            self._generation += 1
 
 
 def _cook_options(settings: RenderSettings) -> CookOptions:
