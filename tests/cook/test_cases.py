@@ -20,7 +20,7 @@ from depthwalk.cook.cases import (
 )
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.simplified_lods import build_simplified_lods
-from depthwalk.render.draw import planner as plan
+from depthwalk.render.draw import object_detail as plan
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera

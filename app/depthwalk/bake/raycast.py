@@ -171,8 +171,8 @@ class RayCaster:
 
 def is_open(mesh: Mesh) -> bool:
     """Return whether some edge has but one face: the mesh is a shell with a boundary, not the skin of a solid."""
-    cluster_vertices, _ = row_ids(mesh.positions)
-    faces = cluster_vertices[mesh.faces]
+    welded, _ = row_ids(mesh.positions)
+    faces = welded[mesh.faces]
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     count = np.unique(edges[:, 0] * np.int64(len(mesh.positions)) + edges[:, 1], return_counts=True)[1]
     return bool((count == 1).any())
@@ -184,7 +184,7 @@ def facing_normals(
     """Return normals (n, 3) made unit and turned against ray directions (n, 3), and which (n,) had to be turned."""
     flipped = np.einsum("ij,ij->i", normal, direction) > 0
     length = np.maximum(lengths(normal), np.float32(1e-30))
-    return normal / np.where(flipped, -length, length)[:, None], flipped
+    return np.asarray(normal / np.where(flipped, -length, length)[:, None], np.float32), flipped
 
 
 def no_hits(layers: int, count: int) -> Hits:

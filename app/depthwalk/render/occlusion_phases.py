@@ -1,26 +1,32 @@
-"""A frame's objects in rounds, from the nearest to the farthest, less what the rounds before hide. See
-`render.culling.occlusion_test`."""
+"""Divide a frame into phases, and leave out what earlier phases hide: two-phase occlusion culling, continued.
+
+A renderer that remembers draws first what the last frame showed, and tests all else against the depth of that, as in
+two-phase occlusion culling. Without memory, or after a jump, the first phase are the nearest objects, and each further
+phase draws several times as many of those that the test leaves over. The test is `render.culling.occlusion_test`.
+Far clusters (`render.draw.far_cluster_planner`) come last.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import tile_layout
 from depthwalk.render.culling.depth_readback import DepthReadback
 from depthwalk.render.culling.occlusion_test import (
-    FIRST_PORTION,
-    FIRST_ROUND,
+    FIRST_BATCH,
+    FIRST_PHASE,
     DepthRangeMaximum,
-    Hider,
+    IsHidden,
     growth,
     screen_extents,
 )
 from depthwalk.render.draw.draw_lists import FrameDrawLists
-from depthwalk.render.draw.planner import Planner, PlanSettings
+from depthwalk.render.draw.far_cluster_planner import FarClusterPlanner
+from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.draw.planner import Planner
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.bounds import Cylinders, cylinders
 from depthwalk.render.view.view import View
@@ -28,28 +34,33 @@ from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.types import Array, Rows
 
-_ASKED, _CROWDED = 1024, 0.25  # far objects; where more of them are hidden, one by one is quicker than in clusters
+_SAMPLED = 1024  # objects of far cells, which are tested for all of these
+_CROWDED = 0.25  # where more of them are hidden, testing objects singly is quicker than drawing clusters
 
 
 @dataclass(frozen=True, kw_only=True)
 class InSight:
-    """What a view may show, before anything is known to hide anything.
+    """Hold what a view may show, before anything is known to hide anything.
 
-    rows: (m,) objects, nearest first; portions: numbers of the cells whose objects are farther, nearest first; forward,
-    reach: (k,) where those objects and cells are along the view axis, and how far they reach along it, metres;
-    far: numbers of the cells whose objects may be drawn in clusters.
+    Attributes
+    ----------
+    rows : (m,) objects, nearest first.
+    batches : numbers of the cells whose objects are farther, nearest first.
+    far_cells : numbers of the cells whose objects may be drawn in clusters.
+    forward : (k,) where those objects and cells are along the view axis, metres.
+    bounding_radius : (k,) how far they reach along it, metres.
     """
 
     rows: Rows
-    portions: list[Rows]
-    far: Rows
+    batches: list[Rows]
+    far_cells: Rows
     forward: Array
     bounding_radius: Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Given:
-    """What a frame is drawn with. remembers: what the frames before found may be used."""
+class _FrameInputs:
+    """Hold what a frame is drawn with. remembers: what earlier frames found may be used."""
 
     view: View
     targets: Targets
@@ -57,159 +68,210 @@ class _Given:
     remembers: bool
 
 
+@dataclass(kw_only=True)
+class _Pending:
+    """Hold what a frame has neither drawn nor found to be hidden yet: objects, cells that are farther, far cells."""
+
+    rows: Rows
+    batches: list[Rows]
+    far_cells: Rows
+
+    def __bool__(self) -> bool:
+        return bool(len(self.rows) or self.batches or len(self.far_cells))
+
+
 class OcclusionPhases:
-    """Decides what each round draws. Between frames it keeps intermediate images, and what was seen last."""
+    """Decide what each phase of a frame draws.
+
+    Between frames it keeps impostor tiles, in its planner, and which objects were seen last.
+
+    Parameters
+    ----------
+    settings : of the scene; may change between frames.
+    world : the objects.
+    timers : for the steps "cull", "occlusion", "upload" and "plan".
+    """
 
     def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld, timers: PassTimers) -> None:
-        self._device, self._settings, self._placed, self._timers = device, settings, world, timers
+        self._device, self._settings, self._world, self._timers = device, settings, world, timers
         self._planner = Planner()
-        self._depth_cells: DepthReadback | None = None  # from when there is something to cull
-        self._shown = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
+        self._cluster_planner = FarClusterPlanner(world, self._planner.tiles)
+        self._depth_readback: DepthReadback | None = None  # made when there is something to cull
+        self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
 
     def in_sight(self, view: View) -> InSight:
-        """The objects that may show, those far off in whole cells; all one by one where nothing is to hide others."""
-        culling, bounds, cells = self._settings.culling, self._placed.bounds(), self._placed.cells()
+        """Return the objects in the view frustum, far ones by whole cells; all by object without occlusion culling."""
+        culling, bounds, cells = self._settings.culling, self._world.bounds(), self._world.cells()
         with self._timers.measure_cpu("cull"):
-            portions = cells.portions(view, culling.min_pixels, FIRST_PORTION)
-            far = [self._far(view, each) for each in portions]
-            nearest, *others = [each[~apart] for each, apart in zip(portions, far, strict=True)]
-            clustered = np.concatenate([each[apart] for each, apart in zip(portions, far, strict=True)])
+            batches = cells.batches(view, culling.min_pixels, FIRST_BATCH)
+            far = [self._cluster_planner.far_cells(view, batch, self._settings) for batch in batches]
+            nearest, *others = [batch[~is_far] for batch, is_far in zip(batches, far, strict=True)]
+            far_cells = np.concatenate([batch[is_far] for batch, is_far in zip(batches, far, strict=True)])
             rows, forward = cells.visible(view, bounds, culling.min_pixels, nearest)
-            far_forward, far_reach = cells.along(view, np.concatenate([clustered, *others]))
-            near_reach = bounds.bounding_radius[rows]
+            cells_forward, cells_reach = cells.along(view, np.concatenate([far_cells, *others]))
+            reach = bounds.bounding_radius[rows]
             if not culling.occlusion:
-                rows = np.concatenate(
-                    [rows, *(cells.visible(view, bounds, culling.min_pixels, each)[0] for each in others)]
-                )
-                others = []
+                of_others = [cells.visible(view, bounds, culling.min_pixels, batch)[0] for batch in others]
+                rows, others = np.concatenate([rows, *of_others]), []
             return InSight(
                 rows=rows,
-                portions=others,
-                far=clustered,
-                forward=np.concatenate([forward, far_forward]),
-                bounding_radius=np.concatenate([near_reach, far_reach]),
+                batches=others,
+                far_cells=far_cells,
+                forward=np.concatenate([forward, cells_forward]),
+                bounding_radius=np.concatenate([reach, cells_reach]),
             )
-
-    def _far(self, view: View, cells: Rows) -> NDArray[np.bool_]:
-        """Whether (m,) the objects of `cells` (m,) are drawn in clusters."""
-        lod, warp = self._settings.lod, self._settings.warp
-        if not warp.cluster_pixels or lod.freeze or lod.mode == "paper" or warp.order == "epipole":
-            return np.zeros(len(cells), bool)  # what is frozen, or drawn one by one, are objects
-        return self._placed.clusters().far(view, self._placed.cells(), cells, warp.cluster_pixels)
 
     def plans(
         self, view: View, in_sight: InSight, targets: Targets, residency: FrameResidency, remembers: bool
     ) -> Iterator[FrameDrawLists]:
-        """The plans of the rounds, each to be drawn into `targets` before the next is asked for: of objects, then of
-        clusters, which are farther. remembers: what the frames before found may be used."""
-        given = _Given(view=view, targets=targets, residency=residency, remembers=remembers)
-        portions, far, occlusion = list(in_sight.portions), in_sight.far, self._settings.culling.occlusion
-        now, left = self._first_round(self._there(in_sight.rows, residency), remembers)
-        size, number = max(len(now), FIRST_ROUND), 1
-        continues = False
-        while not continues or len(now):
-            plan = self._plan(given, now, continues, number)
-            continues, number = True, number + len(plan.numbered)
+        """Yield the plan of each phase, which is to be drawn into `targets` before the next one is asked for.
+
+        Parameters
+        ----------
+        view : near and far plane fitted.
+        in_sight : what `in_sight` found.
+        residency : brings to the GPU what the frame draws.
+        remembers : whether what earlier frames found may be used.
+        """
+        frame = _FrameInputs(view=view, targets=targets, residency=residency, remembers=remembers)
+        pending = _Pending(rows=in_sight.rows, batches=list(in_sight.batches), far_cells=in_sight.far_cells)
+        rows = self._first_phase(frame, pending)
+        size = max(len(rows), FIRST_PHASE)
+        plan: FrameDrawLists | None = None
+        while plan is None or len(rows):
+            plan = self._plan(frame, rows, plan)
             yield plan
-            self._shown[now] = True
-            tested_again = now if remembers and len(now) > FIRST_ROUND else now[:0]
-            if not occlusion or not (len(left) or portions or len(tested_again) or len(far)):
+            self._last_seen[rows] = True
+            retested = rows if remembers and len(rows) > FIRST_PHASE else rows[:0]
+            if not self._settings.culling.occlusion or not (pending or len(retested)):
                 break
-            with self._timers.measure_cpu("occlusion"):
-                behind = self._hider(given)
-                unseen, forgotten = np.split(behind(self._held(np.append(left, tested_again))), [len(left)])
-                if len(far) and behind(self._held(self._placed.cells().some_objects(far, _ASKED))).mean() > _CROWDED:
-                    portions, far = [*portions, far], far[:0]
-            self._shown[tested_again[forgotten]] = False
-            plan.counts["occluded"] = int(unseen.sum())
-            size *= growth(unseen)
-            left = left[~unseen]
-            while len(left) < FIRST_ROUND and portions:
-                farther, occluded = self._come_into_sight(view, portions.pop(0), behind)
-                left = np.append(left, self._there(farther, residency))
-                plan.counts["occluded"] += occluded
-            now, left = left[:size], left[size:]
-        if len(far):
-            yield self._plan_of_clusters(given, far, plan, number)
+            size *= self._drop_hidden(frame, pending, retested, plan)
+            rows, pending.rows = np.split(pending.rows, [size])
+        if len(pending.far_cells):
+            yield self._plan_clusters(frame, pending.far_cells, plan)
 
-    def _plan_of_clusters(self, given: _Given, cells: Rows, before: FrameDrawLists, number: int) -> FrameDrawLists:
-        """Of the round that draws the clusters of `cells` (m,) that are in sight. before: the plan of the round
-        before."""
-        settings, clusters = self._settings, self._placed.clusters()
-        with self._timers.measure_cpu("cull"):
-            numbers = clusters.visible(given.view, cells)
-        if settings.culling.occlusion:
-            with self._timers.measure_cpu("occlusion"):
-                unseen = self._hider(given)(clusters.cylinders(numbers))
-            before.counts["occluded"] += int(clusters.members(numbers[unseen])[1].sum())
-            numbers = numbers[~unseen]
-        with self._timers.measure_cpu("upload"):
-            numbers = numbers[clusters.whole(numbers, given.residency.there)]
-        scene, plan_settings = self._placed.arrays(), self._plan_settings(given)
-        with self._timers.measure_cpu("plan"):
-            return self._planner.plan_clusters(given.view, scene, numbers, plan_settings, number)
+    def _first_phase(self, frame: _FrameInputs, pending: _Pending) -> Rows:
+        """Return the objects (m,), nearest first, that are drawn before any is tested; the others stay `pending`.
 
-    def _first_round(self, visible: Rows, remembers: bool) -> tuple[Rows, Rows]:
-        """Which of the objects `visible` (m,), nearest first, are drawn before any is tested, and the others. With
-        memory, what the last frame showed; where that is too little, as after a jump, the nearest too."""
-        if len(self._shown) != len(self._placed.objects()):
-            self._shown = np.zeros(len(self._placed.objects()), bool)
-        if not self._settings.culling.occlusion:
-            return visible, visible[:0]
-        first = self._shown[visible] & remembers
-        self._shown[:] = False
-        if first.sum() < FIRST_ROUND:
-            first[:FIRST_ROUND] = True
-        return visible[first], visible[~first]
+        With memory they are what the last frame showed; where that is too little, as after a jump, the nearest too.
+        """
+        visible = self._resident(frame, pending.rows)
+        if len(self._last_seen) != len(self._world.objects()):
+            self._last_seen = np.zeros(len(self._world.objects()), bool)
+        first = np.ones(len(visible), bool)
+        if self._settings.culling.occlusion:
+            first = self._last_seen[visible] & frame.remembers
+            self._last_seen[:] = False
+            if first.sum() < FIRST_PHASE:
+                first[:FIRST_PHASE] = True
+        pending.rows = visible[~first]
+        return visible[first]
 
-    def _come_into_sight(self, view: View, cells: Rows, behind: Hider) -> tuple[Rows, int]:
-        """The objects (m,) of `cells` that are not `behind` what is drawn, nearest first, and how many are; cells that
-        are hidden count whole."""
-        sorted_cells, bounds = self._placed.cells(), self._placed.bounds()
+    def _drop_hidden(self, frame: _FrameInputs, pending: _Pending, retested: Rows, plan: FrameDrawLists) -> int:
+        """Drop from what is `pending` the objects that are hidden, and open batches where few are left.
+
+        Parameters
+        ----------
+        retested : (k,) objects just drawn from memory; those hidden by now need not be drawn in the next frame.
+        plan : of the phase just drawn; its count of hidden objects is filled in.
+
+        Returns
+        -------
+        How many times as many objects as this phase the next one draws at most.
+        """
         with self._timers.measure_cpu("occlusion"):
-            unseen = behind(sorted_cells.cylinders(cells))
-        with self._timers.measure_cpu("cull"):
-            rows, _ = sorted_cells.visible(view, bounds, self._settings.culling.min_pixels, cells[~unseen])
+            is_hidden = self._hidden_by_depth(frame)
+            tested = is_hidden(self._cylinders(np.append(pending.rows, retested)))
+            hidden, forgotten = np.split(tested, [len(pending.rows)])
+            self._open_crowded(pending, is_hidden)
+        self._last_seen[retested[forgotten]] = False
+        pending.rows, occluded = pending.rows[~hidden], int(hidden.sum())
+        while len(pending.rows) < FIRST_PHASE and pending.batches:
+            opened, hidden_objects = self._open_batch(frame.view, pending.batches.pop(0), is_hidden)
+            pending.rows = np.append(pending.rows, self._resident(frame, opened))
+            occluded += hidden_objects
+        plan.counts["occluded"] = occluded
+        return growth(hidden)
+
+    def _open_crowded(self, pending: _Pending, is_hidden: IsHidden) -> None:
+        """Make a batch of the far cells, whose objects are then tested singly, if many of these are hidden."""
+        if len(pending.far_cells):
+            sample = self._world.cells().sample_objects(pending.far_cells, _SAMPLED)
+            if is_hidden(self._cylinders(sample)).mean() > _CROWDED:
+                pending.batches.append(pending.far_cells)
+                pending.far_cells = pending.far_cells[:0]
+
+    def _open_batch(self, view: View, batch: Rows, is_hidden: IsHidden) -> tuple[Rows, int]:
+        """Return the objects (m,) of the cells `batch` (k,) that are not hidden, nearest first, and how many are.
+
+        Cells that are hidden as a whole count with all their objects.
+        """
+        cells, bounds = self._world.cells(), self._world.bounds()
         with self._timers.measure_cpu("occlusion"):
-            hidden_rows = behind(self._held(rows))
-        return rows[~hidden_rows], sorted_cells.objects(cells[unseen]) + int(hidden_rows.sum())
+            hidden_cells = is_hidden(cells.cylinders(batch))
+        with self._timers.measure_cpu("cull"):
+            rows, _ = cells.visible(view, bounds, self._settings.culling.min_pixels, batch[~hidden_cells])
+        with self._timers.measure_cpu("occlusion"):
+            hidden = is_hidden(self._cylinders(rows))
+        return rows[~hidden], cells.count_objects(batch[hidden_cells]) + int(hidden.sum())
 
-    def _there(self, rows: Rows, residency: FrameResidency) -> Rows:
-        with self._timers.measure_cpu("upload"):
-            there = residency.there(rows)
-            return rows if there.all() else rows[there]
-
-    def _plan(self, given: _Given, rows: Rows, continues: bool, number: int) -> FrameDrawLists:
-        """Of a round that draws the objects `rows` (n,); goes_on, number: see `Planner.plan`."""
-        scene, settings, is_resident = self._placed.arrays(), self._plan_settings(given), given.residency.fallback_mesh
+    def _plan(self, frame: _FrameInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
+        """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
+        scene, settings, is_resident = self._world.arrays(), self._plan_settings(frame), frame.residency.fallback_mesh
+        first_object_id = 1 if before is None else before.next_object_id
         with self._timers.measure_cpu("plan"):
-            return self._planner.plan(given.view, scene, rows, settings, continues, number, is_resident)
+            return self._planner.plan(
+                frame.view, scene, rows, settings, before is not None, first_object_id, is_resident
+            )
 
-    def _plan_settings(self, given: _Given) -> PlanSettings:
+    def _plan_clusters(self, frame: _FrameInputs, cells: Rows, before: FrameDrawLists) -> FrameDrawLists:
+        """Plan the phase that draws the clusters of `cells` (m,). before: the plan of the phase before."""
+        clusters = self._cluster_planner.clusters()
+        with self._timers.measure_cpu("cull"):
+            numbers = clusters.visible(frame.view, cells)
+        if self._settings.culling.occlusion:
+            with self._timers.measure_cpu("occlusion"):
+                hidden = self._hidden_by_depth(frame)(clusters.cylinders(numbers))
+            before.counts["occluded"] += int(clusters.sizes(numbers[hidden]).sum())
+            numbers = numbers[~hidden]
+        with self._timers.measure_cpu("upload"):
+            numbers = numbers[clusters.resident(numbers, frame.residency.there)]
+        settings = self._plan_settings(frame)
+        with self._timers.measure_cpu("plan"):
+            return self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
+
+    def _plan_settings(self, frame: _FrameInputs) -> PlanSettings:
+        """Return what plans of the frame follow."""
         settings = self._settings
-        layout = tile_layout(settings, settings.warp, given.remembers)
+        layout = tile_layout(settings, settings.warp, frame.remembers)
         return PlanSettings(
-            lod=settings.lod, layout=layout, polygons=settings.mesh, atlas_size=given.targets.atlas_size
+            lod=settings.lod, layout=layout, polygons=settings.mesh, atlas_size=frame.targets.atlas_size
         )
 
-    def _held(self, rows: Rows) -> Cylinders:
-        """What holds the objects `rows` (n,)."""
-        table, centre = self._placed.table(), self._placed.bounds().centre
-        return cylinders(self._placed.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)
+    def _resident(self, frame: _FrameInputs, rows: Rows) -> Rows:
+        """Return those of the objects `rows` (m,) whose assets are on the GPU."""
+        with self._timers.measure_cpu("upload"):
+            resident = frame.residency.there(rows)
+            return rows if resident.all() else rows[resident]
 
-    def _hider(self, given: _Given) -> Hider:
-        """Tells which cylinders are hidden behind what is drawn so far."""
+    def _cylinders(self, rows: Rows) -> Cylinders:
+        """Return the cylinders that enclose the objects `rows` (m,)."""
+        table, centre = self._world.table(), self._world.bounds().centre
+        return cylinders(self._world.objects().take(rows), centre[rows], table.half_height, table.cylinder_radius)
+
+    def _hidden_by_depth(self, frame: _FrameInputs) -> IsHidden:
+        """Return a test of which cylinders are hidden behind what is drawn so far."""
         lod, warp = self._settings.lod, self._settings.warp
-        if self._depth_cells is None:
-            self._depth_cells = DepthReadback(self._device, given.view.size)
-        windows = DepthRangeMaximum(self._depth_cells.read(given.targets), self._depth_cells.side)
-        # Tiles, and geometry, may be coarser than pixels. That a kept tile would show its object elsewhere, beside what
-        # hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
+        if self._depth_readback is None:
+            self._depth_readback = DepthReadback(self._device, frame.view.size)
+        depth = DepthRangeMaximum(self._depth_readback.read(frame.targets), self._depth_readback.side)
+        # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
+        # what hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
         margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
-        return lambda held: windows.hide(screen_extents(given.view, held, margin))
+        return lambda enclosing: depth.hides(screen_extents(frame.view, enclosing, margin))
 
     def resized(self) -> None:
-        """To be called when the targets have another size."""
-        if self._depth_cells is not None:
-            self._depth_cells.release()
-        self._depth_cells = None
+        """Release what depends on the size of the targets; to be called when that changes."""
+        if self._depth_readback is not None:
+            self._depth_readback.release()
+        self._depth_readback = None

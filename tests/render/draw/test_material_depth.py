@@ -79,7 +79,7 @@ def test_pixels_as_texels_show_what_resampling_shows(gl_device, monkeypatch, pos
         assert renderer.plan.composite.aligned == (0 if whole else 2)
         pictures.append(read_pixels(screen).astype(int))
         monkeypatch.setattr(
-            "depthwalk.render.draw.planner.Rectangles",
+            "depthwalk.render.draw.planner.ImpostorQuads",
             lambda records, aligned: ImpostorQuads(records=records, aligned=0),
         )
     renderer.release()

@@ -89,3 +89,12 @@ def test_a_tile_that_is_too_large_finds_no_slot():
     atlas = Atlas((SIDE, SIDE))
     assert atlas.allocate(np.array([SIDE + 1, 1])) is None
     assert atlas.pack(np.full((5, 2), SIDE // 2)) is None
+
+
+@given(arrays(np.int64, st.tuples(st.integers(1, 60), st.just(2)), elements=st.integers(1, 64)))
+def test_tiles_do_not_overlap(sizes):
+    corners, used = pack_shelves(sizes, 64)
+    texels = np.zeros((used, 64), int)
+    for (x, y), (width, height) in zip(corners, sizes, strict=True):
+        texels[y : y + height, x : x + width] += 1
+    assert texels.max() == 1 and texels.sum() == (sizes[:, 0] * sizes[:, 1]).sum()

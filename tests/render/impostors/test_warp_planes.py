@@ -1,4 +1,4 @@
-"""Pass 1's geometry: warp, bounds, cropping, cases and Iter_step, against the NumPy twin and by table."""
+"""Pass 1's geometry: warp, bounds and cropping, against the NumPy twin and by table."""
 
 from dataclasses import fields
 
@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from depthwalk.bake.images import Face
-from depthwalk.cook.cases import Case
 from depthwalk.geometry.support_function import box_footprint, footprint
 from depthwalk.reference.warp import table, unwarp, warp
-from depthwalk.render.impostors.atlas_allocator import pack_shelves
 from depthwalk.render.impostors.warp_planes import (
     Planes,
     Volumes,
@@ -21,7 +19,6 @@ from depthwalk.render.impostors.warp_planes import (
     depths_behind,
     tile_sizes,
 )
-from depthwalk.render.lod.selection import affordable_level, grid_level, iter_step, paper_cases
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
@@ -124,34 +121,6 @@ def test_which_plane(viewer, face, distance):
     assert np.cross(planes.right[0], planes.up[0]) == pytest.approx(planes.normal[0])
 
 
-@pytest.mark.parametrize(
-    ("height", "case"),
-    [(-0.21, Case.SIDE_AND_BOTTOM), (-0.2, Case.SIDE), (1.0, Case.SIDE), (1.9, Case.SIDE), (1.91, Case.SIDE_AND_TOP)],
-)
-def test_the_papers_three_cases(height, case):
-    assert paper_cases(np.array([[2.0, height, 0]]), np.array([Y0]), np.array([Y1]))[0] == case
-
-
-@pytest.mark.parametrize(
-    ("distance", "step", "level"),
-    [(0.5, 1.0, 0), (1.0, 1.0, 0), (1.9, 1.9, 0), (2.0, 2.0, 1), (7.9, 7.9, 2), (8.0, 8.0, 3), (900.0, 900.0, 6)],
-)
-def test_iter_step_by_table(distance, step, level):
-    """One pixel at 1 m is one texel: 2·1·tan(45°) / 1000 = 2 mm."""
-    found = iter_step(np.array([distance]), np.array([0.002]), 1.0, 1000)
-    assert found[0] == pytest.approx(step)
-    assert grid_level(found, 0.0, np.array([6]))[0] == level
-    assert grid_level(found, 1.0, np.array([6]))[0] == min(level + 1, 6)
-
-
-def test_no_more_triangles_than_pixels_can_show():
-    triangles = np.array([[1000, 300, 90, 30]])
-    levels = [
-        affordable_level(triangles, np.array([pixels]), 3.0)[0] for pixels in (1e9, 334.0, 333.0, 31.0, 11.0, 1.0)
-    ]
-    assert levels == [0, 0, 1, 2, 3, 4]
-
-
 def test_a_tile_has_the_resolution_of_the_screen():
     """Seen squarely from afar, a tile has as many texels as its rectangle covers pixels."""
     planes = choose_planes(np.array([[0.0, 0.85, 100.0]]), cylinder())
@@ -159,12 +128,3 @@ def test_a_tile_has_the_resolution_of_the_screen():
     width, height = tile_sizes(planes, focal, 4096)[0]
     assert width == pytest.approx(focal * (planes.high - planes.low)[0, 0] / planes.distance[0], abs=1)
     assert height == pytest.approx(focal * (Y1 - Y0) / planes.distance[0], abs=1)
-
-
-@given(arrays(np.int64, st.tuples(st.integers(1, 60), st.just(2)), elements=st.integers(1, 64)))
-def test_tiles_do_not_overlap(sizes):
-    corners, used = pack_shelves(sizes, 64)
-    texels = np.zeros((used, 64), int)
-    for (x, y), (width, height) in zip(corners, sizes, strict=True):
-        texels[y : y + height, x : x + width] += 1
-    assert texels.max() == 1 and texels.sum() == (sizes[:, 0] * sizes[:, 1]).sum()

@@ -9,12 +9,8 @@ from depthwalk.bake.images import Face
 from depthwalk.bake.planar import bake_planar
 from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.cook.grid_lods import build_grid_lods
-from depthwalk.geometry.support_function import box_footprint
 from depthwalk.ingest.image import PlanarImage
-from depthwalk.render.impostors.tile_records import WARP_RECORD
-from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
 from depthwalk.render.paper.occlusion_compatible_order import draw_order, epipole, image_cells
-from depthwalk.render.paper.ordered_indices import viewer_of
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
 
@@ -49,7 +45,7 @@ VIEWPOINTS = [
 @pytest.fixture(autouse=True)
 def whole_grids(monkeypatch):
     """The depth buffer draws the same triangles as the order."""
-    monkeypatch.setattr("depthwalk.cook.cook.build_grids", partial(build_grid_lods, tolerance=-np.inf))
+    monkeypatch.setattr("depthwalk.cook.cook.build_grid_lods", partial(build_grid_lods, tolerance=-np.inf))
 
 
 @pytest.mark.parametrize("asset", [0, 1, 2])
@@ -100,24 +96,6 @@ def test_cells_that_a_ray_meets_come_far_to_near(library, asset):
             met = [ranks for node in ray if (ranks := ranks_at(cells, rank, node))]
             nearer, farther = met[:-1], met[1:]
             assert all(a == b or a[0] > b[1] for a, b in zip(nearer, farther, strict=True))
-
-
-def test_records_hold_the_viewer():
-    rng = np.random.default_rng(8)
-    one = np.ones(50)
-    viewer = rng.normal(size=(50, 3)) * 4
-    planes = choose_planes(
-        viewer,
-        Volumes(
-            radius=0.5 * one, bottom=0 * one, top=one, footprint=box_footprint(0.5 * one, 0.5 * one), has_side=one > 0
-        ),
-    )
-    records = np.zeros(50, WARP_RECORD)
-    records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
-    records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
-    records["normal"] = np.column_stack([planes.normal, planes.offset])
-    records["depths"][:, 0] = planes.distance
-    np.testing.assert_allclose([viewer_of(record) for record in records], viewer, atol=1e-5)
 
 
 def unit(v):

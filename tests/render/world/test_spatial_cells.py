@@ -24,18 +24,18 @@ def view_from(eye, seed, fov=1.0):
 
 def visible(bounds, view, min_pixels):
     cells = sort_into_cells(bounds)
-    return cells.visible(view, bounds, min_pixels, *cells.portions(view, min_pixels, 1 << 30))
+    return cells.visible(view, bounds, min_pixels, *cells.batches(view, min_pixels, 1 << 30))
 
 
 @pytest.mark.parametrize("size", [256, 1000, 30_000])
-def test_portions_hold_each_cell_once_and_the_nearest_first(size):
+def test_batches_hold_each_cell_once_and_the_nearest_first(size):
     bounds = spheres(20_000, np.array([100, 5, 100]), 1)
     cells, view = sort_into_cells(bounds), view_from(np.array([0.0, 0, 0]), 3)
-    portions = cells.portions(view, 0.0, size)
-    every = np.concatenate(portions)
-    assert sorted(every) == sorted(*cells.portions(view, 0.0, 1 << 30))
-    assert (len(portions) > 1) == (cells.objects(every) > size)
-    counts = np.array([cells.objects(portion) for portion in portions[:-1]])
+    batches = cells.batches(view, 0.0, size)
+    every = np.concatenate(batches)
+    assert sorted(every) == sorted(*cells.batches(view, 0.0, 1 << 30))
+    assert (len(batches) > 1) == (cells.count_objects(every) > size)
+    counts = np.array([cells.count_objects(batch) for batch in batches[:-1]])
     assert (np.abs(counts - size * 4 ** np.arange(len(counts))) <= 256).all()
     forward, bounding_radius = cells.along(view, every)
     assert (np.diff(forward - bounding_radius) >= 0).all()
@@ -71,7 +71,7 @@ def test_moved_objects_are_found_where_they_went(rows):
     bounds.centre[rows] = view.position + 30 * view.axes[2]
     cells.refit(bounds, rows)
     assert (
-        set(cells.visible(view, bounds, 0.0, *cells.portions(view, 0.0, 1 << 30))[0])
+        set(cells.visible(view, bounds, 0.0, *cells.batches(view, 0.0, 1 << 30))[0])
         == set(bounds.visible(view)[0])
         >= set(range(*rows.indices(2000)))
     )

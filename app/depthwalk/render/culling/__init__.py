@@ -1,0 +1,1 @@
+"""Occlusion culling against the depth of what is drawn already."""

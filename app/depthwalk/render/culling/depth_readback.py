@@ -1,4 +1,4 @@
-"""The depth buffer in cells, brought back to the CPU."""
+"""Read the depth buffer back to the CPU, reduced to cells."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,16 @@ MOST_CELLS = 1 << 19  # 2 × 2 pixels at 1920 × 1080: rows of objects a few pix
 
 
 class DepthReadback:
-    """Reduces the depth of what is drawn by its maximum: what is hidden behind a cell is hidden behind its pixels."""
+    """Reduce depth to the maximum of each cell: an object hidden behind that is hidden behind all pixels of the cell.
+
+    Parameters
+    ----------
+    size : width and height of the picture, pixels.
+
+    Attributes
+    ----------
+    side : pixels along a cell.
+    """
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.gl = device.scope("occlusion")
@@ -23,8 +32,10 @@ class DepthReadback:
         self._framebuffer = self.gl.framebuffer([self._texture])
 
     def read(self, targets: Targets) -> NDArray[np.float32]:
-        """The farthest depth (rows, columns) in cells of `side` × `side` pixels, 0 to 1, row 0 at the bottom. Waits
-        until what was drawn so far is drawn."""
+        """Return the farthest depth of each cell (rows, columns), 0 to 1, row 0 at the bottom.
+
+        Waits until the GPU has drawn all that it was asked for.
+        """
         targets.drawn.depth.use(0)
         defines = targets.defines
         samples = {"samples": targets.samples} if defines else {}
@@ -35,9 +46,13 @@ class DepthReadback:
         return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
 
     def release(self) -> None:
+        """Free what it has on the device."""
         self.gl.release()
 
 
 def cell_side(size: tuple[int, int]) -> int:
-    """Pixels along a cell of a picture of `size` (width, height): an even number, for the shader gathers 2 × 2."""
+    """Return the pixels along a cell of a picture of `size` (width, height).
+
+    It is an even number, since the shader gathers 2 × 2 pixels at once.
+    """
     return 2 * int(np.ceil(np.sqrt(size[0] * size[1] / MOST_CELLS) / 2))

@@ -1,0 +1,1 @@
+"""Plans of a frame: which objects are drawn, how finely, in which draw calls."""

@@ -1,6 +1,6 @@
-"""What the plan of a frame is made of, and made from: data between NumPy and the passes."""
+"""What a frame's plan consists of: data that the planner makes and the passes draw."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from operator import add, attrgetter
@@ -11,8 +11,12 @@ from numpy.typing import NDArray
 
 from depthwalk.cook.cases import ALL_PIECES, piece_runs
 from depthwalk.render.world.asset_table import AssetTable
+from depthwalk.types import Mask, Rows
 
-_OF_ROUNDS: dict[str, Any] = {  # how the counts of a frame's rounds make its own; others are added up
+Counts = dict[str, int | float]
+"""The numbers that HUD and benchmark show, by name."""
+
+_JOINED_BY: dict[str, Any] = {  # how a frame's count is made of those of its phases; others are added up
     "objects": max,
     "atlas_used": max,
     "tile_resolution": min,
@@ -22,96 +26,138 @@ _OF_ROUNDS: dict[str, Any] = {  # how the counts of a frame's rounds make its ow
 
 @dataclass(frozen=True, kw_only=True)
 class DrawBatch:
-    """`count` instance records from `first` on are drawn with the same asset and indices."""
+    """Describe one draw call for instances of one asset with the same indices.
+
+    Attributes
+    ----------
+    asset : number of `AssetStore`.
+    first, count : which run of instance records it draws.
+    indices : first index and number of indices of each run of its index buffer; none for meshes.
+    clipped : whether samples may fall outside their tile.
+    level, pieces : of the asset that the indices hold.
+    """
 
     asset: int
     first: int
     count: int
-    indices: tuple[tuple[int, int], ...] = ()  # first index and number of indices of each run
-    clipped: bool = False  # samples may fall outside their tile
+    indices: tuple[tuple[int, int], ...] = ()
+    clipped: bool = False
     level: int = 0
     pieces: int = ALL_PIECES
 
 
 @dataclass(kw_only=True)
 class DrawList:
-    """Instance records sorted so that each group is one run."""
+    """Hold instance records, sorted so that each batch is one run of them, and the batches."""
 
     records: NDArray[np.void]
     groups: list[DrawBatch] = field(default_factory=list)
 
     def by_asset(self) -> Iterator[tuple[int, Iterator[DrawBatch]]]:
-        """Runs of groups that share an asset, and its number: what all of them need is set once."""
+        """Yield runs of batches that share an asset, with its number: what all of them need is set once."""
         return groupby(self.groups, attrgetter("asset"))
 
     @classmethod
-    def joined(cls, drawings: list["DrawList"]) -> "DrawList":
-        """One after the other."""
-        starts = np.cumsum([0] + [len(each.records) for each in drawings]).tolist()
-        pairs = zip(starts, drawings, strict=False)
-        groups = [replace(group, first=start + group.first) for start, each in pairs for group in each.groups]
-        return cls(records=np.concatenate([each.records for each in drawings]), groups=groups)
+    def joined(cls, lists: Sequence["DrawList"]) -> "DrawList":
+        """Return one list that draws what the `lists` draw, one after the other."""
+        starts = np.cumsum([0] + [len(part.records) for part in lists]).tolist()
+        parts = zip(starts, lists, strict=False)
+        batches = [replace(batch, first=start + batch.first) for start, part in parts for batch in part.groups]
+        return cls(records=np.concatenate([part.records for part in lists]), groups=batches)
 
 
 @dataclass(kw_only=True)
 class ImpostorQuads:
-    """What pass 2 draws: records of which the first `aligned` have texels that are pixels; of either, nearest first."""
+    """Hold what pass 2 draws.
+
+    Attributes
+    ----------
+    records : (d,) COMPOSITE_RECORD, first the aligned ones; of these and of the others, the nearest first.
+    aligned : how many are aligned: their texels are pixels of the picture.
+    """
 
     records: NDArray[np.void]
     aligned: int
 
     @classmethod
-    def joined(cls, rectangles: list["ImpostorQuads"]) -> "ImpostorQuads":
-        """All of them; those of one round after those of another."""
-        first = [each.records[: each.aligned] for each in rectangles]
-        others = [each.records[each.aligned :] for each in rectangles]
-        return cls(records=np.concatenate(first + others), aligned=sum(each.aligned for each in rectangles))
+    def joined(cls, quads: Sequence["ImpostorQuads"]) -> "ImpostorQuads":
+        """Return all of them, those of each phase after those of the phase before."""
+        aligned = [part.records[: part.aligned] for part in quads]
+        others = [part.records[part.aligned :] for part in quads]
+        return cls(records=np.concatenate(aligned + others), aligned=sum(part.aligned for part in quads))
 
 
 @dataclass(kw_only=True)
 class FrameDrawLists:
-    """What the passes draw. counts: numbers for HUD and benchmark; cleared: (n, 4), slots of the atlas, x, y, width and
-    height, that pass 1 fills anew; numbered: (d,) rows of the objects that composite and dmesh draw, by the numbers
-    that they write for them, from `first_object_id` on; tiled: (d,), whether composite does."""
+    """Hold what the passes draw in one phase of a frame, or in all of them.
+
+    Attributes
+    ----------
+    warp : pass 1, WARP_RECORD.
+    composite : pass 2.
+    dmesh : depth images drawn straight into the picture, PLACED_RECORD.
+    mesh : polygon meshes, PLACED_RECORD.
+    cleared : (n, 4) slots of the atlas (x, y, width, height) that pass 1 clears before it fills them.
+    counts : numbers for HUD and benchmark.
+    numbered : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these passes
+        write for them.
+    tiled : (d,) which of these `composite` draws.
+    first_object_id : the number of the first of them; 0 stands for no object.
+    """
 
     warp: DrawList
     composite: ImpostorQuads
     dmesh: DrawList
     mesh: DrawList
-    cleared: NDArray[np.integer]
-    counts: dict[str, int | float]
-    numbered: NDArray[np.integer]
-    tiled: NDArray[np.bool_]
+    cleared: Rows
+    counts: Counts
+    numbered: Rows
+    tiled: Mask
     first_object_id: int = 1
 
+    @property
+    def next_object_id(self) -> int:
+        """The first number that the next phase may write for an object."""
+        return self.first_object_id + len(self.numbered)
+
     @classmethod
-    def joined(cls, phases: list["FrameDrawLists"]) -> "FrameDrawLists":
-        """All that the rounds of a frame draw."""
+    def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
+        """Return all that the `phases` of a frame draw."""
         if len(phases) == 1:
             return phases[0]
-        drawings: dict[str, Any] = {
-            name: DrawList.joined([getattr(each, name) for each in phases]) for name in ("warp", "dmesh", "mesh")
+        lists: dict[str, Any] = {
+            name: DrawList.joined([getattr(phase, name) for phase in phases]) for name in ("warp", "dmesh", "mesh")
         }
-        counts: dict[str, int | float] = {}
-        for each in phases:
-            for name, count in each.counts.items():
-                counts[name] = _OF_ROUNDS.get(name, add)(counts[name], count) if name in counts else count
-        drawings["composite"] = ImpostorQuads.joined([each.composite for each in phases])
+        counts: Counts = {}
+        for phase in phases:
+            for name, count in phase.counts.items():
+                counts[name] = _JOINED_BY.get(name, add)(counts[name], count) if name in counts else count
+        lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
-            name: np.concatenate([getattr(each, name) for each in phases]) for name in ("cleared", "numbered", "tiled")
+            name: np.concatenate([getattr(phase, name) for phase in phases])
+            for name in ("cleared", "numbered", "tiled")
         }
-        return cls(**drawings, **columns, counts=counts)
+        return cls(**lists, **columns, counts=counts)
 
 
 def draw_batches(
     table: AssetTable,
-    asset: NDArray[np.integer],
-    level: NDArray[np.integer] | None = None,
-    pieces: NDArray[np.integer] | None = None,
-    clipped: NDArray[np.bool_] | None = None,
+    asset: Rows,
+    level: Rows | None = None,
+    pieces: Rows | None = None,
+    clipped: Mask | None = None,
 ) -> list[DrawBatch]:
-    """Runs of equal asset (n,), and of equal level, pieces and clipped (n,) where given. The loop is over groups. With
-    pieces, bit masks, they hold the runs of indices that a depth object has for them."""
+    """Divide n sorted instances into batches: runs that are equal in all that is given.
+
+    The loop runs over batches, not over instances.
+
+    Parameters
+    ----------
+    asset : (n,) numbers of `AssetStore`.
+    level : (n,) level of detail.
+    pieces : (n,) bit masks; with these, batches hold the runs of indices that a depth object has for them.
+    clipped : (n,) whether samples may fall outside their tile.
+    """
     if not len(asset):
         return []
     keys = [key for key in (asset, level, pieces) if key is not None]
@@ -119,13 +165,13 @@ def draw_batches(
     changed = np.logical_or.reduce([key[1:] != key[:-1] for key in (*keys, clipped)])
     starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
     counts = np.diff(np.append(starts, len(asset)))
-    groups = []
+    batches = []
     for start, count in zip(starts.tolist(), counts.tolist(), strict=True):
-        key = tuple(int(k[start]) for k in keys)
+        key = tuple(int(column[start]) for column in keys)
         runs: tuple[tuple[int, int], ...] = ()
         if pieces is not None:
             runs = piece_runs(table.index_first[key[:2]], table.index_count[key[:2]], key[2])
-        groups.append(
+        batches.append(
             DrawBatch(
                 asset=int(asset[start]),
                 first=start,
@@ -136,4 +182,4 @@ def draw_batches(
                 pieces=ALL_PIECES if pieces is None else int(pieces[start]),
             )
         )
-    return groups
+    return batches

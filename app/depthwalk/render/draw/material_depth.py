@@ -1,4 +1,8 @@
-"""What the pass `material_resolve` is told: the objects that may be visible, by the numbers that passes write."""
+"""Tell the pass `material_resolve` which objects may be visible, by the numbers that passes write for them.
+
+Pixels are shaded asset by asset: every asset has a depth of its own, so that a depth test selects its pixels (material
+depth, as in Nanite and Bevy).
+"""
 
 from dataclasses import dataclass
 
@@ -8,50 +12,62 @@ from numpy.typing import NDArray
 from depthwalk.render.view.bounds import Bounds, extents
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects
-from depthwalk.types import Array
+from depthwalk.types import Array, Mask, Rows
 
-# What material_resolve.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that stands
-# for its asset, and nothing else.
+# What material_resolve.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that
+# stands for its asset, and whether it has an impostor tile.
 SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("level", "4f4")])
 
-
-_CROWD = 1 << 14  # objects of an asset, of which it is not asked where they are: likely everywhere
-# Assets are told apart by depths CLOSED + k / LEVELS, which float32 and a depth buffer of 24 bits hold apart; pixels
-# that one covers in part by k / LEVELS, in front of all others.
+# Assets with more objects than this are assumed to cover the whole screen; computing their bounds would cost more than
+# it saves.
+_CROWD = 1 << 14
+# Asset k has the depth FULL_COVERAGE + k / LEVELS, which float32 and a depth buffer of 24 bits tell apart; pixels that
+# it covers in part have k / LEVELS, in front of all others.
 LEVELS = 1 << 17
 FULL_COVERAGE = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class MaterialRecords:
-    """records: (1 + n,) SURFACE_RECORD by number, 0 is none, at the far plane; assets: (a,) those that may be visible;
-    level: (a,) the depth that stands for each, see FULL_COVERAGE; low, high: (a, 2), corners of the part of the picture in
-    which it may be, −1 to 1, y upward."""
+    """Hold what the material pass reads of n objects and their assets.
+
+    Attributes
+    ----------
+    records : (1 + n,) SURFACE_RECORD by the object's number; number 0, no object, lies at the far plane.
+    assets : (a,) those that may be visible.
+    level : (a,) the depth that stands for each, see `FULL_COVERAGE`.
+    low, high : (a, 2) corners of the part of the picture in which each may be, −1 to 1, y upward.
+    """
 
     records: NDArray[np.void]
-    assets: NDArray[np.integer]
+    assets: Rows
     level: Array
     low: Array
     high: Array
 
 
-def shading(view: View, objects: Objects, bounds: Bounds, tiled: NDArray[np.bool_]) -> MaterialRecords:
-    """For n objects in the order of their numbers, which are 1 and on. tiled: (n,), they have intermediate images."""
+def shading(view: View, objects: Objects, bounds: Bounds, tiled: Mask) -> MaterialRecords:
+    """Return the material records of n objects in the order of their numbers, the first of which is 1.
+
+    Parameters
+    ----------
+    bounds : (n,) spheres of the objects, world.
+    tiled : (n,) which of the objects are drawn by impostor tiles.
+    """
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
-    assets, group = np.unique(objects.asset, return_inverse=True)
+    assets, asset_number = np.unique(objects.asset, return_inverse=True)
     level = FULL_COVERAGE + (1 + np.arange(len(assets))) / LEVELS
     records = np.zeros(1 + len(objects), SURFACE_RECORD)
     records["viewer"][1:] = np.column_stack([viewer, objects.scale])
     records["rotation"][1:] = objects.rotation
     records["level"][0, 0] = 1
-    records["level"][1:, :2] = np.column_stack([level[group], tiled])
+    records["level"][1:, :2] = np.column_stack([level[asset_number], tiled])
     low, high = np.ones((len(assets), 2)), -np.ones((len(assets), 2))
-    crowd = np.bincount(group, minlength=len(assets)) > _CROWD
+    crowd = np.bincount(asset_number, minlength=len(assets)) > _CROWD
     low[crowd], high[crowd] = -1, 1
-    few = np.flatnonzero(~crowd[group])
-    for corner, gather, each in zip(
-        (low, high), (np.minimum, np.maximum), extents(view, bounds.take(few)), strict=True
-    ):
-        gather.at(corner, group[few], each)
+    few = np.flatnonzero(~crowd[asset_number])
+    few_low, few_high = extents(view, bounds.take(few))
+    np.minimum.at(low, asset_number[few], few_low)
+    np.maximum.at(high, asset_number[few], few_high)
     half_pixel = 1 / np.array(view.size)  # as far a pixel's samples may be from its middle
     return MaterialRecords(records=records, assets=assets, level=level, low=low - half_pixel, high=high + half_pixel)

@@ -1,6 +1,6 @@
-"""Where each intermediate image lies in the atlas, from frame to frame.
+"""Allocate slots of an atlas, where impostor tiles lie from frame to frame.
 
-Tiles get slots that are cut from free rectangles (a guillotine allocator); slots given back grow together again.
+Slots are cut from free rectangles (a guillotine allocator); slots given back merge with free neighbours.
 """
 
 import numpy as np
@@ -9,14 +9,19 @@ from depthwalk.types import Rows
 
 
 class Atlas:
-    """The free rectangles of an atlas of `size` (width, height) texels; they and slots are rows x, y, width, height."""
+    """Hold the free rectangles of an atlas; these and slots are rows x, y, width, height, texels.
+
+    Parameters
+    ----------
+    size : width and height, texels.
+    """
 
     def __init__(self, size: tuple[int, int]) -> None:
         self.size = size
         self._free: Rows = np.array([[0, 0, *size]], np.int64)
 
     def pack(self, sizes: Rows) -> Rows | None:
-        """Slots (n, 4) for tiles of `sizes` (n, 2), instead of all there were; None where they do not fit."""
+        """Return slots (n, 4) for tiles of `sizes` (n, 2), in place of all slots; None where they do not fit."""
         corners, used = pack_shelves(sizes, self.size[0])
         if used > self.size[1]:
             return None
@@ -30,7 +35,7 @@ class Atlas:
         return np.column_stack([corners, sizes[:, 0], heights[shelf]])
 
     def allocate(self, size: Rows) -> Rows | None:
-        """The slot (4,) for a tile of `size` (2,), where it fits most snugly; None where there is no room."""
+        """Return the slot (4,) where a tile of `size` (2,) fits most snugly; None where there is no room."""
         free = self._free
         left = free[:, 2:] - size
         fits = np.flatnonzero((left >= 0).all(1))
@@ -39,7 +44,7 @@ class Atlas:
         best = int(fits[np.argmin(left[fits].min(1))])
         x, y, wide, high = free[best].tolist()
         width, height = size.tolist()
-        # What is left is an L: cut so that its larger part stays whole.
+        # An L is left, cut so that its larger part stays whole.
         if wide - width > high - height:
             rest = [x + width, y, wide - width, high], [x, y + height, width, high - height]
         else:
@@ -50,49 +55,57 @@ class Atlas:
         return np.array([x, y, width, height])
 
     def allocate_all(self, sizes: Rows) -> Rows | None:
-        """Slots (n, 4) for tiles of `sizes` (n, 2), packed into the largest free rectangle at once; None where that
-        does not hold them."""
+        """Return slots (n, 4) for tiles of `sizes` (n, 2), packed into the largest free rectangle; or None."""
         largest = int(np.argmax(self._free[:, 2:].prod(1)))
         x, y, width, height = self._free[largest].tolist()
         within = Atlas((width, height))
         slots = within.pack(sizes) if sizes[:, 0].max() <= width else None
         if slots is None:
             return None
-        place = np.array([x, y, 0, 0])
-        self._free = np.concatenate([np.delete(self._free, largest, 0), within._free + place])
-        return slots + place
+        corner = np.array([x, y, 0, 0])
+        self._free = np.concatenate([np.delete(self._free, largest, 0), within._free + corner])
+        return np.asarray(slots + corner)
 
     def release(self, slots: Rows) -> None:
-        """Gives slots (n, 4) back; neighbours that are free and make a rectangle become one."""
+        """Give slots (n, 4) back, and merge free neighbours that make a rectangle."""
         free = np.concatenate([self._free, slots])
         free = free[(free[:, 2:] > 0).all(1)]
         for axis in (0, 1):
-            free = _joined(free, axis)
+            free = _merged(free, axis)
         self._free = free
 
     @property
     def free_texels(self) -> int:
+        """How many texels have no slot."""
         return int(self._free[:, 2:].prod(1).sum())
 
 
-def _joined(free: Rows, axis: int) -> Rows:
-    """Rectangles (n, 4) that touch end to end along the axis, and are equal along the other, as one each."""
+def _merged(free: Rows, axis: int) -> Rows:
+    """Merge rectangles (n, 4) that touch end to end along `axis`, 0 or 1, and are equal along the other."""
     start, length, other, across = (free[:, k] for k in (axis, 2 + axis, 1 - axis, 3 - axis))
     order = np.lexsort((start, across, other))
     free, start, length, other, across = free[order], start[order], length[order], other[order], across[order]
     touch = (start[1:] == (start + length)[:-1]) & (other[1:] == other[:-1]) & (across[1:] == across[:-1])
     first = np.flatnonzero(np.append(True, ~touch)[: len(free)])
-    joined = free[first]
+    merged = free[first]
     if len(first):
-        joined[:, 2 + axis] = np.add.reduceat(length, first)
-    return joined
+        merged[:, 2 + axis] = np.add.reduceat(length, first)
+    return merged
 
 
 def pack_shelves(sizes: Rows, width: int) -> tuple[Rows, int]:
-    """Lower left corners (n, 2) of tiles of `sizes` (n, 2) in a strip `width` texels wide, and the height used.
+    """Pack tiles into a strip: next-fit decreasing height.
 
-    Next-fit decreasing height: sorted by height, tiles fill a shelf until its width is spent. The loop runs over
-    shelves, not tiles. No size may exceed `width`.
+    Sorted by height, tiles fill a shelf until its width is spent. The loop runs over shelves, not over tiles.
+
+    Parameters
+    ----------
+    sizes : (n, 2) width and height of the tiles, none wider than the strip.
+    width : of the strip.
+
+    Returns
+    -------
+    Lower left corners (n, 2), and the height used.
     """
     corners = np.zeros_like(sizes)
     order = np.argsort(-sizes[:, 1], kind="stable")

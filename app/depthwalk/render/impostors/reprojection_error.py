@@ -1,8 +1,9 @@
-"""How far off a kept intermediate image shows its object by now, and which to warp anew.
+"""Bound the reprojection error of cached impostor tiles, and select which to warp again.
 
 A tile warped for a viewer C0 is drawn for the present one, C, as a picture on a plane through the middle of the
-object's depth range (shaders/composite/composite.vert has the mathematics). What is not on that plane is off by an
-angle that `parallax` bounds. All is in the object's frame: a moved object is a moved viewer, a turned camera nothing.
+object's depth range (shaders/composite/composite.vert has the mathematics). Points off that plane appear off their
+place by an angle that `parallax` bounds. All is in the object's frame, where an object that moved is a viewer that
+moved, and a camera that turned changes nothing. Cf. Schaufler 1995.
 """
 
 import numpy as np
@@ -12,19 +13,28 @@ from depthwalk.geometry.quaternions import matrices
 from depthwalk.render.impostors.tile_cache import CachedTiles
 from depthwalk.render.impostors.warp_planes import GUARD
 from depthwalk.render.view.view import View
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Mask, Rows
 
-HARDEST = 4.0  # times the error allowed: what is farther off does not wait
-MARGIN = 1.25  # kept tiles are cut to a frustum so much wider than the view's, so that it may turn
-_COARSER = 1.25  # pixels per texel, or texels per pixel, that are as far off as allowed
+HARDEST = 4.0  # times the error allowed: a tile that is farther off does not wait for the budget
+MARGIN = 1.25  # cached tiles are cut to a frustum so much wider than the view's, so that the camera may turn
+_COARSER = 1.25  # pixels per texel, or texels per pixel, that are an error of 1
 
 
 def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> Array:
-    """Bound (n,) on how far from its place any point of an object is shown for a viewer (n, 3), in pixels of the middle
-    of the picture; inf where the viewer is not before the tile's plane.
+    """Return a bound (n,) on how far from its place any point of an object is shown, in pixels.
 
     On the plane, λ and λ' at one texel x appear (λ' − λ)·r·(δ − κ·x) / ((λ + (1 − λ)·r)·(λ' + (1 − λ')·r)) apart,
     κ = 1 − 1/r: the difference of what `shifted` in composite.vert gives. λ' is that of the middle.
+
+    Parameters
+    ----------
+    records : (n,) COMPOSITE_RECORD of the tiles.
+    viewer : (n, 3) the present viewer in the objects' frames, metres.
+    focal_pixels : pixels per unit of x/z, in the middle of the picture.
+
+    Returns
+    -------
+    (n,) pixels; inf where the viewer is not in front of the tile's plane.
     """
     distance = records["normal"][:, 3].astype(float)
     moved = viewer - records["origin"][:, :3]
@@ -50,11 +60,16 @@ def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> A
     return np.where(distance + ahead > 1e-3 * distance, pixels, np.inf)
 
 
-def held(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, forward: Array) -> NDArray[np.bool_]:
-    """Whether the tiles (n,) hold all that the view sees of their objects, which are turned by `rotation` (n, 4).
+def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, forward: Array) -> Mask:
+    """Return whether the tiles (n,) hold all that the view sees of their objects.
 
-    viewer: (n, 3), object frame; forward: (n, 2), least and greatest distance of each object along the view axis, in
-    its own metres. The corners of the view's frustum between them must lie within the tile's.
+    The corners of the view's frustum, between the ends of an object's depth range, must lie within the tile's frustum.
+
+    Parameters
+    ----------
+    rotation : (n, 4) of the objects.
+    viewer : (n, 3) in the objects' frames, metres.
+    forward : (n, 2) least and greatest distance of each object along the view axis, in metres of its frame.
     """
     corners = np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)])
     rays = corners @ view.ray_from_screen.T @ matrices(rotation)  # (n, 4, 3)
@@ -65,20 +80,36 @@ def held(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, forward
 
 
 def frustum_rows(view: View, rotation: Array) -> Array:
-    """`CachedTiles.frustum` (n, 3, 3) of tiles cut to what is `MARGIN` times the view's width and height."""
+    """Return `CachedTiles.frustum` (n, 3, 3) of tiles cut to `MARGIN` times the view's width and height.
+
+    rotation: (n, 4) of their objects.
+    """
     axes = view.axes @ matrices(rotation)
     tan_x, tan_y = (t * MARGIN / GUARD for t in view.half_extent)
-    return axes / np.array([tan_x, tan_y, 1.0])[:, None]
+    return np.asarray(axes / np.array([tan_x, tan_y, 1.0])[:, None])
 
 
 def coarseness(made: Array, wanted: Array) -> Array:
-    """How far (n,) the resolution of tiles is off, 1 where it is as far as allowed."""
-    return np.abs(np.log(wanted / made)) / np.log(_COARSER)
+    """Return how far (n,) the resolution of tiles is off, 1 where as far as allowed.
+
+    Parameters
+    ----------
+    made, wanted : (n,) pixels per metre that they were made for, and that they should have.
+    """
+    return np.asarray(np.abs(np.log(wanted / made)) / np.log(_COARSER))
 
 
-def due(error: Array, triangles: Rows, budget: int) -> NDArray[np.bool_]:
-    """Which tiles (n,) to warp anew: those beyond HARDEST, and of those beyond 1 the farthest off, as long as all have
-    no more than `budget` triangles. error: 1 where as far off as allowed."""
+def due(error: Array, triangles: Rows, budget: int) -> Mask:
+    """Return which tiles (n,) to warp again.
+
+    These are all whose error is beyond `HARDEST`; and of those beyond 1 the farthest off, as long as the tiles up to
+    there have no more than `budget` triangles together.
+
+    Parameters
+    ----------
+    error : (n,) reprojection error, 1 where as large as allowed.
+    triangles : (n,) that warping each costs.
+    """
     order = np.argsort(-error, kind="stable")
     fits = np.empty(len(error), bool)
     fits[order] = np.cumsum(triangles[order]) <= budget

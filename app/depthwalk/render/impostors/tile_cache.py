@@ -1,4 +1,4 @@
-"""Intermediate images kept from frame to frame: what is known of each, and where it lies."""
+"""Cache impostor tiles from frame to frame: what is known of each, and where in the atlas it lies."""
 
 from dataclasses import dataclass
 
@@ -8,24 +8,32 @@ from numpy.typing import NDArray
 from depthwalk.geometry.soa import Takes
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import COMPOSITE_RECORD
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Mask, Rows
 
-_SHRINK = 0.7, 6  # resolution of a tile that finds no room, and how often it is tried
-_SPOILT = 1e-30  # pixels per metre: as far off as anything
-_SPARSE = 0.5  # an atlas that is used less but has no room is in pieces
-_MANY = 64  # tiles that are placed at once where they can be: one by one each fits more snugly, and takes 0.1 ms
-_SELDOM = 120  # frames from one packing to the next for that reason: it costs a frame without reuse
+_SHRINK = 0.7  # by which the resolution of a tile that finds no room is lowered
+_TRIES = 6  # how often
+_SPOILT = 1e-30  # pixels per metre: a resolution that is as wrong as any
+_SPARSE = 0.5  # an atlas that is used less, but has no room, is fragmented
+_MANY = 64  # tiles that are placed at once if they fit: placed singly each fits more snugly, but takes 0.1 ms
+_SELDOM = 120  # frames from one packing of a fragmented atlas to the next: it costs a frame without reuse
 
 
 @dataclass(kw_only=True)
 class CachedTiles(Takes):
-    """n tiles in the atlas.
+    """Hold n tiles of the atlas.
 
-    record: (n,) COMPOSITE_RECORD; object: (n,) row of Objects; slot: (n, 4) of the atlas; seen: (n,) number of the
-    frame that showed it last; density: (n,) pixels per metre at the object's centre, object frame, that it was made
-    for; whole: (n,), it holds all of the object; frustum: (n, 3, 3), rows a, b, c: else it holds the points p, from its
-    viewer, with |a·p|, |b·p| ≤ c·p; level, pieces: (n,) that it shows, see `Shown`; resolution:
-    (n,), part of the texels it should have.
+    Attributes
+    ----------
+    record : (n,) COMPOSITE_RECORD.
+    object : (n,) row of the object that each shows.
+    slot : (n, 4) of the atlas: x, y, width, height, texels.
+    seen : (n,) number of the frame that showed it last.
+    density : (n,) pixels per metre at the object's centre, object frame, that it was made for.
+    whole : (n,) whether it holds all of the object.
+    frustum : (n, 3, 3) rows a, b, c: if not whole, it holds the points p, relative to its viewer, with
+        |a·p|, |b·p| ≤ c·p.
+    level, pieces : (n,) of the geometry that it shows, see `ImpostorObjects`.
+    resolution : (n,) part of the texels along each side that it should have.
     """
 
     record: NDArray[np.void]
@@ -34,7 +42,7 @@ class CachedTiles(Takes):
     seen: Rows
     density: Array
     frustum: Array
-    whole: NDArray[np.bool_]
+    whole: Mask
     level: Rows
     pieces: Rows
     resolution: Array
@@ -43,7 +51,8 @@ class CachedTiles(Takes):
         return len(self.object)
 
     @classmethod
-    def none(cls) -> "CachedTiles":
+    def empty(cls) -> "CachedTiles":
+        """Return no tiles."""
         number, real = np.zeros(0, np.int64), np.zeros(0)
         return cls(
             record=np.zeros(0, COMPOSITE_RECORD),
@@ -60,32 +69,49 @@ class CachedTiles(Takes):
 
 
 class TileCache:
-    """The tiles in the atlas, by object. frame: number of the present one."""
+    """Find the tiles in an atlas by the objects that they show.
+
+    Parameters
+    ----------
+    objects : how many may have a tile.
+    atlas_size : width and height, texels.
+
+    Attributes
+    ----------
+    tiles : what is known of the tiles.
+    frame : number of the present frame.
+    """
 
     def __init__(self, objects: int = 0, atlas_size: tuple[int, int] = (1, 1)) -> None:
         self.atlas_size = atlas_size
         self.frame = 0
         self._row = np.full(objects, -1, np.int32)
-        self._packed = 0  # number of the frame that packed it last
+        self._packed = 0  # number of the frame that packed the atlas last
         self.clear()
 
     def clear(self) -> None:
-        """Forgets all tiles."""
-        self.tiles = CachedTiles.none()
+        """Drop all tiles."""
+        self.tiles = CachedTiles.empty()
         self._atlas = Atlas(self.atlas_size)
         self._row[:] = -1
 
+    def reserve(self, objects: int) -> None:
+        """Let so many objects have a tile, or more."""
+        more = max(objects - len(self._row), 0)
+        if more:
+            self._row = np.append(self._row, np.full(more, -1, np.int32))
+
     def rows(self, objects: Rows) -> Rows:
-        """The row (m,) in `tiles` of each object (m,); -1 where there is none."""
+        """Return the row (m,) in `tiles` of each of the `objects` (m,); -1 where it has none."""
         return self._row[objects]
 
     def spoil(self, objects: Rows) -> None:
-        """The tiles of `objects` (m,) are to be warped anew, whatever they are like."""
+        """Have the tiles of `objects` (m,) count as entirely wrong, so that they are warped again."""
         row = self._row[objects]
         self.tiles.density[row[row >= 0]] = _SPOILT
 
     @property
-    def shown_lately(self) -> int:
+    def shown_now(self) -> int:
         """How many of the tiles the present frame has shown."""
         return int((self.tiles.seen == self.frame).sum())
 
@@ -95,8 +121,17 @@ class TileCache:
         return 1 - self._atlas.free_texels / (self.atlas_size[0] * self.atlas_size[1])
 
     def pack(self, sizes: Rows, roomy: bool) -> tuple[Rows, Array]:
-        """Slots (n, 4) for tiles of `sizes` (n, 2) in an atlas that holds nothing else, and the part of their width and
-        height (n,) that all must do with. roomy: slots have room for tiles that grow."""
+        """Return slots for tiles in an atlas that holds nothing else.
+
+        Parameters
+        ----------
+        sizes : (n, 2) width and height of the tiles, texels.
+        roomy : whether slots have room for tiles that grow.
+
+        Returns
+        -------
+        Slots (n, 4), and the part of their width and height (n,) that tiles must do with, the same for all.
+        """
         self._packed = self.frame
         wanted = _roomy(sizes) if roomy else sizes
         resolution = 1.0
@@ -105,11 +140,19 @@ class TileCache:
         return slots, np.full(len(sizes), resolution)
 
     def allocate(self, objects: Rows, sizes: Rows) -> tuple[Rows, Array] | None:
-        """Slots (n, 4) for new tiles of objects (n,), the most important first, in place of those they have; and the
-        part of their width and height (n,) that they must do with.
+        """Return slots for new tiles, in place of those that their objects have.
 
-        For want of room, tiles that no frame has shown for longest go, then the new ones get fewer texels. None where
-        that does not help, or now and then where the room lies in pieces: the atlas is then to be packed anew.
+        For want of room, the tiles that were shown least recently are evicted; then new ones get fewer texels.
+
+        Parameters
+        ----------
+        objects : (n,) the most important first.
+        sizes : (n, 2) width and height of their tiles, texels.
+
+        Returns
+        -------
+        Slots (n, 4), and the part of their width and height (n,) that tiles must do with. None where none of that
+        helps, or now and then where the atlas is fragmented: it is then to be packed anew.
         """
         row = self._row[objects]
         had = np.zeros((len(row), 4), np.int64)
@@ -129,24 +172,29 @@ class TileCache:
         return slots, resolution
 
     def _place(self, size: Rows) -> tuple[Rows, float] | None:
+        """Return a slot (4,) for a tile of `size` (2,), and the part of that which it must do with; see `allocate`."""
         slot = self._atlas.allocate(size)
         while slot is None and self._evict():
             slot = self._atlas.allocate(size)
         if slot is None and self.used < _SPARSE and self.frame > self._packed + _SELDOM:
             return None
-        resolution, tries = 1.0, _SHRINK[1]
+        resolution, tries = 1.0, _TRIES
         while slot is None and tries:
-            resolution, tries = resolution * _SHRINK[0], tries - 1
+            resolution, tries = resolution * _SHRINK, tries - 1
             slot = self._atlas.allocate(shrunk(size, resolution))
         return None if slot is None else (slot, resolution)
 
     def _evict(self) -> bool:
-        """Frees a quarter of the tiles that this frame does not show, those not shown for longest; False if there are
-        none."""
-        hidden = np.flatnonzero(self.tiles.seen < self.frame)
-        if not len(hidden):
+        """Evict a quarter of the tiles that this frame does not show, the least recently shown.
+
+        Returns
+        -------
+        Whether there were any.
+        """
+        unused = np.flatnonzero(self.tiles.seen < self.frame)
+        if not len(unused):
             return False
-        oldest = hidden[np.argsort(self.tiles.seen[hidden], kind="stable")][: -(-len(hidden) // 4)]
+        oldest = unused[np.argsort(self.tiles.seen[unused], kind="stable")][: -(-len(unused) // 4)]
         self._atlas.release(self.tiles.slot[oldest])
         self._row[self.tiles.object[oldest]] = -1
         self.tiles = self.tiles.take(np.delete(np.arange(len(self.tiles)), oldest))
@@ -154,7 +202,7 @@ class TileCache:
         return True
 
     def store(self, new: CachedTiles) -> None:
-        """Keeps tiles that were just warped, in place of what their objects had."""
+        """Store tiles that were just warped, in place of those that their objects had."""
         row = self._row[new.object]
         self.tiles.put(row[row >= 0], new.take(row >= 0))
         if (row < 0).any():
@@ -163,12 +211,14 @@ class TileCache:
 
 
 def shrunk(sizes: Rows, factor: float | Array) -> Rows:
-    """Sizes (n, 2) times a factor, at least 1."""
+    """Return sizes (n, 2) times a factor, at least 1."""
     return np.maximum((sizes * factor).astype(np.int64), 1)
 
 
 def _roomy(sizes: Rows) -> Rows:
-    """Sizes up to an eighth larger, of which there are eight between powers of two: tiles that grow stay in their
-    slots, and slots fit one another."""
+    """Return sizes (n, 2) up to an eighth larger, of which there are eight between powers of two.
+
+    Tiles that grow then stay in their slots, and slots fit one another.
+    """
     step = np.maximum(2.0 ** (np.floor(np.log2(sizes)) - 3), 1)
     return (np.ceil(sizes / step) * step).astype(np.int64)

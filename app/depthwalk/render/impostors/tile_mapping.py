@@ -1,36 +1,42 @@
-"""How an intermediate image is laid out: the map from its plane to the texels of its tile.
+"""Map the plane of an impostor to the texels of its tile.
 
-`plane` is the paper's: texels are squares on the plane. `screen` composes that with the perspective in which the
-camera sees the plane, so that each texel is the pixel it will fill and pass 2 resamples nothing. Both are homographies.
+Two layouts, both homographies: `plane_tiles` is the paper's, whose texels are squares on the plane; `screen_tiles`
+composes that with the perspective in which the camera sees the plane, so that each texel is the pixel that it will
+fill, and pass 2 resamples nothing.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.geometry.soa import Takes
 from depthwalk.render.impostors.warp_planes import Planes, Seen, tile_sizes
 from depthwalk.render.view.view import View
-from depthwalk.types import Array
+from depthwalk.types import Array, Rows
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tiles(Takes):
-    """n tiles. texel: (n, 3, 3) homography: texel · (s, v, 1) = (x·w, y·w, w), x and y from the tile's corner;
-    nearest: (n,), the least w / λ of the object; size: (n, 2) texels; pixel: (n, 2), of the picture, where the tile's
-    corner lies if its texels are the picture's pixels, else NaN.
+    """Hold the mappings of n tiles.
 
     Pass 1 stores 1 − nearest · λ / w, which is affine over the tile for a flat triangle, and 1 where nothing is.
+
+    Attributes
+    ----------
+    texel : (n, 3, 3) homography: texel · (s, v, 1) = (x·w, y·w, w), with plane coordinates s, v in metres, and x and y
+        in texels from the tile's corner.
+    nearest : (n,) the least w / λ of the object.
+    size : (n, 2) width and height, texels.
+    pixel : (n, 2) of the picture, where the tile's corner lies if its texels are the picture's pixels, else NaN.
     """
 
     texel: Array
     nearest: Array
-    size: NDArray[np.integer]
+    size: Rows
     pixel: Array
 
-    def resized(self, size: NDArray[np.integer]) -> "Tiles":
-        """The same with other numbers (n, 2) of texels."""
+    def resized(self, size: Rows) -> "Tiles":
+        """Return tiles of the same planes with `size` (n, 2) texels."""
         scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
         same = (size == self.size).all(1, keepdims=True)
         return Tiles(
@@ -42,8 +48,15 @@ class Tiles(Takes):
 
 
 def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes, Tiles]:
-    """Square texels on the plane, and the planes with one more texel on every side, so that the silhouette's last
-    texel has a neighbour."""
+    """Return tiles whose texels are squares on the plane.
+
+    The planes are returned one texel wider on every side, so that the last texel of the silhouette has a neighbour.
+
+    Parameters
+    ----------
+    focal_pixels : of the view, times texels per pixel.
+    limit : texels along a tile at most.
+    """
     size = tile_sizes(planes, focal_pixels, limit - 2)
     texel = (planes.high - planes.low) / size
     planes = planes.widened(texel)
@@ -56,8 +69,15 @@ def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes
 
 
 def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: float, limit: int) -> Tiles:
-    """Texels that are the screen's pixels, `scale` of them per pixel. depth: (n,), the least distance of each object
-    along the view axis, in its own frame's metres."""
+    """Return tiles whose texels are the screen's pixels.
+
+    Parameters
+    ----------
+    seen : what the camera sees of the planes.
+    depth : (n,) the least distance of each object along the view axis, in metres of its frame.
+    scale : texels per pixel.
+    limit : texels along a tile at most.
+    """
     low, high = np.floor(seen.pixel_low), np.ceil(seen.pixel_high)
     to_camera = seen.camera * np.stack([np.ones(len(low)), np.ones(len(low)), -planes.distance], -1)[:, None]
     x, y, forward = np.moveaxis(to_camera, 1, 0)  # each (n, 3): times (s, v, 1) gives a camera coordinate
@@ -72,7 +92,7 @@ def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: fl
 
 
 def _scaling(scale: Array, offset: Array) -> Array:
-    """Homographies (n, 3, 3) of x ↦ scale · x + offset, both (n, 2)."""
+    """Return the homographies (n, 3, 3) of x ↦ scale · x + offset, both (n, 2)."""
     matrix = np.zeros((len(scale), 3, 3))
     matrix[:, (0, 1), (0, 1)], matrix[:, :2, 2], matrix[:, 2, 2] = scale, offset, 1
     return matrix

@@ -1,15 +1,17 @@
-"""What the shaders read per object: instance records, and how they follow from planes, tiles and places."""
+"""Instance records that the shaders of passes 1 and 2 read per object, made of planes, tiles and places."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.render.impostors.tile_mapping import Tiles
 from depthwalk.render.impostors.warp_planes import Planes
-from depthwalk.types import Array
+from depthwalk.types import Array, Rows
 
-# What warp.vert reads per object: plane axes with the epipole or the plane's offset in w; the viewer's distance to the
-# plane, the tile's nearest w / λ, and what is added to numbers of images; rows that map plane coordinates to the atlas
-# in clip space; its corners there.
+# What warp.vert reads per object:
+# right, up, normal: the plane's axes, with the epipole's coordinates, and the plane's offset, in w;
+# depths: the viewer's distance to the plane, the tile's nearest w / λ, and what is added to numbers of images;
+# to_x, to_y, to_w: rows that map plane coordinates to the atlas in clip space;
+# bounds: the tile's corners in clip space.
 WARP_RECORD = np.dtype(
     [
         ("right", "4f4"),
@@ -22,11 +24,15 @@ WARP_RECORD = np.dtype(
         ("bounds", "4f4"),
     ]
 )
-# What composite.vert reads per object. Of its tile: the plane's axes with the rectangle's low corner and the distance
-# of the viewer it was warped for; the high corner, and λ of the object's nearest and farthest; that viewer, object
-# frame, and the tile's nearest w / λ; rows that map plane coordinates to its texels; where it lies, in texels. Of the
-# object: the present viewer in its frame, and its scale; its rotation. Where the tile lies in the picture, see
-# `Tiles`; the number of its first object in the round, and how many it shows.
+# What composite.vert reads per object. Of its tile:
+# right, up, normal: the plane's axes, with the rectangle's low corner, and the distance of the viewer that the tile was
+#     warped for, in w;
+# reach: the rectangle's high corner, and λ of the object's nearest and farthest points;
+# origin: the viewer that it was warped for, object frame, and the tile's nearest w / λ;
+# to_x, to_y, to_w: rows that map plane coordinates to its texels;
+# tile: where it lies in the atlas, texels; pixel: where it lies in the picture, see `Tiles`.
+# Of the object: viewer: the present one in its frame, and its scale; rotation: its own;
+# objects: the number of its first object in the phase, and how many it shows.
 COMPOSITE_RECORD = np.dtype(
     [
         ("right", "4f4"),
@@ -46,11 +52,14 @@ COMPOSITE_RECORD = np.dtype(
 )
 
 
-def warp_records(
-    planes: Planes, tiles: Tiles, corners: NDArray[np.integer], atlas_size: tuple[int, int]
-) -> NDArray[np.void]:
-    """Warp records of n tiles at `corners` (n, 2), texels of the atlas, still without what is added to numbers of
-    images."""
+def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[int, int]) -> NDArray[np.void]:
+    """Return the warp records of n tiles, with 0 as what is added to numbers of images.
+
+    Parameters
+    ----------
+    corners : (n, 2) where the tiles lie, texels of the atlas.
+    atlas_size : width and height, texels.
+    """
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
@@ -65,11 +74,15 @@ def warp_records(
     return records
 
 
-def tile_records(
-    viewer: Array, planes: Planes, depths: Array, tiles: Tiles, corners: NDArray[np.integer]
-) -> NDArray[np.void]:
-    """Composite records of n tiles at `corners` (n, 2), still without their objects. viewer: (n, 3), object frame;
-    depths: (n, 2), least and greatest behind the plane."""
+def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, corners: Rows) -> NDArray[np.void]:
+    """Return the composite records of n tiles, without what `place_tiles` adds of their objects.
+
+    Parameters
+    ----------
+    viewer : (n, 3) in the objects' frames, metres.
+    depths : (n, 2) least and greatest depth of each object behind its plane, metres.
+    corners : (n, 2) where the tiles lie, texels of the atlas.
+    """
     records = np.zeros(len(corners), COMPOSITE_RECORD)
     records["right"] = np.column_stack([planes.right, planes.low[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.low[:, 1]])
@@ -84,8 +97,13 @@ def tile_records(
 
 
 def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation: Array) -> None:
-    """Completes composite records of n objects, in the order of their numbers. viewer: (n, 3), the present one in their
-    frames."""
+    """Complete the composite records of n objects, in the order of their numbers.
+
+    Parameters
+    ----------
+    viewer : (n, 3) the present viewer in the objects' frames, metres.
+    scale, rotation : (n,) and (n, 4), of the objects.
+    """
     records["viewer"][:, :3], records["viewer"][:, 3] = viewer, scale
     records["rotation"] = rotation
     records["objects"] = np.column_stack([np.arange(len(records)), np.ones(len(records))])

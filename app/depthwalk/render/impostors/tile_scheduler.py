@@ -1,11 +1,18 @@
-"""Which intermediate images a frame warps anew, and which it shows as they are."""
+"""Decide which impostor tiles a frame warps, and which of earlier frames it reuses."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.render.impostors.reprojection_error import MARGIN, coarseness, due, frustum_rows, held, parallax
+from depthwalk.render.impostors.reprojection_error import (
+    MARGIN,
+    coarseness,
+    covers_view,
+    due,
+    frustum_rows,
+    parallax,
+)
 from depthwalk.render.impostors.tile_cache import CachedTiles, TileCache, shrunk
 from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles, screen_tiles
 from depthwalk.render.impostors.tile_records import place_tiles, tile_records
@@ -16,19 +23,25 @@ from depthwalk.scene.arrays import Objects
 from depthwalk.scene.render_settings import TileParams
 from depthwalk.types import Array, Mask, Rows
 
-# How far off a tile counts as in which something is missing that the viewer has just come round, 1 where as far as
-# allowed: it is due, but within the budget. What turned its back when the tile was warped is still seen from the edge,
-# and covers no more than the parallax by which the tile may be off.
+# The reprojection error, 1 where as large as allowed, of a tile that lacks pieces that the viewer now sees: it is due,
+# but within the budget. What turned its back when the tile was warped is still seen at a grazing angle, and covers no
+# more than the parallax by which the tile may be off.
 _LACKING = 2.0
-_MOST_ANEW = 0.5  # where more of what the last frame showed must be warped, all is, and packed tightly: a cut
+_MOST_STALE = 0.5  # if more of the tiles that the last frame showed are stale, all are warped and packed tightly: a cut
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shown:
-    """m objects of a frame that are drawn by intermediate images, nearest first.
+class ImpostorObjects:
+    """Hold m objects that impostor tiles show in a frame, nearest first.
 
-    row: (m,) of all objects; viewer: (m, 3) in their frames; level, pieces: (m,) of the grids that serve them now, the
-    latter as bit masks (`cook.cases`); triangles: (m,) of all pieces.
+    Attributes
+    ----------
+    row : (m,) of all objects, by which tiles are found again in the next frame.
+    objects, bounds : where they are; bounds are spheres, world.
+    volumes : their cylinders.
+    viewer : (m, 3) in their frames, metres.
+    level, pieces : (m,) of the geometry that serves them now; pieces are bit masks, see `cook.cases`.
+    triangles : (m,) of all pieces of that level.
     """
 
     row: Rows
@@ -43,8 +56,9 @@ class Shown:
     def __len__(self) -> int:
         return len(self.row)
 
-    def take(self, rows: Rows | Mask) -> "Shown":
-        return Shown(
+    def take(self, rows: Rows | Mask) -> "ImpostorObjects":
+        """Return the objects `rows` of these."""
+        return ImpostorObjects(
             row=self.row[rows],
             objects=self.objects.take(rows),
             bounds=self.bounds.take(rows),
@@ -58,17 +72,22 @@ class Shown:
 
 @dataclass(kw_only=True)
 class TileWork:
-    """What passes 1 and 2 do in a frame.
+    """Hold what passes 1 and 2 do in a frame.
 
-    anew: (k,) numbers of those `Shown` whose tiles are warped; planes, tiles, slots (k, 4) of the atlas: where to;
-    whole: (k,), the tile holds all of the object.
-    drawn: (d,) numbers of those that are drawn, first the `aligned` ones whose texels are pixels, of either the nearest
-    first; composite: (d,) COMPOSITE_RECORD; level, pieces, resolution: (d,), see `CachedTiles`; error: (d,), how far off
-    they may be, 1 where as far as allowed.
-    atlas_used: part of the atlas.
+    Attributes
+    ----------
+    warped : (k,) numbers of those `ImpostorObjects` whose tiles pass 1 warps.
+    planes, tiles, slots : onto which planes, into what tiles, and where in the atlas: slots (k, 4), texels.
+    whole : (k,) whether the tile holds all of the object.
+    drawn : (d,) numbers of those that pass 2 draws, first the `aligned` ones, whose texels are pixels; of these and of
+        the others, the nearest first.
+    composite : (d,) COMPOSITE_RECORD.
+    level, pieces, resolution : (d,) see `CachedTiles`.
+    error : (d,) reprojection error, 1 where as large as allowed.
+    atlas_used : part of the atlas that holds tiles.
     """
 
-    anew: Rows
+    warped: Rows
     planes: Planes
     tiles: Tiles
     slots: Rows
@@ -84,47 +103,67 @@ class TileWork:
 
 
 class TileScheduler:
-    """Keeps tiles from frame to frame."""
+    """Schedule the warping of tiles, and keep tiles from frame to frame."""
 
     def __init__(self) -> None:
         self._cache = TileCache()
-        self._budget = 0  # triangles left to this frame
+        self._budget = 0  # triangles that may still be warped in this frame
 
     def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
-        """Starts with an empty atlas of that size, for as many objects."""
+        """Start with an empty atlas of that size, for so many objects."""
         self._cache = TileCache(objects, atlas_size)
 
+    def reserve(self, objects: int) -> None:
+        """Make room for tiles of so many objects, and keep those that are cached."""
+        self._cache.reserve(objects)
+
     def spoil(self, rows: Rows) -> None:
-        """To be called when what tiles show is no longer as it was."""
+        """Have the tiles of the objects `rows` (m,) warped again: what these show has changed."""
         self._cache.spoil(rows)
 
-    def plan(self, view: View, shown: Shown, layout: TileParams, continues: bool = False) -> TileWork:
-        """What to warp and to draw for the view, of objects that have a plane each. goes_on: they join what was drawn
-        of the frame before."""
+    def plan(self, view: View, impostors: ImpostorObjects, layout: TileParams, continues: bool = False) -> TileWork:
+        """Return what to warp and what to draw.
+
+        Parameters
+        ----------
+        view : near and far plane fitted.
+        impostors : objects that have a plane each, nearest first.
+        layout : how tiles are laid out, and how long they are reused.
+        continues : whether they join others of the same frame, and share its budget.
+        """
         cache = self._cache
-        lately = cache.shown_lately
+        shown_before = cache.shown_now
         if not continues:
             cache.frame += 1
             self._budget = layout.budget
-        error = self._errors(view, shown, layout)
-        stale = due(error, shown.triangles, self._budget)
-        cut = not layout.reuse_error or (not continues and stale.sum() > _MOST_ANEW * max(len(shown), lately))
+        error = self._errors(view, impostors, layout)
+        stale = due(error, impostors.triangles, self._budget)
+        most_stale = _MOST_STALE * max(len(impostors), shown_before)
+        cut = not layout.reuse_error or (not continues and stale.sum() > most_stale)
         if cut:
             stale[:] = True
-        self._budget -= int(shown.triangles[stale].sum())
-        placed, slots = self._store(view, shown, np.flatnonzero(stale), layout, cut)
+        self._budget -= int(impostors.triangles[stale].sum())
+        placed, slots = self._store(view, impostors, np.flatnonzero(stale), layout, pack=cut)
         error[placed.number] = 0
-        stale[placed.number] = False  # what still is stale is out of sight
-        row = cache.rows(shown.row)
+        stale[placed.number] = False  # what is stale now is out of sight
+        return self._work(impostors, placed, slots, error, stale)
+
+    def _work(
+        self, impostors: ImpostorObjects, placed: "_PlacedTiles", slots: Rows, error: Array, stale: Mask
+    ) -> TileWork:
+        """Return what pass 1 warps, the `placed`, and what pass 2 draws: all that is not `stale` (m,)."""
+        cache = self._cache
+        row = cache.rows(impostors.row)
         drawn = np.flatnonzero((row >= 0) & ~stale)
-        aligned = np.zeros(len(shown), bool)
+        aligned = np.zeros(len(impostors), bool)
         aligned[placed.number] = np.isfinite(placed.tiles.pixel[:, 0])
         drawn = np.concatenate([drawn[aligned[drawn]], drawn[~aligned[drawn]]])
-        kept, row = cache.tiles, row[drawn]
-        composite = kept.record.take(row)  # of records, far quicker than an index
-        place_tiles(composite, shown.viewer[drawn], shown.objects.scale[drawn], shown.objects.rotation[drawn])
+        cached, row = cache.tiles, row[drawn]
+        composite = cached.record.take(row)  # of records, far quicker than an index
+        objects = impostors.objects
+        place_tiles(composite, impostors.viewer[drawn], objects.scale[drawn], objects.rotation[drawn])
         return TileWork(
-            anew=placed.number,
+            warped=placed.number,
             planes=placed.planes,
             tiles=placed.tiles,
             slots=slots,
@@ -132,97 +171,117 @@ class TileScheduler:
             drawn=drawn,
             aligned=int(aligned.sum()),
             composite=composite,
-            level=kept.level[row],
-            pieces=kept.pieces[row],
-            resolution=kept.resolution[row],
+            level=cached.level[row],
+            pieces=cached.pieces[row],
+            resolution=cached.resolution[row],
             error=error[drawn],
             atlas_used=cache.used,
         )
 
-    def _store(self, view: View, shown: Shown, number: Rows, layout: TileParams, pack: bool) -> tuple["_Placed", Rows]:
-        """Puts those of `number` (n,) that are in sight into the atlas, and tells where and into which slots (k, 4).
-        pack: into an empty one. So it does with all objects where it finds no room for these."""
+    def _store(
+        self, view: View, impostors: ImpostorObjects, number: Rows, layout: TileParams, pack: bool
+    ) -> tuple["_PlacedTiles", Rows]:
+        """Store tiles of those objects `number` (n,) that are in sight in the atlas.
+
+        Where there is no room for them, the atlas is packed anew with the tiles of all objects.
+
+        Parameters
+        ----------
+        pack : whether to pack them into an empty atlas in any case.
+
+        Returns
+        -------
+        The tiles, and their slots (k, 4).
+        """
         cache = self._cache
-        placed = _place(view, shown, number, layout, min(cache.atlas_size))
-        found = None if pack else cache.allocate(shown.row[placed.number], placed.tiles.size)
+        placed = _place(view, impostors, number, layout, min(cache.atlas_size))
+        found = None if pack else cache.allocate(impostors.row[placed.number], placed.tiles.size)
         if found is None:
-            if len(number) < len(shown):
-                placed = _place(view, shown, np.arange(len(shown)), layout, min(cache.atlas_size))
+            if len(number) < len(impostors):
+                placed = _place(view, impostors, np.arange(len(impostors)), layout, min(cache.atlas_size))
             cache.clear()
             found = cache.pack(placed.tiles.size, roomy=layout.reuse_error > 0)
         slots, resolution = found
         placed = replace(placed, tiles=placed.tiles.resized(shrunk(placed.tiles.size, resolution[:, None])))
-        cache.store(_kept(view, placed, slots, resolution, cache.frame))
+        cache.store(_cached(view, placed, slots, resolution, cache.frame))
         return placed, slots
 
-    def _errors(self, view: View, shown: Shown, layout: TileParams) -> Array:
-        """How far off (n,) what is kept shows each object, 1 where as far as allowed; inf where nothing is kept."""
-        error = np.full(len(shown), np.inf)
-        row = self._cache.rows(shown.row)
+    def _errors(self, view: View, impostors: ImpostorObjects, layout: TileParams) -> Array:
+        """Return the reprojection error (n,) of each object's cached tile, 1 where as large as allowed.
+
+        It is inf where there is no tile, or where the tile was cut off too near to what the view shows now.
+        """
+        error = np.full(len(impostors), np.inf)
+        row = self._cache.rows(impostors.row)
         known = np.flatnonzero(row >= 0)
         if not layout.reuse_error or not len(known):
             return error
-        tiles, row, viewer = self._cache.tiles, row[known], shown.viewer[known]
+        tiles, row, viewer = self._cache.tiles, row[known], impostors.viewer[known]
         tiles.seen[row] = self._cache.frame
-        scale = shown.objects.scale[known]
-        to_centre = shown.bounds.centre[known] - view.position
+        scale = impostors.objects.scale[known]
+        to_centre = impostors.bounds.centre[known] - view.position
         pixels = parallax(tiles.record.take(row), viewer, view.focal_pixels)
         density = view.focal_pixels * scale / np.linalg.norm(to_centre, axis=1)
         error[known] = np.maximum(pixels / layout.reuse_error, coarseness(tiles.density[row], density))
         cut = np.flatnonzero(~tiles.whole[row])
-        forward, bounding_radius = to_centre[cut] @ view.axes[2], shown.bounds.bounding_radius[known[cut]]
-        span = np.stack([np.maximum(forward - bounding_radius, 0), forward + bounding_radius], -1) / scale[cut, None]
-        holds = held(tiles.take(row[cut]), view, shown.objects.rotation[known[cut]], viewer[cut], span)
-        error[known[cut[~holds]]] = np.inf
-        lacks = known[shown.pieces[known] & ~tiles.pieces[row] != 0]
+        forward, radius = to_centre[cut] @ view.axes[2], impostors.bounds.bounding_radius[known[cut]]
+        span = np.stack([np.maximum(forward - radius, 0), forward + radius], -1) / scale[cut, None]
+        covers = covers_view(tiles.take(row[cut]), view, impostors.objects.rotation[known[cut]], viewer[cut], span)
+        error[known[cut[~covers]]] = np.inf
+        lacks = known[impostors.pieces[known] & ~tiles.pieces[row] != 0]
         error[lacks] = np.maximum(error[lacks], _LACKING)
         return error
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Placed:
-    """Planes and tiles of k objects, the `shown`, which are `number` (k,) of all, and which tiles hold the whole
-    object."""
+class _PlacedTiles:
+    """Hold planes and tiles of k `impostors`, which are `number` (k,) of all. whole: (k,) tiles hold all of them."""
 
-    shown: Shown
+    impostors: ImpostorObjects
     number: Rows
     planes: Planes
     tiles: Tiles
     whole: Mask
 
 
-def _place(view: View, shown: Shown, number: Rows, layout: TileParams, limit: int) -> _Placed:
-    """Of the objects `number` (n,) those in sight, on planes cut to it, with tiles of `limit` texels at most."""
-    some = shown.take(number)
-    planes = choose_planes(some.viewer, some.volumes)
+def _place(view: View, impostors: ImpostorObjects, number: Rows, layout: TileParams, limit: int) -> _PlacedTiles:
+    """Find planes and tiles for those of the objects `number` (n,) that are in sight, cut to what is seen of them.
+
+    limit: texels along a tile at most.
+    """
+    chosen = impostors.take(number)
+    planes = choose_planes(chosen.viewer, chosen.volumes)
     guard = MARGIN if layout.reuse_error else GUARD
-    planes, seen = crop_to_frustum(planes, view, some.objects.rotation, guard)
+    planes, seen = crop_to_frustum(planes, view, chosen.objects.rotation, guard)
     if not seen.visible.all():
         rows = np.flatnonzero(seen.visible)
-        planes, seen, some, number = planes.take(rows), seen.take(rows), some.take(rows), number[rows]
+        planes, seen, chosen, number = planes.take(rows), seen.take(rows), chosen.take(rows), number[rows]
     if layout.tiles == "plane":
         planes, tiles = plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit)
     else:
-        nearest = (some.bounds.centre - view.position) @ view.axes[2] - some.bounds.bounding_radius
-        depth = np.maximum(nearest, view.depth_range[0]) / some.objects.scale
+        nearest = (chosen.bounds.centre - view.position) @ view.axes[2] - chosen.bounds.bounding_radius
+        depth = np.maximum(nearest, view.depth_range[0]) / chosen.objects.scale
         tiles = screen_tiles(planes, seen, view, depth, layout.tile_scale, limit)
-    return _Placed(shown=some, number=number, planes=planes, tiles=tiles, whole=seen.whole)
+    return _PlacedTiles(impostors=chosen, number=number, planes=planes, tiles=tiles, whole=seen.whole)
 
 
-def _kept(view: View, placed: _Placed, slots: Rows, resolution: Array, frame: int) -> CachedTiles:
-    """What is known of tiles warped now, into `slots` (k, 4) with the part `resolution` (k,) of their texels."""
-    shown = placed.shown
-    depths = depths_behind(placed.planes, shown.volumes)
-    distance = np.linalg.norm(shown.bounds.centre - view.position, axis=1)
+def _cached(view: View, placed: _PlacedTiles, slots: Rows, resolution: Array, frame: int) -> CachedTiles:
+    """Describe for the cache the tiles warped now, into `slots` (k, 4) with the part `resolution` (k,) of their texels.
+
+    frame: number of the present frame.
+    """
+    impostors = placed.impostors
+    depths = depths_behind(placed.planes, impostors.volumes)
+    distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
     return CachedTiles(
-        record=tile_records(shown.viewer, placed.planes, depths, placed.tiles, slots[:, :2]),
-        object=shown.row,
+        record=tile_records(impostors.viewer, placed.planes, depths, placed.tiles, slots[:, :2]),
+        object=impostors.row,
         slot=slots,
         seen=np.full(len(slots), frame),
-        density=view.focal_pixels * shown.objects.scale / distance,
-        frustum=frustum_rows(view, shown.objects.rotation),
+        density=view.focal_pixels * impostors.objects.scale / distance,
+        frustum=frustum_rows(view, impostors.objects.rotation),
         whole=placed.whole,
-        level=shown.level,
-        pieces=shown.pieces,
+        level=impostors.level,
+        pieces=impostors.pieces,
         resolution=resolution,
     )

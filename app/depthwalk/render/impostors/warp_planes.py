@@ -1,6 +1,7 @@
-"""Pass 1's planes: on which plane an object's depth images are warped, how much of it is seen, at what resolution.
+"""Choose the plane on which pass 1 warps an object's depth images, how much of it, and at what resolution.
 
-All arrays over n objects, float64, object frame unless said otherwise. docs/conventions.md; Liu et al. 2007, §3.2 f.
+Arrays run over n objects, are float64, and in the objects' frames unless said otherwise. Source: Liu et al. 2007,
+§3.2 f., and docs/conventions.md.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from depthwalk.geometry.quaternions import matrices
 from depthwalk.geometry.soa import Takes
 from depthwalk.geometry.support_function import support
 from depthwalk.render.view.view import View
-from depthwalk.types import Array
+from depthwalk.types import Array, Mask
 
 # Closer to every plane than this part of its radius, an object is warped straight to the screen: the tile of a
 # plane at distance D needs about sqrt(2R/D) screens of texels, 4.5 screens here.
@@ -23,11 +24,16 @@ GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neigh
 
 @dataclass(frozen=True, kw_only=True)
 class Planes(Takes):
-    """The chosen planes. Directions `right` × `up` = `normal`, toward the viewer.
+    """Hold the planes of n objects, and rectangles on them. `right` × `up` = `normal`, which points to the viewer.
 
-    face: (n,) Face; right, up, normal: (n, 3); distance: (n,) of the viewer to the plane, metres;
-    epipole: (n, 2), the viewer's foot in (right, up) coordinates; offset: (n,) plane · normal;
-    low, high: (n, 2) bounds of the rectangle, relative to the epipole.
+    Attributes
+    ----------
+    face : (n,) Face of the cylinder that each plane touches.
+    right, up, normal : (n, 3) unit vectors.
+    distance : (n,) from the viewer to the plane, metres.
+    epipole : (n, 2) foot of the viewer on the plane, in (right, up) coordinates, metres.
+    offset : (n,) of the plane along its normal, metres.
+    low, high : (n, 2) corners of the rectangle, metres, relative to the epipole.
     """
 
     face: NDArray[np.intp]
@@ -41,38 +47,53 @@ class Planes(Takes):
     high: Array
 
     def widened(self, margin: Array) -> "Planes":
-        """With rectangles larger by `margin` (n, 2) on every side."""
+        """Return the planes with rectangles larger by `margin` (n, 2), metres, on every side."""
         return replace(self, low=self.low - margin, high=self.high + margin)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Volumes(Takes):
-    """The cylinders of n objects: (n,) each, metres in the object frame; footprint: (n, DIRECTIONS), how far their
-    samples reach from the axis, see `geometry.support_function`; has_side is false for planar images."""
+    """Hold the cylinders of n objects, whose axes are the y axes of the objects' frames.
+
+    Attributes
+    ----------
+    radius, bottom, top : (n,) metres.
+    footprint : (n, DIRECTIONS) how far their samples reach from the axis, metres, see `geometry.support_function`.
+    has_side : (n,) false for planar images.
+    """
 
     radius: Array
     bottom: Array
     top: Array
     footprint: Array
-    has_side: NDArray[np.bool_]
+    has_side: Mask
 
 
 def nearest_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Array]:
-    """The Face (n,) in whose plane each object is warped for a viewer (n, 3), and the distance (n,) to that plane.
+    """Return the Face (n,) in whose plane each object is warped, and the viewer's distance (n,) to that plane, metres.
 
     Where the distance is not positive the viewer is inside the cylinder, or behind a planar image.
+
+    Parameters
+    ----------
+    viewer : (n, 3) in the objects' frames, metres.
     """
     above = viewer[:, 1] - volumes.top
     beside = np.hypot(viewer[:, 0], viewer[:, 2]) - volumes.radius
     below = volumes.bottom - viewer[:, 1]
-    beside, below = (np.where(volumes.has_side, each, -np.inf) for each in (beside, below))
+    beside, below = (np.where(volumes.has_side, gap, -np.inf) for gap in (beside, below))
     distances = np.stack([above, beside, below])
     face = distances.argmax(axis=0)
     return face, distances.max(axis=0)
 
 
 def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
-    """For each viewer (n, 3) the plane that it sees most squarely (`nearest_faces`), and the object's bounds on it."""
+    """Return the planes that `nearest_faces` finds, with rectangles that hold all warped samples.
+
+    Parameters
+    ----------
+    viewer : (n, 3) in the objects' frames, metres.
+    """
     v = volumes
     face, distance = nearest_faces(viewer, volumes)
     rho = np.hypot(viewer[:, 0], viewer[:, 2])
@@ -102,7 +123,7 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
 
 
 def depths_behind(planes: Planes, volumes: Volumes) -> Array:
-    """Least and greatest depth (n, 2) of the objects' samples behind their planes, metres."""
+    """Return the least and the greatest depth (n, 2) of the objects' samples behind their planes, metres."""
     v, side = volumes, planes.face == Face.SIDE
     toward, away = (np.minimum(support(v.footprint, way * planes.normal[:, [0, 2]]), v.radius) for way in (1, -1))
     nearest, farthest = np.where(side, v.radius - toward, 0), np.where(side, v.radius + away, v.top - v.bottom)
@@ -110,9 +131,9 @@ def depths_behind(planes: Planes, volumes: Volumes) -> Array:
 
 
 def _rectangles(
-    v: Volumes, side: NDArray[np.bool_], right: Array, up: Array, distance: Array, epipole: Array
+    v: Volumes, side: Mask, right: Array, up: Array, distance: Array, epipole: Array
 ) -> tuple[Array, Array]:
-    """Bounds (n, 2) of all samples within the footprint, warped onto planes with the axes `right` and `up` (n, 3).
+    """Return the corners (n, 2) of rectangles that hold all samples within the footprint, warped onto their planes.
 
     A point moves toward the epipole by 1 − λ, and λ is least at the far side of the cylinder, so the bounds lie at
     λ = 1 or at that λ (docs/conventions.md).
@@ -134,22 +155,32 @@ def _rectangles(
 
 @dataclass(frozen=True, kw_only=True)
 class Seen(Takes):
-    """What the camera sees of n rectangles. camera: (n, 3, 3), camera coordinates (right, up, forward) of plane
-    coordinates (s, v, −D); visible: (n,) bool; whole: (n,) bool, nothing was cut away; pixel_low, pixel_high: (n, 2),
-    bounds on the screen in pixels."""
+    """Hold what the camera sees of n rectangles.
+
+    Attributes
+    ----------
+    camera : (n, 3, 3) camera coordinates (right, up, forward) of plane coordinates (s, v, −D).
+    visible : (n,) whether any part is seen.
+    whole : (n,) whether nothing was cut away.
+    pixel_low, pixel_high : (n, 2) bounds on the screen, pixels.
+    """
 
     camera: Array
-    visible: NDArray[np.bool_]
-    whole: NDArray[np.bool_]
+    visible: Mask
+    whole: Mask
     pixel_low: Array
     pixel_high: Array
 
 
 def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = GUARD) -> tuple[Planes, Seen]:
-    """The rectangles cut down to what the camera sees, in pictures `guard` times as wide and high as the view's.
+    """Crop the rectangles to what the camera sees, in pictures `guard` times as wide and high as the view's.
 
     The seen part is a convex polygon: its corners are corners of the rectangle, crossings of an edge with a side of
-    the frustum, or the frustum's own corner rays. Its bounding box is kept.
+    the frustum, or the frustum's own corner rays. Its bounding box becomes the rectangle.
+
+    Parameters
+    ----------
+    rotation : (n, 4) of the objects.
     """
     axes = view.axes @ matrices(rotation)  # (n, 3, 3) right, up, forward in the object frame
     camera = axes @ np.stack([planes.right, planes.up, planes.normal], -1)
@@ -183,15 +214,17 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = 
 
 
 def _in_camera(camera: Array, distance: Array, points: Array) -> Array:
-    """Camera coordinates (3, n, k), right, up and forward, of plane points (n, k, 2)."""
+    """Return the camera coordinates (3, n, k), right, up and forward, of plane points (n, k, 2)."""
     s, v = points[..., 0], points[..., 1]
     rows = camera.transpose(1, 2, 0)[..., None]
     return np.stack([along * s + across * v - toward * distance[:, None] for along, across, toward in rows])
 
 
-def _pixel_bounds(view: View, guard: float, points: Array, valid: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Bounds (n, 2) on the screen, widened by the guard at most, of the `valid` ones of points (3, n, k), camera
-    coordinates; valid: (n, k) or (n, 1)."""
+def _pixel_bounds(view: View, guard: float, points: Array, valid: Mask) -> tuple[Array, Array]:
+    """Return bounds (n, 2) on the screen, pixels, of points, clipped to the picture widened by the guard.
+
+    points: (3, n, k) camera coordinates; valid: (n, k) or (n, 1), which of them count.
+    """
     x, y, z = points
     z = np.maximum(z, 1e-9)
     low, high = [], []
@@ -203,7 +236,7 @@ def _pixel_bounds(view: View, guard: float, points: Array, valid: NDArray[np.boo
 
 
 def _side_lines(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
-    """Where the frustum's four sides cut the planes: lines (n, 4, 3), line · (s, v, 1) is positive inside."""
+    """Return the lines (n, 4, 3) where the frustum's sides cut the planes; line · (s, v, 1) is positive inside."""
     right, up, forward = camera[:, 0], camera[:, 1], camera[:, 2]
     lines = np.stack([tan_x * forward - right, tan_x * forward + right, tan_y * forward - up, tan_y * forward + up], 1)
     lines[..., 2] *= -distance[:, None]
@@ -211,12 +244,12 @@ def _side_lines(camera: Array, distance: Array, tan_x: float, tan_y: float) -> A
 
 
 def _evaluate(lines: Array, points: Array) -> Array:
-    """lines (n, 4, 3) at points (n, k, 2) → (n, k, 4): positive inside the frustum."""
-    return points @ np.swapaxes(lines[..., :2], 1, 2) + lines[:, None, :, 2]
+    """Evaluate lines (n, 4, 3) at points (n, k, 2): (n, k, 4), positive inside the frustum."""
+    return np.asarray(points @ np.swapaxes(lines[..., :2], 1, 2) + lines[:, None, :, 2])
 
 
 def _edge_crossings(lines: Array, low: Array, high: Array) -> Array:
-    """Where the four lines meet the rectangle's four edge lines: (n, 16, 2); far away where they are parallel."""
+    """Return where the lines meet the rectangles' edge lines: (n, 16, 2), far away where they are parallel."""
     a, b, c = lines[..., 0], lines[..., 1], lines[..., 2]  # (n, 4)
     points = []
     with np.errstate(all="ignore"):
@@ -224,11 +257,12 @@ def _edge_crossings(lines: Array, low: Array, high: Array) -> Array:
             s = np.broadcast_to(bound[:, :1], a.shape)
             v = np.broadcast_to(bound[:, 1:], a.shape)
             points += [np.stack([s, -(a * s + c) / b], -1), np.stack([-(b * v + c) / a, v], -1)]
-    return np.nan_to_num(np.concatenate(points, 1), nan=np.inf, posinf=1e30, neginf=-1e30).clip(-1e30, 1e30)
+    crossings = np.nan_to_num(np.concatenate(points, 1), nan=np.inf, posinf=1e30, neginf=-1e30)
+    return np.asarray(crossings.clip(-1e30, 1e30))
 
 
 def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> Array:
-    """Where the frustum's four corner rays meet the plane: (n, 4, 2); far away where they do not."""
+    """Return where the frustum's corner rays meet the planes: (n, 4, 2), far away where they do not."""
     rays = np.array([[x * tan_x, y * tan_y, 1.0] for x in (-1, 1) for y in (-1, 1)])
     directions = rays @ np.swapaxes(np.linalg.inv(camera), 1, 2)  # (n, 4, 3) in plane coordinates
     toward = directions[..., 2] < -1e-9
@@ -237,10 +271,15 @@ def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> 
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:
-    """Texels (n, 2) that give every part of the rectangle at least the resolution it is seen with, up to `limit`.
+    """Return the texels (n, 2) that give every part of a rectangle at least the resolution that it is seen with.
 
     The angle that a step on the plane covers is largest at the rectangle's point nearest to the epipole; it does not
     depend on where the camera looks.
+
+    Parameters
+    ----------
+    focal_pixels : of the view, times texels per pixel.
+    limit : texels along a side at most.
     """
     nearest = np.maximum(np.maximum(planes.low, -planes.high), 0)
     farthest = np.maximum(np.abs(planes.low), np.abs(planes.high))
@@ -248,8 +287,8 @@ def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.in
     density = np.zeros_like(nearest)
     for axis in (0, 1):
         along, across = nearest[:, axis] ** 2, 1 - axis
-        for bounding_radius in (nearest[:, across] ** 2, farthest[:, across] ** 2):
-            transverse = squared[:, 0] + bounding_radius
+        for aside in (nearest[:, across] ** 2, farthest[:, across] ** 2):
+            transverse = squared[:, 0] + aside
             density[:, axis] = np.maximum(density[:, axis], np.sqrt(transverse) / (transverse + along))
     texels = np.ceil(focal_pixels * density * (planes.high - planes.low))
     return np.clip(texels, 1, limit).astype(np.int64)

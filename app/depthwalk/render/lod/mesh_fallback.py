@@ -1,4 +1,4 @@
-"""Meshes in the stead of depth images: near by, polygons have detail that images would only magnify."""
+"""Mesh fallback: near by, draw an object as its mesh, which has detail where its depth images would be magnified."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,21 +14,26 @@ from depthwalk.render.lod.selection import error_level
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects, Representation
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Ints, Mask, Rows
 
-IsResident = Callable[
-    [Rows], NDArray[np.bool_]
-]  # meshes (n,), those first read first, to which of them (n,) may be drawn
+IsResident = Callable[[Rows], Mask]
+"""Returns which of the meshes (n,) are on the GPU; the others are read, in the order given."""
 
-# With so many a walk through the garden takes two cores as long as with images alone; with any number, half as long
-# again.
+# A mesh may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as long as
+# with depth images alone; without a limit, half as long again.
 _TRIANGLES_PER_PIXEL = 2
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeshFallbackRule:
-    """When meshes stand in: where a texel may cover more than `magnification` pixels, never where that is 0; those that
-    have come, drawn as coarsely as `error`, in pixels, allows (see `mesh_level`)."""
+    """Tell when meshes replace depth images.
+
+    Attributes
+    ----------
+    magnification : pixels; meshes are drawn where a texel may cover more. 0: never.
+    is_resident : which meshes can be drawn.
+    error : pixels; meshes are drawn as coarsely as it allows, see `mesh_level`.
+    """
 
     magnification: float
     is_resident: IsResident
@@ -37,16 +42,21 @@ class MeshFallbackRule:
 
 @dataclass(kw_only=True)
 class MeshFallbacks:
-    """Which mesh may stand in for each depth object; arrays (a,) over the numbers of `AssetStore`.
+    """Hold which mesh may replace each depth object; arrays run over the a numbers of `AssetStore`.
 
-    mesh: number of the mesh that shows the same asset, -1 where none may; part: which of the asset's depth objects it
-    is; offset (a, 3), turn (a, 4): where it is placed in the asset's frame; texel: metres, the coarsest of them; centre
-    (a, 3), half_height, girth: upright cylinder that holds the asset, asset frame; span: metres from the depth object's
-    own origin to what of that is farthest.
+    Attributes
+    ----------
+    mesh : (a,) number of the mesh that shows the same asset; −1 where there is none.
+    part : (a,) which of the asset's depth objects each is.
+    offset, turn : (a, 3) and (a, 4), position and rotation of each in its asset's frame.
+    texel : (a,) edge of the coarsest texel of the asset's depth objects, metres.
+    centre : (a, 3) of an upright cylinder that encloses the asset, asset frame, metres.
+    half_height, cylinder_radius : (a,) of that cylinder, metres.
+    span : (a,) from the depth object's own origin to the farthest corner of the asset, metres.
     """
 
-    mesh: NDArray[np.int64]
-    part: NDArray[np.int64]
+    mesh: Ints
+    part: Ints
     offset: Array
     turn: Array
     texel: Array
@@ -57,7 +67,7 @@ class MeshFallbacks:
 
     @classmethod
     def empty(cls, count: int) -> "MeshFallbacks":
-        """For `count` numbers, none of which has one."""
+        """Return the table of `count` numbers, none of which has a mesh."""
         return cls(
             mesh=np.full(count, -1),
             part=np.full(count, -1),
@@ -71,26 +81,32 @@ class MeshFallbacks:
         )
 
     def add(self, mesh: int, numbers: range, objects: list[BakedObject]) -> None:
-        """Mesh `mesh` may stand in for all the depth objects `objects`, which have these `numbers`."""
-        corners = np.concatenate([_corners(each) for each in objects])
+        """Let the mesh with the number `mesh` replace the depth objects `objects`, which have these `numbers`."""
+        corners = np.concatenate([_corners(baked) for baked in objects])
         low, high = corners.min(0), corners.max(0)
         centre = (low + high) / 2
-        among = slice(numbers.start, numbers.stop)
-        self.mesh[among], self.part[among] = mesh, np.arange(len(objects))
-        self.texel[among] = max(map(square_texel, objects))
-        self.centre[among], self.half_height[among] = centre, (high - low)[1] / 2
-        self.cylinder_radius[among] = np.hypot(*(corners - centre).T[[0, 2]]).max()
-        for number, each in zip(numbers, objects, strict=True):
-            self.offset[number], self.turn[number] = each.position, each.rotation
+        rows = slice(numbers.start, numbers.stop)
+        self.mesh[rows], self.part[rows] = mesh, np.arange(len(objects))
+        self.texel[rows] = max(map(square_texel, objects))
+        self.centre[rows], self.half_height[rows] = centre, (high - low)[1] / 2
+        self.cylinder_radius[rows] = np.hypot(*(corners - centre).T[[0, 2]]).max()
+        for number, baked in zip(numbers, objects, strict=True):
+            self.offset[number], self.turn[number] = baked.position, baked.rotation
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
 
-    def near_by(
-        self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, rule: MeshFallbackRule
-    ) -> NDArray[np.bool_]:
-        """For which (m,) of the objects `rows` (m,) of all `objects`, nearest first, a mesh stands in where `view` sees
-        them. All that show one asset in one place agree."""
+    def near_by(self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, rule: MeshFallbackRule) -> Mask:
+        """Return which (m,) of the objects `rows` (m,) are replaced by their meshes.
+
+        All depth objects that show one asset in one place agree.
+
+        Parameters
+        ----------
+        objects : all objects.
+        rows : those that the view shows, nearest first.
+        levels : of the meshes that are loaded.
+        """
         found = np.zeros(len(rows), bool)
-        near = self._close(view, objects, rows, rule.magnification)  # of few it is asked in earnest
+        near = self._close(view, objects, rows, rule.magnification)  # few, for which it is worth testing exactly
         if not len(near):
             return found
         number = objects.asset[rows[near]]
@@ -98,8 +114,8 @@ class MeshFallbacks:
         viewer = viewer_in_object(view, meshes.position, meshes.rotation, meshes.scale)
         nearest = outside(viewer, self.centre[number], self.half_height[number], self.cylinder_radius[number])
         metres = nearest / view.focal_pixels, (nearest + self.cylinder_radius[number]) / view.focal_pixels
-        most = view.size[0] * view.size[1]
-        found[near] = self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, most)
+        max_pixels = view.size[0] * view.size[1]
+        found[near] = self.allowed(number, *metres, levels, rule, _TRIANGLES_PER_PIXEL, max_pixels)
         return found
 
     def allowed(
@@ -110,45 +126,54 @@ class MeshFallbacks:
         levels: MeshLevels,
         rule: MeshFallbackRule,
         triangles_per_pixel: float,
-        most: float = np.inf,
-    ) -> NDArray[np.bool_]:
-        """For which (m,) of the depth objects `number` (m,) a mesh stands in, which has no more triangles than so many
-        for each of its pixels. nearest, middle: what a pixel covers (m,), metres in the frames of the objects, where
-        they are nearest and about their middle; most: pixels that any may cover."""
-        coarse = (self.mesh[number] >= 0) & (nearest * rule.magnification < self.texel[number])
-        some = np.flatnonzero(coarse) if rule.magnification else np.zeros(0, np.intp)
-        some = some[rule.is_resident(self.mesh[number[some]])]
-        number, mesh = number[some], self.mesh[number[some]]
-        level = error_level(levels.error[mesh], rule.error * nearest[some])
-        pixels = np.minimum(4 * self.cylinder_radius[number] * self.half_height[number] / middle[some] ** 2, most)
-        found = np.zeros(len(coarse), bool)
-        found[some] = levels.triangles[mesh, level] <= triangles_per_pixel * pixels
+        max_pixels: float = np.inf,
+    ) -> Mask:
+        """Return which (m,) depth objects are replaced by a mesh that is resident and has not too many triangles.
+
+        Parameters
+        ----------
+        number : (m,) of the depth objects.
+        nearest, middle : (m,) what a pixel covers where they are nearest, and about their middle, metres in their
+            frames.
+        levels : of the meshes that are loaded.
+        triangles_per_pixel : how many triangles a mesh may have for each of its pixels.
+        max_pixels : that any object may cover.
+        """
+        magnified = (self.mesh[number] >= 0) & (nearest * rule.magnification < self.texel[number])
+        rows = np.flatnonzero(magnified) if rule.magnification else np.zeros(0, np.intp)
+        rows = rows[rule.is_resident(self.mesh[number[rows]])]
+        number, mesh = number[rows], self.mesh[number[rows]]
+        level = error_level(levels.error[mesh], rule.error * nearest[rows])
+        pixels = np.minimum(4 * self.cylinder_radius[number] * self.half_height[number] / middle[rows] ** 2, max_pixels)
+        found = np.zeros(len(magnified), bool)
+        found[rows] = levels.triangles[mesh, level] <= triangles_per_pixel * pixels
         return found
 
-    def _close(self, view: View, objects: Objects, rows: Rows, limit: float) -> Rows:
-        """Which (k,) of the objects `rows` (m,) a mesh may stand in for and are not too far off at first sight."""
+    def _close(self, view: View, objects: Objects, rows: Rows, magnification: float) -> Rows:
+        """Return the numbers (k,) of those of the objects `rows` (m,) that may be near enough, by a quick test."""
         asset = objects.asset[rows]
-        some = np.flatnonzero(self.mesh[asset] >= 0) if limit else np.zeros(0, np.intp)
-        bounding_radius = view.focal_pixels / max(limit, 1e-9) * self.texel[asset[some]] + self.span[asset[some]]
-        away = np.linalg.norm(objects.position[rows[some]] - view.position, axis=1)
-        return some[away < bounding_radius * objects.scale[rows[some]]]
+        able = np.flatnonzero(self.mesh[asset] >= 0) if magnification else np.zeros(0, np.intp)
+        limit = view.focal_pixels / max(magnification, 1e-9) * self.texel[asset[able]] + self.span[asset[able]]
+        distance = np.linalg.norm(objects.position[rows[able]] - view.position, axis=1)
+        return np.asarray(able[distance < limit * objects.scale[rows[able]]])
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
-        """The meshes (k,) that stand in for the objects `rows` (m,): each once, nearest first where those are."""
+        """Return the meshes (k,) that replace the objects `rows` (m,) of all: each once, nearest first as these are."""
         first, order = np.unique(rows - self.part[objects.asset[rows]], return_index=True)
         return self.placed(objects, first[np.argsort(order)])
 
     def placed(self, objects: Objects, rows: Rows) -> Objects:
-        """The meshes (k,) of the objects `rows` (k,), in the frames of their assets."""
-        some = objects.take(rows)
-        rotation = multiply(some.rotation, conjugate(self.turn[some.asset]).astype(np.float32))
-        position = some.position - some.scale[:, None] * rotate(rotation, self.offset[some.asset])
+        """Return the mesh of each of the objects `rows` (k,), placed so that it shows the asset where that stands."""
+        replaced = objects.take(rows)
+        asset = replaced.asset
+        rotation = multiply(replaced.rotation, conjugate(self.turn[asset]).astype(np.float32))
+        position = replaced.position - replaced.scale[:, None] * rotate(rotation, self.offset[asset])
         kind = np.full(len(rows), Representation.MESH_LOD, np.uint8)
-        return Objects(self.mesh[some.asset].astype(np.int32), position.astype(np.float32), rotation, some.scale, kind)
+        return Objects(self.mesh[asset].astype(np.int32), position.astype(np.float32), rotation, replaced.scale, kind)
 
 
 def _corners(baked: BakedObject) -> NDArray[np.float64]:
-    """Those (8, 3) of the box about a depth object, asset frame."""
+    """Return the corners (8, 3) of the box about a depth object, asset frame, metres."""
     c = baked.cylinder
     signs = np.stack(np.meshgrid([-1, 1], [0, 1], [-1, 1], indexing="ij"), -1).reshape(8, 3)
     size = [min(c.half_width, c.radius), c.height, min(c.half_depth, c.radius)]

@@ -1,0 +1,1 @@
+"""Baselines of the papers that the renderer itself does not need."""

@@ -1,5 +1,6 @@
-"""Occlusion-compatible order (McMillan 1997; Liu et al. 2007, §2.2): an image's triangles, sorted so that each may
-overwrite what was drawn before it.
+"""Sort an image's triangles so that each may overwrite what was drawn before it.
+
+This is the occlusion-compatible order of McMillan 1997 and Liu et al. 2007, §2.2, which needs no depth buffer.
 
 Along a ray that leaves the viewer C, θ − θ_C and y − C.y each keep their sign and grow in size, and so do x − C.x and
 z − C.z. So of two cells of a depth image that one ray meets, the farther is not nearer to the epipole, the texel of C,
@@ -23,12 +24,16 @@ from depthwalk.cook.lod_geometry import BORDER, EASE_SHIFT, EDGE, FACE_SHIFT, Lo
 
 
 @dataclass(frozen=True)
-class Cells:
-    """Triangles of one level and some pieces of whole `LodGeometry`.
+class GridCells:
+    """Hold the triangles of one level and some pieces of a whole `LodGeometry`, with the grid cells that they fill.
 
-    ordered: (n, 3) uint32, those with a cell of their own; unordered: (m, 3) uint32, the others.
-    cell: (n, 2) int32, column and row of the cell, in nodes of the level's grid. nodes: texel numbers of those columns
-    and of those rows, from the first to the last.
+    Attributes
+    ----------
+    ordered : (n, 3) those with a cell of their own, by their vertices.
+    unordered : (m, 3) the others.
+    cell : (n, 2) column and row of the cell, in nodes of the level's grid.
+    nodes : texel numbers of those columns and of those rows, from the first to the last.
+    wraps : whether the columns go round a circle.
     """
 
     ordered: NDArray[np.uint32]
@@ -39,12 +44,12 @@ class Cells:
 
 
 def ordered_image(baked: BakedObject) -> DepthImage:
-    """The image that is drawn in order: the nearest layer of the side, or of the one face there is."""
+    """Return the image that is drawn in order: the nearest layer of the side, or of the only face."""
     return next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
 
 
-def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int) -> Cells:
-    """The triangles of whole `grids` at a level that are in `pieces`, with the cells of those that can be ordered."""
+def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int) -> GridCells:
+    """Return the triangles of whole `grids` at a level that are in `pieces`, a bit mask, with their cells."""
     triangles = grids.drawn(level, pieces).astype(np.uint32)
     image = ordered_image(baked)
     # Samples past the axis differ in their flag.
@@ -61,12 +66,18 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
     columns = grid_nodes(width, 1 << level, wraps)
     nodes = np.append(columns, width) if wraps else columns, grid_nodes(height, 1 << level, wraps=False)
     corners = -(-texels // (1 << level))  # rounded up: the last node may be closer than a step
-    return Cells(triangles[own], triangles[~own], corners.min(1), nodes, wraps)
+    return GridCells(triangles[own], triangles[~own], corners.min(1), nodes, wraps)
 
 
-def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> tuple[int, int]:
-    """Column and row, in nodes, of the interval of the ordered image's grid that the viewer (3,), object frame, is in;
-    −1 before the first, the last node beyond it."""
+def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: GridCells) -> tuple[int, int]:
+    """Return the column and row, in nodes, of the interval of the ordered image's grid in which the viewer is.
+
+    They are −1 before the first node, and the last node beyond it.
+
+    Parameters
+    ----------
+    viewer : (3,) object frame, metres.
+    """
     image = ordered_image(baked)
     grid = FaceGrid.of(baked.cylinder, image)
     u, v = (float(position[0]) for position in grid.position_of(viewer[None]))
@@ -76,8 +87,8 @@ def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: Cells) -> t
     return found[0], found[1]
 
 
-def draw_order(cells: Cells, at: tuple[int, int]) -> NDArray[np.intp]:
-    """The order (n,) in which to draw `cells.ordered` for the epipole `at`."""
+def draw_order(cells: GridCells, at: tuple[int, int]) -> NDArray[np.intp]:
+    """Return the order (n,) in which to draw `cells.ordered` for the epipole `at`, its column and row in nodes."""
     turn = len(cells.nodes[0]) - 1 if cells.wraps else None
     order = np.arange(len(cells.ordered))
     for axis in (0, 1):  # stable sorts, the first key last; NumPy sorts 16 bits by radix
@@ -87,8 +98,10 @@ def draw_order(cells: Cells, at: tuple[int, int]) -> NDArray[np.intp]:
 
 
 def _distance(cell: NDArray[np.int32], at: int, turn: int | None) -> NDArray[np.int16]:
-    """How many nodes lie between the epipole, in the interval after node `at`, and the intervals (n,): 0 for the one
-    that holds it. Round a circle of `turn` nodes, the interval opposite is the farthest."""
+    """Return how many nodes lie between the epipole, in the interval after node `at`, and the intervals `cell` (n,).
+
+    It is 0 for the interval that holds the epipole. Around a circle of `turn` nodes, the one opposite is the farthest.
+    """
     if turn is None:
         return np.abs(cell - at).astype(np.int16)
     ahead = (cell - at) % turn

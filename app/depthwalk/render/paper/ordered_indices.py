@@ -1,5 +1,7 @@
-"""Whole grids with index buffers in occlusion-compatible order, one per asset, written anew when the epipole enters
-another cell."""
+"""Draw whole grids in occlusion-compatible order, a baseline of the papers (`warp.order: epipole`).
+
+Every asset has an index buffer, which is sorted again whenever the epipole enters another cell: one draw per object.
+"""
 
 from dataclasses import dataclass, field
 
@@ -12,41 +14,72 @@ from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import GRID_LAYOUT, LodGeometry
 from depthwalk.gpu.device import Scope
+from depthwalk.gpu.instances import InstanceStream
+from depthwalk.gpu.state import ALWAYS
 from depthwalk.render.draw.draw_lists import DrawBatch
-from depthwalk.render.paper.occlusion_compatible_order import Cells, draw_order, epipole, image_cells
+from depthwalk.render.paper.occlusion_compatible_order import GridCells, draw_order, epipole, image_cells
 from depthwalk.render.resources.asset_store import AssetStore
 
-Kind = tuple[int, int]  # level and pieces
+Kind = tuple[int, int]
+"""Level and pieces."""
 
 
-@dataclass
+@dataclass(kw_only=True)
 class _Asset:
-    """cells: of the kinds drawn so far; written: what the index buffer was sorted for, kind and epipole."""
+    """Hold an asset's grids on the GPU.
+
+    cells: of the kinds drawn so far. written: what the index buffer was sorted for, kind and epipole.
+    """
 
     baked: BakedObject
     grids: LodGeometry
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
     array: moderngl.VertexArray
-    cells: dict[Kind, Cells] = field(default_factory=dict)
+    cells: dict[Kind, GridCells] = field(default_factory=dict)
     written: tuple[Kind, tuple[int, int]] | None = None
 
 
 class OrderedIndices:
-    """Makes and keeps them."""
+    """Draw objects in order, and keep the grids and index buffers of their assets.
+
+    Parameters
+    ----------
+    scope : creates GL objects.
+    program : of pass 1, for the assets that are drawn.
+    """
 
     def __init__(self, scope: Scope, program: moderngl.Program) -> None:
         self._scope, self._program = scope, program
         self._assets: dict[int, _Asset] = {}
 
-    def get(self, assets: AssetStore, group: DrawBatch, record: np.void) -> tuple[moderngl.VertexArray, int, int]:
-        """The asset's vertex array, how many of its indices are in order for one object of the group, from the first
-        on, and how many more follow. record: the object's WARP_RECORD."""
-        if group.asset not in self._assets:
-            self._assets[group.asset] = self._load(assets.baked(group.asset), assets.form.paper_cases)
+    def draw(self, assets: AssetStore, batch: DrawBatch, records: NDArray[np.void], instances: InstanceStream) -> None:
+        """Draw each object of a batch: first its ordered triangles, each over the last; then the others, by depth.
+
+        Parameters
+        ----------
+        records : WARP_RECORD of all instances.
+        instances : the stream that holds them.
+        """
+        for number in range(batch.first, batch.first + batch.count):
+            array, ordered, others = self._sorted(assets, batch, records[number])
+            instances.bind(array, number)
+            with self._scope.state(depth_test=ALWAYS):  # λ is written
+                array.render(vertices=ordered, instances=1)
+            array.render(vertices=others, first=ordered, instances=1)
+
+    def _sorted(self, assets: AssetStore, batch: DrawBatch, record: np.void) -> tuple[moderngl.VertexArray, int, int]:
+        """Return the asset's vertex array, with indices sorted for the viewer of one object of the batch.
+
+        Returns
+        -------
+        The array, how many of its first indices are in order, and how many follow that are not.
+        """
+        if batch.asset not in self._assets:
+            self._assets[batch.asset] = self._load(assets.baked(batch.asset), assets.form.paper_cases)
         # These grids are others than those in whose pieces the plan says what is seen.
-        pieces = group.pieces if assets.form.paper_cases else ALL_PIECES
-        asset, kind = self._assets[group.asset], (group.level, pieces)
+        pieces = batch.pieces if assets.form.paper_cases else ALL_PIECES
+        asset, kind = self._assets[batch.asset], (batch.level, pieces)
         if kind not in asset.cells:
             asset.cells[kind] = image_cells(asset.grids, asset.baked, *kind)
         cells = asset.cells[kind]
@@ -58,21 +91,22 @@ class OrderedIndices:
         return asset.array, cells.ordered.size, cells.unordered.size
 
     def _load(self, baked: BakedObject, paper_cases: bool) -> _Asset:
+        """Bring whole grids of a depth object to the GPU. paper_cases: see `CookOptions`."""
         grids = build_grid_lods(baked, paper_cases, tolerance=-np.inf)
         vertices = self._scope.buffer(grids.vertices)
         indices = self._scope.buffer(reserve=max(int(grids.count.sum(-1).max()), 1) * 4, dynamic=True)
         array = self._scope.vertex_array(self._program, [(vertices, *GRID_LAYOUT)], index_buffer=indices)
-        return _Asset(baked, grids, vertices, indices, array)
+        return _Asset(baked=baked, grids=grids, vertices=vertices, indices=indices, array=array)
 
     def forget(self) -> None:
-        """Releases all of them."""
+        """Release the grids of all assets."""
         for asset in self._assets.values():
             self._scope.free(asset.array, asset.vertices, asset.indices)
         self._assets.clear()
 
 
 def viewer_of(record: np.void) -> NDArray[np.floating]:
-    """The viewer (3,), object frame, for whom a WARP_RECORD was made."""
+    """Return the viewer (3,), object frame, metres, for whom a WARP_RECORD was made."""
     right, up, normal = record["right"], record["up"], record["normal"]
     above = normal[3] + record["depths"][0]
     return np.asarray(right[:3] * right[3] + up[:3] * up[3] + normal[:3] * above)

@@ -10,7 +10,6 @@ from depthwalk.gpu.device import CLIP_DISTANCES, Scope
 from depthwalk.gpu.instances import AssetArrays, InstanceStream
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.gpu.state import ALWAYS, LESS
-from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.paper.ordered_indices import OrderedIndices
@@ -49,7 +48,8 @@ class WarpPass(Pass[WarpParams]):
             for batch in batches:
                 with self.gl.state(direct=CLIP_DISTANCES if batch.clipped else ()):
                     if in_order:
-                        self._draw_in_order(frame, batch, self._ordered[asset.defines])
+                        ordered = self._ordered[asset.defines]
+                        ordered.draw(frame.assets, batch, frame.plan.warp.records, self._instances)
                     else:
                         array = asset.array(self._arrays[asset.defines], number)
                         self._instances.bind(array, batch.first)
@@ -64,18 +64,6 @@ class WarpPass(Pass[WarpParams]):
         self._clear.set(atlas_size=frame.targets.atlas_size)
         with self.gl.state(into=frame.targets.atlas, depth_test=ALWAYS):
             self._clear.rectangles(len(slots))
-
-    def _draw_in_order(self, frame: Frame, batch: DrawBatch, indices: OrderedIndices) -> None:
-        """Draw triangles from back to front, each over those before; then, by depth, those that have no such order.
-
-        The order is the occlusion-compatible one of McMillan and Bishop 1995.
-        """
-        for record in range(batch.first, batch.first + batch.count):
-            array, ordered, others = indices.get(frame.assets, batch, frame.plan.warp.records[record])
-            self._instances.bind(array, record)
-            with self.gl.state(depth_test=ALWAYS):  # the depth, which tells λ, is written all the same
-                array.render(vertices=ordered, instances=1)
-            array.render(vertices=others, first=ordered, instances=1)
 
     def forget_assets(self) -> None:
         """Drop vertex arrays over buffers of assets."""

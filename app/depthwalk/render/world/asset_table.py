@@ -1,4 +1,4 @@
-"""The scene's objects and assets in the arrays that the plan works on."""
+"""Turn the scene's objects and assets into the arrays that plans are made from."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,14 +14,14 @@ from depthwalk.cook.cook import CookedObject
 from depthwalk.geometry.quaternions import multiply, rotate
 from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.geometry.support_function import DIRECTIONS
-from depthwalk.ingest.mesh import Mesh, MeshLevel
+from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.impostors.warp_planes import Volumes
 from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.view.bounds import outside
 from depthwalk.scene.arrays import MESHES, Objects, Representation
-from depthwalk.types import Array
+from depthwalk.types import Array, Ints, Rows
 
 if TYPE_CHECKING:
     from depthwalk.scene.scene import Scene
@@ -29,46 +29,68 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class AssetTable:
-    """What the plan must know of each of a meshes and depth objects; arrays (a,) unless said otherwise.
+    """Hold what plans must know of a meshes and depth objects, by their numbers in `AssetStore`.
 
-    volumes: cylinders; texel: metres on the side image; levels: coarsest grid level; centre (a, 3), reach: bounding
-    sphere about the asset's own centre, object frame; half_height, girth: half the height and the radius of an upright
-    cylinder about it that holds all; index_first, index_count: (a, levels, RANGES) and horizon:
-    (a, levels, PIECES, 4), see LodGeometry; triangles: (a, levels), of all pieces; error: (a, levels), see LodGeometry, +inf where
-    there is no such level; meshes: levels of detail; stand_ins: which of the meshes may stand in for which depth
-    objects.
+    Attributes
+    ----------
+    volumes : cylinders of the depth objects.
+    texel : (a,) edge of a texel of the side image, metres.
+    levels : (a,) coarsest level of detail.
+    centre, bounding_radius : (a, 3) and (a,), bounding sphere, metres, object frame.
+    half_height, cylinder_radius : (a,) of an upright cylinder about the same centre that encloses all, metres.
+    index_first, index_count : (a, levels, RANGES) index ranges, see `LodGeometry`.
+    horizon : (a, levels, PIECES, 4) see `LodGeometry`.
+    triangles : (a, levels) of all pieces.
+    error : (a, levels) see `LodGeometry`; +inf where there is no such level.
+    meshes : levels of detail of the meshes.
+    mesh_fallbacks : which of the meshes may replace which depth objects.
     """
 
     volumes: Volumes
     texel: Array
-    levels: NDArray[np.int64]
+    levels: Ints
     centre: Array
     bounding_radius: Array
     half_height: Array
     cylinder_radius: Array
-    index_first: NDArray[np.int64]
-    index_count: NDArray[np.int64]
+    index_first: Ints
+    index_count: Ints
     horizon: Array
-    triangles: NDArray[np.int64]
+    triangles: Ints
     error: Array
     meshes: MeshLevels
     mesh_fallbacks: MeshFallbacks
 
     @cached_property
     def area(self) -> Array:
-        """Of the cylinders' outlines from the side, square metres."""
+        """Area (a,) of the cylinders seen from the side, square metres."""
         return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
 
-    def nearest(self, asset: NDArray[np.integer], viewer: Array) -> Array:
-        """How far (n,) viewers (n, 3) are from the cylinders that hold the assets `asset` (n,), in their frames."""
+    def nearest(self, asset: Rows, viewer: Array) -> Array:
+        """Return how far (n,) viewers are from the cylinders that enclose objects, metres in their frames.
+
+        Parameters
+        ----------
+        asset : (n,) number of each object's asset.
+        viewer : (n, 3) in the objects' frames, metres.
+        """
         return outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
 
 
 def place_objects(
     scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None, which: slice = slice(None)
 ) -> Objects:
-    """The scene's objects `which` as the renderer draws them, by the representation `wanted` where their asset has it:
-    as the mesh, or a row for each part of the depth images, in its frame. `asset` holds the numbers of `store`."""
+    """Return the scene's objects as the renderer draws them: the mesh, or a row for each part of the depth images.
+
+    Parameters
+    ----------
+    wanted : representation in which objects are drawn whose asset has it; None: each in its own.
+    which : of the scene's objects.
+
+    Returns
+    -------
+    Rows in the frames of their parts; `asset` holds numbers of `store`.
+    """
     objects = scene.objects.take(which)
     representation, first, count = _rows(objects, library, store, wanted)
     row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
@@ -84,7 +106,10 @@ def place_objects(
 def placed_rows(
     scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None, which: slice
 ) -> slice:
-    """The rows among those of all objects that `place_objects` makes of the objects `which`, a run of numbers."""
+    """Return which rows `place_objects` makes of the objects `which`, among those that it makes of all.
+
+    For the parameters see there.
+    """
     before, within = (
         int(_rows(scene.objects.take(run), library, store, wanted)[2].sum()) for run in (slice(0, which.start), which)
     )
@@ -94,7 +119,7 @@ def placed_rows(
 def _rows(
     objects: Objects, library: Library, store: AssetStore, wanted: Representation | None
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
-    """How each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
+    """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
     representation = objects.representation.copy()
     if wanted is not None:
         has = library.has_mesh if wanted in MESHES else library.has_baked
@@ -115,7 +140,7 @@ def _rows(
 
 
 def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Position (numbers, 3) and rotation (numbers, 4) of all that `store` numbers, in the asset's frame."""
+    """Return the position (a, 3) and rotation (a, 4) of all that `store` numbers, in their assets' frames."""
     offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
     turn[:, 3] = 1
     for number in range(len(library), len(store)):
@@ -125,112 +150,135 @@ def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32
 
 
 def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
-    """Rows of all that `store` numbers, described where `objects` use it; rows of others stay zero."""
-    count = len(store)
-    numbers = {name: np.zeros(count) for name in ("radius", "bottom", "top")}
-    footprint = np.zeros((count, DIRECTIONS))
-    has_side = np.zeros(count, bool)
-    texel, centre = np.ones(count), np.zeros((count, 3))
-    bounding_radius, half_height, cylinder_radius = np.zeros((3, count))
-    levels = np.zeros(count, np.int64)
-    thinned = np.isin(np.arange(count), objects.asset[objects.representation == Representation.MESH_LOD])
-    details: dict[int, tuple[MeshLevel, ...]] = {}
-    imaged: dict[int, CookedObject] = {}
-    for number in np.unique(objects.asset).tolist():
-        if number < len(library):
-            mesh = library.mesh(number)
-            if mesh is not None:
-                centre[number], bounding_radius[number] = _mesh_sphere(mesh)
-                details[number] = library.mesh_levels(number) if thinned[number] else (MeshLevel(mesh, 0.0),)
-                half_height[number], cylinder_radius[number] = _mesh_cylinder(details[number], centre[number])
-            continue
-        imaged[number] = prepared = store.prepared(number)
-        baked = prepared.outline
-        for name, column in numbers.items():
-            column[number] = getattr(baked.cylinder, name)
-        footprint[number] = prepared.footprint
-        has_side[number] = any(image.face is Face.SIDE for image in baked.images)
-        texel[number] = square_texel(baked)
-        levels[number] = len(prepared.error) - 1
-        centre[number], half_height[number], cylinder_radius[number] = _bounding_cylinder(baked)
-        bounding_radius[number] = np.hypot(half_height[number], cylinder_radius[number])
-    index_first, index_count, horizon, error = _level_columns(count, imaged)
-    triangles = index_count[:, :, :PIECES].sum(-1) // 3
-    volumes = Volumes(**numbers, footprint=footprint, has_side=has_side)
-    meshes = MeshLevels.empty(count)
-    for number, some in details.items():
-        meshes.add(number, some)
-    mesh_fallbacks = _stand_ins(objects, library, store)
-    standing = np.flatnonzero((mesh_fallbacks.mesh >= 0) & ~np.isin(mesh_fallbacks.mesh, list(details)))
-    bounds = centre, bounding_radius, half_height, cylinder_radius
-    held = (
-        mesh_fallbacks.centre,
-        np.hypot(mesh_fallbacks.half_height, mesh_fallbacks.cylinder_radius),
-        mesh_fallbacks.half_height,
-        mesh_fallbacks.cylinder_radius,
-    )
-    for column, of_asset in zip(bounds, held, strict=True):
-        column[mesh_fallbacks.mesh[standing]] = of_asset[standing]
+    """Return a table of all that `store` numbers, described where `objects` use it; other rows stay zero."""
+    meshes = _used_meshes(objects, library)
+    used = [number for number in np.unique(objects.asset).tolist() if number >= len(library)]
+    cooked = {number: store.prepared(number) for number in used}
+    volumes, texel = _volumes(len(store), cooked)
+    fallbacks = _mesh_fallbacks(objects, library, store)
+    enclosing = _Enclosing.empty(len(store))
+    for number, levels in meshes.items():
+        enclosing.put_mesh(number, levels)
+    for number, depth_object in cooked.items():
+        enclosing.put_depth_object(number, depth_object.outline)
+    enclosing.put_fallbacks(fallbacks, list(meshes))
+    index_first, index_count, horizon, error = _level_columns(len(store), cooked)
+    levels_of_detail = np.zeros(len(store), np.int64)
+    levels_of_detail[used] = [len(depth_object.error) - 1 for depth_object in cooked.values()]
+    mesh_levels = MeshLevels.empty(len(store))
+    for number, levels in meshes.items():
+        mesh_levels.add(number, levels)
     return AssetTable(
         volumes=volumes,
         texel=texel,
-        levels=levels,
-        centre=centre,
-        bounding_radius=bounding_radius,
-        half_height=half_height,
-        cylinder_radius=cylinder_radius,
+        levels=levels_of_detail,
+        centre=enclosing.centre,
+        bounding_radius=enclosing.bounding_radius,
+        half_height=enclosing.half_height,
+        cylinder_radius=enclosing.cylinder_radius,
         index_first=index_first,
         index_count=index_count,
         horizon=horizon,
-        triangles=triangles,
+        triangles=index_count[:, :, :PIECES].sum(-1) // 3,
         error=error,
-        meshes=meshes,
-        mesh_fallbacks=mesh_fallbacks,
+        meshes=mesh_levels,
+        mesh_fallbacks=fallbacks,
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Enclosing:
+    """Hold the columns of `AssetTable` that enclose assets, while they are filled in."""
+
+    centre: NDArray[np.float64]
+    bounding_radius: NDArray[np.float64]
+    half_height: NDArray[np.float64]
+    cylinder_radius: NDArray[np.float64]
+
+    @classmethod
+    def empty(cls, count: int) -> "_Enclosing":
+        """Return columns of `count` zeros."""
+        centre, (radius, half_height, cylinder_radius) = np.zeros((count, 3)), np.zeros((3, count))
+        return cls(centre=centre, bounding_radius=radius, half_height=half_height, cylinder_radius=cylinder_radius)
+
+    def put_mesh(self, number: int, levels: tuple[MeshLevel, ...]) -> None:
+        """Enclose a mesh: the sphere holds the mesh itself, the cylinder all of its simplified `levels` too."""
+        low, high = levels[0].mesh.bounds
+        centre = np.asarray((low + high) / 2, np.float64)
+        self.centre[number] = centre
+        self.bounding_radius[number] = np.linalg.norm(levels[0].mesh.positions - centre, axis=1).max()
+        x, y, z = np.abs(np.concatenate([level.mesh.positions for level in levels]) - centre).T
+        self.half_height[number], self.cylinder_radius[number] = y.max(), np.hypot(x, z).max()
+
+    def put_depth_object(self, number: int, baked: BakedObject) -> None:
+        """Enclose a depth object by its cylinder, or by the box within that."""
+        cylinder = baked.cylinder
+        self.centre[number] = 0, (cylinder.bottom + cylinder.top) / 2, 0
+        self.half_height[number] = cylinder.height / 2
+        self.cylinder_radius[number] = min(cylinder.radius, np.hypot(cylinder.half_width, cylinder.half_depth))
+        self.bounding_radius[number] = np.hypot(self.half_height[number], self.cylinder_radius[number])
+
+    def put_fallbacks(self, fallbacks: MeshFallbacks, known: list[int]) -> None:
+        """Enclose meshes that may replace depth objects by what encloses these, but for those `known` better."""
+        rows = np.flatnonzero((fallbacks.mesh >= 0) & ~np.isin(fallbacks.mesh, known))
+        mesh, half_height, radius = fallbacks.mesh[rows], fallbacks.half_height[rows], fallbacks.cylinder_radius[rows]
+        self.centre[mesh], self.half_height[mesh], self.cylinder_radius[mesh] = (
+            fallbacks.centre[rows],
+            half_height,
+            radius,
+        )
+        self.bounding_radius[mesh] = np.hypot(half_height, radius)
+
+
+def _used_meshes(objects: Objects, library: Library) -> dict[int, tuple[MeshLevel, ...]]:
+    """Return the meshes that `objects` use, by number; all levels of detail of those that are drawn as mesh-lod."""
+    simplified = set(objects.asset[objects.representation == Representation.MESH_LOD].tolist())
+    levels: dict[int, tuple[MeshLevel, ...]] = {}
+    for number in np.unique(objects.asset).tolist():
+        mesh = library.mesh(number) if number < len(library) else None
+        if mesh is not None:
+            levels[number] = library.mesh_levels(number) if number in simplified else (MeshLevel(mesh, 0.0),)
+    return levels
+
+
+def _volumes(count: int, cooked: dict[int, CookedObject]) -> tuple[Volumes, NDArray[np.float64]]:
+    """Return `AssetTable.volumes` and `texel` of `count` numbers, of which `cooked` are depth objects."""
+    columns = {name: np.zeros(count) for name in ("radius", "bottom", "top")}
+    footprint, has_side, texel = np.zeros((count, DIRECTIONS)), np.zeros(count, bool), np.ones(count)
+    for number, depth_object in cooked.items():
+        baked = depth_object.outline
+        for name, column in columns.items():
+            column[number] = getattr(baked.cylinder, name)
+        footprint[number] = depth_object.footprint
+        has_side[number] = any(image.face is Face.SIDE for image in baked.images)
+        texel[number] = square_texel(baked)
+    return Volumes(**columns, footprint=footprint, has_side=has_side), texel
+
+
 def _level_columns(
-    count: int, imaged: dict[int, CookedObject]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """`AssetTable.index_first`, `index_count`, `horizon` and `error` of `count` numbers, of which
-    these are depth objects."""
-    most = max((len(each.error) for each in imaged.values()), default=1)
-    index_first, index_count = np.zeros((2, count, most, RANGES), np.int64)
-    horizon, error = np.full((count, most, PIECES, 4), np.inf), np.full((count, most), np.inf)
-    for number, each in imaged.items():
-        levels = len(each.error)
-        index_first[number, :levels], index_count[number, :levels] = each.first, each.count
-        horizon[number, :levels], error[number, :levels] = each.horizon, each.error
+    count: int, cooked: dict[int, CookedObject]
+) -> tuple[Ints, Ints, NDArray[np.float64], NDArray[np.float64]]:
+    """Return `AssetTable.index_first`, `index_count`, `horizon` and `error` of `count` numbers.
+
+    cooked: those of them that are depth objects.
+    """
+    most_levels = max((len(depth_object.error) for depth_object in cooked.values()), default=1)
+    index_first, index_count = np.zeros((2, count, most_levels, RANGES), np.int64)
+    horizon, error = np.full((count, most_levels, PIECES, 4), np.inf), np.full((count, most_levels), np.inf)
+    for number, depth_object in cooked.items():
+        row = number, slice(len(depth_object.error))
+        index_first[row], index_count[row] = depth_object.first, depth_object.count
+        horizon[row], error[row] = depth_object.horizon, depth_object.error
     return index_first, index_count, horizon, error
 
 
-def _stand_ins(objects: Objects, library: Library, store: AssetStore) -> MeshFallbacks:
-    """For those of `objects` that are depth images of a mesh, and of nothing else that is laid over it."""
-    found = MeshFallbacks.empty(len(store))
+def _mesh_fallbacks(objects: Objects, library: Library, store: AssetStore) -> MeshFallbacks:
+    """Return the meshes that may replace `objects`: of depth images of a mesh without meso-structure laid over it."""
+    fallbacks = MeshFallbacks.empty(len(store))
     imaged = np.unique(objects.asset[objects.asset >= store.first_depth])
     for asset in np.unique([store.asset_of(number) for number in imaged.tolist()]).astype(int).tolist():
         numbers = store.depth_numbers(asset)
         outlines = [store.prepared(number).outline for number in numbers]
         if library.has_mesh(asset) and all(outline.meso is None for outline in outlines):
-            found.add(asset, numbers, outlines)
-    return found
-
-
-def _bounding_cylinder(baked: BakedObject) -> tuple[NDArray[np.float64], float, float]:
-    """Its centre (3,), half its height and its radius."""
-    cylinder = baked.cylinder
-    corner = min(cylinder.radius, float(np.hypot(cylinder.half_width, cylinder.half_depth)))
-    return np.array([0, (cylinder.bottom + cylinder.top) / 2, 0]), cylinder.height / 2, corner
-
-
-def _mesh_sphere(mesh: Mesh) -> tuple[NDArray[np.float64], float]:
-    low, high = mesh.bounds
-    middle = np.asarray((low + high) / 2, np.float64)
-    return middle, float(np.linalg.norm(mesh.positions - middle, axis=1).max())
-
-
-def _mesh_cylinder(levels: tuple[MeshLevel, ...], centre: NDArray[np.float64]) -> tuple[float, float]:
-    """Half the height and the radius of the upright cylinder about `centre` (3,) that holds all levels: simplified
-    surfaces may lie outside the mesh."""
-    x, y, z = np.abs(np.concatenate([level.mesh.positions for level in levels]) - centre).T
-    return float(y.max()), float(np.hypot(x, z).max())
+            fallbacks.add(asset, numbers, outlines)
+    return fallbacks

@@ -1,8 +1,9 @@
-"""Far neighbours share an intermediate image: a cluster is warped into one tile, as if it were one object.
+"""Far clusters, a hierarchical level of detail (HLOD): far neighbours share one impostor, as if they were one object.
 
-What is a few pixels high is drawn in no time, but planned, kept and composited like anything else. From far away
-neighbours hardly move against each other: their tile is kept as any other is, by the depth of the box that holds them
-all (render/impostors/reprojection_error.py). So a frame costs what its clusters cost, until one is warped anew.
+An object a few pixels high is drawn in no time, but planned, cached and composited like any other. From far away,
+neighbours hardly move against each other: their common tile is reused like any other, by the depth of the box that
+holds them all (`render.impostors.reprojection_error`). So a frame costs what its clusters cost, until one is warped
+again. Here is their data; `render.draw.far_cluster_planner` decides when and how they are drawn.
 """
 
 from collections.abc import Callable
@@ -11,114 +12,124 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.geometry.spatial_order import runs, within_runs
-from depthwalk.geometry.support_function import box_footprint
-from depthwalk.render.impostors.tile_scheduler import Shown
-from depthwalk.render.impostors.warp_planes import Volumes
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
-from depthwalk.render.world.spatial_cells import Cells, boxes
-from depthwalk.scene.arrays import Objects, Representation
-from depthwalk.types import Rows
+from depthwalk.render.world.spatial_cells import SpatialCells, enclosing_boxes
+from depthwalk.types import Ints, Mask, Rows
 
 MEMBERS = 1 << 16 - IMAGE_BITS  # at most: a texel of the atlas holds the member in the bits that its image leaves
-_STEEP = 0.1  # height above or below a cell by distance; from among them, one by one most are found to be hidden
-_AWAY = 4.0  # half diagonals of a cell, from which on it is far off: parallax within a cluster is an eighth of its own
+_STEEP = 0.1  # height above or below a cell by distance; seen less steeply, most objects of a cell hide each other
+_FAR = 4.0  # half diagonals of a cell from which on it is far: parallax within a cluster is an eighth of its own
 
 
 @dataclass(kw_only=True)
 class FarClusters:
-    """k runs of neighbours, within cells. order: see `Cells`; first: (k + 1,), where each begins in it; of_cell: the
-    first cluster of each cell (c + 1,); able: (c,), whether all objects of a cell may share images; low, high: (k, 3),
-    world, the box of each; version: (k,), how often it changed."""
+    """Hold k clusters: runs of neighbouring objects, each within one cell.
+
+    Attributes
+    ----------
+    order : (n,) rows of the objects, see `SpatialCells`.
+    first : (k + 1,) where each cluster begins in `order`.
+    of_cell : (c + 1,) the first cluster of each cell.
+    able : (c,) whether all objects of a cell may share tiles.
+    low, high : (k, 3) corners of each cluster's box, metres, world.
+    version : (k,) how often objects of each cluster's cell moved.
+    cell_version : (c,) the same by cell, up to which the boxes are fitted, see `SpatialCells.version`.
+    """
 
     order: NDArray[np.int32]
     first: Rows
     of_cell: Rows
-    able: NDArray[np.bool_]
+    able: Mask
     low: NDArray[np.float32]
     high: NDArray[np.float32]
-    version: NDArray[np.int64]
+    version: Ints
+    cell_version: Ints
 
     def __len__(self) -> int:
         return len(self.version)
 
-    def far(self, view: View, cells: Cells, numbers: Rows, pixels: float) -> NDArray[np.bool_]:
-        """Which of the cells `numbers` (m,) are so far off that none of their objects is `pixels` across, and seen from
-        so far above or below that few of them hide each other."""
+    def far(self, view: View, cells: SpatialCells, numbers: Rows, pixels: float) -> Mask:
+        """Return which (m,) of the cells `numbers` (m,) may be drawn by clusters.
+
+        These are so far off that none of their objects is `pixels` across, and seen from so far above or below that
+        few of their objects hide each other: else it is cheaper to test objects singly.
+        """
         low, high = cells.low[numbers], cells.high[numbers]
         half, middle = (high - low) / 2, (high + low) / 2 - view.position
         apart = np.maximum(np.abs(middle) - half, 0)
         gap = np.linalg.norm(apart, axis=1)
         small = 2 * view.focal_pixels * cells.largest[numbers] < pixels * gap
         steep = apart[:, 1] > _STEEP * gap
-        return np.asarray(self.able[numbers] & small & steep & (gap > _AWAY * np.linalg.norm(half, axis=1)))
+        return np.asarray(self.able[numbers] & small & steep & (gap > _FAR * np.linalg.norm(half, axis=1)))
 
     def visible(self, view: View, cells: Rows) -> Rows:
-        """Numbers of the clusters of `cells` (m,) that may be seen, nearest first."""
+        """Return the numbers of the clusters of `cells` (m,) that meet the view frustum, nearest first."""
         numbers = runs(self.of_cell, cells)
         return numbers[self.bounds(numbers).visible(view)[0]]
 
     def bounds(self, numbers: Rows) -> Bounds:
-        """Spheres about the boxes of the clusters `numbers` (m,)."""
+        """Return spheres about the boxes of the clusters `numbers` (m,)."""
         low, high = self.low[numbers], self.high[numbers]
         return Bounds((low + high) / 2, np.linalg.norm(high - low, axis=1) / 2)
 
     def cylinders(self, numbers: Rows) -> Cylinders:
-        """About the boxes of the clusters `numbers` (m,)."""
+        """Return cylinders about the boxes of the clusters `numbers` (m,)."""
         return box_cylinders(self.low[numbers], self.high[numbers])
 
+    def sizes(self, numbers: Rows) -> Rows:
+        """Return how many objects each of the clusters `numbers` (m,) has."""
+        return self.first[numbers + 1] - self.first[numbers]
+
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
-        """The objects (n,) of the clusters `numbers` (m,), one cluster after the other, and how many each has (m,)."""
-        return self.order[runs(self.first, numbers)], self.first[numbers + 1] - self.first[numbers]
+        """Return the objects (n,) of the clusters `numbers` (m,), cluster by cluster, and how many each has (m,)."""
+        return self.order[runs(self.first, numbers)], self.sizes(numbers)
 
-    def whole(self, numbers: Rows, there: Callable[[Rows], NDArray[np.bool_]]) -> NDArray[np.bool_]:
-        """Whether all objects of the clusters `numbers` (m,) are `there`."""
+    def first_members(self, numbers: Rows) -> Rows:
+        """Return the first object (m,) of each of the clusters `numbers` (m,)."""
+        return self.order[self.first[numbers]]
+
+    def resident(self, numbers: Rows, is_resident: Callable[[Rows], Mask]) -> Mask:
+        """Return whether (m,) all objects of each of the clusters `numbers` (m,) are resident.
+
+        is_resident: which of given objects are on the GPU, see `FrameResidency.there`.
+        """
         rows, count = self.members(numbers)
-        present = there(rows)
-        return np.logical_and.reduceat(present, np.cumsum(count) - count) if len(count) else present
+        resident = is_resident(rows)
+        return np.logical_and.reduceat(resident, np.cumsum(count) - count) if len(count) else resident
 
-    def shown(self, view: View, numbers: Rows, like: Objects, level: Rows, triangles: Rows) -> Shown:
-        """The clusters `numbers` (m,) as objects that stand in the middle of their boxes, upright and of scale 1, whose
-        rows follow those of all objects. like: one (m,) of each; level, triangles: (m,) of those."""
-        bounds, half = self.bounds(numbers), (self.high[numbers] - self.low[numbers]) / 2
-        count = len(numbers)
-        upright = np.broadcast_to(np.array([0, 0, 0, 1], np.float32), (count, 4))
-        dpci = np.full(count, Representation.DPCI, np.uint8)
-        radius = np.hypot(half[:, 0], half[:, 2])
-        return Shown(
-            row=len(self.order) + numbers,
-            objects=Objects(like.asset, bounds.centre, upright, np.ones(count, np.float32), dpci),
-            bounds=bounds,
-            volumes=Volumes(
-                radius=radius,
-                bottom=-half[:, 1],
-                top=half[:, 1],
-                footprint=box_footprint(half[:, 0], half[:, 2]),
-                has_side=np.ones(count, bool),
-            ),
-            viewer=view.position - bounds.centre,
-            level=level,
-            pieces=np.full(count, ALL_PIECES),
-            triangles=triangles * (self.first[numbers + 1] - self.first[numbers]),
-        )
+    def follow(self, cells: SpatialCells, bounds: Bounds) -> None:
+        """Fit the boxes to objects that moved since the last call.
 
-    def refit(self, bounds: Bounds, cells: Rows) -> None:
-        """Fits the boxes of the clusters of `cells` (m,) to objects that moved."""
-        numbers = runs(self.of_cell, cells)
+        Parameters
+        ----------
+        cells : those that the clusters were made of.
+        bounds : of all objects.
+        """
+        moved = np.flatnonzero(cells.version != self.cell_version)
+        if not len(moved):
+            return
+        self.cell_version[moved] = cells.version[moved]
+        numbers = runs(self.of_cell, moved)
         rows, count = self.members(numbers)
-        self.low[numbers], self.high[numbers], _ = boxes(bounds.take(rows), np.cumsum(count) - count)
+        self.low[numbers], self.high[numbers], _ = enclosing_boxes(bounds.take(rows), np.cumsum(count) - count)
         self.version[numbers] += 1
 
 
-def make_far_clusters(cells: Cells, bounds: Bounds, shareable: NDArray[np.bool_]) -> FarClusters:
-    """Of all objects. shareable: (n,), those drawn by depth images that are seen from all around."""
+def make_far_clusters(cells: SpatialCells, bounds: Bounds, shareable: Mask) -> FarClusters:
+    """Divide every cell into clusters of up to `MEMBERS` objects.
+
+    Parameters
+    ----------
+    bounds : of all n objects.
+    shareable : (n,) which objects may share a tile: those drawn by depth images that are seen from all around.
+    """
     count = -(-np.diff(cells.first) // MEMBERS)  # of clusters per cell
     of_cell = np.concatenate([[0], np.cumsum(count)])
     first = np.append(np.repeat(cells.first[:-1], count) + MEMBERS * within_runs(count), len(cells.order))
-    low, high, _ = boxes(bounds.take(cells.order), first[:-1])
+    low, high, _ = enclosing_boxes(bounds.take(cells.order), first[:-1])
     able = np.logical_and.reduceat(shareable[cells.order], cells.first[:-1]) if len(count) else np.zeros(0, bool)
     return FarClusters(
         order=cells.order,
@@ -128,4 +139,5 @@ def make_far_clusters(cells: Cells, bounds: Bounds, shareable: NDArray[np.bool_]
         low=low,
         high=high,
         version=np.zeros(len(low), np.int64),
+        cell_version=cells.version.copy(),
     )

@@ -1,33 +1,42 @@
-"""The scene's objects as they are drawn, in arrays that stay until objects move or are to be drawn otherwise."""
+"""The scene's objects as they are drawn, in arrays that stay until objects move or are drawn in another way."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.cook.cook import CookOptions
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable, asset_table, place_objects, placed_rows
-from depthwalk.render.world.far_clusters import FarClusters, make_far_clusters
-from depthwalk.render.world.spatial_cells import Cells, sort_into_cells
+from depthwalk.render.world.spatial_cells import SpatialCells, sort_into_cells
 from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Rows
+from depthwalk.types import Mask, Rows
 
 
 @dataclass(frozen=True, kw_only=True)
 class SceneArrays:
-    """All objects of a scene, in sight or not: where they are, their assets, and in what clusters."""
+    """Hold all objects of a scene, in sight or not: where they are, and their assets.
+
+    generation counts how often all of this was computed from scratch; impostor tiles do not outlive that.
+    """
 
     objects: Objects
     bounds: Bounds
     table: AssetTable
-    clusters: FarClusters
+    generation: int = 0
 
 
 class RenderWorld:
-    """What is made of a scene for drawing it: each array when it is first asked for."""
+    """Make of a scene what drawing it needs: each array when it is first asked for.
+
+    Parameters
+    ----------
+    scene : whose objects are drawn.
+    library : meshes and depth images of the scene's assets.
+    assets : numbers what is drawn, and brings it to the GPU.
+    """
 
     def __init__(self, scene: Scene, library: Library, assets: AssetStore) -> None:
         self._scene, self._library, self._assets = scene, library, assets
@@ -35,57 +44,57 @@ class RenderWorld:
         self._table: AssetTable | None = None
         self._objects: Objects | None = None
         self._bounds: Bounds | None = None
-        self._cells: Cells | None = None
-        self._clusters: FarClusters | None = None
+        self._cells: SpatialCells | None = None
+        self._generation = 0
 
     def objects(self) -> Objects:
-        """By the representation asked for: a row for each part of their depth images, in its frame. `asset` holds
-        numbers of `AssetStore`."""
+        """Return a row for each object, or for each part of its depth images, in that part's frame.
+
+        `asset` holds the numbers of `AssetStore`, `representation` is the one that `representation` asks for.
+        """
         if self._objects is None:
             self._objects = place_objects(self._scene, self._library, self._assets, self._representation)
         return self._objects
 
     def table(self) -> AssetTable:
-        """Bounds, cylinders and index ranges of the assets, which are loaded for it."""
-        lod, warp = self._scene.render.lod, self._scene.render.warp
-        form = CookOptions("paper" in (lod.mode, lod.cases) or warp.order == "epipole", lod.cases == "paper")
-        if self._assets.form != form:
+        """Return bounds, cylinders and index ranges of the assets, which are loaded for it."""
+        options = _cook_options(self._scene.render)
+        if self._assets.form != options:
             self._assets.release()
-            self._assets.form, self._table = form, None
+            self._assets.form, self._table = options, None
         if self._table is None:
             self._table = asset_table(self.objects(), self._library, self._assets)
         return self._table
 
     def bounds(self) -> Bounds:
-        """Where the objects are."""
+        """Return the bounding spheres of the objects, world."""
         if self._bounds is None:
             table = self.table()
             self._bounds = object_bounds(self.objects(), table.centre, table.bounding_radius)
         return self._bounds
 
-    def cells(self) -> Cells:
-        """The objects in cells of neighbours."""
+    def cells(self) -> SpatialCells:
+        """Return the objects in cells of neighbours."""
         if self._cells is None:
             self._cells = sort_into_cells(self.bounds())
         return self._cells
 
-    def clusters(self) -> FarClusters:
-        """The objects of each cell in clusters that may share an intermediate image."""
-        if self._clusters is None:
-            objects, round_about = self.objects(), self.table().volumes.has_side
-            shareable = (objects.representation == Representation.DPCI) & round_about[objects.asset]
-            self._clusters = make_far_clusters(self.cells(), self.bounds(), shareable)
-        return self._clusters
-
     def arrays(self) -> SceneArrays:
-        """All of these at once."""
-        return SceneArrays(objects=self.objects(), bounds=self.bounds(), table=self.table(), clusters=self.clusters())
+        """Return objects, bounds and table together."""
+        return SceneArrays(
+            objects=self.objects(), bounds=self.bounds(), table=self.table(), generation=self._generation
+        )
 
     def moved(self, changed: slice | None = None) -> None:
-        """To be called after `set_node_transform`, with the slice of the scene's objects that it returned; None: any
-        may have moved."""
+        """Take over that objects moved; to be called after `set_node_transform`.
+
+        Parameters
+        ----------
+        changed : the slice of the scene's objects that it returned; None: any may have moved.
+        """
         if changed is None or self._cells is None or self._bounds is None:
-            self._objects = self._bounds = self._cells = self._clusters = None
+            self._objects = self._bounds = self._cells = None
+            self._generation += 1
             return
         if changed.start == changed.stop:
             return
@@ -93,9 +102,7 @@ class RenderWorld:
         table, objects, rows = self.table(), self.objects(), placed_rows(*context, changed)
         objects.put(rows, place_objects(*context, changed))
         self._bounds.put(rows, object_bounds(objects.take(rows), table.centre, table.bounding_radius))
-        cells = self._cells.refit(self._bounds, rows)
-        if self._clusters is not None:
-            self._clusters.refit(self._bounds, cells)
+        self._cells.refit(self._bounds, rows)
 
     @property
     def representation(self) -> Representation | None:
@@ -106,25 +113,38 @@ class RenderWorld:
     def representation(self, wanted: Representation | None) -> None:
         if wanted is not self._representation:
             self._representation = wanted
-            self._objects = self._table = self._bounds = self._cells = self._clusters = None
+            self._objects = self._table = self._bounds = self._cells = None
+            self._generation += 1
+
+
+def _cook_options(settings: RenderSettings) -> CookOptions:
+    """Return how depth images are cooked: the mechanisms of the papers need grids by step, not surfaces by error."""
+    lod, in_order = settings.lod, settings.warp.order == "epipole"
+    return CookOptions("paper" in (lod.mode, lod.cases) or in_order, lod.cases == "paper")
 
 
 class FrameResidency:
-    """What the objects of one frame need on the GPU, in the order in which they are asked for.
+    """Bring to the GPU what the objects of one frame need, in the order in which they are asked for.
 
-    seconds: after which no further upload begins, see `AssetStore.stream`; None: a frame waits for all.
+    Parameters
+    ----------
+    world : whose objects are drawn.
+    assets : where they are brought.
+    seconds : after which no further upload begins, see `AssetStore.stream`; None: the frame waits for all.
     """
 
-    def __init__(self, placed: RenderWorld, assets: AssetStore, seconds: float | None) -> None:
-        self._asset, self._meshes = placed.objects().asset, placed.table().meshes
+    def __init__(self, world: RenderWorld, assets: AssetStore, seconds: float | None) -> None:
+        self._asset, self._meshes = world.objects().asset, world.table().meshes
         self._assets, self._seconds = assets, seconds
         self._needed: list[int] = []
         self._absent: set[int] = set()
         assets.meshes.begin_frame()
 
-    def there(self, rows: Rows) -> NDArray[np.bool_]:
-        """Whether (m,) the assets of the objects `rows` (m,), nearest first, are on the GPU, once what fits the time
-        and the budget has been brought there."""
+    def there(self, rows: Rows) -> Mask:
+        """Return whether (m,) the assets of the objects `rows` (m,), nearest first, are resident on the GPU.
+
+        First brings there what fits the time and the budget.
+        """
         asset = self._asset[rows]
         new = np.bincount(asset, minlength=len(self._assets)) > 0
         new[: self._assets.first_depth] = new[self._needed] = False
@@ -134,13 +154,16 @@ class FrameResidency:
             self._needed += nearest[new[nearest]].tolist()
         return self._assets.stream(self._needed, self._seconds)[asset]
 
-    def fallback_mesh(self, meshes: Rows) -> NDArray[np.bool_]:
-        """Whether (n,) the `meshes` (n,), nearest first, may stand in for depth images: the others are being read. One
-        that has not come when it is first asked for has not for this frame, so that all views of a frame agree."""
+    def fallback_mesh(self, meshes: Rows) -> Mask:
+        """Return whether (n,) the `meshes` (n,), nearest first, may replace depth images; an `IsResident`.
+
+        The others are being read. A mesh that is not resident when it is first asked for counts as absent for the whole
+        frame, so that all views of the frame agree.
+        """
         numbers, first = np.unique(meshes, return_index=True)
         asked = [number for number in numbers[np.argsort(first)].tolist() if number not in self._absent]
-        there = self._assets.meshes.mesh_fallbacks(asked, wait=self._seconds is None)
-        self._absent.update(number for number in asked if number not in there)
-        for number, levels in there.items():
+        resident = self._assets.meshes.mesh_fallbacks(asked, wait=self._seconds is None)
+        self._absent.update(number for number in asked if number not in resident)
+        for number, levels in resident.items():
             self._meshes.add(number, levels)
-        return np.isin(meshes, list(there))
+        return np.isin(meshes, list(resident))

@@ -1,5 +1,7 @@
-"""Objects sorted into cells of neighbours, so that a frame asks only those that may be seen: a bounding volume
-hierarchy of one level."""
+"""Objects sorted into cells of neighbours: a bounding volume hierarchy of one level.
+
+A frame tests the boxes of cells first, and only the objects of cells that it may see.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,62 +12,89 @@ from numpy.typing import NDArray
 from depthwalk.geometry.spatial_order import neighbours, runs
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Ints, Mask, Rows
 
 _OBJECTS = 256  # of a cell; 64 and 1024 took as long
-_LEAF = 64  # objects, of runs within cells that are neighbours even more
+_LEAF = 64  # objects of runs within a cell that lie even closer together
 
 
 @dataclass(kw_only=True)
-class Cells:
-    """c cells. order: (n,) int32, rows of the objects cell by cell; first: (c + 1,), where each cell begins in it;
-    low, high: (c, 3) float32, world, the box around all spheres of a cell; largest: (c,) float32, the greatest reach
-    of them, metres."""
+class SpatialCells:
+    """Hold c cells.
+
+    Attributes
+    ----------
+    order : (n,) rows of the objects, cell by cell.
+    first : (c + 1,) where each cell begins in `order`.
+    low, high : (c, 3) corners of the box around all bounding spheres of a cell, metres, world.
+    largest : (c,) the largest bounding radius of a cell's objects, metres.
+    version : (c,) how often the box of each cell was refitted to objects that moved.
+    """
 
     order: NDArray[np.int32]
-    first: NDArray[np.int64]
+    first: Ints
     low: NDArray[np.float32]
     high: NDArray[np.float32]
     largest: NDArray[np.float32]
+    version: Ints
 
     @cached_property
     def _cell_of_row(self) -> NDArray[np.int32]:
-        """The cell (n,) of each object: only who moves objects asks."""
+        """Return the cell (n,) of each object; computed when objects move for the first time."""
         cell = np.empty(len(self.order), np.int32)
         cell[self.order] = np.repeat(np.arange(len(self.low), dtype=np.int32), np.diff(self.first))
         return cell
 
-    def portions(self, view: View, min_pixels: float, size: int) -> list[Rows]:
-        """Numbers of the cells whose objects may be seen, the nearest first, in portions of some `size` objects, four
-        times as many, and so on; at least one."""
-        cells = np.flatnonzero(self._may_show(view, min_pixels))
-        forward, bounding_radius = self.along(view, cells)
-        cells = cells[np.argsort(forward - bounding_radius, kind="stable")]
-        before = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
-        portion = np.log2(3 * before / size + 1) // 2  # size · (1 + 4 + … + 4^(k − 1)) objects come before portion k
-        return np.split(cells, np.flatnonzero(np.diff(portion)) + 1)
+    def batches(self, view: View, min_pixels: float, size: int) -> list[Rows]:
+        """Return the numbers of the cells whose objects may be seen, the nearest first, in batches that grow.
 
-    def objects(self, cells: Rows) -> int:
-        """How many objects `cells` (k,) have."""
+        The first batch has about `size` objects, the next four times as many, and so on; there is one at least.
+
+        Parameters
+        ----------
+        min_pixels : objects whose diameter covers less are not drawn.
+        """
+        cells = np.flatnonzero(self._may_show(view, min_pixels))
+        forward, reach = self.along(view, cells)
+        cells = cells[np.argsort(forward - reach, kind="stable")]
+        before = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
+        batch = np.log2(3 * before / size + 1) // 2  # size · (1 + 4 + … + 4^(k − 1)) objects come before batch k
+        return np.split(cells, np.flatnonzero(np.diff(batch)) + 1)
+
+    def count_objects(self, cells: Rows) -> int:
+        """Return how many objects the `cells` (k,) have together."""
         return int(np.diff(self.first)[cells].sum())
 
-    def some_objects(self, cells: Rows, count: int) -> Rows:
-        """Rows of some `count` of the objects of `cells` (k,), one here, one there; of all, where there are no more."""
+    def sample_objects(self, cells: Rows, count: int) -> Rows:
+        """Return rows of about `count` of the objects of `cells` (k,), evenly spread; of all, where these are fewer."""
         rows = runs(self.first, cells)
         return self.order[rows[:: max(1, len(rows) // count)]]
 
     def along(self, view: View, cells: Rows) -> tuple[Array, Array]:
-        """Distances (k,) of the middles of `cells` (k,) along the view axis, and how far they reach along it."""
+        """Return where the middles of `cells` (k,) are along the view axis, and how far their boxes reach about these.
+
+        Both are (k,) metres.
+        """
         middle, half = (self.high + self.low)[cells] / 2, (self.high - self.low)[cells] / 2
         return (middle - view.position) @ view.axes[2], half @ np.abs(view.axes[2])
 
     def cylinders(self, cells: Rows) -> Cylinders:
-        """About the boxes of `cells` (k,)."""
+        """Return cylinders about the boxes of `cells` (k,)."""
         return box_cylinders(self.low[cells], self.high[cells])
 
     def visible(self, view: View, bounds: Bounds, min_pixels: float, cells: Rows) -> tuple[Rows, Array]:
-        """Rows (m,) of the objects of `cells` (k,) that `Bounds.visible` finds and that are not smaller than
-        `min_pixels`, nearest first; and the distances (m,) of their centres along the view axis."""
+        """Return the objects of `cells` that the view may show, and where they are along the view axis.
+
+        Parameters
+        ----------
+        bounds : of all objects.
+        min_pixels : objects whose diameter covers less are left out.
+        cells : (k,) numbers.
+
+        Returns
+        -------
+        (m,) rows of the objects, nearest first, and (m,) distances of their centres, metres.
+        """
         rows = self.order[runs(self.first, cells)]
         near = bounds.take(rows)
         seen, forward = near.visible(view)
@@ -76,8 +105,8 @@ class Cells:
             seen, forward = seen[large], forward[large]
         return rows[seen], forward
 
-    def _may_show(self, view: View, min_pixels: float) -> NDArray[np.bool_]:
-        """Whether any object of each cell (c,) may be seen."""
+    def _may_show(self, view: View, min_pixels: float) -> Mask:
+        """Return whether any object of each cell (c,) may be seen."""
         tan_x, tan_y = view.half_extent
         outward = [[1, 0, -tan_x], [-1, 0, -tan_x], [0, 1, -tan_y], [0, -1, -tan_y], [0, 0, -1]]
         planes = np.array(outward) @ view.axes  # normals (5, 3) of the frustum's sides, and of the viewer's back
@@ -86,32 +115,53 @@ class Cells:
         gap = np.linalg.norm(np.maximum(np.abs(middle) - half, 0), axis=1)
         return np.asarray(inside & (2 * view.focal_pixels * self.largest >= min_pixels * gap))
 
-    def refit(self, bounds: Bounds, rows: slice) -> Rows:
-        """Fits the boxes to objects that moved; the cells that have any. They keep their cells: far from the
-        others, they make them large."""
+    def refit(self, bounds: Bounds, rows: slice) -> None:
+        """Fit the boxes of their cells to objects that moved.
+
+        Objects stay in their cells: one that went far from the others makes its cell large.
+
+        Parameters
+        ----------
+        bounds : of all objects.
+        rows : the objects that moved.
+        """
         cells = np.unique(self._cell_of_row[rows])
         of_cells = runs(self.first, cells)
         starts = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
-        self.low[cells], self.high[cells], self.largest[cells] = boxes(bounds.take(self.order[of_cells]), starts)
-        return cells
+        fitted = enclosing_boxes(bounds.take(self.order[of_cells]), starts)
+        self.low[cells], self.high[cells], self.largest[cells] = fitted
+        self.version[cells] += 1
 
 
-def sort_into_cells(bounds: Bounds) -> Cells:
-    """Cells of `_OBJECTS` objects each, which are neighbours, and within them runs of `_LEAF`."""
+def sort_into_cells(bounds: Bounds) -> SpatialCells:
+    """Sort objects into cells of `_OBJECTS` neighbours each, and within these into runs of `_LEAF`."""
     count = len(bounds.bounding_radius)
     order = neighbours(bounds.centre, _LEAF).astype(np.int32)
     first = np.append(np.arange(0, count, _OBJECTS), count)
-    low, high, largest = boxes(bounds.take(order), first[:-1])
-    return Cells(order=order, first=first, low=low, high=high, largest=largest)
+    low, high, largest = enclosing_boxes(bounds.take(order), first[:-1])
+    version = np.zeros(len(low), np.int64)
+    return SpatialCells(order=order, first=first, low=low, high=high, largest=largest, version=version)
 
 
-def boxes(bounds: Bounds, starts: Rows) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """`Cells.low`, `high` and `largest` of runs of spheres that begin at `starts` (c,)."""
+def enclosing_boxes(
+    bounds: Bounds, starts: Rows
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Return the box around each run of spheres, and the largest radius in it.
+
+    Parameters
+    ----------
+    bounds : spheres, run by run.
+    starts : (c,) where each run begins.
+
+    Returns
+    -------
+    low, high (c, 3) metres, world, and the radius (c,), metres.
+    """
     if not len(starts):
         return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
-    bounding_radius = bounds.bounding_radius[:, None]
-    low = np.minimum.reduceat(bounds.centre - bounding_radius, starts)
-    high = np.maximum.reduceat(bounds.centre + bounding_radius, starts)
+    radius = bounds.bounding_radius[:, None]
+    low = np.minimum.reduceat(bounds.centre - radius, starts)
+    high = np.maximum.reduceat(bounds.centre + radius, starts)
     # Rounding to float32 must not let a sphere out.
     return (
         np.nextafter(low.astype(np.float32), np.float32(-np.inf)),

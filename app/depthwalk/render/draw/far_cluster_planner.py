@@ -1,0 +1,222 @@
+"""Plan the last phase of a frame: far clusters, each of which is drawn as one impostor.
+
+Everything about far clusters that is not their data (`render.world.far_clusters`) is here: when they may be drawn, how
+they follow objects that move, and how a cluster looks to the tile scheduler. A cluster's tile is scheduled like that of
+an object; pass 1 warps all its members into it, on the cluster's own plane.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.cook.cases import ALL_PIECES
+from depthwalk.cook.lod_geometry import IMAGE_BITS
+from depthwalk.geometry.quaternions import conjugate, rotate
+from depthwalk.geometry.spatial_order import within_runs
+from depthwalk.geometry.support_function import box_footprint
+from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.draw.frame_counts import phase_counts
+from depthwalk.render.draw.object_detail import choose_levels, lasting_pieces
+from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.impostors.tile_mapping import Tiles
+from depthwalk.render.impostors.tile_records import warp_records
+from depthwalk.render.impostors.tile_scheduler import ImpostorObjects, TileScheduler, TileWork
+from depthwalk.render.impostors.warp_planes import Planes, Volumes
+from depthwalk.render.lod.paper_lod import iter_step
+from depthwalk.render.resources.placed_records import placed_records
+from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.world.far_clusters import FarClusters, make_far_clusters
+from depthwalk.render.world.render_world import RenderWorld, SceneArrays
+from depthwalk.render.world.spatial_cells import SpatialCells
+from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.types import Array, Ints, Mask, Rows
+
+
+class FarClusterPlanner:
+    """Keep the far clusters of a world, and plan how those in sight are drawn.
+
+    Parameters
+    ----------
+    world : whose objects are clustered.
+    tiles : the scheduler of all impostor tiles; those of clusters follow those of objects.
+    """
+
+    def __init__(self, world: RenderWorld, tiles: TileScheduler) -> None:
+        self._world, self._tiles = world, tiles
+        self._clusters: FarClusters | None = None
+        self._made_of: SpatialCells | None = None  # cells whose clusters these are
+        self._tile_version: Ints = np.zeros(0, np.int64)  # of each cluster, when its tile was warped
+
+    def far_cells(self, view: View, cells: Rows, settings: RenderSettings) -> Mask:
+        """Return which (m,) of the `cells` (m,) are drawn by clusters: none where settings concern single objects."""
+        lod, warp = settings.lod, settings.warp
+        if not warp.cluster_pixels or lod.freeze or lod.mode == "paper" or warp.order == "epipole":
+            return np.zeros(len(cells), bool)
+        return self.clusters().far(view, self._world.cells(), cells, warp.cluster_pixels)
+
+    def clusters(self) -> FarClusters:
+        """Return the clusters of the world's cells, fitted to where its objects are."""
+        cells, bounds = self._world.cells(), self._world.bounds()
+        if self._clusters is None or self._made_of is not cells:
+            objects, all_round = self._world.objects(), self._world.table().volumes.has_side
+            shareable = (objects.representation == Representation.DPCI) & all_round[objects.asset]
+            self._clusters, self._made_of = make_far_clusters(cells, bounds, shareable), cells
+            self._tile_version = np.full(len(self._clusters), -1)
+        self._clusters.follow(cells, bounds)
+        return self._clusters
+
+    def plan(self, view: View, numbers: Rows, settings: PlanSettings, first_object_id: int) -> FrameDrawLists:
+        """Return what the phase draws that shows the clusters `numbers` (m,), nearest first.
+
+        Parameters
+        ----------
+        view : near and far plane fitted.
+        settings : what the plan follows.
+        first_object_id : the number that passes write for the first member, see `FrameDrawLists`.
+        """
+        scene, clusters = self._world.arrays(), self.clusters()
+        self._spoil_changed(numbers, len(scene.objects))
+        impostors = _impostors(view, scene, clusters, numbers, settings)
+        work = self._tiles.plan(view, impostors, settings.layout, continues=True)
+        warp = _warp_list(view, scene, clusters, numbers[work.warped], work, settings)
+
+        numbered, count = clusters.members(numbers[work.drawn])
+        work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
+        composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
+        nothing = DrawList(records=placed_records(view.position, scene.objects.take(slice(0))))
+        step = _iter_steps(view, scene, clusters, numbers, impostors)[work.drawn]
+        counts = phase_counts(len(scene.objects), warp, composite, nothing, nothing, work, step)
+        counts |= {"dpci": len(numbered), "clusters": len(composite.records), "mesh_triangles": 0}
+        return FrameDrawLists(
+            warp=warp,
+            composite=composite,
+            dmesh=nothing,
+            mesh=nothing,
+            cleared=work.slots,
+            counts=counts,
+            numbered=numbered,
+            tiled=np.ones(len(numbered), bool),
+            first_object_id=first_object_id,
+        )
+
+    def _spoil_changed(self, numbers: Rows, objects: int) -> None:
+        """Have the tiles of those of the clusters `numbers` (m,) warped again whose members moved.
+
+        Clusters take the rows of the tile cache that follow those of all `objects`.
+        """
+        version = self.clusters().version
+        self._tiles.reserve(objects + len(version))
+        changed = numbers[version[numbers] != self._tile_version[numbers]]
+        self._tiles.spoil(objects + changed)
+        self._tile_version[changed] = version[changed]
+
+
+def _impostors(
+    view: View, scene: SceneArrays, clusters: FarClusters, numbers: Rows, settings: PlanSettings
+) -> ImpostorObjects:
+    """Return the clusters `numbers` (m,) as objects in the middle of their boxes, upright and of scale 1.
+
+    What warping one costs is estimated from its first member.
+    """
+    first = clusters.first_members(numbers)
+    typical = scene.objects.take(first)
+    viewer = viewer_in_object(view, typical.position, typical.rotation, typical.scale)
+    level = choose_levels(view, typical, scene.bounds.take(first), viewer, scene.table, settings.lod)
+    bounds, half = clusters.bounds(numbers), (clusters.high[numbers] - clusters.low[numbers]) / 2
+    count = len(numbers)
+    upright = np.broadcast_to(np.array([0, 0, 0, 1], np.float32), (count, 4))
+    dpci = np.full(count, Representation.DPCI, np.uint8)
+    return ImpostorObjects(
+        row=len(clusters.order) + numbers,
+        objects=Objects(typical.asset, bounds.centre, upright, np.ones(count, np.float32), dpci),
+        bounds=bounds,
+        volumes=Volumes(
+            radius=np.hypot(half[:, 0], half[:, 2]),
+            bottom=-half[:, 1],
+            top=half[:, 1],
+            footprint=box_footprint(half[:, 0], half[:, 2]),
+            has_side=np.ones(count, bool),
+        ),
+        viewer=view.position - bounds.centre,
+        level=level,
+        pieces=np.full(count, ALL_PIECES),
+        triangles=scene.table.triangles[typical.asset, level] * clusters.sizes(numbers),
+    )
+
+
+def _warp_list(
+    view: View, scene: SceneArrays, clusters: FarClusters, warped: Rows, work: TileWork, settings: PlanSettings
+) -> DrawList:
+    """Return the draws of pass 1, which warp all members of the clusters `warped` (k,) into their tiles."""
+    rows, count = clusters.members(warped)
+    tile = np.repeat(np.arange(len(count)), count)  # of each member
+    members = scene.objects.take(rows)
+    viewer = viewer_in_object(view, members.position, members.rotation, members.scale)
+    level = choose_levels(view, members, scene.bounds.take(rows), viewer, scene.table, settings.lod)
+    pieces = lasting_pieces(members.asset, level, viewer, scene.table, settings.lod)
+    whole = work.whole[tile]
+    order = np.lexsort((~whole, pieces, level, members.asset))
+    tile, members = tile[order], members.take(order)
+    batches = draw_batches(scene.table, members.asset, level[order], pieces[order], ~whole[order])
+    records = member_records(
+        work.planes.take(tile),
+        work.tiles.take(tile),
+        work.slots[tile, :2],
+        settings.atlas_size,
+        members,
+        viewer[order],
+        within_runs(count)[order],
+    )
+    return DrawList(records=records, groups=batches)
+
+
+def member_records(
+    planes: Planes,
+    tiles: Tiles,
+    corners: Rows,
+    atlas_size: tuple[int, int],
+    members: Objects,
+    viewer: Array,
+    number: Rows,
+) -> NDArray[np.void]:
+    """Return the warp records (n,) of members of clusters.
+
+    A plane is the same in any frame: directions turn, lengths shrink by the object's scale, λ stays.
+
+    Parameters
+    ----------
+    planes, tiles, corners : (n,) those of each member's cluster; corners (n, 2), texels of the atlas.
+    members : (n,) objects.
+    viewer : (n, 3) in the frames of the members, metres.
+    number : (n,) of each member within its cluster, which pass 1 stores beside the number of the image.
+    """
+    turned, scale = conjugate(members.rotation), members.scale[:, None]
+    right, up, normal = (rotate(turned, axis) for axis in (planes.right, planes.up, planes.normal))
+    epipole = np.stack([np.einsum("ni,ni->n", viewer, axis) for axis in (right, up)], -1)
+    distance = planes.distance / members.scale
+    own = Planes(
+        face=planes.face,
+        right=right,
+        up=up,
+        normal=normal,
+        distance=distance,
+        epipole=epipole,
+        offset=np.einsum("ni,ni->n", viewer, normal) - distance,
+        low=planes.low / scale,
+        high=planes.high / scale,
+    )
+    texel = tiles.texel * np.concatenate([scale, scale, np.ones_like(scale)], 1)[:, None]
+    scaled = Tiles(texel=texel, nearest=tiles.nearest, size=tiles.size, pixel=tiles.pixel)
+    records = warp_records(own, scaled, corners, atlas_size)
+    records["depths"][:, 2] = number << IMAGE_BITS
+    return records
+
+
+def _iter_steps(
+    view: View, scene: SceneArrays, clusters: FarClusters, numbers: Rows, impostors: ImpostorObjects
+) -> Array:
+    """Return the paper's Iter_step (m,) of the first members of the clusters `numbers` (m,)."""
+    distance = np.linalg.norm(impostors.bounds.centre - view.position, axis=1)
+    first = clusters.first_members(numbers)
+    texel = scene.table.texel[scene.objects.asset[first]] * scene.objects.scale[first]
+    return iter_step(distance, texel, view.half_extent[1], view.size[1])

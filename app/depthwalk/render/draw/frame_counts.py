@@ -1,0 +1,47 @@
+"""The numbers that HUD and benchmark show of each occlusion phase of a frame."""
+
+import numpy as np
+
+from depthwalk.cook.cases import Case, drawn_cases
+from depthwalk.render.draw.draw_lists import Counts, DrawList, ImpostorQuads
+from depthwalk.render.impostors.tile_scheduler import TileWork
+from depthwalk.types import Array
+
+
+def phase_counts(
+    total: int, warp: DrawList, composite: ImpostorQuads, dmesh: DrawList, mesh: DrawList, work: TileWork, step: Array
+) -> Counts:
+    """Return the counts of a phase, by name; those that others fill in are 0.
+
+    Parameters
+    ----------
+    total : objects of the scene.
+    warp, composite, dmesh, mesh : what the phase draws, see `FrameDrawLists`.
+    work : tiles that are warped and drawn.
+    step : (d,) the paper's Iter_step of each object that a tile shows, see `iter_step`.
+    """
+    warped = sum(batch.count * length for batch in warp.groups + dmesh.groups for _, length in batch.indices) // 3
+    drawn: Counts = {
+        "objects": total,
+        "occluded": 0,
+        "dpci": len(composite.records),
+        "clusters": 0,
+        "dmesh": len(dmesh.records),
+        "mesh": len(mesh.records),
+        "mesh_fallbacks": 0,
+        "shadow_maps": 0,
+        "shadow_triangles": 0,
+        "warped": len(warp.records),
+        "warped_triangles": warped,
+        "draw_batches": len(warp.groups),
+    }
+    levels = {f"level_{level}": int(n) for level, n in enumerate(np.bincount(work.level)) if n}
+    halvings = np.floor(np.log2(step)).astype(np.int64)
+    steps = {f"step_{1 << halving}": int(n) for halving, n in enumerate(np.bincount(halvings)) if n}
+    cases = {f"case_{Case(k).name.lower()}": int(n) for k, n in enumerate(np.bincount(drawn_cases(work.pieces))) if n}
+    atlas = {
+        "atlas_used": work.atlas_used,
+        "tile_resolution": float(work.resolution.min(initial=1)),
+        "tile_error": float(work.error.max(initial=0)),
+    }
+    return drawn | levels | steps | cases | atlas

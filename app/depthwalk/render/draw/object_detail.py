@@ -1,0 +1,152 @@
+"""Choose how finely each object is drawn: as a mesh near by, at which level of detail, with which of its pieces.
+
+This is the one place where the renderer's own rules (geometric error, pieces by their normals) and those of the paper
+(`lod.mode: paper`, `lod.cases: paper`; formulas in `render.lod.paper_lod`) part.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from depthwalk.cook.cases import ALL_PIECES, CAPS, PAPER_PIECES, SIDE_PIECES, seen_pieces
+from depthwalk.render.draw.plan_settings import PlanSettings
+from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
+from depthwalk.render.lod.paper_lod import iter_step, paper_cases, paper_level
+from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
+from depthwalk.render.view.bounds import Bounds
+from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.world.asset_table import AssetTable
+from depthwalk.render.world.render_world import SceneArrays
+from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.render_settings import LodParams
+from depthwalk.types import Array, Ints, Mask, Rows
+
+_WORTH = 2000  # triangles from which on leaving out pieces of an object's side saves more than an extra draw call costs
+
+
+class _FrozenDetail(NamedTuple):
+    """Hold how all n objects are drawn while `lod.freeze` is on.
+
+    as_mesh: (n,), which are drawn as meshes, once these are resident. level, pieces: (n,), for the others.
+    """
+
+    as_mesh: Mask
+    level: Ints
+    pieces: Ints
+
+
+class DetailSelector:
+    """Choose the detail of objects, frame by frame, and hold on to it while `lod.freeze` is on."""
+
+    def __init__(self) -> None:
+        self._frozen: _FrozenDetail | None = None
+
+    def freeze_as_asked(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
+        """Freeze the detail that `view` asks for when `lod.freeze` is switched on; thaw it when switched off."""
+        objects, table, lod = scene.objects, scene.table, settings.lod
+        if not lod.freeze:
+            self._frozen = None
+        elif self._frozen is None or len(self._frozen.level) != len(objects):
+            as_mesh = _near_enough_for_mesh(view, scene, np.arange(len(objects)), settings, _all_resident)
+            viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
+            level = choose_levels(view, objects, scene.bounds, viewer, table, lod)
+            self._frozen = _FrozenDetail(as_mesh, level, choose_pieces(objects.asset, level, viewer, table, lod))
+
+    def as_mesh(
+        self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
+    ) -> Mask:
+        """Return which (m,) of the objects `rows` (m,), nearest first, are replaced by their meshes."""
+        if self._frozen is None:
+            return _near_enough_for_mesh(view, scene, rows, settings, is_resident)
+        as_mesh = self._frozen.as_mesh[rows]
+        as_mesh[as_mesh] = is_resident(scene.table.mesh_fallbacks.mesh[scene.objects.asset[rows[as_mesh]]])
+        return as_mesh
+
+    def level_and_pieces(
+        self, view: View, table: AssetTable, rows: Rows, objects: Objects, bounds: Bounds, viewer: Array, lod: LodParams
+    ) -> tuple[Ints, Ints]:
+        """Return the level and the pieces (m,), bit masks, of the objects `rows` (m,), which may be written to.
+
+        Parameters
+        ----------
+        objects, bounds : those of `rows`.
+        viewer : (m, 3) in the frames of the objects, metres.
+        """
+        if self._frozen is not None:
+            level, pieces = self._frozen.level[rows], self._frozen.pieces[rows]
+        else:
+            level = choose_levels(view, objects, bounds, viewer, table, lod)
+            pieces = choose_pieces(objects.asset, level, viewer, table, lod)
+        if lod.cases != "paper":  # silhouette lines of what is drawn directly are found once, for all viewers
+            pieces[objects.representation == Representation.DMESH] = ALL_PIECES
+        return level, pieces
+
+
+def _near_enough_for_mesh(
+    view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
+) -> Mask:
+    """Return which (m,) of the objects `rows` (m,) a mesh replaces, see `MeshFallbacks.near_by`."""
+    rule = MeshFallbackRule(
+        magnification=settings.lod.magnification, is_resident=is_resident, error=settings.polygons.error
+    )
+    return scene.table.mesh_fallbacks.near_by(view, scene.objects, rows, scene.table.meshes, rule)
+
+
+def _all_resident(meshes: Rows) -> Mask:
+    """Take every mesh to be resident; an `IsResident`."""
+    return np.ones(len(meshes), bool)
+
+
+def choose_levels(
+    view: View, objects: Objects, bounds: Bounds, viewer: Array, table: AssetTable, lod: LodParams
+) -> Ints:
+    """Return the level of detail (n,) of n objects, 0 is the finest.
+
+    Parameters
+    ----------
+    bounds : spheres of the objects, world.
+    viewer : (n, 3) in the frames of the objects, metres.
+    """
+    asset, max_level = objects.asset, table.levels[objects.asset]
+    distance = np.linalg.norm(bounds.centre - view.position, axis=1)
+    if lod.mode == "paper":
+        step = iter_step(distance, table.texel[asset] * objects.scale, view.half_extent[1], view.size[1])
+        max_level = np.minimum(max_level, int(np.log2(lod.max_step)))
+        level = paper_level(step, lod.bias, max_level)
+    else:
+        level = error_level(table.error[asset], error_at_a_metre(view, lod) * table.nearest(asset, viewer))
+    pixels = (
+        table.area[asset] * objects.scale**2 * (view.focal_pixels / np.maximum(distance, bounds.bounding_radius)) ** 2
+    )
+    affordable = affordable_level(table.triangles[asset], pixels, lod.triangles_per_pixel)
+    return np.maximum(level, np.minimum(affordable, max_level))
+
+
+def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> Ints:
+    """Return which pieces of n objects their viewers may see, as bit masks (n,).
+
+    Objects of few triangles keep all pieces of their sides: leaving these out would save less than it costs to draw
+    them apart from others of the same asset.
+
+    Parameters
+    ----------
+    asset, level : (n,) of each object.
+    viewer : (n, 3) in the frames of the objects, metres.
+    """
+    if lod.cases == "paper":
+        return PAPER_PIECES[paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])]
+    caps = table.horizon[asset[:, None], level[:, None], CAPS]
+    pieces = seen_pieces(caps, viewer, CAPS) | SIDE_PIECES
+    large = np.flatnonzero(table.triangles[asset, level] >= _WORTH)
+    pieces[large] = seen_pieces(table.horizon[asset[large], level[large]], viewer[large])
+    return pieces
+
+
+def lasting_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> Ints:
+    """Return the pieces (n,), bit masks, of n objects whose tile outlives small moves of the viewer: all of them.
+
+    The paper's cases know no other than those of the present viewer. For the parameters see `choose_pieces`.
+    """
+    if lod.cases == "paper":
+        return choose_pieces(asset, level, viewer, table, lod)
+    return np.full(len(asset), ALL_PIECES)

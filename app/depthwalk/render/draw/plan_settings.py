@@ -1,0 +1,23 @@
+"""The settings that decide how a frame is planned, gathered from the groups of the render settings."""
+
+from dataclasses import dataclass
+
+from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanSettings:
+    """Hold what a plan follows.
+
+    Attributes
+    ----------
+    lod : how finely objects are drawn.
+    layout : how impostor tiles are laid out, and how long they are reused.
+    polygons : how coarse meshes may be.
+    atlas_size : width and height of the tile atlas, texels.
+    """
+
+    lod: LodParams
+    layout: TileParams
+    polygons: MeshLodParams
+    atlas_size: tuple[int, int]

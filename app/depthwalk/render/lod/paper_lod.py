@@ -1,0 +1,50 @@
+"""Level of detail and depth images by the paper's rules: Liu et al. 2007, §3.3 (cases) and §3.5 (Iter_step).
+
+These are the baselines that `lod.mode: paper` and `lod.cases: paper` choose; `iter_step` also describes any frame in
+the HUD. The renderer's own rules are in `render.lod.selection`.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.cook.cases import Case
+from depthwalk.types import Array, Ints, Rows
+
+
+def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
+    """Return the paper's Case (n,) of viewers beside, above or below cylinders.
+
+    Parameters
+    ----------
+    viewer : (n, 3) in the frames of the objects, metres.
+    bottom, top : (n,) heights between which the cylinders lie, metres.
+    """
+    above, below = viewer[:, 1] > top, viewer[:, 1] < bottom
+    return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.SIDE))
+
+
+def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height: int) -> Array:
+    """Return the paper's Iter_step (n,): source texels per target pixel along one axis, at least 1.
+
+    A = (2·D·tan(fov/2) / (H·texel))² source texels lie under a pixel at distance D; Iter_step = max(1, √A).
+
+    Parameters
+    ----------
+    distance : (n,) D, from the viewer to the objects, metres.
+    texel : (n,) edge of a source texel, metres, world.
+    tan_half_fov : tangent of half the vertical angle of view.
+    screen_height : H, pixels.
+    """
+    return np.maximum(1.0, 2 * distance * tan_half_fov / (screen_height * texel))
+
+
+def paper_level(step: Array, bias: float, max_level: Rows) -> Ints:
+    """Return the level (n,) of the coarsest grid whose step 2^level does not exceed Iter_step, moved by `bias` levels.
+
+    Parameters
+    ----------
+    step : (n,) Iter_step.
+    max_level : (n,) coarsest level of each object.
+    """
+    level = np.floor(np.log2(step) + bias + 1e-9)
+    return np.clip(level, 0, max_level).astype(np.int64)

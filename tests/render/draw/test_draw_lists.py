@@ -1,0 +1,73 @@
+"""Draw lists: runs of equal instances, and the lists of several phases put together."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from depthwalk.cook.cases import PIECES, RANGES
+from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+
+
+def table():
+    """Three assets of two levels, whose pieces have 3 indices each."""
+    count = np.zeros((3, 2, RANGES), int)
+    count[:, :, :PIECES] = 3
+    first = np.cumsum(count, -1) - count
+    return SimpleNamespace(index_first=first, index_count=count)
+
+
+def test_batches_are_runs_of_what_is_equal():
+    asset, level = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 1, 1, 0])
+    clipped = np.array([False, False, False, True, True])
+    batches = draw_batches(table(), asset, level, clipped=clipped)
+    assert [(b.asset, b.level, b.first, b.count, b.clipped) for b in batches] == [
+        (0, 0, 0, 1, False),
+        (0, 1, 1, 1, False),
+        (1, 1, 2, 1, False),
+        (1, 1, 3, 1, True),
+        (2, 0, 4, 1, True),
+    ]
+    assert draw_batches(table(), asset[:0]) == []
+
+
+def test_batches_hold_the_indices_of_their_pieces():
+    """Ranges that adjoin are one run."""
+    pieces = np.array([0b0011, 0b0101])
+    first, second = draw_batches(table(), np.zeros(2, int), np.zeros(2, int), pieces)
+    assert first.indices == ((0, 6),) and second.indices == ((0, 3), (6, 3))
+
+
+def test_runs_of_one_asset_come_together():
+    batches = draw_batches(table(), np.array([0, 0, 2]), np.array([0, 1, 0]))
+    found = [(asset, [b.first for b in run]) for asset, run in DrawList(records=np.zeros(3), groups=batches).by_asset()]
+    assert found == [(0, [0, 1]), (2, [2])]
+
+
+def phase(numbered, aligned, occluded, resolution):
+    """A phase that draws so many objects by tiles, and two directly."""
+    count = len(numbered)
+    batches = draw_batches(table(), np.array([1, 1]))
+    direct = DrawList(records=np.arange(2), groups=batches)
+    return FrameDrawLists(
+        warp=direct,
+        composite=ImpostorQuads(records=np.asarray(numbered), aligned=aligned),
+        dmesh=direct,
+        mesh=direct,
+        cleared=np.zeros((count, 4), int),
+        counts={"objects": 9, "occluded": occluded, "tile_resolution": resolution},
+        numbered=np.asarray(numbered),
+        tiled=np.ones(count, bool),
+    )
+
+
+def test_phases_are_joined_by_what_their_counts_mean():
+    joined = FrameDrawLists.joined([phase([5, 6, 7], 1, 2, 1.0), phase([8, 9], 2, 3, 0.5)])
+    assert joined.counts == {"objects": 9, "occluded": 5, "tile_resolution": 0.5}
+    assert joined.composite.records.tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
+    assert joined.numbered.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
+    assert [batch.first for batch in joined.dmesh.groups] == [0, 2]
+
+
+def test_one_phase_is_the_frame():
+    only = phase([1], 0, 0, 1.0)
+    assert FrameDrawLists.joined([only]) is only

@@ -1,0 +1,67 @@
+"""The bound on the error of tiles that are reused, and the order in which they are warped again."""
+
+import numpy as np
+
+from depthwalk.geometry.support_function import box_footprint
+from depthwalk.reference.warp import warp
+from depthwalk.render.impostors.reprojection_error import coarseness, due, parallax
+from depthwalk.render.impostors.tile_mapping import Tiles
+from depthwalk.render.impostors.tile_records import tile_records
+from depthwalk.render.impostors.warp_planes import Volumes, choose_planes, depths_behind
+
+FOCAL = 800.0
+
+
+def angle_between(a, b):
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b))
+
+
+def test_no_point_is_shown_farther_off_than_the_bound():
+    """Random points in boxes, seen by random viewers from tiles that were warped for others."""
+    rng = np.random.default_rng(2)
+    count = 20000
+    one = np.ones(count)
+    half = rng.uniform(0.2, 0.7, (2, count))
+    volumes = Volumes(
+        radius=0.7 * one, bottom=-0.2 * one, top=1.9 * one, footprint=box_footprint(*half), has_side=one > 0
+    )
+    there = rng.normal(size=(count, 3))
+    there *= (rng.uniform(2.4, 30, count) / np.linalg.norm(there, axis=1))[:, None]
+    moved = rng.normal(size=(count, 3))
+    moved *= (np.linalg.norm(there, axis=1) * 10 ** rng.uniform(-3, -0.3, count) / np.linalg.norm(moved, axis=1))[
+        :, None
+    ]
+    here = there + moved
+    planes = choose_planes(there, volumes)
+    tiles = Tiles(
+        texel=np.tile(np.eye(3), (count, 1, 1)), nearest=one, size=np.ones((count, 2), int), pixel=np.zeros((count, 2))
+    )
+    records = tile_records(there, planes, depths_behind(planes, volumes), tiles, np.zeros((count, 2), int))
+    bound = parallax(records, here, FOCAL)
+
+    angle, radius = rng.uniform(0, 2 * np.pi, count), 0.7 * np.sqrt(rng.uniform(0, 1, count))
+    point = np.stack([radius * np.cos(angle), rng.uniform(-0.2, 1.9, count), radius * np.sin(angle)], -1)
+    inside = (np.abs(point[:, 0]) <= half[0]) & (np.abs(point[:, 2]) <= half[1]) & np.isfinite(bound)
+    position, _ = warp(point, planes)
+    # What the texel shows is drawn at the middle λ of its object.
+    middle = records["reach"][:, 2:].mean(1)
+    axes = position[:, :1] * planes.right + position[:, 1:] * planes.up - planes.distance[:, None] * planes.normal
+    drawn = there + axes / middle[:, None]
+    off = FOCAL * angle_between(drawn - here, point - here)
+    slack = 1e-3 + 1e-4 * bound
+    assert inside.sum() > 5000
+    assert (off <= bound + slack)[inside].all()
+    assert np.quantile((off / bound)[inside], 0.99) > 0.3  # and not far from it
+
+
+def test_tiles_wait_for_their_turn_but_not_for_ever():
+    error = np.array([0.5, 3.0, 1.5, 5.0, 2.0, np.inf])
+    triangles = np.full(6, 100)
+    assert due(error, triangles, 1000).tolist() == [False, True, True, True, True, True]
+    assert due(error, triangles, 300).tolist() == [False, True, False, True, False, True]
+    assert due(error, triangles, 0).tolist() == [False, False, False, True, False, True]
+
+
+def test_resolutions_are_as_far_off_upward_as_downward():
+    made, wanted = np.array([100.0, 100.0, 125.0]), np.array([100.0, 125.0, 100.0])
+    np.testing.assert_allclose(coarseness(made, wanted), [0, 1, 1], atol=1e-12)

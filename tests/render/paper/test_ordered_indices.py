@@ -1,0 +1,26 @@
+"""The viewer for whom index buffers are sorted; the pictures are tested with the order itself."""
+
+import numpy as np
+
+from depthwalk.geometry.support_function import box_footprint
+from depthwalk.render.impostors.tile_records import WARP_RECORD
+from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
+from depthwalk.render.paper.ordered_indices import viewer_of
+
+
+def test_records_hold_the_viewer():
+    rng = np.random.default_rng(8)
+    one = np.ones(50)
+    viewer = rng.normal(size=(50, 3)) * 4
+    planes = choose_planes(
+        viewer,
+        Volumes(
+            radius=0.5 * one, bottom=0 * one, top=one, footprint=box_footprint(0.5 * one, 0.5 * one), has_side=one > 0
+        ),
+    )
+    records = np.zeros(50, WARP_RECORD)
+    records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
+    records["up"] = np.column_stack([planes.up, planes.epipole[:, 1]])
+    records["normal"] = np.column_stack([planes.normal, planes.offset])
+    records["depths"][:, 0] = planes.distance
+    np.testing.assert_allclose([viewer_of(record) for record in records], viewer, atol=1e-5)

@@ -1,0 +1,204 @@
+"""Pictures of objects that hide one another, which must be those that drawing all objects gives."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import maximum_filter, minimum_filter
+
+from depthwalk.render import occlusion_phases
+from depthwalk.render.renderer import Renderer, read_pixels
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from shapes import ShapeLibrary, box, joined, scene_of, sphere
+
+SIZE = (160, 120)
+
+
+@pytest.fixture(scope="module")
+def library():
+    """A ball, a wall, and a frame that one can look through."""
+    bars = [box(0.2, 2.0, 0.2, (x, 1.0, 0)) for x in (-0.9, 0.9)] + [box(2, 0.2, 0.2, (0, y, 0)) for y in (0.1, 1.9)]
+    return ShapeLibrary([sphere(0.5, 48, 24), box(3.0, 2.0, 0.3, (0, 1, 0)), joined(*bars)], resolution=64)
+
+
+class Both:
+    """Two renderers of the same objects, which cull or do not."""
+
+    def __init__(self, device, library, places, representation=None, **warp):
+        self.scope = device.scope("test")
+        self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
+        scenes = [scene_of(*places), scene_of(*places)]
+        for scene, occlusion in zip(scenes, (True, False), strict=True):
+            scene.render.culling.occlusion = occlusion
+            for name, value in warp.items():
+                setattr(scene.render.warp, name, value)
+        self.renderers = [Renderer(device, scene, library) for scene in scenes]
+        for renderer in self.renderers:
+            renderer.world.representation = representation
+            renderer.remembers = "reuse_error" in warp
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        for each in (*self.renderers, self.scope):
+            each.release()
+
+    def set(self, group, name, value):
+        for renderer in self.renderers:
+            setattr(getattr(renderer.settings, group), name, value)
+
+    def pictures(self, camera, *depth_range):
+        """Of both, int (H, W, 4), and the plans."""
+        pixels, self.depths = [], []
+        for renderer in self.renderers:
+            renderer.render(View(camera, SIZE, *depth_range), self.screen, transparent=True)
+            pixels.append(read_pixels(self.screen).astype(int))
+            depth = renderer.targets.depth.read(alignment=4)
+            self.depths.append(np.frombuffer(depth, np.float32).reshape(SIZE[::-1])[::-1])
+        return pixels, [renderer.plan for renderer in self.renderers]
+
+
+def assert_same(pictures, representation=Representation.DPCI):
+    """Tiles lie elsewhere in the atlas where fewer are drawn, and so their edges are rounded otherwise."""
+    differ = (pictures[0] != pictures[1]).any(-1)
+    allowed = 0.002 if representation in (None, Representation.DPCI) else 0
+    assert differ.mean() <= allowed
+
+
+def crowd(seed, count):
+    """Balls, walls and frames at random over a square."""
+    rng = np.random.default_rng(seed)
+    place = rng.uniform(-7, 7, (count, 3)) * (1, 0.05, 1)
+    kind, yaw, scale = rng.choice(3, count, p=(0.6, 0.2, 0.2)), rng.uniform(0, 6, count), rng.uniform(0.3, 1.5, count)
+    return list(zip(kind.tolist(), place.tolist(), yaw.tolist(), scale.tolist(), strict=True)), rng
+
+
+@pytest.fixture
+def small_phases(monkeypatch):
+    monkeypatch.setattr(occlusion_phases, "FIRST_PHASE", 4)
+
+
+@pytest.mark.parametrize(
+    ("representation", "aa"), [*((each, "none") for each in (None, *Representation)), (None, "msaa")]
+)
+def test_a_crowd_looks_the_same(gl_device, library, small_phases, representation, aa):
+    """From inside objects, through frames, partly outside the picture, after a jump to elsewhere in every frame."""
+    places, rng = crowd(1, 200)
+    occluded = 0
+    with Both(gl_device, library, places, representation) as both:
+        for renderer in both.renderers:
+            renderer.settings.aa = aa
+        for _ in range(12):
+            eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
+            pictures, plans = both.pictures(Camera(tuple(eye), tuple(aim), rng.uniform(0.5, 1.5)))
+            assert_same(pictures, representation)
+            drawn, all_of_them = (sum(plan.counts[name] for name in ("dpci", "dmesh", "mesh")) for plan in plans)
+            assert plans[0].counts["occluded"] >= all_of_them - drawn >= 0
+            assert plans[1].counts["occluded"] == 0
+            occluded += all_of_them - drawn
+    assert occluded > 300
+
+
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
+def test_hidden_cells_are_left_out_whole(gl_device, library, small_phases, monkeypatch, representation):
+    monkeypatch.setattr(occlusion_phases, "FIRST_BATCH", 16)
+    monkeypatch.setattr("depthwalk.render.world.spatial_cells._OBJECTS", 8)
+    asked = []
+    come = occlusion_phases.OcclusionPhases._open_batch
+
+    def count(self, view, cells, behind):
+        asked.append(behind(self._world.cells().cylinders(cells)))
+        return come(self, view, cells, behind)
+
+    monkeypatch.setattr(occlusion_phases.OcclusionPhases, "_open_batch", count)
+    places, rng = crowd(1, 400)
+    with Both(gl_device, library, places, representation) as both:
+        for _ in range(12):
+            eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
+            # Cells about the viewer would bring the near plane too near to tell surfaces apart that all but touch.
+            pictures, _ = both.pictures(Camera(tuple(eye), tuple(aim), rng.uniform(0.5, 1.5)), 0.05, 30.0)
+            assert_same(pictures, representation)
+    unseen = np.concatenate(asked)
+    assert 50 < unseen.sum() < len(unseen) - 50
+
+
+@given(st.integers(0, 2**32), st.sampled_from([Representation.MESH, Representation.DMESH]), st.integers(1, 60))
+@example(0, Representation.DMESH, 1)
+@example(8445, Representation.MESH, 21)
+@example(302333, Representation.DMESH, 40)
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_crowd_looks_the_same(gl_device, library, small_phases, seed, representation, count):
+    places, rng = crowd(seed, count)
+    with Both(gl_device, library, places, representation) as both:
+        eye, aim = rng.uniform(-9, 9, (2, 3)) * (1, 0.2, 1) + (0, 0.8, 0)
+        pictures, _ = both.pictures(Camera(tuple(eye), tuple(aim), 1.0), 0.05, 40.0)
+        differ = (pictures[0] != pictures[1]).any(-1)
+        # Of surfaces that cut each other just there the one drawn first is seen: pixels may differ, depths may not.
+        assert differ.mean() < 0.001
+        np.testing.assert_allclose(*both.depths, rtol=0, atol=2.0**-23)
+
+
+@pytest.mark.parametrize("group", ["warp", "mesh"])
+def test_what_shows_through_lines_is_drawn(gl_device, library, small_phases, group):
+    places, _ = crowd(2, 60)
+    with Both(gl_device, library, places, Representation.MESH if group == "mesh" else Representation.DMESH) as both:
+        both.set(group, "wireframe", True)
+        pictures, _ = both.pictures(Camera((0, 1, 9), (0, 0.5, 0), 1.0))
+        assert_same(pictures, Representation.MESH)
+
+
+def test_a_frame_does_not_depend_on_those_before(gl_device, library, small_phases):
+    places, _ = crowd(3, 150)
+    here, there = Camera((0, 1, 9), (0, 0.5, 0), 1.0), Camera((9, 1, 0), (0, 0.5, 0), 1.0)
+    with Both(gl_device, library, places) as walked, Both(gl_device, library, places) as fresh:
+        walked.pictures(there)
+        (before, _), (plan, _) = walked.pictures(here)
+        (picture, _), (wanted, _) = fresh.pictures(here)
+        np.testing.assert_array_equal(before, picture)
+        assert plan.counts == wanted.counts and plan.counts["occluded"] > 20
+
+
+@pytest.mark.parametrize("representation", [Representation.MESH, Representation.DMESH])
+def test_who_remembers_sees_the_same_and_draws_less(gl_device, library, small_phases, representation):
+    """A walk with jumps; who stands draws what was in sight, in one round."""
+    places, rng = crowd(6, 200)
+    with Both(gl_device, library, places, representation) as both:
+        both.renderers[0].remembers = True
+        for _ in range(5):
+            eye, aim = rng.uniform(-7, 7, (2, 3)) * (1, 0.1, 1) + (0, 0.8, 0)
+            drawn = []
+            for step in range(4):
+                camera = Camera((eye[0] + 0.05 * min(step, 2), eye[1], eye[2]), tuple(aim), 1.0)
+                pictures, plans = both.pictures(camera)
+                assert_same(pictures, representation)
+                drawn.append([sum(plan.counts[name] for name in ("dmesh", "mesh")) for plan in plans])
+            assert drawn[3][0] <= drawn[0][0] and drawn[3][0] < 0.7 * drawn[3][1]
+
+
+def test_tiles_are_kept_from_round_to_round(gl_device, library, small_phases):
+    """Who stands warps nothing; who walks sees what all tiles, warped anew, would show."""
+    places, rng = crowd(4, 150)
+    warped = drawn = 0
+    with Both(gl_device, library, places, reuse_error=1.0) as both:
+        both.renderers[1].remembers = False
+        eye = np.array([0.0, 1.0, 9.0])
+        for _ in range(20):
+            eye += rng.normal(size=3) * (0.03, 0.01, 0.03)
+            (kept, fresh), (plan, _) = both.pictures(Camera(tuple(eye), (0, 0.5, 0), 1.0))
+            warped, drawn = warped + plan.counts["warped"], drawn + plan.counts["dpci"]
+            around = (5, 5, 1)
+            least, most = minimum_filter(fresh, around), maximum_filter(fresh, around)
+            assert ((kept < least - 12) | (kept > most + 12)).any(-1).mean() < 2e-3
+        assert plan.counts["occluded"] > 20
+        assert both.pictures(Camera(tuple(eye), (0, 0.5, 0), 1.0))[1][0].counts["warped"] == 0
+    assert warped < 0.6 * drawn
+
+
+def test_frozen_levels_stay_frozen(gl_device, library, small_phases):
+    places, _ = crowd(5, 80)
+    with Both(gl_device, library, places, Representation.DMESH) as both:
+        both.set("lod", "freeze", True)
+        for distance in (4.0, 12.0):
+            assert_same(both.pictures(Camera((0, 1, distance), (0, 0.5, 0), 1.0))[0], Representation.DMESH)
