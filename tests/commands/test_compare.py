@@ -117,7 +117,7 @@ def test_a_scene_brings_its_meshes_and_their_settings(gl_device, tiny_scene, tmp
 
 
 def test_options_lie_over_what_a_scene_says(tiny_scene):
-    choices = Choices(*[None] * 8)
+    choices = Choices()
     six_view = tiny_scene.with_name("six.yaml")
     six_view.write_text(tiny_scene.read_text().replace("layers: 1}", "method: six-view}"))
 

@@ -15,7 +15,7 @@ from tools.make_models.model import write_ply
 from tools.make_models.specimens import SPECIMENS
 from tools.make_models.textures import write_png
 
-from depthwalk.commands.console import guarded
+from depthwalk.commands.program import guarded
 from depthwalk.commands.options import Verbose
 from depthwalk.errors import InputError, suggest
 from depthwalk.files import write_bytes

@@ -15,7 +15,7 @@ from depthwalk.assets.batch_bake import mesh_key, model_params, read_hashed
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.commands.console import guarded
+from depthwalk.commands.program import guarded
 from depthwalk.commands.options import Verbose
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height

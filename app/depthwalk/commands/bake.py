@@ -4,21 +4,112 @@ import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+import typer
 
 from depthwalk.assets.batch_bake import Baked, Job, Kept, Stage, bake_all
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands.console import live_options, log, show_progress
+from depthwalk.commands.options import (
+    Axis,
+    Height,
+    Layers,
+    Method,
+    Parts,
+    Quiet,
+    Texture,
+    UpAxis,
+    Verbose,
+    parse_axis,
+    parse_layers,
+    parse_parts,
+)
+from depthwalk.commands.program import BAD_INPUT, guarded
+from depthwalk.commands.progress import live_options, log, show_progress
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder
-from depthwalk.limits import MAX_COORDINATE
+from depthwalk.limits import MAX_COORDINATE, MAX_DPCI_RESOLUTION, MAX_JOBS, MIN_DPCI_RESOLUTION
 from depthwalk.scene.scene import MeshAsset
 
 
+@guarded
+def main(
+    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE_OR_DIR",
+            help="File or existing folder to write to.",
+            show_default="beside each mesh",
+        ),
+    ] = None,
+    dpci_resolution: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            min=MIN_DPCI_RESOLUTION,
+            max=MAX_DPCI_RESOLUTION,
+            help="Width and height of a depth image, texels.",
+        ),
+    ] = 512,
+    layers: Layers = None,
+    method: Annotated[
+        Method, typer.Option(help="How surfaces are sampled: by rays, or by six views warped on the GPU.")
+    ] = Method.RAYCAST,
+    parts: Parts = None,
+    axis: Axis = None,
+    up: Annotated[UpAxis, typer.Option(help="The axis that points upward in the files.")] = UpAxis.Y,
+    height: Height = None,
+    texture: Texture = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, max=MAX_JOBS, help="Meshes baked at a time.", show_default="one per core"),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Bake meshes whose depth images are up to date, too.")] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Measure how closely the depth images resemble the mesh, as compare does.")
+    ] = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Bake meshes to depth images, NAME.dpci.exr.
+
+    Scenes that name the mesh with the same values use the file. Depth images that are up to date, or in the cache, are
+    not baked again: after Ctrl-C, the same command continues where it stopped.
+    """
+    files = output_files(meshes, out)
+    specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
+    try:
+        params = ModelParams(
+            resolution=dpci_resolution,
+            layers=parse_layers(layers) or (1 if method is Method.SIX_VIEW else 3),
+            method=method.value,
+            parts=parse_parts(parts) or 1,
+            axis=parse_axis(axis) or "y",
+        )
+    except InputError as error:
+        raise InputError(f"--{error}") from None
+    failures = bake_meshes(specs, params, files, jobs, force)
+    if verify:
+        from depthwalk.commands.compare import verify as verify_files  # the only use of a GPU
+
+        verify_files(specs, params, files)
+    if failures:
+        raise typer.Exit(BAD_INPUT)
+
+
 def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
-    """The file of each mesh: in the folder `out`, in the file `out`, or beside the mesh. Raises InputError."""
+    """Return the file of each mesh: in the folder `out`, the file `out`, or beside the mesh where that is None.
+
+    Raises
+    ------
+    InputError
+        Where two meshes share a file, or one cannot be written.
+    """
     if out is None:
         files = [sidecar(mesh) for mesh in meshes]
     elif out.is_dir():
@@ -38,19 +129,52 @@ def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
 
 
 def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: float | None) -> MeshAsset:
-    """The asset that a scene file with the same values describes: both have the same key. Raises InputError."""
+    """Return the asset that a scene file with the same values describes; both have the same key in the cache.
+
+    Parameters
+    ----------
+    mesh
+        The mesh file.
+    texture
+        A picture in place of those that the mesh names, or None.
+    up
+        The file's upward axis.
+    height
+        Metres to scale the mesh to; None keeps its size.
+
+    Raises
+    ------
+    InputError
+        Where the height is no length.
+    """
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
     return MeshAsset(mesh.stem, mesh, texture, up, height, dpci=None)
 
 
 def bake_meshes(
-    specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path], processes: int | None, anew: bool
+    specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path], processes: int | None, force: bool
 ) -> list[InputError]:
-    """Bakes each mesh to its file, says so on stdout, and returns the complaints about those that failed. processes,
-    anew: see `bakery`."""
+    """Bake each mesh to its file and print a line about each.
+
+    Parameters
+    ----------
+    specs, files
+        The meshes and the file of each.
+    params
+        How to bake all of them.
+    processes
+        Number of meshes baked at a time; None is one per core.
+    force
+        Whether to bake files that are up to date, too.
+
+    Returns
+    -------
+    list of InputError
+        What is wrong with the meshes that failed; it has been logged.
+    """
     failures: list[InputError] = []
-    jobs = [Job(spec, params, file, anew) for spec, file in zip(specs, files, strict=True)]
+    jobs = [Job(spec, params, file, force) for spec, file in zip(specs, files, strict=True)]
     with contextlib.ExitStack() as stack:
         display = stack.enter_context(_progress([spec.mesh.name for spec in specs]))
         for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):
@@ -64,9 +188,9 @@ def bake_meshes(
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:
-    """The line that reports a baked mesh."""
+    """Return the line that reports a baked mesh; `resolution` is that of its images, texels."""
     if isinstance(baked, Kept):
-        return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it anew"
+        return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it again"
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())
     parts = f"{baked.parts} parts, " if baked.parts > 1 else ""
     side = f"at most {resolution}" if baked.parts > 1 else f"{resolution}"
@@ -78,7 +202,15 @@ def describe(baked: Baked | Kept, resolution: int) -> str:
 
 @dataclass(frozen=True)
 class _Display:
-    """What is told of the jobs, by their numbers: stage, that one is being worked on; done, that one has ended."""
+    """Report on jobs by their numbers.
+
+    Attributes
+    ----------
+    stage
+        Called with a job's number and what it is doing.
+    done
+        Called with the number of a job that has ended.
+    """
 
     stage: Stage
     done: Callable[[int], None]
@@ -86,7 +218,7 @@ class _Display:
 
 @contextlib.contextmanager
 def _progress(names: Sequence[str]) -> Iterator[_Display]:
-    """A line on stderr for each mesh that is being worked on, and how many are done."""
+    """Show a line on stderr for each mesh being baked, and how many are done."""
     if not show_progress():
         yield _Display(lambda number, stage: log.info("%s: %s", names[number], stage), lambda number: None)
         return

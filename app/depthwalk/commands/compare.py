@@ -1,4 +1,4 @@
-"""`depthwalk compare`: image quality of depth images against their mesh; `bake --verify`: the same in small."""
+"""`depthwalk compare`: image quality of depth images against their mesh; `bake --verify`: the same with few views."""
 
 import tempfile
 from collections.abc import Sequence
@@ -6,20 +6,44 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
+import typer
 from pydantic import Field
 
 import depthwalk
 from depthwalk.assets.batch_bake import mesh_key, read_body, read_mesh
 from depthwalk.bake.file import SUFFIX, read_baked, read_header
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands.console import asset_progress, frame_progress, log
-from depthwalk.commands.render import asset_files
-from depthwalk.commands.subjects import Subject
+from depthwalk.commands.options import (
+    DEFAULT_RESOLUTION,
+    Axis,
+    Height,
+    HtmlReport,
+    JsonReport,
+    Layers,
+    Method,
+    Parts,
+    Quiet,
+    Resolution,
+    Texture,
+    UpAxis,
+    Verbose,
+    parse_axis,
+    parse_layers,
+    parse_parts,
+    parse_resolution,
+    parse_settings,
+    refuse_reuse,
+)
+from depthwalk.commands.program import guarded
+from depthwalk.commands.progress import asset_progress, frame_progress, log
+from depthwalk.commands.reports import asset_files, check_report_files, write_report
+from depthwalk.commands.subjects import Choices, Subject, find_subjects
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, write_bytes
 from depthwalk.gpu.device import GpuError
 from depthwalk.ingest.mesh import Mesh
+from depthwalk.limits import MAX_DPCI_RESOLUTION, MIN_DPCI_RESOLUTION
 from depthwalk.params import Params
 from depthwalk.provenance import commit
 from depthwalk.quality.advise import Recommendation, recommend
@@ -40,10 +64,110 @@ VERIFY_SIZE = 320, 240
 SMALLEST = 16  # pixels, each side of a picture
 
 
-@dataclass(frozen=True)
+@guarded
+def main(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE", help="OBJ, PLY, STL, GLB or glTF files; scene files, for each asset with `dpci`."
+        ),
+    ],
+    json: JsonReport = None,
+    html: HtmlReport = None,
+    want_psnr: Annotated[
+        float | None,
+        typer.Option(metavar="DB", help="Find the cheapest resolution and number of layers that reach this PSNR."),
+    ] = None,
+    dpci_resolution: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=MIN_DPCI_RESOLUTION,
+            max=MAX_DPCI_RESOLUTION,
+            help="Width and height of a depth image, texels.",
+            show_default="512, or as the scene says",
+        ),
+    ] = None,
+    layers: Layers = None,
+    method: Annotated[
+        Method | None,
+        typer.Option(
+            help="How surfaces are sampled: by rays, or by six views warped on the GPU.",
+            show_default="raycast, or as the scene says",
+        ),
+    ] = None,
+    parts: Parts = None,
+    axis: Axis = None,
+    up: Annotated[
+        UpAxis | None, typer.Option(help="The axis that points upward in the meshes.", show_default="y")
+    ] = None,
+    height: Height = None,
+    texture: Texture = None,
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    asset_root: Annotated[
+        list[Path] | None,
+        typer.Option("--asset-root", metavar="DIR", help="Folder in which to look for the files and those they name."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Use this render setting, as in render.lod.bias=1."),
+    ] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure how closely baked depth images resemble their mesh.
+
+    Bakes each mesh anew and compares pictures of depth images and mesh, seen from all around and from close by.
+    """
+    refuse_reuse(settings)
+    size = parse_resolution(resolution)
+    overrides = parse_settings(settings)
+    choices = Choices(
+        resolution=dpci_resolution,
+        layers=parse_layers(layers),
+        method=method.value if method else None,
+        parts=parse_parts(parts),
+        axis=parse_axis(axis),
+        texture=texture,
+        up=up and up.value,
+        height=height,
+    )
+    subjects = find_subjects(files, asset_root or [], choices)
+    plan = Plan(
+        subjects=subjects,
+        settings=parse_render_settings(overrides),
+        size=size,
+        wanted=want_psnr,
+        pictures=html is not None,
+    )
+    check_plan(plan)
+    scenes = [subject.scene for subject in subjects if subject.scene is not None]
+    inputs = [file for subject in subjects for file in asset_files(subject.spec)]
+    check_report_files([json, html], [*inputs, *scenes], "compared")
+    report, worst = run_compare(plan)
+    write_report(json, to_json(report))
+    if html is not None:
+        write_report(html, to_html(report, worst))
+    print(to_text(report))
+
+
+@dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What to compare. size: (width, height) of the pictures, pixels; wanted: dB to recommend for, or None; pictures:
-    keep the worst views for the page."""
+    """Say what to compare.
+
+    Attributes
+    ----------
+    subjects
+        The meshes, and how their depth images are baked.
+    settings
+        How both are rendered.
+    size
+        (width, height) of the pictures, pixels.
+    wanted
+        PSNR, dB, to recommend parameters for, or None.
+    pictures
+        Whether to keep the worst views for the page.
+    """
 
     subjects: Sequence[Subject]
     settings: RenderSettings
@@ -57,34 +181,44 @@ class _Overridable(Params):
 
 
 def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
-    """The default settings with `render.…` keys replaced, as `--set` gives them. Raises InputError."""
+    """Return the default settings with `render.…` keys replaced, as `--set` gives them. Raises InputError."""
     return check_model(parse_document("render: {}", "settings"), _Overridable, overrides)[0].render
 
 
-def check_plan(plan: Plan, files: Sequence[Path | None]) -> None:
-    """Makes sure that the pictures can be measured and the reports written. Raises InputError."""
+def check_plan(plan: Plan) -> None:
+    """Make sure that the meshes can be measured.
+
+    Raises
+    ------
+    InputError
+        Where the pictures are too small, the PSNR is none, or a file is missing: every file is looked for before the
+        first mesh is measured, which takes a while.
+    """
     if min(plan.size) < SMALLEST:
         width, height = plan.size
         raise InputError(f"--resolution {width},{height}: each side must be at least {SMALLEST} pixels")
     if plan.wanted is not None and not 0 < plan.wanted <= 100:
         raise InputError(f"--want-psnr {plan.wanted:g}: must be above 0 and at most 100 dB")
     specs = [subject.spec for subject in plan.subjects]
-    inputs = [file for spec in specs for file in (spec.mesh, spec.texture) if file is not None]
-    for file in inputs:  # each takes a while: complain about the last one before the first is measured
+    for file in [file for spec in specs for file in (spec.mesh, spec.texture) if file is not None]:
         if not file.is_file():
             raise InputError(f"{file}: no such file")
-    taken = {file.resolve() for spec in specs for file in asset_files(spec)}
-    taken |= {subject.scene.resolve() for subject in plan.subjects if subject.scene is not None}
-    for out in files:
-        if out is not None:
-            check_folder(out)
-            if out.resolve() in taken:
-                raise InputError(f"{out}: would overwrite what is compared, or the other report")
-            taken.add(out.resolve())
 
 
-def run_compare(plan: Plan, json_file: Path | None, html_file: Path | None) -> None:
-    """Measures each mesh, prints the tables and writes the files asked for. Raises InputError, GpuError."""
+def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
+    """Bake and measure each mesh of a plan.
+
+    Returns
+    -------
+    The report, and for each mesh its worst views with pictures, where `plan.pictures` wants them.
+
+    Raises
+    ------
+    InputError
+        Where a mesh cannot be baked, or shows nothing.
+    GpuError
+        Without OpenGL.
+    """
     models: list[ModelReport] = []
     worst: list[list[WorstView]] = []
     driver = ""
@@ -93,20 +227,30 @@ def run_compare(plan: Plan, json_file: Path | None, html_file: Path | None) -> N
             model, shown, driver = _compare(subject, plan, pool)
             models.append(model)
             worst.append(shown)
-    report = CompareReport(depthwalk.__version__, commit(), driver, plan.size, tuple(models))
-    if json_file is not None:
-        write_bytes(json_file, to_json(report).encode())
-    if html_file is not None:
-        write_bytes(html_file, to_html(report, worst).encode())
-    print(to_text(report))
+    report = CompareReport(
+        version=depthwalk.__version__,
+        commit=commit(),
+        renderer=driver,
+        image_size=plan.size,
+        models=tuple(models),
+    )
+    return report, worst
 
 
 def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> None:
-    """Prints a line of image quality for each file that holds what baking its mesh gave; others are passed over."""
+    """Print a line of image quality for each file that `bake` has just written; skip meshes whose bake failed.
+
+    Parameters
+    ----------
+    specs, files
+        The meshes and the file of each.
+    params
+        How all of them were baked.
+    """
     for spec, file in zip(specs, files, strict=True):
         try:
             if read_header(file)["depthwalk.key"] != mesh_key(spec, params):
-                continue  # an older file: the bake failed, and said so
+                continue  # an older file: this bake failed, and said so
             quality = measure(read_mesh(spec), read_baked(file), RenderSettings(), VERIFY_SIZE, VERIFY)
         except InputError:
             continue
@@ -117,12 +261,13 @@ def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path
 
 
 def _line(views: Sequence[ViewQuality]) -> str:
-    """The means of all measures in one line."""
-    return "; ".join(f"{each.title}: {cell(each, summarise(each, views).mean)}" for each in MEASURES)
+    """Return the means of all measures in one line."""
+    means = (f"{measure.title}: {cell(measure, summarise(measure, views).mean)}" for measure in MEASURES)
+    return "; ".join(means)
 
 
 def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport, list[WorstView], str]:
-    """The report on one mesh, its worst views with pictures, and the GL driver's name."""
+    """Return the report on one mesh, its worst views with pictures, and the name of the GL driver."""
     spec = subject.spec
     with asset_progress() as report, tempfile.TemporaryDirectory() as folder:
         report(spec.name, "reading")
@@ -140,15 +285,29 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
             close = measure_views(twin, height, CLOSE_BY, pool, advance)
         if not views:
             raise InputError(f"{spec.mesh}: shows no pixel in any view")
-        costs = Costs(bake.seconds, bake.peak_bytes, bake.bytes_disk, twin.gpu_bytes)
+        costs = Costs(
+            bake_seconds=bake.seconds,
+            bake_peak_bytes=bake.peak_bytes,
+            bytes_disk=bake.bytes_disk,
+            bytes_gpu=twin.gpu_bytes,
+        )
         shown = _worst_views(twin, views) if plan.pictures else []
         driver = twin.driver
-    advice = _advice(subject, mesh, plan)
     outlines = SILHOUETTE.reached(summarise(SILHOUETTE, views).mean, SILHOUETTE.goal_worst)
-    reasons = tuple(warnings(candidate, bool(outlines)))
-    deepest = 1 + max(image.layer for part in baked.parts for image in part.images)
-    what = subject.name, str(spec.mesh), len(mesh.faces), subject.params, len(baked.parts), deepest
-    model = ModelReport(*what, costs, views, close, candidate, reasons, advice)
+    model = ModelReport(
+        name=subject.name,
+        mesh=str(spec.mesh),
+        triangles=len(mesh.faces),
+        params=subject.params,
+        objects=len(baked.parts),
+        deepest=1 + max(image.layer for part in baked.parts for image in part.images),
+        costs=costs,
+        views=views,
+        close=close,
+        candidate=candidate,
+        warnings=tuple(warnings(candidate, bool(outlines))),
+        recommendation=_advice(subject, mesh, plan),
+    )
     return model, shown, driver
 
 
@@ -156,8 +315,8 @@ def _advice(subject: Subject, mesh: Mesh, plan: Plan) -> Recommendation | None:
     if plan.wanted is None:
         return None
     with asset_progress() as report:
-        say = partial(report, subject.spec.name)
-        return recommend(mesh, subject.params, plan.settings, plan.size, plan.wanted, progress=say)
+        progress = partial(report, subject.spec.name)
+        return recommend(mesh, subject.params, plan.settings, plan.size, plan.wanted, progress=progress)
 
 
 def _worst_views(twin: TwinRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:

@@ -1,19 +1,28 @@
-"""`depthwalk info`: what this installation is and can do, or what a file holds."""
+"""`depthwalk info`: versions and limits of this installation, or what a file holds."""
 
 import platform
 from collections.abc import Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Annotated
 
 import numpy as np
+import typer
 
 import depthwalk
 from depthwalk import limits
+from depthwalk.bake.file import read_baked
+from depthwalk.bake.images import BakedObject
+from depthwalk.commands.options import Quiet, Verbose
+from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError
-
-if TYPE_CHECKING:  # reading OpenEXR files takes time to import
-    from depthwalk.bake.images import BakedObject
+from depthwalk.geometry.quaternions import rotate
+from depthwalk.gpu import device as gpu
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.scene.arrays import Representation
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.path import is_path_file, load_path
+from depthwalk.scene.scene import DepthImageAsset
 
 _LIBRARIES = (
     "numpy", "scipy", "moderngl", "moderngl-window", "imgui-bundle", "trimesh", "embreex", "OpenEXR", "Pillow",
@@ -23,13 +32,21 @@ _LIBRARIES = (
 Row = tuple[str, str]
 
 
-def print_rows(rows: Iterator[Row]) -> None:
-    """Names and values in two columns; nothing where a row raises."""
+@guarded
+def main(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="Scene, camera path, baked file or mesh to describe.")
+    ] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Show versions, the OpenGL renderer and limits, or what a file holds."""
+    rows = list(describe_file(file) if file else installation())  # all of them first: an error prints no half table
     print("\n".join(f"{name:<24} {value}" for name, value in rows))
 
 
 def installation() -> Iterator[Row]:
-    """Versions, the GL renderer with its limits, and the limits of inputs."""
+    """Yield versions, the GL renderer with its limits, and the limits of inputs."""
     yield "depthwalk", depthwalk.__version__
     yield "Python", f"{platform.python_version()} on {platform.platform()}"
     for name in _LIBRARIES:
@@ -42,12 +59,10 @@ def installation() -> Iterator[Row]:
 
 
 def describe_file(path: Path) -> Iterator[Row]:
-    """What a scene, a path, a baked file or a mesh holds. Raises InputError."""
+    """Yield what a scene, a camera path, a baked file or a mesh holds. Raises InputError."""
     yield "file", str(path)
     match path.suffix.lower():
         case ".yaml" | ".yml":
-            from depthwalk.commands.check import is_path_file
-
             yield from _path_rows(path) if is_path_file(path) else _scene_rows(path)
         case ".exr":
             yield from _baked_rows(path)
@@ -63,11 +78,9 @@ def _version(name: str) -> str:
 
 
 def _opengl() -> Iterator[Row]:
-    from depthwalk.gpu.device import GpuError, headless_device
-
     try:
-        device = headless_device()
-    except GpuError as error:
+        device = gpu.headless_device()
+    except gpu.GpuError as error:
         yield "OpenGL", str(error)
         return
     try:
@@ -81,10 +94,6 @@ def _opengl() -> Iterator[Row]:
 
 
 def _scene_rows(path: Path) -> Iterator[Row]:
-    from depthwalk.scene.arrays import Representation
-    from depthwalk.scene.loader import load_scene
-    from depthwalk.scene.scene import DepthImageAsset
-
     scene = load_scene(path)
     yield "kind", "scene"
     yield "objects", str(len(scene.objects))
@@ -99,8 +108,6 @@ def _scene_rows(path: Path) -> Iterator[Row]:
 
 
 def _path_rows(path: Path) -> Iterator[Row]:
-    from depthwalk.scene.path import load_path
-
     walk = load_path(path)
     yield "kind", "camera path"
     yield "keyframes", str(len(walk.times))
@@ -109,8 +116,6 @@ def _path_rows(path: Path) -> Iterator[Row]:
 
 
 def _baked_rows(path: Path) -> Iterator[Row]:
-    from depthwalk.bake.file import read_baked
-
     model = read_baked(path)
     yield "kind", "depth images"
     yield "bytes", str(path.stat().st_size)
@@ -122,9 +127,7 @@ def _baked_rows(path: Path) -> Iterator[Row]:
 
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
-    """One object of a baked file; prefix: of the names of its images there."""
-    from depthwalk.geometry.quaternions import rotate
-
+    """Yield what one object of a baked file holds; `prefix` begins the names of its images there."""
     cylinder, axis = baked.cylinder, rotate(np.array(baked.rotation), np.array([0.0, 1.0, 0.0]))
     yield (
         f"{prefix}cylinder",
@@ -143,8 +146,6 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
 
 
 def _mesh_rows(path: Path) -> Iterator[Row]:
-    from depthwalk.ingest.loader import load_mesh
-
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     mesh = load_mesh(path)

@@ -99,7 +99,7 @@ class State:
     def show(self, scene: Scene, renderer: Renderer, aspect: float) -> None:
         """Another scene, or what has become of this one, which keeps camera and path. aspect: see `frame_all`."""
         again = scene.path == self.scene.path
-        self.tell(f"{scene.path.name}, read again" if again else scene.path.name)
+        self.tell(f"Read {scene.path.name} again" if again else scene.path.name)
         self.end_recording()  # which tells more
         self.scene, self.renderer = scene, renderer
         self.home = scene.camera or renderer.frame_all(aspect)
