@@ -73,8 +73,8 @@ RepresentationOption = Annotated[
     RepresentationName,
     typer.Option(
         "--representation",
-        help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod) or as depth samples "
-        "warped straight to the screen (dmesh); scene: as the scene file says.",
+        help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod) or as depth "
+        "samples warped straight to the screen (dmesh); scene: as the scene file says.",
     ),
 ]
 PathOption = Annotated[
