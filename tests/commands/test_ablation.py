@@ -107,11 +107,11 @@ def test_the_rows_as_markdown_and_json():
         (["none.ply"], "none.ply: no such file"),
         (
             ["none.ply", "--up", "x"],
-            "main: Invalid value for '--up': 'x' is not one of 'y', 'z' (main --help tells more)",
+            "ablation: Invalid value for '--up': 'x' is not one of 'y', 'z' (ablation --help tells more)",
         ),
         (["none.ply", "--json", "nowhere/a.json"], "nowhere/a.json: the folder 'nowhere' does not exist"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(options, message):
-    result = CliRunner().invoke(as_program(main), options)
+    result = CliRunner().invoke(as_program(main), options, prog_name="ablation")
     assert (result.exit_code, result.stderr, result.stdout) == (2, message + "\n", "")

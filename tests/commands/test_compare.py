@@ -134,7 +134,7 @@ def test_options_lie_over_what_a_scene_says(tiny_scene):
 
 
 def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball):
-    choices = Choices(*[None] * 6, "z", 2.0)
+    choices = Choices(up="z", height=2.0)
     (rays,) = find_subjects([ball], [], choices)
     (views,) = find_subjects([ball], [], replace(choices, method="six-view"))
     assert rays.params == ModelParams(resolution=512, layers=3) and views.params == ModelParams(

@@ -1,4 +1,6 @@
-from depthwalk.walk.hud import pass_rows
+"""Texts of the HUD and of the help."""
+
+from depthwalk.walk.hud import HELP, count_rows, pass_rows
 
 
 def test_passes_that_do_next_to_nothing_share_a_row():
@@ -9,3 +11,34 @@ def test_passes_that_do_next_to_nothing_share_a_row():
 def test_none_is_left_out_where_all_do_something():
     assert pass_rows({"warp": 3.0, "light": 1.0}) == [("warp", "3.00"), ("light", "1.00")]
     assert pass_rows({}) == []
+
+
+def test_counts_are_told_in_the_fields_words():
+    counts = {
+        "objects": 12345, "occluded": 300, "dpci": 40, "dmesh": 0, "mesh": 7, "warped": 3, "warped_triangles": 98765,
+        "assets": 5, "gpu_mb": 1234.5, "atlas_used": 0.25, "tile_resolution": 1.0,
+        "case_side": 9, "case_side_and_top": 30, "case_all": 1, "step_16": 1, "step_2": 39, "level_0": 4, "level_10": 2,
+    }  # fmt: skip
+    assert count_rows(counts) == [
+        ("objects", "12,345"),
+        ("occluded", "300"),
+        ("drawn as", "dpci 40, mesh 7"),
+        ("case", "side 9, side + top 30\nall 1"),
+        ("Iter_step", "2: 39, 16: 1"),
+        ("LOD level", "0: 4, 10: 2"),
+        ("warped", "3 of 40 impostors"),
+        ("", "98,765 triangles"),
+        ("tile cache", "25% full, scale 100%"),
+        ("on the GPU", "5 assets, 1,234 MB"),
+    ]
+
+
+def test_rows_without_anything_to_tell_are_left_out():
+    counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
+    rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
+    assert rows["drawn as"] == "\u2013" and not {"case", "Iter_step", "LOD level"} & set(rows)
+
+
+def test_the_help_fits_a_small_window():
+    """640 × 480, in a font of 16 pixels of which a line takes 21 and a letter 8."""
+    assert len(HELP) * 19 < 480 and max(len(text) for _, text in HELP) * 8 + 120 < 640

@@ -1,6 +1,7 @@
 """`python -m tools.make_models OUTDIR [NAME...]` makes the demo's meshes and textures anew, the same bytes each time.
 By name, it also makes what does not ship: `specimens` (`python -m tools.make_models /tmp animal chair`), and `market`, a
-scene of hundreds of assets."""
+scene of hundreds of assets.
+"""
 
 from pathlib import Path
 from typing import Annotated
@@ -38,7 +39,7 @@ TEXTURE_HEADER = """
 
 
 def write_models(folder: Path, names: list[str]) -> list[str]:
-    """Makes the named models; the rows of the table that lists them."""
+    """Make the named models; the rows of the table that lists them."""
     rows = []
     for name in track(names, "models", console=Console(stderr=True)):
         model = MODELS[name].make()
@@ -59,7 +60,7 @@ def write_textures(folder: Path, names: list[str]) -> list[str]:
 
 
 def generate(folder: Path, names: list[str], assets: int = 300) -> None:
-    """Writes the named files, or all that ship and SOURCES.md where no name is given. assets: of the market.
+    """Write the named files, or all that ship and SOURCES.md where no name is given. assets: of the market.
 
     Raises InputError for an unknown name, and where the folder cannot be made.
     """

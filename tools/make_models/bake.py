@@ -25,12 +25,12 @@ from depthwalk.scene.scene import MeshAsset
 
 
 def demo_scenes() -> list[Path]:
-    """The scenes that must open at once; others bake into the cache when first opened."""
+    """Return the scenes that must open at once; others bake into the cache when first opened."""
     return [scene_root() / name for name in ("garden.yaml", "room.yaml")]
 
 
 def baked_assets(scenes: Iterable[Path]) -> list[MeshAsset]:
-    """The assets with depth images of the scene files `scenes`, one per mesh, by name of the mesh.
+    """Return the assets with depth images of the scene files `scenes`, one per mesh, by name of the mesh.
 
     Raises InputError where two of them want one mesh baked differently: a mesh has one file beside it.
     """
@@ -45,13 +45,14 @@ def baked_assets(scenes: Iterable[Path]) -> list[MeshAsset]:
 
 
 def baked_key(asset: MeshAsset) -> str:
-    """The key under which the library looks for the depth images of `asset`, which has some."""
+    """Return the key under which the library looks for the depth images of `asset`, which has some."""
     return mesh_key(asset, _params(asset))
 
 
 def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
     """Bakes `asset`, in one thread, to a file in `folder`, or beside its mesh, and returns which. Raises InputError,
-    OSError."""
+    OSError.
+    """
     mesh, source = read_hashed(asset)
     check_height(mesh, asset.mesh)
     file = sidecar(asset.mesh if folder is None else folder / asset.mesh.name)

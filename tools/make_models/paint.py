@@ -21,7 +21,7 @@ def smoothstep(low: float, high: float, x: NDArray[np.floating]) -> NDArray[np.f
 
 
 def shaded(model: Model, bounding_radius: float, strength: float = 0.55, rays: int = 40) -> Model:
-    """The model's colours, darkened where little sky is seen within `bounding_radius` metres."""
+    """Return the model's colours, darkened where little sky is seen within `bounding_radius` metres."""
     free = np.clip(ambient_occlusion(model, bounding_radius, rays) * 1.12, 0, 1)
     return model.painted(model.colours * (1 - strength * (1 - free[:, None])))
 

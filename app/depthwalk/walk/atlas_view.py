@@ -1,4 +1,4 @@
-"""The intermediate images as a picture for the panel."""
+"""Show the impostors of a frame as one picture."""
 
 import moderngl
 
@@ -11,10 +11,17 @@ _SIZE = 1024, 512  # texels; the atlas is several times as large
 
 
 class AtlasView:
-    """Paints the used part of the atlas into `texture`, near surfaces bright."""
+    """Paint the used part of the atlas into a texture, near surfaces bright.
+
+    Attributes
+    ----------
+    texture
+        The picture.
+    aspect
+        Width / height of the part that it shows.
+    """
 
     def __init__(self, device: Device) -> None:
-        self._context = device.context
         self.gl = device.scope("atlas view")
         self._program = Program(self.gl, "common/fullscreen.vert", "imgui/atlas.frag")
         self.texture = self.gl.texture(_SIZE, 4)
@@ -23,15 +30,15 @@ class AtlasView:
         self._framebuffer = self.gl.framebuffer([self.texture])
 
     def draw(self, targets: Targets, plan: FrameDrawLists) -> None:
-        """Shows the corner of the atlas that holds the tiles of `plan`; `aspect` is then its width / height."""
+        """Paint the corner of the atlas that holds the tiles of `plan`."""
         tiles = plan.composite.records["tile"]
         right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()
         self.aspect = right / top
-        self._framebuffer.use()
-        self._context.enable_only(moderngl.NOTHING)
         targets.atlas_depth.use(0)
         self._program.set(atlas_depth=0, used=(right / targets.atlas_size[0], top / targets.atlas_size[1]))
-        self._program.fill()
+        with self.gl.state(into=self._framebuffer):
+            self._program.fill()
 
     def release(self) -> None:
+        """Free the texture and the program."""
         self.gl.release()

@@ -1,4 +1,4 @@
-"""Draws what imgui made of a frame. moderngl-window's own integration ends at imgui-bundle 1.92 (new textures API)."""
+"""Draw the widgets of a frame; moderngl-window's own integration lacks the textures API of imgui-bundle 1.92."""
 
 import ctypes
 
@@ -11,13 +11,13 @@ from depthwalk.gpu.program import Program
 
 _VERTEX_LAYOUT = "2f 2f 4f1"
 _FIRST_SIZE = 1 << 16  # bytes
+_BLEND = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class ImguiRenderer:
-    """Serves imgui's textures and draws its lists. `show` makes a texture of ours known to `imgui.image`."""
+    """Keep the textures that imgui asks for, and draw its lists of triangles."""
 
     def __init__(self, device: Device) -> None:
-        self._context = device.context
         self.gl = device.scope("imgui")
         self._program = Program(self.gl, "imgui/imgui.vert", "imgui/imgui.frag")
         self._textures: dict[int, moderngl.Texture] = {}
@@ -26,42 +26,40 @@ class ImguiRenderer:
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def show(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """The name of `texture` for imgui, valid until the texture's release."""
+        """Return the name of `texture` for `imgui.image`, valid until the texture is released."""
         self._textures[texture.glo] = texture
         return imgui.ImTextureRef(texture.glo)
 
     def draw(self, data: imgui.ImDrawData, screen: moderngl.Framebuffer) -> None:
-        """Draws over what is in `screen`. Leaves blending off and no scissor."""
+        """Draw over what is in `screen`. Leaves it without a scissor."""
         for texture in imgui.get_platform_io().textures:
             self._serve(texture)
         scale = data.framebuffer_scale
         height = round(data.display_size.y * scale.y)
-        screen.use()
-        self._context.enable_only(moderngl.BLEND)
-        self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         self._program.set(image=0, display_size=(data.display_size.x, data.display_size.y))
-        for commands in data.cmd_lists:
-            self._upload(commands)
-            for command in commands.cmd_buffer:
-                box = command.clip_rect
-                left, top = max(0, int(box.x * scale.x)), max(0, int(box.y * scale.y))
-                right, bottom = int(box.z * scale.x), int(box.w * scale.y)
-                if right <= left or bottom <= top or not command.elem_count:
-                    continue
-                screen.scissor = left, height - bottom, right - left, bottom - top
-                self._textures[command.tex_ref.get_tex_id()].use(0)
-                self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
-        screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
-        self._context.enable_only(moderngl.NOTHING)
+        with self.gl.state(into=screen, blend=_BLEND):
+            for commands in data.cmd_lists:
+                self._upload(commands)
+                for command in commands.cmd_buffer:
+                    box = command.clip_rect
+                    left, top = max(0, int(box.x * scale.x)), max(0, int(box.y * scale.y))
+                    right, bottom = int(box.z * scale.x), int(box.w * scale.y)
+                    if right <= left or bottom <= top or not command.elem_count:
+                        continue
+                    screen.scissor = left, height - bottom, right - left, bottom - top
+                    self._textures[command.tex_ref.get_tex_id()].use(0)
+                    self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
+            screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
 
     def release(self) -> None:
+        """Free textures, buffers and program; imgui's context must still exist."""
         for texture in imgui.get_platform_io().textures:
             if texture.tex_id in self._owned:
                 self._destroy(texture)
         self.gl.release()
 
     def _serve(self, texture: imgui.ImTextureData) -> None:
-        """Makes, updates or destroys a texture that imgui owns (the font's glyphs)."""
+        """Create, update or destroy a texture of imgui (the glyphs of its font), as its status asks."""
         status = texture.status
         if status == imgui.ImTextureStatus.want_create:
             made = self.gl.texture((texture.width, texture.height), 4, data=texture.get_pixels_array().tobytes())
