@@ -1,6 +1,10 @@
 """Texts of the HUD and of the help."""
 
-from depthwalk.walk.hud import HELP, count_rows, pass_rows
+import pytest
+from imgui_bundle import imgui
+
+from depthwalk.walk.hud import count_rows, draw_help, pass_rows
+from depthwalk.walk.overlay import set_up_look
 
 
 def test_passes_that_do_next_to_nothing_share_a_row():
@@ -39,6 +43,25 @@ def test_rows_without_anything_to_tell_are_left_out():
     assert rows["drawn as"] == "\u2013" and not {"case", "Iter_step", "LOD level"} & set(rows)
 
 
-def test_the_help_fits_a_small_window():
-    """640 × 480, in a font of 16 pixels of which a line takes 21 and a letter 8."""
-    assert len(HELP) * 19 < 480 and max(len(text) for _, text in HELP) * 8 + 120 < 640
+@pytest.fixture
+def overlay_io():
+    """imgui with the walk's font and style, without anything that draws."""
+    context = imgui.create_context()
+    io = imgui.get_io()
+    io.set_ini_filename("")
+    io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
+    set_up_look(io)
+    yield io
+    imgui.destroy_context(context)
+
+
+@pytest.mark.parametrize(("width", "left"), [(640, 0.0), (640, 289.0), (1280, 289.0)])
+def test_the_help_fits_a_small_window(overlay_io, width, left):
+    overlay_io.display_size = imgui.ImVec2(width, 480)
+    for _ in range(3):  # measured in one frame, placed in the next
+        imgui.new_frame()
+        draw_help(left, width)
+        imgui.render()
+    window = imgui.internal.find_window_by_name("help")
+    assert window.pos.x >= 0 and window.pos.x + window.size.x <= width
+    assert window.pos.y >= 0 and window.pos.y + window.size.y <= 480

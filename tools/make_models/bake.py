@@ -1,4 +1,4 @@
-"""`python -m tools.make_models.bake` bakes the depth images of the demo scenes, which travel beside their meshes."""
+"""`python -m tools.make_models.bake`: bake the depth images of the shipped scenes, which lie beside their meshes."""
 
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -15,8 +15,8 @@ from depthwalk.assets.batch_bake import mesh_key, model_params, read_hashed
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.commands.program import guarded
 from depthwalk.commands.options import Verbose
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height
 from depthwalk.resources import scene_root
@@ -50,8 +50,21 @@ def baked_key(asset: MeshAsset) -> str:
 
 
 def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
-    """Bakes `asset`, in one thread, to a file in `folder`, or beside its mesh, and returns which. Raises InputError,
-    OSError.
+    """Bake an asset in one thread and return the file.
+
+    Parameters
+    ----------
+    asset
+        A mesh asset that has depth images.
+    folder
+        Where to write; None is beside the mesh.
+
+    Raises
+    ------
+    InputError
+        Where the mesh cannot be baked.
+    OSError
+        Where the file cannot be written.
     """
     mesh, source = read_hashed(asset)
     check_height(mesh, asset.mesh)
@@ -68,7 +81,7 @@ def _params(asset: MeshAsset) -> ModelParams:
 @guarded
 def main(
     folder: Annotated[
-        Path | None, typer.Argument(help="Existing folder to write to; absent: beside the meshes")
+        Path | None, typer.Argument(help="Existing folder to write to.", show_default="beside the meshes")
     ] = None,
     verbose: Verbose = False,
 ) -> None:
@@ -85,4 +98,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    as_program(main)()

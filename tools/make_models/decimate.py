@@ -34,7 +34,10 @@ def unpinched(model: Model) -> Model:
 
 
 def _following(corner: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the next corner of the same face; corner k is corner k mod 3 of face k // 3, and stands for the edge from it."""
+    """Return the next corner of the same face.
+
+    Corner k is corner k mod 3 of face k // 3, and stands for the edge that begins there.
+    """
     return corner - corner % 3 + (corner + 1) % 3
 
 

@@ -67,6 +67,7 @@ def skull(face: Face) -> list[Stroke]:
 
 
 def brows_and_sockets(face: Face) -> list[Stroke]:
+    """Return the strokes that carve the eye sockets and raise the brows."""
     return [
         Blob((3.25, 11.2, 9.3), (2.3, 1.35, 1.75), 1.3, cut=True, turn=(1, 24)),
         Blob((1.7, 11.5, 9.3), (0.7, 0.9, 0.8), 0.9, cut=True),
@@ -76,6 +77,7 @@ def brows_and_sockets(face: Face) -> list[Stroke]:
 
 
 def nose(face: Face) -> list[Stroke]:
+    """Return the strokes of the nose."""
     w = face.nose
     return [
         Rod((0, 13.2, 8.55), (0, 8.7, 10.75), w, w * 0.88, 1.4),
@@ -89,6 +91,7 @@ def nose(face: Face) -> list[Stroke]:
 
 
 def mouth(face: Face) -> list[Stroke]:
+    """Return the strokes of lips and chin."""
     f, w = face.lips, face.mouth
     return [
         Blob((0, 5.2, 6.8), (3.0, 2.6, 2.6), 1.8),

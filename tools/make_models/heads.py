@@ -99,6 +99,7 @@ def _fillet(p: Points, hair: Distance) -> Distance:
 
 
 def venus_head(p: Points) -> Distance:
+    """Return the distance to the woman's head with its hair, centimetres."""
     return union(pupils(mirrored(p), bare_head(p, VENUS)), venus_hair(p), 0.25)
 
 
@@ -129,6 +130,7 @@ def _curl_centres() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def man_hair(p: Points) -> Distance:
+    """Return the distance to hair and beard with their curls, centimetres."""
     mass = man_mass(p)
     near = np.abs(mass) < 3
     height = np.zeros(len(p), np.float32)
@@ -137,6 +139,7 @@ def man_hair(p: Points) -> Distance:
 
 
 def moustache(p: Points, d: Distance) -> Distance:
+    """Return the distance to the head `d` with a moustache added, centimetres."""
     m = mirrored(p)
     body = union(
         rod(m, (0.55, 5.95, 9.6), (2.3, 5.2, 8.8), 0.5, 0.55), rod(m, (2.3, 5.2, 8.8), (3.6, 3.2, 7.6), 0.55, 0.35), 0.4

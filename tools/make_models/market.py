@@ -1,6 +1,6 @@
-"""A scene of hundreds of different assets, to measure how they come and go: `python -m tools.make_models FOLDER market`.
+"""Make a scene of hundreds of different assets, to measure loading: `python -m tools.make_models FOLDER market`.
 
-Vessels in two rows, no two alike, and quick to make.
+It shows vessels in two rows, no two alike, and quick to make.
 """
 
 from pathlib import Path

@@ -18,7 +18,9 @@ _CHUNK = 1 << 17  # points per evaluation: the temporaries stay in the processor
 
 
 def polygonise(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) -> Model:
-    """Return the zero surface of `field` within the box, sampled every `cell`; it is open where the solid leaves the box.
+    """Return the zero surface of `field` within the box, sampled every `cell`.
+
+    The surface is open where the solid leaves the box.
 
     The field is evaluated finely only near the surface, so it must not change faster than distance does (Lipschitz
     constant near 1).

@@ -16,6 +16,7 @@ def mix(a: ArrayLike, b: ArrayLike, share: NDArray[np.floating]) -> ColourCompon
 
 
 def smoothstep(low: float, high: float, x: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Return 0 below `low`, 1 above `high`, and a smooth step in between, as GLSL does."""
     t = np.clip((x - low) / (high - low), 0, 1)
     return (t * t * (3 - 2 * t)).astype(np.float32)
 

@@ -11,6 +11,7 @@ from depthwalk.types import Array
 
 
 def unit(v: Array) -> Array:
+    """Return the vectors scaled to length 1."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
 
 

@@ -219,8 +219,9 @@ def room() -> Model:
 
 
 def _planks() -> list[Model]:
-    """Floorboards along z, 0.2 m wide, each of two lengths and of its own tone; all have vertices at the same z, and so
-    no gaps between them.
+    """Make floorboards along z, 0.2 m wide, each of two lengths and of its own tone.
+
+    All have vertices at the same z, so that no gaps open between them.
     """
     rng = np.random.default_rng(98)
     boards = []

@@ -62,6 +62,7 @@ def union(a: Distance, b: Distance, blend: float) -> Distance:
 
 
 def intersection(a: Distance, b: Distance, blend: float) -> Distance:
+    """Return what `a` and `b` share, with the edge between them rounded by `blend`."""
     return -union(-a, -b, blend)
 
 
@@ -102,6 +103,7 @@ class Blob:
     turn: tuple[int, float] | None = None  # (axis, degrees)
 
     def distance(self, p: Points) -> Distance:
+        """Return the signed distance of the points (n, 3) to the ellipsoid, (n,)."""
         q = p if self.turn is None else turned(p, self.centre, *self.turn)
         return ellipsoid(q, self.centre, self.radii)
 
@@ -118,6 +120,7 @@ class Rod:
     cut: bool = False
 
     def distance(self, p: Points) -> Distance:
+        """Return the signed distance of the points (n, 3) to the capsule, (n,)."""
         return rod(p, self.a, self.b, self.ra, self.rb)
 
 

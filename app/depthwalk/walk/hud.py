@@ -35,7 +35,7 @@ HELP = (
     ("Wheel", "speed; in orbit: nearer / farther"),
     ("G", "walk / fly"),
     ("O", "orbit about a target / fly"),
-    ("Drag", "in orbit: turn; with middle button or Shift: pan"),
+    ("Drag", "in orbit: turn; Shift or middle button: pan"),
     ("Double click", "in orbit: make this point the target"),
     ("T", "orbit about the point under the mouse"),
     ("F", "see all objects"),
@@ -93,9 +93,14 @@ def draw_help(left: float, right: float) -> None:
     left, right
         The end of the HUD and the beginning of the panel, window coordinates.
     """
-    _begin("help", ((left + right) / 2, imgui.get_io().display_size.y / 2), (0.5, 0.5), alpha=0.88)
+    display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
+    half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
+    middle = (left + right) / 2 if right - left > 2 * half else max(half, display.x - half)  # over the HUD, if need be
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, imgui.ImVec2(4, 0.5))  # close rows fit a window of 480 lines
+    _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92)
     _table("help", HELP)
     imgui.end()
+    imgui.pop_style_var()
 
 
 def draw_toast(message: str) -> None:

@@ -21,10 +21,7 @@ class Overlay:
         self._imgui = imgui.create_context()
         self.io = imgui.get_io()
         self.io.set_ini_filename("")  # write no imgui.ini into the user's folder
-        font = Path(imgui_bundle.__file__).parent / _FONT
-        if font.is_file():
-            self.io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)
-        _set_style()
+        set_up_look(self.io)
         self.renderer = ImguiRenderer(device)
 
     def draw(
@@ -65,7 +62,11 @@ class Overlay:
         imgui.destroy_context(self._imgui)
 
 
-def _set_style() -> None:
+def set_up_look(io: imgui.IO) -> None:
+    """Give imgui's current context the font, the colours and the spacing of the walk."""
+    font = Path(imgui_bundle.__file__).parent / _FONT
+    if font.is_file():
+        io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.window_rounding = 6.0

@@ -28,7 +28,7 @@ def draw_panel(state: State) -> Area:
     imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
     imgui.set_next_window_size_constraints((_WIDTH, 0), (_WIDTH, max(display.y - 2 * _MARGIN, 60)))
     flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
-    imgui.begin("Panel", None, flags)
+    imgui.begin("Settings", None, flags)
     imgui.push_item_width(-120)
     _draw_view(state)
     if state.playback is not None and imgui.collapsing_header("camera path", imgui.TreeNodeFlags_.default_open):
