@@ -1,7 +1,7 @@
 """`depthwalk`: the list of its commands, each imported only when it is asked for.
 
 So `depthwalk --help` waits for no library of numbers or graphics, and `depthwalk check` imports nothing that only
-another command needs.
+another command needs. A command that imports much does so once its options were parsed.
 """
 
 from collections.abc import Iterator, Mapping

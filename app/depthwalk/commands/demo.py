@@ -2,10 +2,8 @@
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from depthwalk import walk
-from depthwalk.assets.library import SceneLibrary
-from depthwalk.bench.measure import sample_path
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     Frames,
@@ -19,13 +17,14 @@ from depthwalk.commands.options import (
     parse_resolution,
     representation,
 )
-from depthwalk.commands.output import Output, draw_frames, open_headless, path_cameras
 from depthwalk.commands.program import guarded
 from depthwalk.commands.view import shipped_file
 from depthwalk.errors import InputError
-from depthwalk.scene.arrays import Representation
-from depthwalk.scene.path import CameraPath, load_path
-from depthwalk.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from depthwalk.scene.arrays import Representation
+    from depthwalk.scene.path import CameraPath
+    from depthwalk.scene.scene import Scene
 
 FOLDER = Path("depthwalk-demo")
 STILLS = 6  # pictures of the tour besides its video
@@ -46,6 +45,10 @@ def main(
     --frames limits the number.
     """
     size = parse_resolution(resolution)
+    from depthwalk import walk
+    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.scene.path import load_path
+
     scene = open_scene(shipped_file("garden.yaml"), None, None)
     tour = load_path(shipped_file("paths", "garden.yaml"))
     wanted = representation(representation_name)
@@ -58,7 +61,7 @@ def main(
 
 
 def render_tour(
-    scene: Scene, tour: CameraPath, frames: int | None, size: tuple[int, int], wanted: Representation | None
+    scene: "Scene", tour: "CameraPath", frames: int | None, size: tuple[int, int], wanted: "Representation | None"
 ) -> None:
     """Render stills and a video of a tour to `FOLDER`.
 
@@ -80,6 +83,9 @@ def render_tour(
     InputError
         Where the folder cannot be made.
     """
+    from depthwalk.bench.measure import sample_path
+    from depthwalk.commands.output import Output, draw_frames, open_headless, path_cameras
+
     try:
         FOLDER.mkdir(exist_ok=True)
     except OSError as error:

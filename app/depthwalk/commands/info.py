@@ -1,28 +1,25 @@
-"""`depthwalk info`: versions and limits of this installation, or what a file holds."""
+"""`depthwalk info`: versions and limits of this installation, or what a file holds.
+
+Readers are imported by the rows that need them, so that a mesh is described without the graphics libraries.
+"""
 
 import platform
 from collections.abc import Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
 import depthwalk
 from depthwalk import limits
-from depthwalk.bake.file import read_baked
-from depthwalk.bake.images import BakedObject
 from depthwalk.commands.options import Quiet, Verbose
 from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError
-from depthwalk.geometry.quaternions import rotate
-from depthwalk.gpu import device as gpu
-from depthwalk.ingest.loader import load_mesh
-from depthwalk.scene.arrays import Representation
-from depthwalk.scene.loader import load_scene
-from depthwalk.scene.path import is_path_file, load_path
-from depthwalk.scene.scene import DepthImageAsset
+
+if TYPE_CHECKING:
+    from depthwalk.bake.images import BakedObject
 
 _LIBRARIES = (
     "numpy", "scipy", "moderngl", "moderngl-window", "imgui-bundle", "trimesh", "embreex", "OpenEXR", "Pillow",
@@ -63,6 +60,8 @@ def describe_file(path: Path) -> Iterator[Row]:
     yield "file", str(path)
     match path.suffix.lower():
         case ".yaml" | ".yml":
+            from depthwalk.scene.path import is_path_file
+
             yield from _path_rows(path) if is_path_file(path) else _scene_rows(path)
         case ".exr":
             yield from _baked_rows(path)
@@ -78,9 +77,11 @@ def _version(name: str) -> str:
 
 
 def _opengl() -> Iterator[Row]:
+    from depthwalk.gpu.device import GpuError, headless_device
+
     try:
-        device = gpu.headless_device()
-    except gpu.GpuError as error:
+        device = headless_device()
+    except GpuError as error:
         yield "OpenGL", str(error)
         return
     try:
@@ -94,6 +95,10 @@ def _opengl() -> Iterator[Row]:
 
 
 def _scene_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.scene.arrays import Representation
+    from depthwalk.scene.loader import load_scene
+    from depthwalk.scene.scene import DepthImageAsset
+
     scene = load_scene(path)
     yield "kind", "scene"
     yield "objects", str(len(scene.objects))
@@ -108,6 +113,8 @@ def _scene_rows(path: Path) -> Iterator[Row]:
 
 
 def _path_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.scene.path import load_path
+
     walk = load_path(path)
     yield "kind", "camera path"
     yield "keyframes", str(len(walk.times))
@@ -116,6 +123,8 @@ def _path_rows(path: Path) -> Iterator[Row]:
 
 
 def _baked_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.bake.file import read_baked
+
     model = read_baked(path)
     yield "kind", "depth images"
     yield "bytes", str(path.stat().st_size)
@@ -128,6 +137,8 @@ def _baked_rows(path: Path) -> Iterator[Row]:
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
     """Yield what one object of a baked file holds; `prefix` begins the names of its images there."""
+    from depthwalk.geometry.quaternions import rotate
+
     cylinder, axis = baked.cylinder, rotate(np.array(baked.rotation), np.array([0.0, 1.0, 0.0]))
     yield (
         f"{prefix}cylinder",
@@ -146,6 +157,8 @@ def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
 
 
 def _mesh_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.ingest.loader import load_mesh
+
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     mesh = load_mesh(path)

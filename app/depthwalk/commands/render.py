@@ -27,11 +27,8 @@ from depthwalk.commands.options import (
     refuse_reuse,
     representation,
 )
-from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, path_cameras
 from depthwalk.commands.program import guarded
-from depthwalk.commands.reports import input_files
 from depthwalk.errors import InputError
-from depthwalk.scene.path import load_path
 
 
 @guarded
@@ -66,6 +63,10 @@ def main(
     check_camera_source(path, options)
     if frames is not None and path is None:
         raise InputError("--frames: needs --path")
+    from depthwalk.commands.output import Output, check_output, draw_frames, open_headless, path_cameras
+    from depthwalk.commands.reports import input_files
+    from depthwalk.scene.path import load_path
+
     loaded = open_scene(scene, asset_root, settings)
     walk = load_path(path) if path else None
     cameras = path_cameras(walk, frames) if walk else None

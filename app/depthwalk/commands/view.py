@@ -1,12 +1,10 @@
 """`depthwalk view`: a window to walk through a scene."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from depthwalk import walk
-from depthwalk.assets.library import SceneLibrary
 from depthwalk.commands.options import (
     DEFAULT_RESOLUTION,
     AssetRoots,
@@ -29,8 +27,9 @@ from depthwalk.commands.options import (
 from depthwalk.commands.program import FAILURE, guarded
 from depthwalk.errors import InputError
 from depthwalk.resources import scene_root
-from depthwalk.scene.path import load_path
-from depthwalk.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from depthwalk.scene.scene import Scene
 
 
 @guarded
@@ -56,9 +55,13 @@ def main(
     """
     size = parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    from depthwalk import walk
+    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.scene.path import load_path
+
     first = scene or shipped_file("garden.yaml")
 
-    def read(file: Path) -> Scene:
+    def read(file: Path) -> "Scene":
         return open_scene(file, asset_root, settings if file == first else None)
 
     loaded = read(first)
