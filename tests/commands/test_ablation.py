@@ -14,7 +14,7 @@ from depthwalk.bake.grid import layer_triangles
 from depthwalk.bake.images import Face
 from depthwalk.commands import ablation
 from depthwalk.commands.ablation import LAYERS, Ablation, Row, ablate, main, setups, to_json, to_markdown
-from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.program import as_program
 from depthwalk.quality.views import FEW
 from depthwalk.scene.render_settings import RenderSettings

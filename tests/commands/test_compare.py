@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 import depthwalk
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands import compare
-from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands import comparison
+from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.cli import app
 from depthwalk.commands.subjects import Choices, find_subjects
 from depthwalk.quality.costs import measured_bake
@@ -100,8 +100,8 @@ def test_a_mesh_that_is_missing_is_named(tmp_path):
 
 
 def test_a_scene_brings_its_meshes_and_their_settings(gl_device, tiny_scene, tmp_path, monkeypatch):
-    monkeypatch.setattr(compare, "SPHERE", SPHERE[::14])
-    monkeypatch.setattr(compare, "flip_workers", nullcontext)
+    monkeypatch.setattr(comparison, "SPHERE", SPHERE[::14])
+    monkeypatch.setattr(comparison, "flip_workers", nullcontext)
     text = tiny_scene.read_text()
     assets = "  tall: {mesh: ball.ply, height: 3, dpci: {resolution: 32, layers: 2}}\n  bare: {mesh: ball.ply}\n"
     tiny_scene.write_text(text.replace("objects:", assets + "objects:"))

@@ -18,7 +18,7 @@ from depthwalk.assets.batch_bake import read_mesh
 from depthwalk.bake.baker import Refinements
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.options import JsonReport, Quiet, UpAxis, Verbose
 from depthwalk.commands.program import as_program, guarded
 from depthwalk.commands.progress import frame_progress

@@ -8,7 +8,7 @@ from typing import Literal
 from depthwalk.bake.axis import Axis
 from depthwalk.bake.baker import Layers, Method
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands.baking import mesh_spec
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
