@@ -42,7 +42,7 @@ class _OneLineErrors:
                 error.show()
             else:
                 command = error.ctx.command_path if error.ctx else "depthwalk"
-                message = " ".join(error.format_message().split()).removesuffix(".")
+                message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
                 print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
             code = BAD_INPUT
         if standalone_mode:
