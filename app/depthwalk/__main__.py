@@ -1,4 +1,4 @@
-"""`python -m depthwalk`: the program, where its script is not on the path."""
+"""Run the program as `python -m depthwalk`, for installations whose scripts are not on the path."""
 
 from depthwalk.commands.cli import main
 

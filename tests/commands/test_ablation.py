@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
 import shapes
@@ -15,7 +14,8 @@ from depthwalk.bake.grid import layer_triangles
 from depthwalk.bake.images import Face
 from depthwalk.commands import ablation
 from depthwalk.commands.ablation import LAYERS, Ablation, Row, ablate, main, setups, to_json, to_markdown
-from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands.baking import mesh_spec
+from depthwalk.commands.program import as_program
 from depthwalk.quality.views import FEW
 from depthwalk.scene.render_settings import RenderSettings
 from files import write_ply
@@ -64,7 +64,7 @@ def test_each_refinement_can_be_left_out(posts):
     assert whole.borders and not bake_without(posts, "borders").borders
     assert any((image.owner != image.face).any() for image in whole.images)
     assert all((image.owner == image.face).all() for image in bake_without(posts, "owners").images)
-    bare = bake_without(posts, "flanks")
+    bare = bake_without(posts, "box_faces")
     assert {image.face for image in bare.images} == {Face.TOP, Face.SIDE, Face.BOTTOM} < {i.face for i in whole.images}
 
 
@@ -81,7 +81,13 @@ def test_the_whole_beats_the_papers_method(gl_device, tmp_path, posts, monkeypat
 
 
 def test_the_rows_as_markdown_and_json():
-    row = Row("first", {"psnr": 30.123, "iou": 0.98765, "flip": 0.05, "holes": 1.5}, 2.5, 3_400_000, 15_600_000)
+    row = Row(
+        title="first",
+        means={"psnr": 30.123, "iou": 0.98765, "flip": 0.05, "holes": 1.5},
+        bake_seconds=2.5,
+        bytes_disk=3_400_000,
+        bytes_gpu=15_600_000,
+    )
     found = Ablation("models/ball.ply", 12, (row, replace(row, title="second", bake_seconds=3.0)))
     assert to_markdown([found]) == (
         "ball.ply, 12 triangles:\n\n"
@@ -99,12 +105,13 @@ def test_the_rows_as_markdown_and_json():
     ("options", "message"),
     [
         (["none.ply"], "none.ply: no such file"),
-        (["none.ply", "--up", "x"], "--up x: must be y or z"),
+        (
+            ["none.ply", "--up", "x"],
+            "ablation: Invalid value for '--up': 'x' is not one of 'y', 'z' (ablation --help tells more)",
+        ),
         (["none.ply", "--json", "nowhere/a.json"], "nowhere/a.json: the folder 'nowhere' does not exist"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(options, message):
-    app = typer.Typer()
-    app.command()(main)
-    result = CliRunner().invoke(app, options)
+    result = CliRunner().invoke(as_program(main), options, prog_name="ablation")
     assert (result.exit_code, result.stderr, result.stdout) == (2, message + "\n", "")

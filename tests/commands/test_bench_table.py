@@ -4,18 +4,17 @@ import json
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from depthwalk.bench.equal import TOLERANCE, _picture_flip, coarsened
 from depthwalk.bench.rows import COLUMNS, SETTLING, Walk, most_seen
 from depthwalk.commands.bench_table import main
+from depthwalk.commands.program import as_program
 from depthwalk.quality.metrics import flip_map
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 
-app = typer.Typer()
-app.command()(main)
+app = as_program(main)
 
 
 def run(*arguments):

@@ -49,7 +49,7 @@ RENDER = {
     ),
     "reuse": (
         ["-o", "{d}/a.png", "--set", "render.warp.reuse_error=1"],
-        "--set render.warp.reuse_error: only `view` and `bench` keep images from frame to frame",
+        "--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames",
     ),
     "asset root": (["-o", "{d}/a.png", "--asset-root", "{d}/none"], "--asset-root {d}/none: no such folder"),
     "no folder": (["-o", "{d}/none/a.png"], "{d}/none/a.png: the folder '{d}/none' does not exist"),

@@ -17,13 +17,15 @@ def environment(cache_home):
     return os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "PYTHONUNBUFFERED": "1"}
 
 
-def test_help_and_check_load_no_graphics(environment, tiny_scene):
+def test_a_command_imports_what_it_needs_and_no_other_command(environment, tiny_scene):
     code = (
-        "import sys\nfrom depthwalk.commands.cli import app\n"
+        "import sys\nfrom depthwalk.commands.cli import SUMMARIES, app\n"
         "try:\n    app(sys.argv[1:])\nexcept SystemExit as end:\n    assert not end.code\n"
-        "print(*sorted({'moderngl_window', 'imgui_bundle', 'rich.progress', 'numpy', 'glfw'} & set(sys.modules)))\n"
+        "watched = {'moderngl_window', 'imgui_bundle', 'rich.progress', 'numpy', 'glfw'}\n"
+        "watched |= {f'depthwalk.commands.{name}' for name in SUMMARIES}\n"
+        "print(*sorted(watched & set(sys.modules)))\n"
     )
-    for arguments, loaded in ((["--help"], ""), (["check", str(tiny_scene)], "numpy")):
+    for arguments, loaded in ((["--help"], ""), (["check", str(tiny_scene)], "depthwalk.commands.check numpy")):
         done = subprocess.run(
             [sys.executable, "-c", code, *arguments], env=environment, capture_output=True, text=True, check=True
         )
@@ -50,9 +52,9 @@ def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(environment, tiny_scene
 DEMO = """
 import sys
 from pathlib import Path
-from depthwalk.commands import walk
+from depthwalk.commands import view
 root = Path(sys.argv.pop())
-walk.scene_root = lambda: root
+view.scene_root = lambda: root
 from depthwalk.commands.cli import main
 main()
 """

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 import depthwalk.walk
-from depthwalk.commands import walk
+from depthwalk.commands import view
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.scene.arrays import Camera
@@ -19,7 +19,7 @@ def garden(tiny_scene, tmp_path, monkeypatch):
     (tiny_scene.parent / "paths").mkdir()
     tiny_scene.rename(tiny_scene.with_name("garden.yaml"))
     tiny_scene.with_name("walk.yaml").rename(tiny_scene.parent / "paths" / "garden.yaml")
-    monkeypatch.setattr(walk, "scene_root", lambda: tiny_scene.parent)
+    monkeypatch.setattr(view, "scene_root", lambda: tiny_scene.parent)
     monkeypatch.chdir(tmp_path)
     calls = []
 

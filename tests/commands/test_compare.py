@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 import depthwalk
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands import compare
-from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands import comparison
+from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.cli import app
 from depthwalk.commands.subjects import Choices, find_subjects
 from depthwalk.quality.costs import measured_bake
@@ -100,8 +100,8 @@ def test_a_mesh_that_is_missing_is_named(tmp_path):
 
 
 def test_a_scene_brings_its_meshes_and_their_settings(gl_device, tiny_scene, tmp_path, monkeypatch):
-    monkeypatch.setattr(compare, "SPHERE", SPHERE[::14])
-    monkeypatch.setattr(compare, "flip_workers", nullcontext)
+    monkeypatch.setattr(comparison, "SPHERE", SPHERE[::14])
+    monkeypatch.setattr(comparison, "flip_workers", nullcontext)
     text = tiny_scene.read_text()
     assets = "  tall: {mesh: ball.ply, height: 3, dpci: {resolution: 32, layers: 2}}\n  bare: {mesh: ball.ply}\n"
     tiny_scene.write_text(text.replace("objects:", assets + "objects:"))
@@ -117,7 +117,7 @@ def test_a_scene_brings_its_meshes_and_their_settings(gl_device, tiny_scene, tmp
 
 
 def test_options_lie_over_what_a_scene_says(tiny_scene):
-    choices = Choices(*[None] * 8)
+    choices = Choices()
     six_view = tiny_scene.with_name("six.yaml")
     six_view.write_text(tiny_scene.read_text().replace("layers: 1}", "method: six-view}"))
 
@@ -134,7 +134,7 @@ def test_options_lie_over_what_a_scene_says(tiny_scene):
 
 
 def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball):
-    choices = Choices(*[None] * 6, "z", 2.0)
+    choices = Choices(up="z", height=2.0)
     (rays,) = find_subjects([ball], [], choices)
     (views,) = find_subjects([ball], [], replace(choices, method="six-view"))
     assert rays.params == ModelParams(resolution=512, layers=3) and views.params == ModelParams(

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import depthwalk
 from depthwalk.commands.cli import app
-from depthwalk.commands.quality import PARTS, parse_parts, shipped_scenes
+from depthwalk.commands.examination import PARTS, parse_parts, shipped_scenes
 from depthwalk.quality import dof, edges, shadows
 from depthwalk.quality.overview import Overview, to_html, to_json, to_text
 from depthwalk.quality.rows import Row

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from depthwalk.commands import soak
+from depthwalk.commands.program import as_program
 from depthwalk.render.view.bounds import Bounds
 
-app = typer.Typer()
-app.command()(soak.main)
+app = as_program(soak.main)
 
 BOUNDS = Bounds(np.array([[-20.0, 1, -5], [30, 1, 5]]), np.array([1.0, 2.0]))
 
@@ -31,7 +30,7 @@ def growth(gl_objects=0, memory=0.0, noise=0):
     made = gl_objects * np.arange(len(frame))
     random = np.random.default_rng(3)
     used = 4e8 + memory * frame + noise * random.standard_normal(len(frame))
-    return soak.Growth(frame, 40 + made, used.astype(int))
+    return soak.Growth(frame=frame, gl_objects=40 + made, memory=used.astype(int))
 
 
 def test_growth_is_told_from_noise():

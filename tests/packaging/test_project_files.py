@@ -21,7 +21,7 @@ from depthwalk import resources
 from depthwalk.commands.cli import app
 from depthwalk.render.passes import PASSES
 from depthwalk.scene.loader import load_scene
-from depthwalk.walk.hud import _HELP
+from depthwalk.walk.hud import HELP
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -135,7 +135,7 @@ def test_the_readme_shows_every_command_as_it_is():
 
 
 def test_the_readme_shows_every_key():
-    for key, meaning in _HELP:
+    for key, meaning in HELP:
         assert f"| {key} | {meaning} |\n" in README
 
 

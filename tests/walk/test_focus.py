@@ -64,4 +64,4 @@ def test_the_key_focuses_once_and_autofocus_always():
 def test_the_key_says_that_nothing_is_blurred():
     state = walk(3.0)
     state.focus()
-    assert "dof is off" in state.toast
+    assert "depth of field is off" in state.toast

@@ -1,4 +1,10 @@
-from depthwalk.walk.hud import pass_rows
+"""Texts of the HUD and of the help."""
+
+import pytest
+from imgui_bundle import imgui
+
+from depthwalk.walk.hud import count_rows, draw_help, pass_rows
+from depthwalk.walk.overlay import set_up_look
 
 
 def test_passes_that_do_next_to_nothing_share_a_row():
@@ -9,3 +15,53 @@ def test_passes_that_do_next_to_nothing_share_a_row():
 def test_none_is_left_out_where_all_do_something():
     assert pass_rows({"warp": 3.0, "light": 1.0}) == [("warp", "3.00"), ("light", "1.00")]
     assert pass_rows({}) == []
+
+
+def test_counts_are_told_in_the_fields_words():
+    counts = {
+        "objects": 12345, "occluded": 300, "dpci": 40, "dmesh": 0, "mesh": 7, "warped": 3, "warped_triangles": 98765,
+        "assets": 5, "gpu_mb": 1234.5, "atlas_used": 0.25, "tile_resolution": 1.0,
+        "case_side": 9, "case_side_and_top": 30, "case_all": 1, "step_16": 1, "step_2": 39, "level_0": 4, "level_10": 2,
+    }  # fmt: skip
+    assert count_rows(counts) == [
+        ("objects", "12,345"),
+        ("occluded", "300"),
+        ("drawn as", "dpci 40, mesh 7"),
+        ("case", "side 9, side + top 30\nall 1"),
+        ("Iter_step", "2: 39, 16: 1"),
+        ("LOD level", "0: 4, 10: 2"),
+        ("warped", "3 of 40 impostors"),
+        ("", "98,765 triangles"),
+        ("tile cache", "25% full, scale 100%"),
+        ("on the GPU", "5 assets, 1,234 MB"),
+    ]
+
+
+def test_rows_without_anything_to_tell_are_left_out():
+    counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
+    rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
+    assert rows["drawn as"] == "\u2013" and not {"case", "Iter_step", "LOD level"} & set(rows)
+
+
+@pytest.fixture
+def overlay_io():
+    """imgui with the walk's font and style, without anything that draws."""
+    context = imgui.create_context()
+    io = imgui.get_io()
+    io.set_ini_filename("")
+    io.backend_flags |= imgui.BackendFlags_.renderer_has_textures
+    set_up_look(io)
+    yield io
+    imgui.destroy_context(context)
+
+
+@pytest.mark.parametrize(("width", "left"), [(640, 0.0), (640, 289.0), (1280, 289.0)])
+def test_the_help_fits_a_small_window(overlay_io, width, left):
+    overlay_io.display_size = imgui.ImVec2(width, 480)
+    for _ in range(3):  # measured in one frame, placed in the next
+        imgui.new_frame()
+        draw_help(left, width)
+        imgui.render()
+    window = imgui.internal.find_window_by_name("help")
+    assert window.pos.x >= 0 and window.pos.x + window.size.x <= width
+    assert window.pos.y >= 0 and window.pos.y + window.size.y <= 480

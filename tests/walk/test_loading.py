@@ -4,8 +4,8 @@ from types import SimpleNamespace
 import pytest
 
 from depthwalk.scene.arrays import Representation
-from depthwalk.walk.app import _Walk
-from depthwalk.walk.loading import LoadingScreen, Stopped
+from depthwalk.walk.loading import LoadingScreen, StoppedError
+from depthwalk.walk.scene_loader import SceneLoader
 
 
 class FakeWindow(SimpleNamespace):
@@ -36,7 +36,7 @@ def test_each_stage_is_told_and_shown():
 def test_who_closes_the_window_ends_the_loading():
     window, _, screen = loading([])
     window.is_closing = True
-    with pytest.raises(Stopped):
+    with pytest.raises(StoppedError):
         screen.report("bust", "reading")
 
 
@@ -45,7 +45,7 @@ def test_what_is_stopped_ends_at_its_next_stage():
     screen.begin("scene.yaml")
     screen.report("bust", "reading")
     screen.stop()
-    with pytest.raises(Stopped):
+    with pytest.raises(StoppedError):
         screen.report("bust", "side")
     screen.end()
     assert not screen.busy
@@ -59,7 +59,7 @@ def test_what_begins_without_a_title_can_be_stopped_too():
     screen.report("bust", "side")  # a bake for another representation
     assert screen.busy
     screen.stop()
-    with pytest.raises(Stopped):
+    with pytest.raises(StoppedError):
         screen.report("bust", "caps")
 
 
@@ -86,10 +86,8 @@ def test_a_stopped_bake_leads_back_to_what_was_shown():
 
     world = SimpleNamespace(representation=None, table=table)
     renderer = SimpleNamespace(world=world, settings=SimpleNamespace(aa="none"))
-    walk = object.__new__(_Walk)
-    walk._window, walk._loading, walk._device, walk._then = window, screen, None, 0.0
-    walk._state = SimpleNamespace(renderer=renderer, tell=told.append)
-    walk._represented = Representation.MESH
-    walk._load_missing()
+    loader = SceneLoader(None, window, screen)
+    loader._usable = Representation.MESH
+    loader.load_missing(renderer, told.append)
     assert world.representation is Representation.MESH and baked == ["bust"]
     assert told == ["Loading was stopped"] and not screen.busy

@@ -12,8 +12,9 @@ from depthwalk.scene.environment import Environment, GroundParams, WalkParams
 from depthwalk.scene.path import CameraPath, load_path
 from depthwalk.walk.controls import EYE_HEIGHT, Move, Walker
 from depthwalk.walk.playback import Playback
-from depthwalk.walk.state import Mode, State
+from depthwalk.walk.state import State
 from depthwalk.walk.times import FrameTimes
+from depthwalk.walk.viewer import Mode
 
 HOME = Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0)
 
@@ -168,7 +169,7 @@ def test_turning_to_a_target_takes_a_moment():
     walk.renderer.seen = None
     walk.turn_about(0.1, 0.1)
     walk.advance(0.02)
-    assert walk.camera.target == (2, 1, 1) and "Nothing" in walk.toast
+    assert walk.camera.target == (2, 1, 1) and "No surface" in walk.toast
 
 
 @pytest.mark.parametrize("orbit", [False, True])

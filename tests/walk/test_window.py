@@ -1,13 +1,20 @@
-"""A real window, driven by real key and mouse events, in a virtual X server."""
+"""A real window, driven by real key and mouse events, in a virtual X server.
 
+The program tells of every frame what it shows, so that a test waits for what it needs to see, however long that takes
+on a busy machine, and never for a number of seconds.
+"""
+
+import contextlib
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
-import time
+import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,14 +50,41 @@ import json, signal, sys
 from pathlib import Path
 import depthwalk.walk.app as app
 import glfw
-from depthwalk.library import SceneLibrary
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.scene.loader import load_scene
 
-class Watched(app.Device):
+class WatchedDevice(app.Device):
     def __init__(self, context):
         super().__init__(context)
         self.max_samples = min(self.max_samples, int(sys.argv[2]))
         devices.append(self)
+
+class WatchedScreen(app.LoadingScreen):
+    def report(self, name, stage):
+        tell(loading=name)
+        super().report(name, stage)
+
+def tell(**facts):
+    print(json.dumps(facts), flush=True)
+
+def watched_step(walk):
+    step(walk)
+    state, window = walk._state, walk._window
+    frames.append(1)
+    tell(
+        frame=len(frames),
+        title=window.title,
+        size=window.buffer_size,
+        hud=state.hud,
+        captured=bool(window.mouse_exclusivity),
+        fast=state.fast,
+        message=state._toast,
+        position=state.camera.position,
+        look=tuple(state.camera.look),
+        recorded=state.recorder.seconds if state.recorder else 0,
+        focusing=state.pull.target is not None,
+        focus=state.renderer.settings.dof.focus_distance,
+    )
 
 def drop_by_signal(window, action):
     on_files_dropped(window, action)
@@ -58,31 +92,38 @@ def drop_by_signal(window, action):
     signal.signal(signal.SIGUSR1, lambda *_: dropped(None, 1, [Path("dropped").read_bytes()]))
     signal.signal(signal.SIGUSR2, lambda *_: window.close())
 
-devices = []
-app.Device = Watched
+devices, frames = [], []
+step, app._Walk._step = app._Walk._step, watched_step
+app.Device, app.LoadingScreen = WatchedDevice, WatchedScreen
 on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
 scene = load_scene(sys.argv[1])
 quick = {"assets.model.dpci.resolution": "64"}
 read = lambda file: load_scene(file, overrides=quick if file.suffix == ".ply" else {})
 app.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read)
-print(json.dumps([device.live for device in devices]))
+tell(live=[device.live for device in devices])
 """
+PATIENCE = 120  # s that anything may take on a busy machine
 
 
 @pytest.fixture
-def display():
+def display(monkeypatch):
+    """A virtual X server, which `DISPLAY` names; it stays when a client leaves, whom another may follow."""
     if missing:
         pytest.skip(f"not installed: {', '.join(missing)}")
     read, write = os.pipe()
-    server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(write), "-screen", "0", "800x600x24"], pass_fds=[write], stderr=subprocess.DEVNULL
-    )
-    os.close(write)
-    with os.fdopen(read) as pipe:
-        number = pipe.readline().strip()
-    yield f":{number}"
-    server.terminate()
-    server.wait(10)
+    arguments = ["Xvfb", "-displayfd", str(write), "-noreset", "-screen", "0", "800x600x24"]
+    with subprocess.Popen(arguments, pass_fds=[write], stderr=subprocess.PIPE, text=True) as server:
+        os.close(write)
+        try:
+            with os.fdopen(read) as pipe:
+                number = pipe.readline().strip()  # written once clients may connect; empty where the server ended
+            if not number:
+                raise RuntimeError(f"Xvfb: {server.communicate(timeout=10)[1]}")
+            monkeypatch.setenv("DISPLAY", f":{number}")
+            monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+            yield
+        finally:
+            server.terminate()
 
 
 @pytest.fixture
@@ -96,84 +137,139 @@ def scene_file(tmp_path):
     return path
 
 
-class Program:
-    """The walk in a process of its own, with up to so many samples per pixel."""
+@pytest.fixture
+def start(display, scene_file, tmp_path, monkeypatch):
+    """start(samples): the walk through `scene_file`, with its user, ended with the test."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    with contextlib.ExitStack() as stack:
+        yield lambda samples=4: User(stack.enter_context(Program(scene_file, tmp_path, samples)))
 
-    def __init__(self, scene_file, folder, environment, samples=4):
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", DRIVER, str(scene_file), str(samples)],
-            env=environment, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        )  # fmt: skip
+
+class Program:
+    """The walk in a process of its own, with up to so many samples per pixel; collects what it tells."""
+
+    def __init__(self, scene_file, folder, samples):
+        self.folder = folder
+        self.told = [{}]
+        self._news = threading.Condition()
+        with (folder / "errors").open("w") as errors:
+            self.process = subprocess.Popen(
+                [sys.executable, "-c", DRIVER, str(scene_file), str(samples)],
+                env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+                cwd=folder, text=True, stdout=subprocess.PIPE, stderr=errors, start_new_session=True,
+            )  # fmt: skip
+        self._listener = threading.Thread(target=self._listen)
+        self._listener.start()
 
     def __enter__(self):
         return self
 
     def __exit__(self, *error):
-        self.process.kill()
-        self.process.communicate()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)  # with those that bake for it, which hold its output open
+        self._listener.join()
+        self.process.stdout.close()
+        self.process.wait()
 
-    def check_running(self):
-        if self.process.poll() is not None:
-            raise AssertionError(self.process.communicate()[1])
+    def _listen(self):
+        for line in self.process.stdout:
+            if line.startswith("{"):
+                with self._news:
+                    self.told.append(json.loads(line))
+                    self._news.notify_all()
+        with self._news:
+            self.told.append({"ended": True})
+            self._news.notify_all()
+
+    @property
+    def errors(self):
+        return (self.folder / "errors").read_text()
+
+    def wait(self, wanted, what):
+        """The first report, from now on, for which `wanted` holds."""
+        with self._news:
+            seen = len(self.told) - 1
+            assert self._news.wait_for(lambda: self._find(wanted, seen) or "ended" in self.told[-1], PATIENCE), what
+            found = self._find(wanted, seen)
+        assert found, f"{what}: {self.errors}"
+        return found
+
+    def _find(self, wanted, start):
+        return next((report for report in self.told[start:] if wanted(report)), None)
+
+    def wait_for(self, **facts):
+        """The first report, from now on, that says so."""
+        return self.wait(lambda report: facts.items() <= report.items(), facts)
+
+    def wait_frames(self, count=2):
+        """Until so many frames were begun and shown from now on."""
+        first = self.wait(lambda report: "frame" in report, "a frame")["frame"]
+        self.wait(lambda report: report.get("frame", 0) >= first + count, f"{count} frames")
+
+    def wait_still(self):
+        """The first frame, from now on, in which the camera stands where it stood in the frame before."""
+        places = []
+
+        def is_still(report):
+            if "frame" in report:
+                places.append((report["position"], report["look"]))
+            return len(places) > 2 and np.allclose(*(np.ravel(place) for place in places[-2:]), atol=1e-5, rtol=0)
+
+        while True:  # each report is judged once: `places` remembers
+            report = self.wait(lambda report: "frame" in report, "a frame")
+            if is_still(report):
+                return report
+            self.wait(lambda later, now=report["frame"]: later.get("frame", 0) > now, "another frame")
 
     def end(self):
-        """What it printed last, once it ended well."""
-        output, errors = self.process.communicate(timeout=10)
-        assert self.process.returncode == 0, errors
-        return json.loads(output.splitlines()[-1])
+        """The GL objects that were left, once it ended well."""
+        assert self.process.wait(PATIENCE) == 0, self.errors
+        self._listener.join()
+        (live,) = self.told[-2]["live"]
+        return live
 
 
 class User:
-    """Works the keyboard and the mouse of a display."""
+    """Works the keyboard and the mouse of a program's display; begins when the program shows its window."""
 
-    def __init__(self, environment, folder, program):
-        self.environment, self.folder, self.program = environment, folder, program
+    def __init__(self, program):
+        self.program = program
+        program.wait(lambda report: report, "the first report")  # comes once there is a window
+        self.window = self._focus()
 
     def do(self, *commands):
         command = ["xdotool", *map(str, commands)]
-        return subprocess.run(command, env=self.environment, check=True, capture_output=True, timeout=20).stdout
+        return subprocess.run(command, check=True, capture_output=True, text=True, timeout=PATIENCE).stdout
 
-    def find_window(self):
-        """The number of the program's window, focused."""
-        end = time.monotonic() + 20
-        while time.monotonic() < end:
-            self.program.check_running()
-            # It exists before it is shown, and takes the focus only then.
-            search = ["xdotool", "search", "--onlyvisible", "--name", "depthwalk"]
-            found = subprocess.run(search, env=self.environment, capture_output=True, text=True, timeout=20).stdout
-            if found:
-                focus = ["xdotool", "windowfocus", "--sync", found.split()[0]]
-                if subprocess.run(focus, env=self.environment, capture_output=True, timeout=20).returncode == 0:
-                    return found.split()[0]
-            time.sleep(0.1)
-        raise AssertionError("no window")
+    def _focus(self):
+        """The number of the program's window, to which keys go from now on."""
+        window = self.do("search", "--sync", "--onlyvisible", "--name", "depthwalk").split()[0]
+        self.do("windowfocus", "--sync", window)
+        return window
 
     def drop(self, file):
-        (self.folder / "dropped").write_text(str(file))
+        (self.program.folder / "dropped").write_text(str(file))
         self.program.process.send_signal(signal.SIGUSR1)
 
-    def wait_for_title(self, text):
-        end = time.monotonic() + 60
-        search = ["xdotool", "search", "--onlyvisible", "--name", f"^{text}"]
-        while subprocess.run(search, env=self.environment, capture_output=True, timeout=20).returncode:
-            self.program.check_running()
-            assert time.monotonic() < end, text
-            time.sleep(0.1)
+    def key(self, name, **facts):
+        """Press a key; wait until the program tells what it did."""
+        self.do("key", name)
+        return self.program.wait_for(**facts)
 
-    def screenshot(self, size=None):
-        """The next screenshot, taken again until it is of `size`: (H, W, 3) int, and its Camera."""
-        end = time.monotonic() + 20
-        before = set(self.folder.glob("*.png"))
-        while time.monotonic() < end:
-            self.program.check_running()
-            self.do("key", "F12")
-            time.sleep(0.4)
-            for file in sorted(set(self.folder.glob("*.png")) - before):
-                before.add(file)
-                with Image.open(file) as image:
-                    if size is None or image.size == size:
-                        return np.asarray(image, int), camera_of(image.text["Camera"])
-        raise AssertionError("no screenshot")
+    def screenshot(self):
+        """What the window shows: (H, W, 3) int, and its Camera."""
+        self.program.wait_frames()
+        before = set(self.program.folder.glob("*.png"))
+        self.do("key", "F12")
+        is_saved = re.compile(r"Saved (.*\.png)").fullmatch
+
+        def is_new(report):
+            saved = is_saved(report.get("message", ""))
+            return saved and Path(saved[1]) not in before
+
+        file = Path(is_saved(self.program.wait(is_new, "a screenshot")["message"])[1])
+        with Image.open(file) as image:
+            return np.asarray(image, int), camera_of(image.text["Camera"])
 
 
 def camera_of(text):
@@ -189,35 +285,35 @@ def headless_picture(scene_file, camera, size):
 
 
 @linux
-def test_a_walk_with_keys_and_mouse(display, scene_file, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setenv("DISPLAY", display)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    folder = tmp_path / "pictures"
-    folder.mkdir()
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with Program(scene_file, folder, environment) as program:
-        user = User(environment, folder, program)
-        window = user.find_window()
-        user.screenshot()  # perhaps the first frame, in which the HUD measures itself and does not show
-        with_hud, start = user.screenshot()
-        assert start.position == (0.0, 1.2, 6.0) and with_hud.shape == (360, 480, 3)
-        assert np.abs(with_hud - headless_picture(scene_file, start, (480, 360))).mean() > 5  # the HUD is there
+def test_a_walk_with_keys_and_mouse(start, scene_file):
+    user = start()
+    program = user.program
+    with_hud, first = user.screenshot()
+    assert first.position == (0.0, 1.2, 6.0) and with_hud.shape == (360, 480, 3)
+    assert np.abs(with_hud - headless_picture(scene_file, first, (480, 360))).mean() > 5  # the HUD is there
 
-        user.do("mousemove", 240, 200, "click", 4, "keydown", "w", "sleep", 0.5, "keyup", "w")
-        user.do("mousedown", 3, "mousemove_relative", "--", 50, 10, "mousemove_relative", 50, 10, "mouseup", 3)
-        user.do("key", "z", "windowsize", window, 400, 300, "sleep", 0.6)
-        picture, end = user.screenshot((400, 300))
-        assert 0.5 < start.position[2] - end.position[2] < 5.5  # half a second at 3.6 m/s, more on a busy machine
-        assert end.target[0] - end.position[0] > 0.1  # the mouse went to the right
-        expected = headless_picture(scene_file, end, (400, 300))
-        assert expected.std() > 20  # something is seen
-        assert np.abs(picture - expected).mean() < 1.0
+    user.do("mousemove", 240, 200, "click", 4, "keydown", "w")
+    program.wait(lambda report: "position" in report and report["position"][2] < 5, "a step ahead")
+    user.do("keyup", "w")
+    program.wait_still()
+    user.do("mousedown", 3, "mousemove_relative", "--", 50, 10, "mousemove_relative", 50, 10, "mouseup", 3)
+    program.wait(lambda report: "look" in report and report["look"][0] > 0.15, "a turn to the right")
+    program.wait_still()
+    user.key("z", hud=False)
+    user.do("windowsize", user.window, 400, 300)
+    program.wait_for(size=[400, 300])
+    picture, last = user.screenshot()
+    assert picture.shape == (300, 400, 3)
+    assert 0.5 < first.position[2] - last.position[2] < 5.5  # a metre at 3.6 m/s, more on a busy machine
+    assert last.target[0] - last.position[0] > 0.1  # the mouse went to the right
+    expected = headless_picture(scene_file, last, (400, 300))
+    assert expected.std() > 20  # something is seen
+    assert np.abs(picture - expected).mean() < 1.0
 
-        user.do("key", "c", "sleep", 0.5, "key", "Escape", "sleep", 0.5)
-        program.check_running()  # Esc let the mouse go
-        user.do("key", "Escape")
-        (live,) = program.end()
+    user.key("c", captured=True)
+    user.key("Escape", captured=False)
+    user.do("key", "Escape")
+    live = program.end()
     assert live["texture"] == 0 and not any(live.values())
 
 
@@ -229,59 +325,45 @@ def write_many(scene_file):
 
 
 @linux
-def test_escape_ends_the_loading(display, scene_file, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setenv("DISPLAY", display)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+def test_escape_ends_the_loading(start, scene_file, tmp_path):
     write_many(scene_file)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with Program(scene_file, tmp_path, environment) as program:
-        user = User(environment, tmp_path, program)
-        user.find_window()
+    user = start()
+    for _ in range(PATIENCE):  # a key pressed as the window appears may be lost
         user.do("key", "Escape")
-        (live,) = program.end()
-    assert not any(live.values())
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            user.program.process.wait(1)
+            break
+    assert not any(user.program.end().values())
     assert len(list((tmp_path / "cache").rglob("*.exr"))) < 90  # of 100 bakes
 
 
 @linux
-def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(
-    display, scene_file, tmp_path, monkeypatch
-):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setenv("DISPLAY", display)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(start, tmp_path):
     write_many(many := tmp_path / "many.yaml")
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with Program(scene_file, tmp_path, environment) as program:
-        user = User(environment, tmp_path, program)
-        user.find_window()
-        user.screenshot()  # it shows the scene
-        user.do("key", "k", "sleep", 1)
-        user.drop(many)
-        time.sleep(2)
-        program.process.send_signal(signal.SIGUSR2)
-        (live,) = program.end()
-    assert not any(live.values())
+    user = start()
+    program = user.program
+    program.wait_frames()
+    user.do("key", "k")
+    program.wait(lambda report: report.get("recorded", 0) > 0.5, "half a second of recording")
+    user.drop(many)
+    program.wait(lambda report: "loading" in report, "the other scene")
+    program.process.send_signal(signal.SIGUSR2)
+    assert not any(program.end().values())
     (recorded,) = tmp_path.glob("depthwalk-*.yaml")
     assert len(load_path(recorded).times) > 1
     assert len(list((tmp_path / "cache").rglob("*.exr"))) < 90  # it was loading
 
 
 @linux
-def test_a_key_focuses_on_what_is_in_the_middle(display, scene_file, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setenv("DISPLAY", display)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+def test_a_key_focuses_on_what_is_in_the_middle(start, scene_file):
     lens = "render: {dof: {mode: gather, focal_length: 150, f_number: 1, focus_distance: 1}}\n"
     scene_file.write_text(SCENE.replace("target: [0, 0.8, 0]", "target: [0.8, 0.8, 0]") + lens)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with Program(scene_file, tmp_path, environment) as program:
-        user = User(environment, tmp_path, program)
-        user.find_window()
-        user.screenshot()  # it shows the scene
-        user.do("key", "z", "key", "l", "sleep", 4)
-        focused, camera = user.screenshot()
+    user = start()
+    user.program.wait_frames()
+    user.key("z", hud=False)
+    user.do("key", "l")
+    user.program.wait(lambda report: report.get("focus", 1) != 1 and not report["focusing"], "focus")
+    focused, camera = user.screenshot()
     pictures = {}
     for mode in ("gather", "none"):
         scene = load_scene(scene_file, overrides={"render.dof.mode": mode})
@@ -296,70 +378,62 @@ def test_a_key_focuses_on_what_is_in_the_middle(display, scene_file, tmp_path, m
 
 
 @linux
-def test_files_are_dropped_and_read_again(display, scene_file, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setenv("DISPLAY", display)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+def test_files_are_dropped_and_read_again(start, scene_file, tmp_path):
     (tmp_path / "bad.yaml").write_text("version: 1\nobjects: [{asset: ball}]\n")
     (tmp_path / "broken.ply").write_text("no mesh")
-    with Program(scene_file, tmp_path, environment) as program:
-        user = User(environment, tmp_path, program)
-        user.find_window()
-        _, start = user.screenshot()
-        user.do("key", "z")
-        for bad in ("bad.yaml", "broken.ply", "gone.yaml"):
-            user.drop(tmp_path / bad)
-            time.sleep(1)
-        picture, camera = user.screenshot()
-        assert camera == start
-        assert np.abs(picture - headless_picture(scene_file, start, (480, 360))).mean() < 1
+    user = start()
+    program = user.program
+    _, first = user.screenshot()
+    user.key("z", hud=False)
+    for bad in ("bad.yaml", "broken.ply", "gone.yaml"):
+        user.drop(tmp_path / bad)
+        program.wait(lambda report, bad=bad: bad in report.get("message", ""), f"a complaint about {bad}")
+    picture, camera = user.screenshot()
+    assert camera == first
+    assert np.abs(picture - headless_picture(scene_file, first, (480, 360))).mean() < 1
 
-        user.drop(tmp_path / "ball.ply")
-        user.wait_for_title("ball.ply")
-        user.do("mousemove", 240, 180, "mousedown", 1, "mousemove_relative", 90, 0, "sleep", 0.3, "mouseup", 1)
-        _, turned = user.screenshot()
-        assert turned.target == pytest.approx((0, 0.8, 0), abs=0.02)  # the ball's middle
-        assert turned.position[0] < -0.2
+    user.drop(tmp_path / "ball.ply")
+    program.wait(lambda report: report.get("title", "").startswith("ball.ply"), "the ball")
+    user.do("mousemove", 240, 180, "mousedown", 1, "mousemove_relative", 90, 0)
+    program.wait(lambda report: "position" in report and report["position"][0] < -0.2, "a turn about the ball")
+    user.do("mouseup", 1)
+    _, turned = user.screenshot()
+    assert turned.target == pytest.approx((0, 0.8, 0), abs=0.02)  # the ball's middle
+    assert turned.position[0] < -0.2
 
-        user.drop(scene_file)
-        user.wait_for_title("scene.yaml")
-        user.do("keydown", "d", "sleep", 0.3, "keyup", "d", "sleep", 0.3)
-        scene_file.write_text(SCENE.replace("position: [0.8, 0, 0]", "position: [0.8, 0, 2]"))
-        user.do("key", "r", "sleep", 4)
-        picture, moved = user.screenshot()
-        assert moved.position[0] > 0.2
-        assert np.abs(picture - headless_picture(scene_file, moved, (480, 360))).mean() < 1
+    user.drop(scene_file)
+    program.wait(lambda report: report.get("title", "").startswith("scene.yaml"), "the scene")
+    user.do("keydown", "d")
+    program.wait(lambda report: "position" in report and report["position"][0] > 0.3, "a step to the right")
+    user.do("keyup", "d")
+    program.wait_still()
+    scene_file.write_text(SCENE.replace("position: [0.8, 0, 0]", "position: [0.8, 0, 2]"))
+    user.do("key", "r")
+    program.wait(lambda report: report.get("message", "").startswith("Read scene.yaml again"), "the scene again")
+    picture, moved = user.screenshot()
+    assert moved.position[0] > 0.2
+    assert np.abs(picture - headless_picture(scene_file, moved, (480, 360))).mean() < 1
 
-        path = tmp_path / "path.yaml"
-        path.write_text("version: 1\nkeyframes: [{time: 0, position: [0, 9, 9], target: [0, 0, 0]}]\n")
-        user.drop(path)
-        user.do("sleep", 1, "key", "p", "sleep", 0.5)
-        assert user.screenshot()[1].position == (0, 9, 9)
-        user.do("key", "Escape")
-        (live,) = program.end()
-    assert not any(live.values())
+    path = tmp_path / "path.yaml"
+    path.write_text("version: 1\nkeyframes: [{time: 0, position: [0, 9, 9], target: [0, 0, 0]}]\n")
+    user.drop(path)
+    program.wait(lambda report: "path.yaml" in report.get("message", ""), "the path")
+    user.key("p", position=[0, 9, 9])
+    assert user.screenshot()[1].position == (0, 9, 9)
+    user.do("key", "Escape")
+    assert not any(program.end().values())
 
 
 @linux
 @pytest.mark.parametrize(("samples", "shown"), [(4, "msaa"), (2, "none")])
-def test_multisampling_and_none_where_the_driver_has_too_few(
-    display, scene_file, tmp_path, monkeypatch, samples, shown
-):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setenv("DISPLAY", display)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+def test_multisampling_and_none_where_the_driver_has_too_few(start, scene_file, samples, shown):
     scene_file.write_text(SCENE + "render: {aa: msaa}\n")
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with Program(scene_file, tmp_path, environment, samples) as program:
-        user = User(environment, tmp_path, program)
-        user.find_window()
-        user.screenshot()  # it shows the scene
-        user.do("key", "z", "sleep", 0.5)
-        picture, camera = user.screenshot()
-        user.do("key", "Escape")
-        (live,) = program.end()
-    assert not any(live.values())
+    user = start(samples)
+    user.program.wait_frames()
+    user.key("z", hud=False)
+    picture, camera = user.screenshot()
+    user.do("key", "Escape")
+    assert not any(user.program.end().values())
     expected = {}
     for aa in ("msaa", "none"):
         scene = load_scene(scene_file, overrides={"render.aa": aa})

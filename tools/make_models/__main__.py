@@ -1,6 +1,8 @@
-"""`python -m tools.make_models OUTDIR [NAME...]` makes the demo's meshes and textures anew, the same bytes each time.
-By name, it also makes what does not ship: `specimens` (`python -m tools.make_models /tmp animal chair`), and `market`, a
-scene of hundreds of assets."""
+"""`python -m tools.make_models OUTDIR [NAME...]`: make the meshes and textures that ship, the same bytes every time.
+
+By name it also makes what does not ship: the specimens (`python -m tools.make_models /tmp animal chair`), and `market`,
+a scene of hundreds of assets.
+"""
 
 from pathlib import Path
 from typing import Annotated
@@ -15,8 +17,8 @@ from tools.make_models.model import write_ply
 from tools.make_models.specimens import SPECIMENS
 from tools.make_models.textures import write_png
 
-from depthwalk.commands.console import guarded
 from depthwalk.commands.options import Verbose
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.errors import InputError, suggest
 from depthwalk.files import write_bytes
 from depthwalk.limits import MAX_ASSETS
@@ -38,7 +40,7 @@ TEXTURE_HEADER = """
 
 
 def write_models(folder: Path, names: list[str]) -> list[str]:
-    """Makes the named models; the rows of the table that lists them."""
+    """Write the named models to a folder and return the rows of the table that lists them."""
     rows = []
     for name in track(names, "models", console=Console(stderr=True)):
         model = MODELS[name].make()
@@ -49,6 +51,7 @@ def write_models(folder: Path, names: list[str]) -> list[str]:
 
 
 def write_textures(folder: Path, names: list[str]) -> list[str]:
+    """Write the named textures to a folder and return the rows of the table that lists them."""
     rows = []
     for name in names:
         make, about = TEXTURES[name]
@@ -59,9 +62,21 @@ def write_textures(folder: Path, names: list[str]) -> list[str]:
 
 
 def generate(folder: Path, names: list[str], assets: int = 300) -> None:
-    """Writes the named files, or all that ship and SOURCES.md where no name is given. assets: of the market.
+    """Write the named files, or everything that ships and SOURCES.md where no name is given.
 
-    Raises InputError for an unknown name, and where the folder cannot be made.
+    Parameters
+    ----------
+    folder
+        Where to; it is made where it is missing.
+    names
+        Of models, textures and specimens; `market`.
+    assets
+        Number of assets of the market.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, and where the folder cannot be made.
     """
     known = [*MODELS, *TEXTURES, *SPECIMENS, "market"]
     for name in names:
@@ -86,16 +101,16 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
 
 @guarded
 def main(
-    outdir: Annotated[Path, typer.Argument(help="Folder to write to")],
+    outdir: Annotated[Path, typer.Argument(help="Folder to write to.")],
     names: Annotated[
-        list[str] | None, typer.Argument(help="Only these files, without suffix; specimens; market")
+        list[str] | None, typer.Argument(help="Only these files, without suffix; specimens; market.")
     ] = None,
-    assets: Annotated[int, typer.Option(min=1, max=MAX_ASSETS, help="Of the market")] = 300,
+    assets: Annotated[int, typer.Option(min=1, max=MAX_ASSETS, help="Number of assets of the market.")] = 300,
     verbose: Verbose = False,
 ) -> None:
-    """Make the demo's meshes and textures anew."""
+    """Make the meshes and textures that ship with the program."""
     generate(outdir, names or [], assets)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    as_program(main)()

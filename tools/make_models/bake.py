@@ -1,4 +1,4 @@
-"""`python -m tools.make_models.bake` bakes the depth images of the demo scenes, which travel beside their meshes."""
+"""`python -m tools.make_models.bake`: bake the depth images of the shipped scenes, which lie beside their meshes."""
 
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -15,8 +15,8 @@ from depthwalk.assets.asset_files import mesh_key, model_params, read_hashed
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.commands.console import guarded
 from depthwalk.commands.options import Verbose
+from depthwalk.commands.program import as_program, guarded
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height
 from depthwalk.resources import scene_root
@@ -25,12 +25,12 @@ from depthwalk.scene.scene import MeshAsset
 
 
 def demo_scenes() -> list[Path]:
-    """The scenes that must open at once; others bake into the cache when first opened."""
+    """Return the scenes that must open at once; others bake into the cache when first opened."""
     return [scene_root() / name for name in ("garden.yaml", "room.yaml")]
 
 
 def baked_assets(scenes: Iterable[Path]) -> list[MeshAsset]:
-    """The assets with depth images of the scene files `scenes`, one per mesh, by name of the mesh.
+    """Return the assets with depth images of the scene files `scenes`, one per mesh, by name of the mesh.
 
     Raises InputError where two of them want one mesh baked differently: a mesh has one file beside it.
     """
@@ -45,13 +45,27 @@ def baked_assets(scenes: Iterable[Path]) -> list[MeshAsset]:
 
 
 def baked_key(asset: MeshAsset) -> str:
-    """The key under which the library looks for the depth images of `asset`, which has some."""
+    """Return the key under which the library looks for the depth images of `asset`, which has some."""
     return mesh_key(asset, _params(asset))
 
 
 def bake_asset(asset: MeshAsset, folder: Path | None = None) -> Path:
-    """Bakes `asset`, in one thread, to a file in `folder`, or beside its mesh, and returns which. Raises InputError,
-    OSError."""
+    """Bake an asset in one thread and return the file.
+
+    Parameters
+    ----------
+    asset
+        A mesh asset that has depth images.
+    folder
+        Where to write; None is beside the mesh.
+
+    Raises
+    ------
+    InputError
+        Where the mesh cannot be baked.
+    OSError
+        Where the file cannot be written.
+    """
     mesh, source = read_hashed(asset)
     check_height(mesh, asset.mesh)
     file = sidecar(asset.mesh if folder is None else folder / asset.mesh.name)
@@ -67,7 +81,7 @@ def _params(asset: MeshAsset) -> ModelParams:
 @guarded
 def main(
     folder: Annotated[
-        Path | None, typer.Argument(help="Existing folder to write to; absent: beside the meshes")
+        Path | None, typer.Argument(help="Existing folder to write to.", show_default="beside the meshes")
     ] = None,
     verbose: Verbose = False,
 ) -> None:
@@ -84,4 +98,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    as_program(main)()

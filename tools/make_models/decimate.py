@@ -19,7 +19,7 @@ def without_flaps(model: Model) -> Model:
 
 
 def unpinched(model: Model) -> Model:
-    """A closed surface that touches itself along edges, taken apart there: each edge then joins two faces."""
+    """Return a closed surface that touches itself along edges, taken apart there: each edge then joins two faces."""
     edge, partner = _joints(model)
     here, there = np.concatenate([edge, _following(edge)]), np.concatenate([_following(partner), partner])
     links = coo_array((np.ones(len(here), bool), (here, there)), (model.faces.size, model.faces.size))
@@ -34,7 +34,10 @@ def unpinched(model: Model) -> Model:
 
 
 def _following(corner: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The next corner of the same face; corner k is corner k mod 3 of face k // 3, and stands for the edge from it."""
+    """Return the next corner of the same face.
+
+    Corner k is corner k mod 3 of face k // 3, and stands for the edge that begins there.
+    """
     return corner - corner % 3 + (corner + 1) % 3
 
 
@@ -87,7 +90,7 @@ def _angle_about(
 
 
 def simplified(model: Model, count: int) -> Model:
-    """A closed model decimated by quadric error to at most `count` faces; colours are lost (white)."""
+    """Return a closed model decimated by quadric error to at most `count` faces; colours are lost (white)."""
     result = model
     for slack in (0, 8, 64, 512, 512):  # a pass may stop a little above its target
         arrays = fast_simplification.simplify(result.positions, result.faces, target_count=count - slack, agg=4)
@@ -99,7 +102,7 @@ def simplified(model: Model, count: int) -> Model:
 
 
 def with_exact_count(model: Model, count: int) -> Model:
-    """A closed model with `count` faces exactly: decimated to just below it, then its longest edges are halved.
+    """Return a closed model with `count` faces exactly: decimated to just below it, then its longest edges are halved.
 
     A closed surface has an even number of faces; an odd count is met by leaving out one of its underside's.
     """

@@ -50,7 +50,7 @@ class Face:
 
 
 def skull(face: Face) -> list[Stroke]:
-    """The large masses: cranium, face, jaw, cheekbones."""
+    """Make the large masses: cranium, face, jaw, cheekbones."""
     return [
         Blob((0, 14.3, -0.9), (7.3, 8.3, 9.4), 1.0),
         Blob((0, 9.6, 2.6), (6.15, 9.0, 6.3), 2.5),
@@ -67,6 +67,7 @@ def skull(face: Face) -> list[Stroke]:
 
 
 def brows_and_sockets(face: Face) -> list[Stroke]:
+    """Return the strokes that carve the eye sockets and raise the brows."""
     return [
         Blob((3.25, 11.2, 9.3), (2.3, 1.35, 1.75), 1.3, cut=True, turn=(1, 24)),
         Blob((1.7, 11.5, 9.3), (0.7, 0.9, 0.8), 0.9, cut=True),
@@ -76,6 +77,7 @@ def brows_and_sockets(face: Face) -> list[Stroke]:
 
 
 def nose(face: Face) -> list[Stroke]:
+    """Return the strokes of the nose."""
     w = face.nose
     return [
         Rod((0, 13.2, 8.55), (0, 8.7, 10.75), w, w * 0.88, 1.4),
@@ -89,6 +91,7 @@ def nose(face: Face) -> list[Stroke]:
 
 
 def mouth(face: Face) -> list[Stroke]:
+    """Return the strokes of lips and chin."""
     f, w = face.lips, face.mouth
     return [
         Blob((0, 5.2, 6.8), (3.0, 2.6, 2.6), 1.8),
@@ -105,7 +108,7 @@ def mouth(face: Face) -> list[Stroke]:
 
 
 def eyes(p: Points, d: Distance, face: Face) -> Distance:
-    """Adds eyeballs in lids whose almond-shaped opening is the overlap of two circles. p is mirrored."""
+    """Add eyeballs in lids whose almond-shaped opening is the overlap of two circles. p is mirrored."""
     q = turned(p, EYE, 2, -4.0)
     x, y = q[:, 0] - EYE[0], q[:, 1] - EYE[1]
     r = face.opening
@@ -132,7 +135,7 @@ def pupils(p: Points, d: Distance) -> Distance:
 
 
 def ear(p: Points, d: Distance) -> Distance:
-    """Adds the ear: a tilted dish with rim, inner fold, hollow and lobe. p is mirrored."""
+    """Add the ear: a tilted dish with rim, inner fold, hollow and lobe. p is mirrored."""
     q = turned(turned(turned(p, (6.9, 10.6, 0.6), 2, -15), (6.7, 9.6, 0.6), 1, -20), (6.7, 9.6, 0.6), 0, -12)
     v, w = q[:, 1] - 9.6, q[:, 2] + 0.6
     outline = np.hypot(v / 3.1, (w + 0.1 * v * 0.3) / 1.75)
@@ -148,7 +151,7 @@ def ear(p: Points, d: Distance) -> Distance:
 
 
 def bare_head(p: Points, face: Face) -> Distance:
-    """The head without hair, ears on, neck not."""
+    """Make the head without hair, ears on, neck not."""
     m = mirrored(p)
     d = sculpt(m, np.full(len(p), np.float32(1e3)), skull(face))
     d = sculpt(m, d, brows_and_sockets(face))
@@ -158,7 +161,7 @@ def bare_head(p: Points, face: Face) -> Distance:
 
 
 def neck(p: Points, face: Face) -> Distance:
-    """The neck and its two leading muscles, from within the head down to y = −12."""
+    """Make the neck and its two leading muscles, from within the head down to y = −12."""
     m = mirrored(p)
     w = face.neck
     slim = ellipsoid(m, (0, -2, -2.6), (w, 24, w + 0.6))

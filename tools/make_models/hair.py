@@ -43,7 +43,7 @@ def curls(p: Points, centres: NDArray[np.float64], radius: float, hands: NDArray
 
 
 def spread(candidates: NDArray[np.floating], spacing: float, seed: int) -> NDArray[np.float64]:
-    """A subset of the candidates (n, 3) no two of which are nearer than `spacing`, in random order."""
+    """Return a subset of the candidates (n, 3) no two of which are nearer than `spacing`, in random order."""
     rng = np.random.default_rng(seed)
     points = np.asarray(candidates, np.float64)[rng.permutation(len(candidates))]
     tree = cKDTree(points)

@@ -54,7 +54,7 @@ def chest(p: Points, face: Face, broad: float) -> Distance:
 
 
 def socle(q: Points, d: Distance) -> Distance:
-    """Adds a round foot with hollow stem under the bust, down to the floor. q: in the chest's frame."""
+    """Add a round foot with hollow stem under the bust, down to the floor. q: in the chest's frame."""
     q = q - np.array([0, 0, -1.6], np.float32)
     floor = FLOOR - CHEST_UP
     d = union(d, rod(q, (0, -22.8, 0), (0, -17.5, 0), 2.6, 3.6), 1.6)
@@ -64,7 +64,7 @@ def socle(q: Points, d: Distance) -> Distance:
 
 
 def posed(p: Points, turn: float, tilt: float) -> Points:
-    """The points in the frame of a head that is turned about the neck and tilted to its side, degrees."""
+    """Return the points in the frame of a head that is turned about the neck and tilted to its side, degrees."""
     return turned(turned(p, (0, 0, -2), 1, turn), (0, 0, -2), 2, tilt)
 
 
@@ -84,7 +84,7 @@ def venus_hair(p: Points) -> Distance:
 
 
 def _knot(p: Points) -> Distance:
-    """The knot at the nape: a coil of hair."""
+    """Make the knot at the nape: a coil of hair."""
     q = p - np.array([0, 11.2, -12.2], np.float32)
     radius, angle = np.hypot(q[:, 0], q[:, 1]), np.arctan2(q[:, 1], q[:, 0])
     coil = 0.5 + 0.5 * np.cos(2 * np.pi * (radius / 1.5 - angle / (2 * np.pi)))
@@ -93,12 +93,13 @@ def _knot(p: Points) -> Distance:
 
 
 def _fillet(p: Points, hair: Distance) -> Distance:
-    """A flat band around the hair, in a tilted plane."""
+    """Make a flat band around the hair, in a tilted plane."""
     plane = np.abs(0.86 * (p[:, 1] - 18.2) + 0.5 * (p[:, 2] - 1.0)) - 0.55
     return intersection(hair - np.float32(0.5), plane.astype(np.float32), 0.2)
 
 
 def venus_head(p: Points) -> Distance:
+    """Return the distance to the woman's head with its hair, centimetres."""
     return union(pupils(mirrored(p), bare_head(p, VENUS)), venus_hair(p), 0.25)
 
 
@@ -108,7 +109,7 @@ def venus_field(p: Points) -> Distance:
 
 
 def man_mass(p: Points) -> Distance:
-    """The smooth mass of hair and beard, before curls."""
+    """Make the smooth mass of hair and beard, before curls."""
     m = mirrored(p)
     hair = ellipsoid(m, (0, 14.4, -0.8), (8.0, 8.9, 10.4))
     hair = difference(hair, ellipsoid(m, (0, 8.6, 9.8), (6.6, 8.6, 8.0)), 1.2)
@@ -129,6 +130,7 @@ def _curl_centres() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def man_hair(p: Points) -> Distance:
+    """Return the distance to hair and beard with their curls, centimetres."""
     mass = man_mass(p)
     near = np.abs(mass) < 3
     height = np.zeros(len(p), np.float32)
@@ -137,6 +139,7 @@ def man_hair(p: Points) -> Distance:
 
 
 def moustache(p: Points, d: Distance) -> Distance:
+    """Return the distance to the head `d` with a moustache added, centimetres."""
     m = mirrored(p)
     body = union(
         rod(m, (0.55, 5.95, 9.6), (2.3, 5.2, 8.8), 0.5, 0.55), rod(m, (2.3, 5.2, 8.8), (3.6, 3.2, 7.6), 0.55, 0.35), 0.4
@@ -157,7 +160,7 @@ def _finished(model: Model, colours: NDArray[np.float32]) -> Model:
 
 
 def head_venus() -> Model:
-    """A woman's bust in marble, closed, 67,170 triangles, 0.46 m."""
+    """Make a woman's bust in marble, closed, 67,170 triangles, 0.46 m."""
     raw = polygonise(venus_field, (-14, FLOOR - 0.6, -16.5), (14, 25.5, 13), CELL)
     model = with_exact_count(raw, VENUS_TRIANGLES)
     p = model.positions
@@ -168,7 +171,7 @@ def head_venus() -> Model:
 
 
 def head_man() -> Model:
-    """A bearded man's bust in patinated bronze, closed but for one face below, 78,157 triangles, 0.46 m."""
+    """Make a bearded man's bust in patinated bronze, closed but for one face below, 78,157 triangles, 0.46 m."""
     raw = polygonise(man_field, (-16, FLOOR - 0.6, -13), (16, 25.5, 13), CELL)
     model = with_exact_count(raw, MAN_TRIANGLES)
     p = model.positions

@@ -1,6 +1,6 @@
-"""A scene of hundreds of different assets, to measure how they come and go: `python -m tools.make_models FOLDER market`.
+"""Make a scene of hundreds of different assets, to measure loading: `python -m tools.make_models FOLDER market`.
 
-Vessels in two rows, no two alike, and quick to make.
+It shows vessels in two rows, no two alike, and quick to make.
 """
 
 from pathlib import Path
@@ -28,7 +28,7 @@ camera: {{position: [0, 1.7, {end:g}], target: [0, 1, 0], fov: 60}}
 
 
 def vessel(seed: int) -> Model:
-    """A jar, a bowl or a bottle with a lid, about 1 m high and fluted."""
+    """Make a jar, a bowl or a bottle with a lid, about 1 m high and fluted."""
     random = np.random.default_rng(seed)
     foot, belly, neck, lip = random.uniform((0.1, 0.2, 0.05, 0.08), (0.3, 0.45, 0.25, 0.35))
     height = random.uniform(0.7, 1.3)
@@ -41,7 +41,7 @@ def vessel(seed: int) -> Model:
 
 
 def write_market(folder: Path, count: int) -> None:
-    """Writes `count` vessels and `market.yaml`, in which they stand in two rows along z, to an existing folder."""
+    """Write `count` vessels and `market.yaml`, in which they stand in two rows along z, to an existing folder."""
     assets, objects = [], []
     end = _SPACING * (count // 4 + 1)
     for number in range(count):

@@ -18,7 +18,9 @@ _CHUNK = 1 << 17  # points per evaluation: the temporaries stay in the processor
 
 
 def polygonise(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) -> Model:
-    """The zero surface of `field` within the box, sampled every `cell`; it is open where the solid leaves the box.
+    """Return the zero surface of `field` within the box, sampled every `cell`.
+
+    The surface is open where the solid leaves the box.
 
     The field is evaluated finely only near the surface, so it must not change faster than distance does (Lipschitz
     constant near 1).
@@ -55,7 +57,7 @@ def tidy(model: Model) -> Model:
 
 
 def largest_part(model: Model) -> Model:
-    """The connected part with the most vertices: drops crumbs and enclosed hollows."""
+    """Return the connected part with the most vertices: drops crumbs and enclosed hollows."""
     a, b = model.faces[:, [0, 1, 2]].ravel(), model.faces[:, [1, 2, 0]].ravel()
     count = len(model.positions)
     _, part = connected_components(coo_array((np.ones(len(a), bool), (a, b)), (count, count)), directed=False)

@@ -26,13 +26,15 @@ class Model:
     normals: NDArray[np.float32] | None = None
 
     def moved(self, offset: ArrayLike) -> "Model":
+        """Return it moved by `offset`, metres."""
         return replace(self, positions=(self.positions + np.asarray(offset, np.float32)).astype(np.float32))
 
     def scaled(self, factor: float) -> "Model":
+        """Return it scaled about the origin."""
         return replace(self, positions=(self.positions * np.float32(factor)).astype(np.float32))
 
     def turned(self, axis: int, degrees: float) -> "Model":
-        """Turned about an axis (0, 1, 2 = x, y, z) through the origin, counter-clockwise seen from its tip."""
+        """Return it turned about an axis (0, 1, 2 = x, y, z), counter-clockwise seen from the tip of the axis."""
         u, v = (axis + 1) % 3, (axis + 2) % 3
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
         matrix = np.eye(3)
@@ -46,7 +48,7 @@ class Model:
         return replace(self, colours=np.broadcast_to(wanted, self.positions.shape).astype(np.float32))
 
     def grounded(self) -> "Model":
-        """Moved so that its lowest point is at y = 0."""
+        """Return it moved so that its lowest point is at y = 0."""
         return self.moved([0, -self.positions[:, 1].min(), 0])
 
 

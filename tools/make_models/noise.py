@@ -17,7 +17,7 @@ def noise(p: NDArray[np.floating], cell: float, seed: int) -> NDArray[np.float32
 
 
 def fractal(p: NDArray[np.floating], cell: float, seed: int, octaves: int = 4) -> NDArray[np.float32]:
-    """A sum of octaves of `noise`, each half as large and half as strong, about −1 to 1."""
+    """Return a sum of octaves of `noise`, each half as large and half as strong, about −1 to 1."""
     total = sum(0.5**k * noise(p, cell * 0.5**k, seed + k) for k in range(octaves))
     return np.asarray(total, np.float32) / np.float32(2 - 0.5 ** (octaves - 1))
 

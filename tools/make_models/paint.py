@@ -16,12 +16,13 @@ def mix(a: ArrayLike, b: ArrayLike, share: NDArray[np.floating]) -> ColourCompon
 
 
 def smoothstep(low: float, high: float, x: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Return 0 below `low`, 1 above `high`, and a smooth step in between, as GLSL does."""
     t = np.clip((x - low) / (high - low), 0, 1)
     return (t * t * (3 - 2 * t)).astype(np.float32)
 
 
 def shaded(model: Model, bounding_radius: float, strength: float = 0.55, rays: int = 40) -> Model:
-    """The model's colours, darkened where little sky is seen within `bounding_radius` metres."""
+    """Return the model's colours, darkened where little sky is seen within `bounding_radius` metres."""
     free = np.clip(ambient_occlusion(model, bounding_radius, rays) * 1.12, 0, 1)
     return model.painted(model.colours * (1 - strength * (1 - free[:, None])))
 

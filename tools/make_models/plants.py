@@ -11,6 +11,7 @@ from depthwalk.types import Array
 
 
 def unit(v: Array) -> Array:
+    """Return the vectors scaled to length 1."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
 
 
@@ -75,7 +76,7 @@ def limbs(rng: np.random.Generator, fork: Array, ends: Array, thickness: float) 
 
 
 def trunk(points: Polyline, base: float, top: float, seed: int) -> Model:
-    """A trunk through the points, flared and ribbed at the foot."""
+    """Make a trunk through the points, flared and ribbed at the foot."""
     path = curve(points, 26)
     t = np.linspace(0, 1, 26)
     stem = tube(path, base + (top - base) * t**0.7 + 0.75 * base * np.exp(-t * 14), 28)
@@ -91,7 +92,7 @@ def trunk(points: Polyline, base: float, top: float, seed: int) -> Model:
 
 
 def oak() -> Model:
-    """A broad-leaved tree, about 5 m."""
+    """Make a broad-leaved tree, about 5 m."""
     rng = np.random.default_rng(11)
     heart, extent = np.array([0.1, 3.35, 0.0]), np.array([1.75, 1.45, 1.7])
     centres, radii = crown_clumps(rng, heart, extent, 30)
@@ -106,7 +107,7 @@ def oak() -> Model:
 
 
 def fir() -> Model:
-    """A conifer of drooping boughs, about 5.5 m."""
+    """Make a conifer of drooping boughs, about 5.5 m."""
     rng = np.random.default_rng(23)
     stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 24), np.linspace(0.13, 0.012, 24), 12)
     wood = bark(stem, (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
@@ -165,7 +166,7 @@ def _ball(radius: float, steps: int) -> Array:
 
 
 def pot() -> Model:
-    """A terracotta pot with earth in it, 0.36 m high."""
+    """Make a terracotta pot with earth in it, 0.36 m high."""
     outline: Polyline = [
         [0, 0],
         [0.17, 0],

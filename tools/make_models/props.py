@@ -24,7 +24,7 @@ def wooden(model: Model, along: int, seed: int) -> Model:
 
 
 def toned(rng: np.random.Generator, colour: ArrayLike, spread: float) -> Array:
-    """The colour, a little lighter or darker."""
+    """Return the colour, a little lighter or darker."""
     return np.clip(np.asarray(colour) * (1 + spread * rng.normal()), 0, 1)
 
 
@@ -43,7 +43,7 @@ def path_tile() -> Model:
 
 
 def flagstone(lower: ArrayLike, upper: ArrayLike) -> Model:
-    """A slab with chamfered upper edges, its top divided so that it can carry colour."""
+    """Make a slab with chamfered upper edges, its top divided so that it can carry colour."""
     low, high = np.asarray(lower, np.float64), np.asarray(upper, np.float64)
     edge = 0.012
     top_low, top_high = low + edge, high - edge
@@ -71,7 +71,7 @@ def quad_strip(lower: tuple[Array, float], upper: tuple[Array, float]) -> Model:
 
 
 def bench() -> Model:
-    """A garden bench of five slats and a back on two iron frames, 1.6 m wide; it faces +z."""
+    """Make a garden bench of five slats and a back on two iron frames, 1.6 m wide; it faces +z."""
     seat = [block([-0.8, 0.43, -0.21 + 0.095 * k], [0.8, 0.46, -0.13 + 0.095 * k]) for k in range(5)]
     back = [
         block([-0.8, 0.56 + 0.13 * k, -0.285 - 0.02 * k], [0.8, 0.65 + 0.13 * k, -0.26 - 0.02 * k]) for k in range(3)
@@ -131,7 +131,7 @@ def wall() -> Model:
 
 
 def teapot() -> Model:
-    """A round-bellied pot with lid, hooped handle and spout, blue on white, 0.2 m."""
+    """Make a round-bellied pot with lid, hooped handle and spout, blue on white, 0.2 m."""
     outline: Polyline = [
         [0, 0], [0.055, 0], [0.06, 0.012], [0.085, 0.04], [0.098, 0.075], [0.09, 0.115], [0.06, 0.142], [0.052, 0.146],
         [0.055, 0.152], [0.05, 0.16], [0.03, 0.172], [0.012, 0.176], [0.011, 0.184], [0.018, 0.192], [0.012, 0.202],
@@ -162,7 +162,7 @@ def _glaze(p: Array) -> NDArray[np.float32]:
 
 
 def table() -> Model:
-    """A wooden table, 1.4 × 0.75 × 0.8 m, on turned legs."""
+    """Make a wooden table, 1.4 × 0.75 × 0.8 m, on turned legs."""
     top = wooden(block([-0.7, 0.71, -0.4], [0.7, 0.75, 0.4]), 0, 91)
     rails = [block([-0.6, 0.62, z - 0.012], [0.6, 0.71, z + 0.012]) for z in (-0.31, 0.31)]
     rails += [block([x - 0.012, 0.62, -0.31], [x + 0.012, 0.71, 0.31]) for x in (-0.6, 0.6)]
@@ -184,7 +184,7 @@ def table() -> Model:
 
 
 def pedestal() -> Model:
-    """A square plinth for busts, 0.5 m wide and 1.05 m high, of pale marble."""
+    """Make a square plinth for busts, 0.5 m wide and 1.05 m high, of pale marble."""
     steps = [(0.25, 0, 0.12), (0.225, 0.12, 0.16), (0.19, 0.16, 0.92), (0.215, 0.92, 0.96), (0.245, 0.96, 1.05)]
     parts = [block([-h, low, -h], [h, high, h]) for h, low, high in steps]
     fields = [block([-0.13, 0.26, 0.185], [0.13, 0.82, 0.2]).turned(1, 90 * k) for k in range(4)]
@@ -198,7 +198,7 @@ BEYOND = 0.05  # metres by which walls go on behind what they meet: edges that o
 
 
 def room() -> Model:
-    """A room seen from inside, 6 × 3 × 6 m: plank floor, plaster walls, a window in the wall at −z, skirting."""
+    """Make a room seen from inside, 6 × 3 × 6 m: plank floor, plaster walls, a window in the wall at −z, skirting."""
     walls = [
         panel([-3, 0, 3], [0, 0, -6], [0, 3 + BEYOND, 0], (12, 6)),
         panel([3, 0, -3], [0, 0, 6], [0, 3 + BEYOND, 0], (12, 6)),
@@ -219,8 +219,10 @@ def room() -> Model:
 
 
 def _planks() -> list[Model]:
-    """Floorboards along z, 0.2 m wide, each of two lengths and of its own tone; all have vertices at the same z, and so
-    no gaps between them."""
+    """Make floorboards along z, 0.2 m wide, each of two lengths and of its own tone.
+
+    All have vertices at the same z, so that no gaps open between them.
+    """
     rng = np.random.default_rng(98)
     boards = []
     for k in range(30):
@@ -236,7 +238,7 @@ OPENING = (-0.9, 0.9, 0.95, 2.35)  # left, right, lower and upper edge, metres
 
 
 def _opened_wall() -> list[Model]:
-    """The wall at z = −3 around the window's opening, and the opening's four inner sides, vertex to vertex."""
+    """Make the wall at z = −3 around the window's opening, and the opening's four inner sides, vertex to vertex."""
     left, right, low, high = OPENING
     columns = (-3 - BEYOND, left, 5), (left, right, 4), (right, 3 + BEYOND, 5)  # from, to, cells
     rows = (0.0, low, 2), (low, high, 3), (high, 3 + BEYOND, 2)

@@ -34,7 +34,7 @@ def ellipsoid(p: Points, centre: ArrayLike, radii: ArrayLike) -> Distance:
 
 
 def rod(p: Points, a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Distance:
-    """A capsule from `a` to `b` whose radius goes linearly from `ra` to `rb`."""
+    """Return a capsule from `a` to `b` whose radius goes linearly from `ra` to `rb`."""
     a = np.asarray(a, np.float32)
     ab = np.asarray(b, np.float32) - a
     t = np.clip((p - a) @ ab / np.float32(ab @ ab), 0, 1)
@@ -42,13 +42,13 @@ def rod(p: Points, a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Distance
 
 
 def box(p: Points, centre: ArrayLike, half: ArrayLike, rounding: float = 0.0) -> Distance:
-    """An axis-aligned box of half extents `half`, its edges rounded."""
+    """Return an axis-aligned box of half extents `half`, its edges rounded."""
     q = np.abs(p - np.asarray(centre, np.float32)) - (np.asarray(half, np.float32) - rounding)
     return length(np.maximum(q, 0)) + np.minimum(q.max(axis=1), 0) - np.float32(rounding)
 
 
 def disc(p: Points, y: float, radius: float, half_height: float, rounding: float) -> Distance:
-    """A cylinder about +Y with centre height `y`, its rims rounded."""
+    """Return a cylinder about +Y with centre height `y`, its rims rounded."""
     radial = np.hypot(p[:, 0], p[:, 2]) - (radius - rounding)
     axial = np.abs(p[:, 1] - y) - (half_height - rounding)
     outside = np.hypot(np.maximum(radial, 0), np.maximum(axial, 0))
@@ -62,23 +62,24 @@ def union(a: Distance, b: Distance, blend: float) -> Distance:
 
 
 def intersection(a: Distance, b: Distance, blend: float) -> Distance:
+    """Return what `a` and `b` share, with the edge between them rounded by `blend`."""
     return -union(-a, -b, blend)
 
 
 def difference(a: Distance, b: Distance, blend: float) -> Distance:
-    """`a` without `b`."""
+    """Return `a` without `b`."""
     return intersection(a, -b, blend)
 
 
 def mirrored(p: Points) -> Points:
-    """The points folded onto x ≥ 0."""
+    """Return the points folded onto x ≥ 0."""
     folded = p.copy()
     folded[:, 0] = np.sqrt(p[:, 0] ** 2 + np.float32(MIRROR_WIDTH**2))
     return folded
 
 
 def turned(p: Points, about: Vec3, axis: int, degrees: float) -> Points:
-    """The points seen from a frame turned by `degrees` about an axis (0, 1, 2 = x, y, z) through `about`.
+    """Return the points seen from a frame turned by `degrees` about an axis (0, 1, 2 = x, y, z) through `about`.
 
     A shape evaluated at the result stands turned by that angle, counter-clockwise seen from the axis' tip.
     """
@@ -102,6 +103,7 @@ class Blob:
     turn: tuple[int, float] | None = None  # (axis, degrees)
 
     def distance(self, p: Points) -> Distance:
+        """Return the signed distance of the points (n, 3) to the ellipsoid, (n,)."""
         q = p if self.turn is None else turned(p, self.centre, *self.turn)
         return ellipsoid(q, self.centre, self.radii)
 
@@ -118,6 +120,7 @@ class Rod:
     cut: bool = False
 
     def distance(self, p: Points) -> Distance:
+        """Return the signed distance of the points (n, 3) to the capsule, (n,)."""
         return rod(p, self.a, self.b, self.ra, self.rb)
 
 
@@ -125,7 +128,7 @@ Stroke = Blob | Rod
 
 
 def sculpt(p: Points, d: Distance, strokes: Iterable[Stroke]) -> Distance:
-    """Applies the strokes to the field `d` at `p`, in order."""
+    """Apply the strokes to the field `d` at `p`, in order."""
     for stroke in strokes:
         d = (difference if stroke.cut else union)(d, stroke.distance(p), stroke.blend)
     return d

@@ -19,31 +19,31 @@ HALF_FLAT = 0.005  # m; half the thickness of the flat figure, 1 m high
 
 
 def animal(cell: float = 0.008) -> Model:
-    """A four-legged animal with long thin legs, a neck and a tail; cell: of the marching cubes, metres."""
+    """Make a four-legged animal with long thin legs, a neck and a tail; cell: of the marching cubes, metres."""
     return _mottled(_polygonised(_animal, (-0.62, -0.01, -0.2), (0.75, 1.02, 0.2), cell), (0.62, 0.44, 0.28), 1)
 
 
 def plate(cell: float = 0.008) -> Model:
-    """An upright plate with a round hole through it, and a slanting one."""
+    """Make an upright plate with a round hole through it, and a slanting one."""
     return _mottled(_polygonised(_plate, (-0.55, -0.05, -0.1), (0.55, 1.05, 0.1), cell), (0.46, 0.54, 0.62), 2)
 
 
 def torus(sides: int = 48) -> Model:
-    """A ring that lies slanting, so that no face looks straight through it."""
+    """Make a ring that lies slanting, so that no face looks straight through it."""
     theta = np.linspace(0, 2 * np.pi, 4 * sides + 1)
     circle = np.stack([0.4 * np.cos(theta), 0 * theta, 0.4 * np.sin(theta)], -1)
     return _mottled(tube(circle, 0.11, sides).turned(0, 50).grounded(), (0.66, 0.36, 0.30), 3)
 
 
 def flat_figure(cell: float = 0.004) -> Model:
-    """A gingerbread man, a hundredth of his height thick."""
+    """Make a gingerbread man, a hundredth of his height thick."""
     margin = HALF_FLAT + 2 * cell
     model = _polygonised(_flat_figure, (-0.4, -0.02, -margin), (0.4, 1.02, margin), cell)
     return _mottled(model, (0.70, 0.50, 0.30), 4)
 
 
 def cup(segments: int = 160) -> Model:
-    """A tall cup with walls of 1.5 cm and a handle."""
+    """Make a tall cup with walls of 1.5 cm and a handle."""
     outer = rounded_profile([(0.27, 0.0), (0.30, 0.1), (0.34, 0.5), (0.38, 0.97)], 60)
     inner = outer[::-1] - [0.015, 0.0]
     inner = inner[inner[:, 1] > 0.03]
@@ -54,7 +54,7 @@ def cup(segments: int = 160) -> Model:
 
 
 def chair() -> Model:
-    """A chair of laths with gaps between them: a lattice that hides itself many times over."""
+    """Make a chair of laths with gaps between them: a lattice that hides itself many times over."""
     posts = [
         ((x, 0.0, z), (x + 0.045, 1.0 if z < 0 else 0.45, z + 0.045)) for x in (-0.25, 0.205) for z in (-0.25, 0.205)
     ]
@@ -66,7 +66,7 @@ def chair() -> Model:
 
 
 def coil(sides: int = 20) -> Model:
-    """A spring of six turns: from the side, wire before wire."""
+    """Make a spring of six turns: from the side, wire before wire."""
     theta = np.linspace(0, 2 * np.pi * 6, 6 * 6 * sides)
     path = np.stack([0.35 * np.cos(theta), theta / theta[-1], 0.35 * np.sin(theta)], -1)
     return _mottled(tube(path, 0.03, sides).grounded(), (0.50, 0.52, 0.55), 7)

@@ -63,7 +63,7 @@ def folds(p: Points, count: float, wander: float, seed: int) -> Distance:
 
 
 def skirt(p: Points) -> Distance:
-    """The long dress from the girdle to the ground, over a bent left knee, with trailing hem."""
+    """Make the long dress from the girdle to the ground, over a bent left knee, with trailing hem."""
     fall = np.clip((98 - p[:, 1]) / 98, 0, 1)
     radius = 13.2 + 4.6 * np.sin(np.clip(fall * 4.2, 0, np.pi / 2)) - 1.5 * fall + 5.5 * fall**4
     depth = 0.78 + 0.12 * fall
@@ -77,7 +77,7 @@ def skirt(p: Points) -> Distance:
 
 
 def overfold(p: Points) -> Distance:
-    """The peplos' upper cloth: hangs from the shoulders over the girdle and ends in a waved hem at the hips."""
+    """Make the peplos' upper cloth: hangs from the shoulders over the girdle and ends in a waved hem at the hips."""
     fall = np.clip((112 - p[:, 1]) / 26, 0, 1)
     cloth = ellipsoid(p, (0, 112, 0.3), (15.2, 32, 11.3))
     flare = ((np.hypot(p[:, 0] / 1.22, p[:, 2]) - (9.6 + 5.2 * fall**1.3)) * 0.8).astype(np.float32)
@@ -91,7 +91,7 @@ def overfold(p: Points) -> Distance:
 
 
 def bowl(p: Points) -> Distance:
-    """A shallow offering bowl on the left palm."""
+    """Make a shallow offering bowl on the left palm."""
     q = p - np.array([7, 109.6, 28], np.float32)
     outer = ellipsoid(q, (0, 1.5, 0), (8, 4, 8))
     inner = ellipsoid(q, (0, 2.4, 0), (7.2, 3.6, 7.2))
@@ -113,7 +113,7 @@ def figure(p: Points) -> Distance:
 
 
 def statue() -> Model:
-    """The figure in weathered limestone, 1.8 m with its plinth, closed."""
+    """Make the figure in weathered limestone, 1.8 m with its plinth, closed."""
     raw = polygonise(figure, (-29, -PLINTH - 1, -27), (29, 170, 38), 0.3)
     model = with_exact_count(raw, FACES).scaled(0.01).grounded()
     weathered = stone(model, (0.80, 0.77, 0.69), (0.66, 0.62, 0.54), 0.4, 131)

@@ -27,7 +27,7 @@ GRANITE = ((0.60, 0.58, 0.55), (0.38, 0.37, 0.36))
 
 
 def rock(size: tuple[float, float, float], planes: int, seed: int, faces: int) -> Model:
-    """A boulder: an ellipsoid split by planes, then weathered. size: half extents, metres."""
+    """Make a boulder: an ellipsoid split by planes, then weathered. size: half extents, metres."""
     rng = np.random.default_rng(seed)
     normals = unit(rng.normal(size=(planes, 3))).astype(np.float32)
     normals[:, 1] = np.abs(normals[:, 1])
@@ -58,15 +58,17 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, faces: int) -
 
 
 def boulder() -> Model:
+    """Make a round boulder, about 1.5 m wide."""
     return rock((0.75, 0.6, 0.62), 9, 3, 16000)
 
 
 def slab_rock() -> Model:
+    """Make a flat boulder, about 1.6 m wide."""
     return rock((0.8, 0.34, 0.5), 12, 8, 10000)
 
 
 def urn() -> Model:
-    """A garden urn with lobed belly, a garland in relief and two handles, 0.95 m."""
+    """Make a garden urn with lobed belly, a garland in relief and two handles, 0.95 m."""
     outline: Polyline = [
         [0, 0], [0.19, 0], [0.19, 0.05], [0.165, 0.075], [0.12, 0.11], [0.075, 0.17], [0.085, 0.2], [0.075, 0.225],
         [0.13, 0.28], [0.24, 0.38], [0.285, 0.50], [0.275, 0.60], [0.20, 0.70], [0.17, 0.76], [0.185, 0.82],
@@ -95,7 +97,7 @@ def _urn_relief(theta: Array, y: Array) -> Array:
 
 
 def column() -> Model:
-    """A fluted column with leafy capital and ivy that winds up, 3.2 m."""
+    """Make a fluted column with leafy capital and ivy that winds up, 3.2 m."""
     base = lathe(
         bevelled_profile(
             [[0, 0.14], [0.29, 0.14], [0.29, 0.2], [0.25, 0.225], [0.27, 0.26], [0.255, 0.3], [0.22, 0.31], [0, 0.31]],
@@ -135,7 +137,7 @@ def _acanthus() -> list[Model]:
 
 
 def _curled_leaf(radius: float, y: float, height: float, width: float) -> Model:
-    """A toothed leaf that stands against a bell and rolls over at the top; on the +X side."""
+    """Make a toothed leaf that stands against a bell and rolls over at the top; on the +X side."""
     rows, columns = 14, 9
     v, u = np.meshgrid(np.linspace(0, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     lobes = 0.82 + 0.18 * np.abs(np.sin(4.5 * np.pi * v))
@@ -151,7 +153,7 @@ def _curled_leaf(radius: float, y: float, height: float, width: float) -> Model:
 
 
 def _shell(front: Array, back: Array) -> Model:
-    """A closed solid between two grids (rows, columns, 3) that share their outline's order."""
+    """Make a closed solid between two grids (rows, columns, 3) that share their outline's order."""
     rows, columns = front.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
@@ -165,7 +167,7 @@ def _shell(front: Array, back: Array) -> Model:
 
 
 def _ivy() -> list[Model]:
-    """A stem that winds up the shaft, and leaves along it."""
+    """Make a stem that winds up the shaft, and leaves along it."""
     rng = np.random.default_rng(17)
     t = np.linspace(0, 1, 160)
     angle = 1.0 + 9.5 * t + 0.4 * np.sin(17 * t)
@@ -198,7 +200,7 @@ def _ivy() -> list[Model]:
 
 
 def fountain() -> Model:
-    """A round basin, two lobed bowls on a baluster, and the water, 1.75 m high and 2.4 m wide."""
+    """Make a round basin, two lobed bowls on a baluster, and the water, 1.75 m high and 2.4 m wide."""
     wall: Polyline = [
         [0, 0], [1.2, 0], [1.2, 0.09], [1.13, 0.12], [1.13, 0.36], [1.19, 0.39], [1.19, 0.46], [1.0, 0.46], [1.0, 0.2],
         [0, 0.2],
@@ -247,7 +249,7 @@ def _bowl(radius: float, y: float) -> Model:
 
 
 def _water(radius: float, y: float) -> Model:
-    """A thin disc with rings, as falling drops draw them."""
+    """Make a thin disc with rings, as falling drops draw them."""
     r = np.concatenate([[0], np.linspace(0.05, 1, 20)]) * radius
     top = np.stack([r, y + 0.004 * np.sin(r * 60) * np.exp(-r * 1.5)], axis=1)[::-1]
     disc = lathe(np.concatenate([[[0, y - 0.006], [radius, y - 0.006]], top]), 48)
@@ -256,7 +258,7 @@ def _water(radius: float, y: float) -> Model:
 
 
 def sundial() -> Model:
-    """A dial plate with gnomon on a baluster, 1.05 m."""
+    """Make a dial plate with gnomon on a baluster, 1.05 m."""
     foot = block([-0.26, 0, -0.26], [0.26, 0.09, 0.26])
     outline: Polyline = [
         [0, 0.08],

@@ -15,14 +15,14 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def rounded_profile(points: Polyline, steps: int) -> NDArray[np.float64]:
-    """(steps, 2) points on a smooth curve through the (radius, y) corners, evenly spaced; ends stay."""
+    """Return (steps, 2) points on a smooth curve through the (radius, y) corners, evenly spaced; ends stay."""
     corners = np.asarray(points, np.float64)
     at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     return PchipInterpolator(at, corners)(np.linspace(0, at[-1], steps))
 
 
 def bevelled_profile(points: Polyline, bevel: float) -> NDArray[np.float64]:
-    """The (radius, y) polyline with each inner corner replaced by two points `bevel` away: keeps edges crisp."""
+    """Return the (radius, y) polyline with each inner corner replaced by two points `bevel` away: keeps edges crisp."""
     corners = np.asarray(points, np.float64)
     before = corners[:-2] - corners[1:-1]
     after = corners[2:] - corners[1:-1]
@@ -32,7 +32,7 @@ def bevelled_profile(points: Polyline, bevel: float) -> NDArray[np.float64]:
 
 
 def lathe(profile: Polyline, segments: int, relief: Relief | None = None) -> Model:
-    """The profile (n, 2) of (radius, y), turned about +Y; it must begin and end on the axis, bottom first.
+    """Return the profile (n, 2) of (radius, y), turned about +Y; it must begin and end on the axis, bottom first.
 
     relief: (θ, y) arrays → factor on the radius, for flutes and lobes.
     """
@@ -65,7 +65,7 @@ def _fans(rings: int, segments: int) -> NDArray[np.int32]:
 
 
 def tube(path: Polyline, radii: ArrayLike, sides: int) -> Model:
-    """A round tube along the path (n, 3) with a radius (n,) or one for all, closed at both ends."""
+    """Return a round tube along the path (n, 3) with a radius (n,) or one for all, closed at both ends."""
     points = np.asarray(path, np.float64)
     radius = np.broadcast_to(np.asarray(radii, np.float64), len(points))
     along = np.gradient(points, axis=0)
@@ -86,7 +86,7 @@ def tube(path: Polyline, radii: ArrayLike, sides: int) -> Model:
 
 
 def curve(points: Polyline, steps: int) -> NDArray[np.float64]:
-    """(steps, 3) points on a smooth curve through the given ones."""
+    """Return (steps, 3) points on a smooth curve through the given ones."""
     knots = np.asarray(points, np.float64)
     at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
     return PchipInterpolator(at, knots)(np.linspace(0, at[-1], steps))
@@ -99,7 +99,7 @@ _SIDE_NORMALS = np.array([[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -
 
 
 def block(lower: ArrayLike, upper: ArrayLike, colour: ArrayLike = WHITE) -> Model:
-    """A box with sharp edges: corners repeat on each side, and it carries the sides' normals."""
+    """Return a box with sharp edges: corners repeat on each side, and it carries the sides' normals."""
     low, high = np.asarray(lower, np.float32), np.asarray(upper, np.float32)
     positions = (low + _CORNERS * (high - low))[_SIDES].reshape(-1, 3)
     faces = (4 * np.arange(6)[:, None, None] + _QUAD).reshape(-1, 3).astype(np.int32)
@@ -108,7 +108,7 @@ def block(lower: ArrayLike, upper: ArrayLike, colour: ArrayLike = WHITE) -> Mode
 
 
 def panel(corner: ArrayLike, u: ArrayLike, v: ArrayLike, cells: tuple[int, int]) -> Model:
-    """A flat rectangle from `corner` along the edges u and v, split into cells; it faces u × v. It is open."""
+    """Return a flat rectangle from `corner` along the edges u and v, split into cells; it faces u × v. It is open."""
     along, up = np.asarray(u, np.float64), np.asarray(v, np.float64)
     s, t = np.meshgrid(np.linspace(0, 1, cells[0] + 1), np.linspace(0, 1, cells[1] + 1), indexing="ij")
     positions = np.asarray(corner) + s.reshape(-1, 1) * along + t.reshape(-1, 1) * up
@@ -127,7 +127,7 @@ def blades(
     base: Array, along: Array, up: Array,
     size: Array, slim: float, shading: Array,
 ) -> Model:  # fmt: skip
-    """n thick leaves, each a closed tetrahedron folded along its midrib.
+    """N thick leaves, each a closed tetrahedron folded along its midrib.
 
     base, along, up: (n, 3) stalk end, direction of the tip, upper side; size: (n,) length in metres;
     slim: width as a share of the length; shading: (n, 3) unit normals, one per leaf. A leaf is too thin for normals
@@ -146,7 +146,7 @@ def blades(
 
 
 def spindles(base: Array, tip: Array, width: Array) -> Model:
-    """n slender closed double pyramids from base to tip (n, 3), three-sided, of the given width (n,)."""
+    """N slender closed double pyramids from base to tip (n, 3), three-sided, of the given width (n,)."""
     axis = tip - base
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     helper = np.where(np.abs(axis[:, 1:2]) > 0.9 * length, [[1.0, 0, 0]], [[0, 1.0, 0]])
@@ -163,5 +163,5 @@ def spindles(base: Array, tip: Array, width: Array) -> Model:
 
 
 def assembled(*models: Model) -> Model:
-    """The parts as one model that stands on y = 0."""
+    """Return the parts as one model that stands on y = 0."""
     return merged(models).grounded()

@@ -74,8 +74,10 @@ def paving() -> Picture:
 
 
 def bark() -> Picture:
-    """(256, 256, 3) grey 0–1, a depth image: oak bark, ridges that part and meet, cross-cracked; white is outermost.
-    For about 0.3 m across and 0.4 m up."""
+    """Return a depth image of oak bark, (256, 256, 3), grey 0 to 1: ridges that part and meet; white is outermost.
+
+    It covers about 0.3 m across and 0.4 m up.
+    """
     side = 256
     rng = np.random.default_rng(131)
     y, x = np.mgrid[0:side, 0:side] / side

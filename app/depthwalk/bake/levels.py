@@ -38,8 +38,8 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
     """
     import fast_simplification
 
-    cluster_vertices, first = row_ids(mesh.positions)
-    points, faces = mesh.positions[first].astype(np.float64), cluster_vertices[mesh.faces].astype(np.int32)
+    welded, first = row_ids(mesh.positions)
+    points, faces = mesh.positions[first].astype(np.float64), welded[mesh.faces].astype(np.int32)
     probes, wardrobe = sample_surface(mesh, _PROBES)[0], _Wardrobe(mesh)
     levels = [MeshLevel(mesh, 0.0)]
     for ratio in RATIOS:

@@ -1,0 +1,6 @@
+"""Every command line of the program: one module per command, whose function `main` declares its options and does it.
+
+`cli` lists the commands of `depthwalk`. `ablation`, `bench_table` and `soak` are tools of the developers, run as
+`python -m depthwalk.commands.NAME`. `program` gives all of them the same exit codes and error messages, `options` the
+same options; `progress`, `output`, `reports` and `subjects` are what several commands share.
+"""

@@ -1,30 +1,30 @@
-"""What each step contributes: `python -m depthwalk.commands.ablation MESH...`, measured for docs/ablation.md.
+"""`python -m depthwalk.commands.ablation MESH...`: what each step beyond the paper contributes, for docs/ablation.md.
 
-The rows of the table add one step after another to the paper's method; the last one is what the program does.
+The rows of the table add one step after another to the paper's method; the last row is what the program does.
 """
 
 import json as json_format
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import track
 
 import depthwalk
-from depthwalk import limits
 from depthwalk.assets.asset_files import read_mesh
 from depthwalk.bake.baker import Refinements
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands.console import guarded
-from depthwalk.commands.options import Quiet, Verbose
+from depthwalk.commands.baking import mesh_spec
+from depthwalk.commands.options import JsonReport, Quiet, UpAxis, Verbose
+from depthwalk.commands.program import as_program, guarded
+from depthwalk.commands.progress import frame_progress
+from depthwalk.commands.reports import check_report_files, write_report
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder, write_bytes
+from depthwalk.limits import MAX_DPCI_RESOLUTION, MIN_DPCI_RESOLUTION
 from depthwalk.provenance import commit
 from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES, summarise
@@ -39,9 +39,21 @@ SIZE = 1024, 768  # of the pictures, pixels
 SHOWN = [measure for measure in MEASURES if measure.key in ("psnr", "iou", "flip", "holes")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Setup:
-    """One row: the row before and what `title` says. cases, tiles: `render.lod.cases`, `render.warp.tiles`."""
+    """How the meshes are baked and rendered for one row of the table.
+
+    Attributes
+    ----------
+    title
+        The step that this row adds to the row before.
+    layers
+        Number of layers of depth images.
+    refinements
+        What the baker does beyond the paper.
+    cases, tiles
+        The render settings `lod.cases` and `warp.tiles`.
+    """
 
     title: str
     layers: int
@@ -51,12 +63,23 @@ class Setup:
 
     @property
     def settings(self) -> RenderSettings:
+        """The render settings of this row."""
         return RenderSettings.model_validate({"lod": {"cases": self.cases}, "warp": {"tiles": self.tiles}})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
-    """What a setup came to. means: of `SHOWN`, by their keys, over the views; and the costs."""
+    """What was measured in one setup.
+
+    Attributes
+    ----------
+    title
+        The step that the setup adds.
+    means
+        The mean over the views of each measure of `SHOWN`, by its key.
+    bake_seconds, bytes_disk, bytes_gpu
+        The costs.
+    """
 
     title: str
     means: dict[str, float]
@@ -67,7 +90,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Ablation:
-    """The rows of one mesh. mesh: its file as the user gave it."""
+    """The rows of one mesh, which is named by its file as the user gave it."""
 
     mesh: str
     triangles: int
@@ -75,42 +98,74 @@ class Ablation:
 
 
 def setups() -> Iterator[Setup]:
-    """The paper's method, then one step more in each, to what the program does."""
+    """Yield the paper's method, then setups that each add one step, up to what the program does by default."""
     nothing = Refinements(**dict.fromkeys((field.name for field in fields(Refinements)), False))
-    setup = Setup("the paper's method", 1, nothing, "paper", "plane")
+    setup = Setup(title="the paper's method", layers=1, refinements=nothing, cases="paper", tiles="plane")
     yield setup
-    yield (setup := replace(setup, title="cut", refinements=replace(setup.refinements, cut=True)))
+    yield (setup := replace(setup, title="discontinuity cut", refinements=replace(setup.refinements, cut=True)))
     yield (setup := replace(setup, title=f"{LAYERS} layers", layers=LAYERS))
     yield (setup := replace(setup, title="across layers", refinements=replace(setup.refinements, across_layers=True)))
-    yield (setup := replace(setup, title="borders", refinements=replace(setup.refinements, borders=True)))
+    yield (setup := replace(setup, title="boundary strips", refinements=replace(setup.refinements, borders=True)))
     yield (setup := replace(setup, title="caps in every view", cases="complete"))
     yield (setup := replace(setup, title="owners", refinements=replace(setup.refinements, owners=True)))
-    yield (setup := replace(setup, title="flanks", refinements=replace(setup.refinements, box_faces=True)))
+    yield (setup := replace(setup, title="box faces", refinements=replace(setup.refinements, box_faces=True)))
     yield replace(setup, title="screen tiles", tiles="screen")
 
 
 def ablate(
-    spec: MeshAsset, resolution: int, size: tuple[int, int], some: Iterable[Setup], pool: Executor | None = None
+    spec: MeshAsset,
+    resolution: int,
+    size: tuple[int, int],
+    chosen: Iterable[Setup],
+    pool: Executor | None = None,
+    advance: Callable[[], None] = lambda: None,
 ) -> Ablation:
-    """Bakes and measures a mesh in each setup, over the views `FEW`. size: (width, height) of the pictures, pixels.
+    """Bake and measure a mesh in each setup, over the views `FEW`.
 
-    Raises InputError, and GpuError without OpenGL.
+    Parameters
+    ----------
+    spec
+        The mesh.
+    resolution
+        Width and height of its depth images, texels.
+    size
+        (width, height) of the pictures, pixels.
+    chosen
+        The setups.
+    pool
+        What measures pictures in parallel; None measures them here.
+    advance
+        Called after each setup.
+
+    Raises
+    ------
+    InputError
+        Where the mesh cannot be baked.
+    GpuError
+        Without OpenGL.
     """
     mesh = read_mesh(spec)
     rows = []
-    for setup in some:
+    for setup in chosen:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / f"ablated{SUFFIX}"
             params = ModelParams(resolution=resolution, layers=setup.layers, refinements=setup.refinements)
             costs = measured_bake(spec, params, file)
             quality = measure(mesh, read_baked(file), setup.settings, size, FEW, pool)
-        means = {shown.key: summarise(shown, quality.views).mean for shown in SHOWN}
-        rows.append(Row(setup.title, means, costs.seconds, costs.bytes_disk, quality.gpu_bytes))
+        row = Row(
+            title=setup.title,
+            means={shown.key: summarise(shown, quality.views).mean for shown in SHOWN},
+            bake_seconds=costs.seconds,
+            bytes_disk=costs.bytes_disk,
+            bytes_gpu=quality.gpu_bytes,
+        )
+        rows.append(row)
+        advance()
     return Ablation(str(spec.mesh), len(mesh.faces), tuple(rows))
 
 
 def to_markdown(ablations: Sequence[Ablation]) -> str:
-    """A table per mesh."""
+    """Return a table per mesh."""
     titles = "", *(measure.title for measure in SHOWN), "bake, s", "disk, MB", "GPU, MB"
     head = f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|\n"
     tables = []
@@ -126,7 +181,7 @@ def to_markdown(ablations: Sequence[Ablation]) -> str:
 
 
 def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
-    """The rows for programs."""
+    """Return the rows as JSON."""
     head = {"version": depthwalk.__version__, "commit": commit(), "resolution": resolution, "layers": LAYERS}
     views = [{"elevation": view.elevation, "azimuth": view.azimuth} for view in FEW]
     document = head | {"image_size": SIZE, "views": views, "models": [asdict(ablation) for ablation in ablations]}
@@ -136,36 +191,39 @@ def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
 @guarded
 def main(
     meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
-    json: Annotated[Path | None, typer.Option(metavar="F", help="Write the rows as JSON.")] = None,
-    markdown: Annotated[Path | None, typer.Option(metavar="F", help="Write the tables.")] = None,
+    json: JsonReport = None,
+    markdown: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the tables to this file, as Markdown.")
+    ] = None,
     dpci_resolution: Annotated[
         int,
-        typer.Option(min=limits.MIN_DPCI_RESOLUTION, max=limits.MAX_DPCI_RESOLUTION, help="Side of an image, texels."),
+        typer.Option(
+            metavar="N",
+            min=MIN_DPCI_RESOLUTION,
+            max=MAX_DPCI_RESOLUTION,
+            help="Width and height of a depth image, texels.",
+        ),
     ] = 512,
-    up: Annotated[str, typer.Option(metavar="y|z", help="The files' upward axis.")] = "y",
+    up: Annotated[UpAxis, typer.Option(help="The axis that points upward in the files.")] = UpAxis.Y,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure what each step from mesh to picture contributes."""
-    if up not in ("y", "z"):
-        raise InputError(f"--up {up}: must be y or z")
-    for out in filter(None, (json, markdown)):
-        check_folder(out)
-    for mesh in meshes:  # each takes minutes: complain about the last one before that
+    """Measure what each step beyond the paper's method contributes to the picture, and what it costs."""
+    check_report_files([json, markdown], meshes, "measured")
+    for mesh in meshes:  # each takes minutes: name a missing one before the first is measured
         if not mesh.is_file():
             raise InputError(f"{mesh}: no such file")
     ablations = []
+    chosen = list(setups())
     with flip_workers() as pool:
         for mesh in meshes:
-            spec = MeshAsset(mesh.stem, mesh, None, "z" if up == "z" else "y", height=None, dpci=None)
-            shown = track(list(setups()), mesh.name, console=Console(stderr=True))
-            ablations.append(ablate(spec, dpci_resolution, SIZE, shown, pool))
-    if json is not None:
-        write_bytes(json, to_json(ablations, dpci_resolution).encode())
-    if markdown is not None:
-        write_bytes(markdown, to_markdown(ablations).encode())
+            spec = mesh_spec(mesh, None, up.value, None)
+            with frame_progress(mesh.name, len(chosen)) as advance:
+                ablations.append(ablate(spec, dpci_resolution, SIZE, chosen, pool, advance))
+    write_report(json, to_json(ablations, dpci_resolution))
+    write_report(markdown, to_markdown(ablations))
     print(to_markdown(ablations), end="")
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    as_program(main)()

@@ -1,112 +1,95 @@
 """`depthwalk bake`: meshes to files of depth images, several at a time."""
 
-import contextlib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated
 
-from depthwalk.assets.batch_bake import Baked, Job, Kept, Stage, bake_all
-from depthwalk.bake.cache import sidecar
-from depthwalk.bake.file import SUFFIX
-from depthwalk.bake.parts import ModelParams
-from depthwalk.commands.console import live_options, log, show_progress
+import typer
+
+from depthwalk.commands.options import (
+    Axis,
+    Height,
+    Layers,
+    Method,
+    Parts,
+    Quiet,
+    Texture,
+    UpAxis,
+    Verbose,
+    parse_axis,
+    parse_layers,
+    parse_parts,
+)
+from depthwalk.commands.program import BAD_INPUT, guarded
 from depthwalk.errors import InputError
-from depthwalk.files import check_folder
-from depthwalk.limits import MAX_COORDINATE
-from depthwalk.scene.scene import MeshAsset
+from depthwalk.limits import MAX_DPCI_RESOLUTION, MAX_JOBS, MIN_DPCI_RESOLUTION
 
 
-def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
-    """The file of each mesh: in the folder `out`, in the file `out`, or beside the mesh. Raises InputError."""
-    if out is None:
-        files = [sidecar(mesh) for mesh in meshes]
-    elif out.is_dir():
-        files = [out / sidecar(mesh).name for mesh in meshes]
-    elif len(meshes) > 1:
-        raise InputError(f"{out}: several meshes need an existing folder")
-    elif not out.name.endswith(".exr"):
-        raise InputError(f"{out}: must be an existing folder, or a file that ends in {SUFFIX}")
-    else:
-        files = [out]
-    for number, file in enumerate(files):
-        if file in files[:number]:
-            raise InputError(f"{file}: {meshes[files.index(file)]} and {meshes[number]} would both be baked to it")
-        if out is not None:
-            check_folder(file)
-    return files
+@guarded
+def main(
+    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="OBJ, PLY, STL, GLB or glTF files.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE_OR_DIR",
+            help="File or existing folder to write to.",
+            show_default="beside each mesh",
+        ),
+    ] = None,
+    dpci_resolution: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            min=MIN_DPCI_RESOLUTION,
+            max=MAX_DPCI_RESOLUTION,
+            help="Width and height of a depth image, texels.",
+        ),
+    ] = 512,
+    layers: Layers = None,
+    method: Annotated[
+        Method, typer.Option(help="How surfaces are sampled: by rays, or by six views warped on the GPU.")
+    ] = Method.RAYCAST,
+    parts: Parts = None,
+    axis: Axis = None,
+    up: Annotated[UpAxis, typer.Option(help="The axis that points upward in the files.")] = UpAxis.Y,
+    height: Height = None,
+    texture: Texture = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, max=MAX_JOBS, help="Meshes baked at a time.", show_default="one per core"),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Bake meshes whose depth images are up to date, too.")] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Measure how closely the depth images resemble the mesh, as compare does.")
+    ] = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Bake meshes to depth images, NAME.dpci.exr.
 
+    Scenes that name the mesh with the same values use the file. Depth images that are up to date, or in the cache, are
+    not baked again: after Ctrl-C, the same command continues where it stopped.
+    """
+    from depthwalk.bake.parts import ModelParams
+    from depthwalk.commands.baking import bake_meshes, mesh_spec, output_files
 
-def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: float | None) -> MeshAsset:
-    """The asset that a scene file with the same values describes: both have the same key. Raises InputError."""
-    if height is not None and not 0 < height <= MAX_COORDINATE:
-        raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
-    return MeshAsset(mesh.stem, mesh, texture, up, height, dpci=None)
+    files = output_files(meshes, out)
+    specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
+    try:
+        params = ModelParams(
+            resolution=dpci_resolution,
+            layers=parse_layers(layers) or (1 if method is Method.SIX_VIEW else 3),
+            method=method.value,
+            parts=parse_parts(parts) or 1,
+            axis=parse_axis(axis) or "y",
+        )
+    except InputError as error:
+        raise InputError(f"--{error}") from None
+    failures = bake_meshes(specs, params, files, jobs, force)
+    if verify:
+        from depthwalk.commands.comparison import verify as verify_files  # the only use of a GPU
 
-
-def bake_meshes(
-    specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path], processes: int | None, anew: bool
-) -> list[InputError]:
-    """Bakes each mesh to its file, says so on stdout, and returns the complaints about those that failed. processes,
-    anew: see `bakery`."""
-    failures: list[InputError] = []
-    jobs = [Job(spec=spec, params=params, out=file, anew=anew) for spec, file in zip(specs, files, strict=True)]
-    with contextlib.ExitStack() as stack:
-        display = stack.enter_context(_progress([spec.mesh.name for spec in specs]))
-        for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):
-            display.done(number)
-            if isinstance(outcome, InputError):
-                failures.append(outcome)
-                log.error("%s", outcome)
-            else:
-                print(describe(outcome, params.resolution), flush=True)
-    return failures
-
-
-def describe(baked: Baked | Kept, resolution: int) -> str:
-    """The line that reports a baked mesh."""
-    if isinstance(baked, Kept):
-        return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it anew"
-    stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())
-    parts = f"{baked.parts} parts, " if baked.parts > 1 else ""
-    side = f"at most {resolution}" if baked.parts > 1 else f"{resolution}"
-    return (
-        f"{baked.out}: {baked.triangles} triangles, {parts}{baked.images} images of {side}², "
-        f"{baked.bytes / 1e6:.1f} MB; {sum(baked.seconds.values()):.2f} s ({stages})"
-    )
-
-
-@dataclass(frozen=True)
-class _Display:
-    """What is told of the jobs, by their numbers: stage, that one is being worked on; done, that one has ended."""
-
-    stage: Stage
-    done: Callable[[int], None]
-
-
-@contextlib.contextmanager
-def _progress(names: Sequence[str]) -> Iterator[_Display]:
-    """A line on stderr for each mesh that is being worked on, and how many are done."""
-    if not show_progress():
-        yield _Display(lambda number, stage: log.info("%s: %s", names[number], stage), lambda number: None)
-        return
-    from rich.markup import escape
-    from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
-
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TextColumn("{task.fields[stage]}"), TimeElapsedColumn()
-    with Progress(*columns, **live_options()) as progress:
-        whole = progress.add_task("baked", total=len(names), stage=f"0 of {len(names)}", visible=len(names) > 1)
-        lines: dict[int, TaskID] = {}
-
-        def stage(number: int, name: str) -> None:
-            if number not in lines:
-                lines[number] = progress.add_task(escape(names[number]), stage=name)
-            progress.update(lines[number], stage=name)
-
-        def done(number: int) -> None:
-            if number in lines:
-                progress.remove_task(lines.pop(number))
-            progress.advance(whole)
-            progress.update(whole, stage=f"{progress.tasks[0].completed:.0f} of {len(names)}")
-
-        yield _Display(stage, done)
+        verify_files(specs, params, files)
+    if failures:
+        raise typer.Exit(BAD_INPUT)

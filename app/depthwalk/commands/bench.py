@@ -1,85 +1,83 @@
 """`depthwalk bench`: what a scene costs, per frame and per pass."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from typing import Annotated
 
-import depthwalk
-from depthwalk.bench.measure import Report, Run, measure, sample_path
-from depthwalk.bench.report import to_html, to_json, to_text
-from depthwalk.commands.console import frame_progress
-from depthwalk.commands.options import CameraOptions, RepresentationName, representation
-from depthwalk.commands.render import input_files, open_headless
-from depthwalk.errors import InputError
-from depthwalk.files import check_folder, write_bytes
-from depthwalk.provenance import commit
-from depthwalk.scene.path import CameraPath
-from depthwalk.scene.scene import Scene
+import typer
 
-DEFAULT_FRAMES = 60  # of a camera that stands still
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What to measure. frames: None takes every frame of the path; size: (width, height), pixels."""
-
-    scene: Scene
-    path_name: Path | None
-    path: CameraPath | None
-    camera: CameraOptions
-    frames: int | None
-    warmup: int
-    size: tuple[int, int]
-    representations: Sequence[RepresentationName]
+from depthwalk.commands.options import (
+    DEFAULT_RESOLUTION,
+    AssetRoots,
+    CameraAngle,
+    CameraPosition,
+    CameraTarget,
+    Frames,
+    HtmlReport,
+    JsonReport,
+    PathOption,
+    Quiet,
+    Resolution,
+    SceneArgument,
+    Settings,
+    Verbose,
+    check_camera_source,
+    open_scene,
+    parse_camera,
+    parse_resolution,
+)
+from depthwalk.commands.program import guarded
+from depthwalk.limits import MAX_FRAMES
 
 
-def parse_representations(texts: Sequence[str] | None) -> list[RepresentationName]:
-    """Names from repeated options and comma lists, each once. Raises InputError."""
-    names = [name.strip() for text in texts or ["scene"] for name in text.split(",")]
-    unknown = [name for name in names if name not in set(RepresentationName)]
-    if unknown:
-        raise InputError(f"--representation {unknown[0]}: must be one of {', '.join(RepresentationName)}")
-    return [RepresentationName(name) for name in dict.fromkeys(names)]
+@guarded
+def main(
+    scene: SceneArgument,
+    path: PathOption = None,
+    frames: Frames = None,
+    warmup: Annotated[
+        int, typer.Option(metavar="N", min=0, max=MAX_FRAMES, help="Frames drawn before measuring begins.")
+    ] = 5,
+    json: JsonReport = None,
+    html: HtmlReport = None,
+    representations: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--representation", metavar="R,...", help="Representations to compare: scene, dpci, mesh, mesh-lod, dmesh."
+        ),
+    ] = None,
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    camera_position: CameraPosition = None,
+    camera_target: CameraTarget = None,
+    camera_view_angle: CameraAngle = None,
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure how long the frames of a scene and their passes take.
 
+    The camera stands still, or follows the camera path of --path.
+    """
+    size = parse_resolution(resolution)
+    camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    check_camera_source(path, camera)
+    from depthwalk.bench.report import to_html, to_json, to_text
+    from depthwalk.commands.benchmark import Plan, parse_representations, run_bench
+    from depthwalk.commands.reports import check_report_files, input_files, write_report
+    from depthwalk.scene.path import load_path
 
-def check_report_files(files: Sequence[Path | None], plan: Plan) -> None:
-    """Makes sure that the reports can be written. Raises InputError."""
-    taken = {file.resolve() for file in input_files(plan.scene, plan.path_name)}
-    for file in files:
-        if file is not None:
-            check_folder(file)
-            if file.resolve() in taken:
-                raise InputError(f"{file}: would overwrite what is measured, or the other report")
-            taken.add(file.resolve())
-
-
-def run_bench(plan: Plan, json_file: Path | None, html_file: Path | None) -> None:
-    """Measures each representation, writes the files asked for and prints a table."""
-    runs: list[Run] = []
-    for name in plan.representations:
-        with open_headless(plan.scene, plan.size, representation(name)) as headless:
-            headless.renderer.remembers = True
-            if plan.path is not None:
-                cameras = sample_path(plan.path, plan.frames)
-            else:
-                still = plan.camera.apply(plan.scene.camera or headless.frame_all())
-                cameras = [still] * (plan.frames or DEFAULT_FRAMES)
-            with frame_progress(name, len(cameras)) as advance:
-                runs.append(measure(headless, name, cameras, plan.warmup, advance))
-            renderer, timer = headless.device.renderer, headless.renderer.timers.kind
-    path_name = None if plan.path_name is None else str(plan.path_name)
-    report = Report(
-        version=depthwalk.__version__,
-        commit=commit(),
-        renderer=renderer,
-        timer=timer,
-        resolution=plan.size,
-        scene=str(plan.scene.path),
-        path=path_name,
-        runs=tuple(runs),
+    names = parse_representations(representations)
+    plan = Plan(
+        scene=open_scene(scene, asset_root, settings),
+        path_file=path,
+        path=load_path(path) if path else None,
+        camera=camera,
+        frames=frames,
+        warmup=warmup,
+        size=size,
+        representations=names,
     )
-    if json_file is not None:
-        write_bytes(json_file, to_json(report).encode())
-    if html_file is not None:
-        write_bytes(html_file, to_html(report).encode())
+    check_report_files([json, html], input_files(plan.scene, path), "measured")
+    report = run_bench(plan)
+    write_report(json, to_json(report))
+    write_report(html, to_html(report))
     print(to_text(report))

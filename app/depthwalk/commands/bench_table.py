@@ -1,5 +1,8 @@
-"""`python -m depthwalk.commands.bench_table SCENE --path P`: what depth images and polygons cost at equal picture, by the number
-of objects. A row takes minutes; each is kept in the JSON file at once, so that a table may be made piece by piece."""
+"""`python -m depthwalk.commands.bench_table SCENE --path P`: frame times of depth images and polygons at equal quality.
+
+One row per number of objects. A row takes minutes and is stored in the JSON file at once, so that an interrupted table
+continues where it stopped.
+"""
 
 import json
 from collections.abc import Iterator
@@ -13,23 +16,25 @@ import typer
 import depthwalk
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bench.rows import COLUMNS, Row, Walk, make_row, row_from
-from depthwalk.commands.console import asset_progress, guarded
 from depthwalk.commands.options import (
+    DEFAULT_RESOLUTION,
     AssetRoots,
     Quiet,
-    Resolution,
     SceneArgument,
     Settings,
     Verbose,
     open_scene,
     parse_resolution,
 )
+from depthwalk.commands.program import as_program, guarded
+from depthwalk.commands.progress import asset_progress
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
 from depthwalk.gpu.device import headless_device
 from depthwalk.quality.measure import flip_workers
 from depthwalk.scene.path import load_path
 
+_COUNTS = "1,10,100,1000,10000"
 _GPU_COUNTS, _GPU_RESOLUTION = "10000,100000,200000", "1920,1080"
 _RATIOS = (("mesh", "dpci"), ("mesh-lod", "dpci"), ("unoccluded", "dpci"), ("mesh-lod", "re-warped"))
 
@@ -37,24 +42,36 @@ _RATIOS = (("mesh", "dpci"), ("mesh-lod", "dpci"), ("unoccluded", "dpci"), ("mes
 @guarded
 def main(
     scene: SceneArgument,
-    path: Annotated[Path, typer.Option(metavar="P", help="Camera path file.", show_default=False)],
-    counts: Annotated[str | None, typer.Option(metavar="N,...", help="Numbers of objects: the rows.")] = None,
-    frames: Annotated[int, typer.Option(metavar="N", min=1, help="Moments of the path that are looked at.")] = 8,
-    run: Annotated[int, typer.Option(metavar="N", min=1, help="Frames timed in a row at each moment.")] = 8,
+    path: Annotated[Path, typer.Option(metavar="FILE", help="Camera path file.", show_default=False)],
+    counts: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N,...", help="Numbers of objects, a row each.", show_default=f"{_COUNTS}; with --gpu {_GPU_COUNTS}"
+        ),
+    ] = None,
+    frames: Annotated[int, typer.Option(metavar="N", min=1, help="Moments of the path at which frames are timed.")] = 8,
+    run: Annotated[int, typer.Option(metavar="N", min=1, help="Consecutive frames timed at each moment.")] = 8,
     seconds: Annotated[float, typer.Option(metavar="S", min=0, help="Time to spend on timing a column of a row.")] = 60,
-    resolution: Resolution = "",
-    json_file: Annotated[Path | None, typer.Option("--json", metavar="F", help="Keep rows there.")] = None,
-    gpu: Annotated[
-        bool, typer.Option("--gpu", help="10,000 to 200,000 objects at 1920,1080; a time per pass.")
-    ] = False,
+    resolution: Annotated[
+        str | None,
+        typer.Option(
+            metavar="W,H|WxH",
+            help="Width and height of the pictures, pixels.",
+            show_default=f"{DEFAULT_RESOLUTION}; with --gpu {_GPU_RESOLUTION}",
+        ),
+    ] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Store rows in this file, and take those it holds.")
+    ] = None,
+    gpu: Annotated[bool, typer.Option("--gpu", help="Use the defaults for a GPU, and list a time per pass.")] = False,
     asset_root: AssetRoots = None,
     settings: Settings = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Compare mesh, mesh-lod and dpci at equal mean FLIP against supersampled meshes."""
-    size = parse_resolution(resolution or (_GPU_RESOLUTION if gpu else "1024,768"))
-    numbers = _parse_counts(counts or (_GPU_COUNTS if gpu else "1,10,100,1000,10000"))
+    """Compare frame times of mesh, mesh-lod and dpci, tuned to the same mean FLIP against supersampled meshes."""
+    size = parse_resolution(resolution or (_GPU_RESOLUTION if gpu else DEFAULT_RESOLUTION))
+    numbers = _parse_counts(counts or (_GPU_COUNTS if gpu else _COUNTS))
     loaded, camera_path = open_scene(scene, asset_root, settings), load_path(path)
     if max(numbers) > (world := len(loaded.objects)):
         raise InputError(f"--counts {max(numbers)}: {scene} has {world} objects; --set objects.0.grid.count=[X,Z] adds")
@@ -68,7 +85,7 @@ def main(
         "settings": list(settings or ()),
         "frames": frames,
     }
-    rows = {} if json_file is None else _kept_rows(json_file, head)
+    rows = {} if json_file is None else _stored_rows(json_file, head)
     with asset_progress() as report, flip_workers() as pool:
         library = SceneLibrary(loaded.assets, report, processes=None)
         for count in numbers:
@@ -91,7 +108,7 @@ def _parse_counts(text: str) -> list[int]:
 
 
 def _driver(gpu: bool) -> str:
-    """The GL driver's name. Raises InputError where a GPU is asked for and there is none."""
+    """Return the GL driver's name. Raises InputError where --gpu is given and OpenGL runs on the CPU."""
     device = headless_device()
     device.context.release()
     if gpu and device.software:
@@ -99,8 +116,14 @@ def _driver(gpu: bool) -> str:
     return device.renderer
 
 
-def _kept_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:
-    """The rows of an earlier table by number of objects. Raises InputError where it is of something else."""
+def _stored_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:
+    """Return the rows of an earlier table by number of objects; `head` is what both tables must share.
+
+    Raises
+    ------
+    InputError
+        Where the file holds something else, or a table of other measurements.
+    """
     check_folder(file)
     if not file.exists():
         return {}
@@ -116,10 +139,10 @@ def _kept_rows(file: Path, head: dict[str, Any]) -> dict[int, Row]:
 
 
 def _lines(head: dict[str, Any], rows: list[Row], passes: bool) -> Iterator[str]:
-    """The table as text: milliseconds, medians, with what was tuned to reach that FLIP."""
+    """Yield the lines of the table; with `passes`, also the time of each pass."""
     width, height = head["resolution"]
     yield f"{head['scene']}, {head['path']}, {width} × {height}, {head['renderer']}"
-    yield "milliseconds per frame, medians (1000 × FLIP, what was tuned for it)"
+    yield "milliseconds per frame, medians (1000 × FLIP, the setting that reaches it)"
     yield (
         "objects".rjust(9)
         + "".join(name.rjust(30) for name in COLUMNS)
@@ -142,4 +165,4 @@ def _lines(head: dict[str, Any], rows: list[Row], passes: bool) -> Iterator[str]
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    as_program(main)()

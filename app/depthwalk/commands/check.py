@@ -1,75 +1,36 @@
-"""`depthwalk check`: everything wrong with scene and path files, and with what scenes name."""
+"""`depthwalk check`: everything that is wrong with scene files, path files and the files that scenes name."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
+from typing import Annotated
 
-from depthwalk.assets.asset_files import complaints_about, read_meso, read_range_image, read_relief
-from depthwalk.bake.planar import range_mesh
+import typer
+
+from depthwalk.commands.options import AssetRoots, Quiet, Settings, Verbose, parse_settings
+from depthwalk.commands.program import BAD_INPUT, guarded
 from depthwalk.errors import InputError
-from depthwalk.ingest.image import load_texture
-from depthwalk.ingest.loader import check_mesh
-from depthwalk.scene.document import read_document
-from depthwalk.scene.loader import load_scene
-from depthwalk.scene.lone_mesh import is_mesh_file
-from depthwalk.scene.path import load_path
-from depthwalk.scene.scene import DepthImageAsset, MeshAsset, Scene
 
 
-def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, str]) -> str:
-    """A line about a good scene or path file. Raises InputError with a line per mistake."""
-    if is_path_file(path):
-        walk = load_path(path)
-        return f"{path}: ok, {len(walk.times)} keyframes, {len(walk.frames())} frames"
-    scene = load_scene(path, asset_roots, overrides)
-    check_assets(scene)
-    return f"{path}: ok, {len(scene.objects)} objects, {len(scene.assets)} assets"
+@guarded
+def main(
+    scenes: Annotated[list[Path], typer.Argument(metavar="FILE", help="Scene files, path files and meshes.")],
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Check scene files, path files and meshes without rendering anything.
 
-
-def is_path_file(path: Path) -> bool:
-    """Whether the file is a camera path: only those have keyframes. Raises InputError."""
-    return not is_mesh_file(path) and read_document(path).holds(("keyframes",))
-
-
-def check_assets(scene: Scene) -> None:
-    """Reads every file that the scene names, one after the other, and keeps none. Bakes nothing.
-
-    Raises InputError with a line for each that cannot be used.
+    Reads every mesh and picture that a scene names, bakes nothing, and reports each mistake with file, line and column.
     """
-    complaints = []
-    for read in _reads(scene):
+    overrides = parse_settings(settings)
+    from depthwalk.commands.scene_check import check_file
+
+    is_bad = False
+    for scene in scenes:
         try:
-            read()
+            print(check_file(scene, asset_root or [], overrides))
         except InputError as error:
-            complaints.append(str(error))
-    if complaints:
-        raise InputError("\n".join(dict.fromkeys(complaints)))  # assets may share a file
-
-
-def _reads(scene: Scene) -> Iterator[Callable[[], object]]:
-    """What reads the scene's files, each as drawing it would."""
-    for asset in scene.assets:
-        if isinstance(asset, MeshAsset):
-            yield partial(
-                check_mesh,
-                asset.mesh,
-                texture=asset.texture,
-                up=asset.up,
-                height=asset.height,
-                upright=asset.dpci is not None,
-            )
-            if asset.dpci is not None and asset.dpci.meso is not None:
-                yield partial(read_meso, asset.dpci.meso)
-        elif asset.intrinsics is None:
-            yield partial(read_relief, asset)
-        else:
-            yield partial(_read_range_surface, asset)
-    ground = scene.environment.ground
-    if ground is not None and ground.texture is not None:
-        yield partial(load_texture, ground.texture)
-
-
-def _read_range_surface(asset: DepthImageAsset) -> None:
-    image = read_range_image(asset)
-    with complaints_about(asset.depth):
-        range_mesh(image)  # an image may be read well and hold no surface
+            is_bad = True
+            typer.echo(str(error), err=True)
+    if is_bad:
+        raise typer.Exit(BAD_INPUT)

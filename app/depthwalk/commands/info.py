@@ -1,18 +1,24 @@
-"""`depthwalk info`: what this installation is and can do, or what a file holds."""
+"""`depthwalk info`: versions and limits of this installation, or what a file holds.
+
+Readers are imported by the rows that need them, so that a mesh is described without the graphics libraries.
+"""
 
 import platform
 from collections.abc import Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+import typer
 
 import depthwalk
 from depthwalk import limits
+from depthwalk.commands.options import Quiet, Verbose
+from depthwalk.commands.program import guarded
 from depthwalk.errors import InputError
 
-if TYPE_CHECKING:  # reading OpenEXR files takes time to import
+if TYPE_CHECKING:
     from depthwalk.bake.images import BakedObject
 
 _LIBRARIES = (
@@ -23,13 +29,21 @@ _LIBRARIES = (
 Row = tuple[str, str]
 
 
-def print_rows(rows: Iterator[Row]) -> None:
-    """Names and values in two columns; nothing where a row raises."""
+@guarded
+def main(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE", help="Scene, camera path, baked file or mesh to describe.")
+    ] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Show versions, the OpenGL renderer and limits, or what a file holds."""
+    rows = list(describe_file(file) if file else installation())  # all of them first: an error prints no half table
     print("\n".join(f"{name:<24} {value}" for name, value in rows))
 
 
 def installation() -> Iterator[Row]:
-    """Versions, the GL renderer with its limits, and the limits of inputs."""
+    """Yield versions, the GL renderer with its limits, and the limits of inputs."""
     yield "depthwalk", depthwalk.__version__
     yield "Python", f"{platform.python_version()} on {platform.platform()}"
     for name in _LIBRARIES:
@@ -42,11 +56,11 @@ def installation() -> Iterator[Row]:
 
 
 def describe_file(path: Path) -> Iterator[Row]:
-    """What a scene, a path, a baked file or a mesh holds. Raises InputError."""
+    """Yield what a scene, a camera path, a baked file or a mesh holds. Raises InputError."""
     yield "file", str(path)
     match path.suffix.lower():
         case ".yaml" | ".yml":
-            from depthwalk.commands.check import is_path_file
+            from depthwalk.scene.path import is_path_file
 
             yield from _path_rows(path) if is_path_file(path) else _scene_rows(path)
         case ".exr":
@@ -122,7 +136,7 @@ def _baked_rows(path: Path) -> Iterator[Row]:
 
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:
-    """One object of a baked file; prefix: of the names of its images there."""
+    """Yield what one object of a baked file holds; `prefix` begins the names of its images there."""
     from depthwalk.geometry.quaternions import rotate
 
     cylinder, axis = baked.cylinder, rotate(np.array(baked.rotation), np.array([0.0, 1.0, 0.0]))

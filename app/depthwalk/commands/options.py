@@ -1,4 +1,7 @@
-"""The options that commands share, declared once, and what their text means."""
+"""Declare the options that commands share, once each, and parse their texts.
+
+The functions `parse_…` and `check_…` raise InputError, whose message begins with the option.
+"""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +24,7 @@ from depthwalk.limits import (
     MIN_FOV,
 )
 
-if TYPE_CHECKING:  # the scene package takes half a second to import, --help does not need it
+if TYPE_CHECKING:  # the scene package takes long to import, and few commands need all of it
     from depthwalk.bake.axis import Axis as BakeAxis
     from depthwalk.scene.arrays import Camera, Representation
     from depthwalk.scene.scene import Scene
@@ -30,21 +33,21 @@ Point = tuple[float, float, float]
 
 
 class Method(StrEnum):
-    """How depth images are made."""
+    """How depth images are sampled."""
 
     RAYCAST = "raycast"
     SIX_VIEW = "six-view"
 
 
 class UpAxis(StrEnum):
-    """A mesh file's upward axis."""
+    """The axis of a mesh file that points upward."""
 
     Y = "y"
     Z = "z"
 
 
 class RepresentationName(StrEnum):
-    """How to draw what the assets allow it for; `scene` leaves it to the scene file."""
+    """How to draw every object whose asset allows it; `scene` leaves it to the scene file."""
 
     SCENE = "scene"
     DPCI = "dpci"
@@ -53,35 +56,50 @@ class RepresentationName(StrEnum):
     DMESH = "dmesh"
 
 
-SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, or a mesh.", show_default=False)]
-Resolution = Annotated[str, typer.Option("--resolution", metavar="W,H|WxH", help="Size of the picture in pixels.")]
-CameraPosition = Annotated[
-    str | None, typer.Option("--camera-position", metavar="X,Y,Z", help="Where the camera stands, metres.")
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file or mesh.", show_default=False)]
+Resolution = Annotated[
+    str, typer.Option("--resolution", metavar="W,H|WxH", help="Width and height of the picture, pixels.")
 ]
-CameraTarget = Annotated[str | None, typer.Option("--camera-target", metavar="X,Y,Z", help="What it looks at, metres.")]
+CameraPosition = Annotated[
+    str | None, typer.Option("--camera-position", metavar="X,Y,Z", help="Position of the camera, metres.")
+]
+CameraTarget = Annotated[
+    str | None, typer.Option("--camera-target", metavar="X,Y,Z", help="Point that the camera looks at, metres.")
+]
 CameraAngle = Annotated[
     float | None, typer.Option("--camera-view-angle", metavar="DEG", help="Vertical angle of view, degrees.")
 ]
 RepresentationOption = Annotated[
-    RepresentationName, typer.Option("--representation", help="How to draw what the assets allow it for.")
+    RepresentationName,
+    typer.Option(
+        "--representation",
+        help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod) or as depth "
+        "samples warped straight to the screen (dmesh); scene: as the scene file says.",
+    ),
 ]
-PathOption = Annotated[Path | None, typer.Option("--path", metavar="P", help="Camera path file.", show_default=False)]
+PathOption = Annotated[
+    Path | None, typer.Option("--path", metavar="FILE", help="Camera path file.", show_default=False)
+]
 Frames = Annotated[int | None, typer.Option("--frames", metavar="N", min=1, max=MAX_FRAMES, help="Number of frames.")]
-NoBackground = Annotated[bool, typer.Option("--no-background", help="Alpha 0 where nothing is.")]
+NoBackground = Annotated[bool, typer.Option("--no-background", help="Leave the background transparent (alpha 0).")]
 AssetRoots = Annotated[
     list[Path] | None,
-    typer.Option("--asset-root", metavar="DIR", help="Folder besides the scene's in which its files may lie."),
+    typer.Option(
+        "--asset-root", metavar="DIR", help="Folder, besides the scene's, in which its files may lie; repeatable."
+    ),
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the scene file: render.lod.bias=1."),
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Replace a value of the scene file, as in render.lod.bias=1; repeatable."
+    ),
 ]
 Layers = Annotated[
     str | None,
     typer.Option(
         "--layers",
         metavar="N|auto",
-        help="Surfaces along each ray; auto: as many as hold what can be seen.",
+        help="Surfaces sampled along each ray; auto: as many as a viewer can see.",
         show_default="3, or as the scene says; 1 with six-view",
     ),
 ]
@@ -90,7 +108,7 @@ Parts = Annotated[
     typer.Option(
         "--parts",
         metavar="N|auto",
-        help="Objects that share a mesh, at most; auto: as many as it takes.",
+        help="Cylinders among which a mesh is divided, at most; auto: chosen by its shape.",
         show_default="1, or as the scene says",
     ),
 ]
@@ -99,29 +117,43 @@ Axis = Annotated[
     typer.Option(
         "--axis",
         metavar="x|y|z|X,Y,Z|auto",
-        help="Axis of the cylinder; auto: the one whose images sample it best.",
+        help="Axis of the cylinder; auto: the one whose images sample the mesh best.",
         show_default="y, or as the scene says",
     ),
 ]
-Height = Annotated[float | None, typer.Option("--height", metavar="M", help="Height to scale each mesh to, metres.")]
-Texture = Annotated[Path | None, typer.Option("--texture", metavar="F", help="Texture in place of the files' own.")]
+Height = Annotated[float | None, typer.Option("--height", metavar="M", help="Scale each mesh to this height, metres.")]
+Texture = Annotated[
+    Path | None, typer.Option("--texture", metavar="FILE", help="Texture that replaces those of the files.")
+]
+JsonReport = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as JSON.")]
+HtmlReport = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write the report to this file, as a page with pictures.")
+]
 Fullscreen = Annotated[bool, typer.Option("--fullscreen", help="Use the whole screen.")]
-Verbose = Annotated[bool, typer.Option("--verbose", help="Say what is done, show tracebacks.")]
-Quiet = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Report every step; show tracebacks.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 
 DEFAULT_RESOLUTION = "1024,768"
 
 
 @dataclass(frozen=True)
 class CameraOptions:
-    """What the --camera options ask for; None leaves a value as it is. angle: vertical, radians."""
+    """Changes to a camera, as the --camera options give them; None leaves a value as it is.
+
+    Attributes
+    ----------
+    position, target
+        Metres, world.
+    angle
+        Vertical angle of view, radians.
+    """
 
     position: Point | None = None
     target: Point | None = None
     angle: float | None = None
 
     def apply(self, camera: "Camera") -> "Camera":
-        """`camera` with the values asked for. Raises InputError where it would stand on its target."""
+        """Return `camera` with these values. Raises InputError where its target would be its own position."""
         position, target = self.position or camera.position, self.target or camera.target
         if self.given and position == target:
             raise InputError("--camera-target: must be elsewhere than the camera's position")
@@ -129,28 +161,29 @@ class CameraOptions:
 
     @property
     def given(self) -> bool:
+        """Whether any of the options is given."""
         return self != CameraOptions()
 
 
 def parse_camera(position: str | None, target: str | None, angle: float | None) -> CameraOptions:
-    """The values of the --camera options. Raises InputError."""
+    """Return the values of the --camera options; `angle` is in degrees. Raises InputError."""
     if angle is not None and not MIN_FOV <= angle <= MAX_FOV:
         raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_FOV:g} to {MAX_FOV:g} degrees")
     return CameraOptions(
-        _point("--camera-position", position),
-        _point("--camera-target", target),
-        None if angle is None else math.radians(angle),
+        position=_point("--camera-position", position),
+        target=_point("--camera-target", target),
+        angle=None if angle is None else math.radians(angle),
     )
 
 
 def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
-    """Raises InputError where both a camera path and the --camera options say where the camera is."""
+    """Raise InputError where both a camera path and the --camera options say where the camera is."""
     if path is not None and camera.given:
         raise InputError("--path: already says where the camera is; leave out the --camera options")
 
 
 def parse_resolution(text: str) -> tuple[int, int]:
-    """Width and height in pixels. Raises InputError."""
+    """Return width and height, pixels. Raises InputError."""
     parts = text.replace("x", ",").split(",")
     if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
         raise InputError(f"--resolution {text}: must be W,H or WxH, whole numbers of pixels")
@@ -163,19 +196,19 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 
 def parse_layers(text: str | None) -> int | Literal["auto"] | None:
-    """How many surfaces are sampled along each ray. Raises InputError."""
+    """Return how many surfaces are sampled along each ray. Raises InputError."""
     return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
 
 
 def parse_parts(text: str | None) -> int | Literal["auto"] | None:
-    """How many objects are to share a mesh. Raises InputError."""
+    """Return among how many cylinders a mesh is divided. Raises InputError."""
     return _auto_or_up_to(MAX_DPCI_PARTS, "--parts", text)
 
 
 def parse_axis(text: str | None) -> "BakeAxis | None":
-    """The axis of a cylinder. Raises InputError."""
+    """Return the axis of a cylinder. Raises InputError."""
     if text is None or text in ("auto", "x", "y", "z"):
-        return text  # type: ignore[return-value]
+        return text  # type: ignore[return-value]  # a text is not narrowed to its literals
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
@@ -186,7 +219,7 @@ def parse_axis(text: str | None) -> "BakeAxis | None":
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
-    """The --set options as `load_scene` takes them. Raises InputError."""
+    """Return the --set options as `load_scene` takes them: texts by key. Raises InputError."""
     overrides = {}
     for text in settings or ():
         key, equals, value = text.partition("=")
@@ -197,21 +230,20 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
 
 
 def refuse_reuse(settings: Sequence[str] | None) -> None:
-    """Raises InputError where images are to be kept from frame to frame, in a command whose pictures must not depend on
-    those before."""
+    """Raise InputError where `reuse_error` is set: pictures of this command must not depend on earlier frames."""
     if any("reuse_error" in text for text in settings or ()):
-        raise InputError("--set render.warp.reuse_error: only `view` and `bench` keep images from frame to frame")
+        raise InputError("--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames")
 
 
 def representation(name: RepresentationName) -> "Representation | None":
-    """As `Renderer.representation` takes it: None leaves it to the scene."""
+    """Return the representation of that name; None, for `scene`, leaves it to the scene file."""
     from depthwalk.scene.arrays import Representation
 
     return None if name is RepresentationName.SCENE else Representation[name.name]
 
 
 def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None) -> "Scene":
-    """Loads the scene file with the options laid over it. Raises InputError."""
+    """Load a scene file with the --set options applied to it. Raises InputError."""
     from depthwalk.scene.loader import load_scene
 
     return load_scene(path, asset_roots or (), parse_settings(settings))
@@ -219,7 +251,7 @@ def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequenc
 
 def _auto_or_up_to(most: int, option: str, text: str | None) -> int | Literal["auto"] | None:
     if text is None or text == "auto":
-        return text  # type: ignore[return-value]
+        return text  # type: ignore[return-value]  # a text is not narrowed to its literals
     if not (text.isascii() and text.isdigit() and len(text) <= 2 and 1 <= int(text) <= most):
         raise InputError(f"{option} {text}: must be auto or a whole number from 1 to {most}")
     return int(text)
@@ -232,6 +264,6 @@ def _point(option: str, text: str | None) -> Point | None:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
         raise InputError(f"{option} {text}: must be X,Y,Z, three numbers of metres") from None
-    if not all(abs(value) <= MAX_COORDINATE for value in (x, y, z)):  # also false for NaN
+    if not all(abs(value) <= MAX_COORDINATE for value in (x, y, z)):  # false for NaN, too
         raise InputError(f"{option} {text}: each coordinate must be within ±{MAX_COORDINATE:g} m")
     return x, y, z

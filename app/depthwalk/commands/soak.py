@@ -1,4 +1,7 @@
-"""`python -m depthwalk.commands.soak SCENE`: a long random walk, to see whether anything grows. Exit code 1 if it does."""
+"""`python -m depthwalk.commands.soak SCENE`: a long random walk, to see whether memory or GL objects leak.
+
+Exits with code 1 where they do.
+"""
 
 import os
 from collections.abc import Iterator
@@ -10,7 +13,6 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from depthwalk.commands.console import FAILURE, frame_progress, guarded
 from depthwalk.commands.options import (
     AssetRoots,
     Quiet,
@@ -24,25 +26,37 @@ from depthwalk.commands.options import (
     parse_resolution,
     representation,
 )
-from depthwalk.commands.render import open_headless
+from depthwalk.commands.output import open_headless
+from depthwalk.commands.program import FAILURE, as_program, guarded
+from depthwalk.commands.progress import frame_progress
 from depthwalk.limits import MAX_FRAMES
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 
-# Over the second half of a walk: some GL objects are made when first needed, some memory the allocator keeps.
-MOST_NEW_OBJECTS, MOST_GROWTH = 8, 4 << 20
-_SAMPLES = 1000  # of a walk
+# Allowed growth over the second half of a walk: some GL objects are made late, and the allocator keeps some memory.
+MAX_NEW_OBJECTS, MAX_GROWTH = 8, 4 << 20  # count, bytes
+_SAMPLES = 1000  # measurements per walk, at most
 _STEP = 0.05  # metres: walking pace at 30 frames per second
 _TURN = 0.02  # radians, standard deviation of the change of heading per frame
-_JUMP = 1 / 500  # chance per frame of being somewhere else
-_EYE = 1.7  # metres
+_JUMP = 1 / 500  # probability per frame of a jump to another place
+_EYE = 1.7  # metres above y = 0
 _STATM = Path("/proc/self/statm")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Growth:
-    """Samples (n,) over the second half of a walk. frame; gl_objects: alive in this process; memory: resident bytes."""
+    """What was measured over the second half of a walk.
+
+    Attributes
+    ----------
+    frame : (n,)
+        Numbers of the frames.
+    gl_objects : (n,)
+        GL objects alive in this process.
+    memory : (n,)
+        Resident bytes of this process.
+    """
 
     frame: NDArray[np.int64]
     gl_objects: NDArray[np.int64]
@@ -50,17 +64,28 @@ class Growth:
 
     @property
     def bytes_per_frame(self) -> float:
-        """Slope of the straight line that fits the memory best."""
+        """Slope of the straight line that fits the memory best, bytes per frame."""
         return float(np.polyfit(self.frame, self.memory, 1)[0])
 
     @property
     def grows(self) -> bool:
+        """Whether GL objects or memory grew by more than is allowed."""
         grown = self.bytes_per_frame * (self.frame[-1] - self.frame[0])
-        return bool(self.gl_objects[-1] - self.gl_objects[0] > MOST_NEW_OBJECTS or grown > MOST_GROWTH)
+        return bool(self.gl_objects[-1] - self.gl_objects[0] > MAX_NEW_OBJECTS or grown > MAX_GROWTH)
 
 
 def random_walk(bounds: Bounds, frames: int, seed: int = 0) -> Iterator[Camera]:
-    """The same cameras for the same seed: a walk among the objects at eye height, with a jump now and then."""
+    """Yield the cameras of a walk among objects at eye height, with a jump to another place now and then.
+
+    Parameters
+    ----------
+    bounds
+        Of the objects.
+    frames
+        Length of the walk.
+    seed
+        The same seed gives the same cameras.
+    """
     random = np.random.default_rng(seed)
     low, high = (np.array([f(bounds.centre[:, axis]) for axis in (0, 2)]) for f in (np.min, np.max))
     extent = high - low + 2 * float(bounds.bounding_radius.max())
@@ -68,20 +93,20 @@ def random_walk(bounds: Bounds, frames: int, seed: int = 0) -> Iterator[Camera]:
     forward = np.stack([np.sin(heading), np.cos(heading)], -1)
     jump = (random.random((frames, 1)) < _JUMP) * random.random((frames, 2)) * extent
     walked = np.cumsum(_STEP * forward + jump, axis=0)
-    folded = np.abs(walked % (2 * extent) - extent) + low - (extent - (high - low)) / 2  # turned back at the edges
+    folded = np.abs(walked % (2 * extent) - extent) + low - (extent - (high - low)) / 2  # reflected at the edges
     for (x, z), (right, ahead) in zip(folded.tolist(), forward.tolist(), strict=True):
         yield Camera((x, _EYE, z), (x + right, _EYE - 0.1, z + ahead), np.pi / 3)
 
 
 def resident_bytes() -> int:
-    """Memory of this process that is in RAM. Raises OSError where the system does not tell as Linux does."""
+    """Return how many bytes of this process are in RAM. Raises OSError on systems without Linux's /proc."""
     return int(_STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 @guarded
 def main(
     scene: SceneArgument,
-    frames: Annotated[int, typer.Option(metavar="N", min=8, max=MAX_FRAMES, help="Length of the walk.")] = 50_000,
+    frames: Annotated[int, typer.Option(metavar="N", min=8, max=MAX_FRAMES, help="Frames to draw.")] = 50_000,
     resolution: Resolution = "160,120",
     representation_name: RepresentationOption = RepresentationName.SCENE,
     asset_root: AssetRoots = None,
@@ -89,9 +114,9 @@ def main(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Walk at random for a long time and report what grew."""
+    """Walk at random for a long time and report whether memory or GL objects grow; exit with 1 if they do."""
     loaded, size = open_scene(scene, asset_root, settings), parse_resolution(resolution)
-    every = max(1, frames // _SAMPLES)
+    interval = max(1, frames // _SAMPLES)
     samples: list[tuple[int, int, int]] = []
     with open_headless(loaded, size, representation(representation_name)) as headless:
         headless.renderer.remembers = True
@@ -99,12 +124,12 @@ def main(
         with frame_progress("walking", frames) as advance:
             for number, camera in enumerate(walk):
                 headless.draw(View(camera, size))
-                if number % every == 0:
+                if number % interval == 0:
                     headless.device.context.finish()
                     samples.append((number, sum(headless.device.live.values()), resident_bytes()))
                 advance()
     frame, gl_objects, memory = np.array(samples[len(samples) // 2 :]).T
-    growth = Growth(frame, gl_objects, memory)
+    growth = Growth(frame=frame, gl_objects=gl_objects, memory=memory)
     print(f"{frames} frames of {scene} at {size[0]} × {size[1]}, the second half of them:")
     print(f"GL objects {growth.gl_objects[0]} to {growth.gl_objects[-1]}")
     print(f"memory {memory[0] / 1e6:.1f} to {memory[-1] / 1e6:.1f} MB, {growth.bytes_per_frame:+.1f} bytes a frame")
@@ -114,4 +139,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    as_program(main)()

@@ -1,4 +1,4 @@
-"""What `depthwalk compare` is given: meshes, and scenes whose meshes it takes with the settings they have there."""
+"""Find what `depthwalk compare` is to measure: meshes, and the mesh assets of scenes with their parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import Literal
 from depthwalk.bake.axis import Axis
 from depthwalk.bake.baker import Layers, Method
 from depthwalk.bake.parts import ModelParams
-from depthwalk.commands.bake import mesh_spec
+from depthwalk.commands.baking import mesh_spec
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
@@ -17,10 +17,21 @@ from depthwalk.scene.schema import DpciParams
 SCENE_SUFFIXES = (".yaml", ".yml")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Subject:
-    """A mesh to compare with the depth images baked as `params` say. name: in the report; scene: the file that names
-    it, or None."""
+    """A mesh to compare with its depth images.
+
+    Attributes
+    ----------
+    name
+        What the report calls it.
+    spec
+        The mesh and how it is read.
+    params
+        How its depth images are baked.
+    scene
+        The scene file that names it, or None.
+    """
 
     name: str
     spec: MeshAsset
@@ -28,25 +39,44 @@ class Subject:
     scene: Path | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Choices:
-    """What the command line says, None where it says nothing. resolution, layers, method, parts, axis: of every bake,
-    instead of what a scene says; texture, up, height: of meshes that no scene describes."""
+    """Hold the options of the command line; None where one is not given.
 
-    resolution: int | None
-    layers: Layers | None
-    method: Method | None
-    parts: int | Literal["auto"] | None
-    axis: Axis | None
-    texture: Path | None
-    up: str | None
-    height: float | None
+    Attributes
+    ----------
+    resolution, layers, method, parts, axis
+        Parameters of every bake; they replace those of a scene.
+    texture, up, height
+        How meshes that no scene describes are read.
+    """
+
+    resolution: int | None = None
+    layers: Layers | None = None
+    method: Method | None = None
+    parts: int | Literal["auto"] | None = None
+    axis: Axis | None = None
+    texture: Path | None = None
+    up: str | None = None
+    height: float | None = None
 
 
 def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices) -> list[Subject]:
-    """The meshes among `files`, and those of the scenes among them that have depth images. Raises InputError.
+    """Return the meshes among files, and those assets of the scenes among them that have depth images.
 
-    roots: folders in which files are looked for as well.
+    Parameters
+    ----------
+    files
+        Meshes and scene files.
+    roots
+        Folders in which they are looked for, too.
+    choices
+        The options of the command line.
+
+    Raises
+    ------
+    InputError
+        Where a scene or an option cannot be used.
     """
     for root in roots:
         if not root.is_dir():
@@ -58,7 +88,8 @@ def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices
         else:
             texture = choices.texture and _find(choices.texture, roots)
             spec = mesh_spec(file, texture, "z" if choices.up == "z" else "y", choices.height)
-            subjects.append(Subject(str(file), spec, _bake_params(DpciParams(), choices), None))
+            params = _bake_params(DpciParams(), choices)
+            subjects.append(Subject(name=str(file), spec=spec, params=params, scene=None))
     return subjects
 
 
@@ -67,7 +98,7 @@ def _of_scene(scene: Path, roots: Sequence[Path], choices: Choices) -> list[Subj
         if getattr(choices, option) is not None:
             raise InputError(f"--{option}: {scene} says itself how its meshes are read")
     subjects = [
-        Subject(f"{scene}: {asset.name}", asset, _bake_params(asset.dpci, choices), scene)
+        Subject(name=f"{scene}: {asset.name}", spec=asset, params=_bake_params(asset.dpci, choices), scene=scene)
         for asset in load_scene(scene, roots).assets
         if isinstance(asset, MeshAsset) and asset.dpci is not None
     ]
@@ -77,7 +108,7 @@ def _of_scene(scene: Path, roots: Sequence[Path], choices: Choices) -> list[Subj
 
 
 def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
-    """`dpci` with the choices laid over it."""
+    """Return the parameters of a scene, replaced by the choices that are made."""
     method = choices.method or dpci.method
     layers = choices.layers or (1 if method == "six-view" else dpci.layers)
     try:
@@ -88,11 +119,11 @@ def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
             parts=choices.parts or dpci.parts,
             axis=choices.axis or dpci.axis,
         )
-    except InputError as error:  # a scene is checked already: the options do not fit
+    except InputError as error:  # the scene was checked before: it is the options that do not fit
         raise InputError(f"--{error}") from None
 
 
 def _find(path: Path, roots: Sequence[Path]) -> Path:
-    """`path`, or the file of that name below the first asset root that has one."""
+    """Return `path`, or the file of that name below the first asset root that has one."""
     candidates = [path] if path.is_absolute() else [path, *(root / path for root in roots)]
     return next((candidate for candidate in candidates if candidate.is_file()), path)

@@ -1,4 +1,4 @@
-"""Walking through a scene in a window."""
+"""Walk through a scene in a window: `run` opens it, and raises `NoDisplay` where it cannot."""
 
 from depthwalk.walk.app import run
 from depthwalk.walk.window import NoDisplay

@@ -1,4 +1,4 @@
-"""The walk: a window, its loop, and what the keys do."""
+"""Walk through a scene in a window: the loop of frames, and what the keys do."""
 
 import time
 from collections.abc import Callable
@@ -8,8 +8,6 @@ from typing import Any
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
-from depthwalk.render.antialiasing.modes import hardware_samples
-from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
@@ -20,16 +18,17 @@ from depthwalk.walk import hud
 from depthwalk.walk.atlas_view import AtlasView
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.input import Input
-from depthwalk.walk.loading import LoadingScreen, Stopped
+from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.panel import draw_atlas, draw_panel
 from depthwalk.walk.playback import Playback
+from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.state import State
 from depthwalk.walk.window import Window, on_files_dropped, open_window
 
-_UPLOADING = 0.008  # s of a frame, for assets that come into sight
-_IDLE = 0.05  # s between looks at a window that shows nothing
+_UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
+_IDLE_SECONDS = 0.05  # between looks at a minimised window
 
 
 def run(
@@ -43,13 +42,33 @@ def run(
     first_camera: Callable[[Camera], Camera] = lambda camera: camera,
     read: Callable[[Path], Scene] = load_scene,
 ) -> None:
-    """Open a window on `scene` and return when the user closes it.
+    """Open a window on a scene; return when the user closes it.
 
-    library: the scene's assets, loaded here while their progress is shown; path: played by P; size: of the window,
-    (width, height); representation: of all objects, None as the scene says; first_camera: makes the first camera of the
-    scene's, or of the one that sees every object; read: reads the scene's file again, and those that are dropped on the
-    window, and may raise InputError.
-    Raises NoDisplay where no window can be opened, InputError for assets that cannot be used.
+    Parameters
+    ----------
+    scene
+        What to show.
+    library
+        Its assets, which are loaded here while the window shows their progress.
+    path
+        A camera path for the key P.
+    fullscreen
+        Whether to use the whole screen.
+    size
+        (width, height) of the window, in coordinates of the desktop.
+    representation
+        How to draw every object; None leaves it to the scene.
+    first_camera
+        Returns the camera to begin with. It is called with the scene's, or with one that sees every object.
+    read
+        Reads the scene's file again, and files that are dropped on the window. It may raise InputError.
+
+    Raises
+    ------
+    NoDisplay
+        Where no window can be opened.
+    InputError
+        Where an asset cannot be used.
     """
     window = open_window(_title(scene), size, fullscreen)
     report = library.report
@@ -58,7 +77,7 @@ def run(
         try:
             walk.start(scene, path, representation, first_camera)
             walk.loop()
-        except Stopped:
+        except StoppedError:
             pass
         finally:
             walk.release()
@@ -72,7 +91,7 @@ def _title(scene: Scene) -> str:
 
 
 class _Walk:
-    """Owns what lives as long as the window."""
+    """Own what lives as long as the window, and draw its frames."""
 
     def __init__(self, window: Window, library: SceneLibrary, read: Callable[[Path], Scene]) -> None:
         self._window, self._library, self._read = window, library, read
@@ -80,11 +99,12 @@ class _Walk:
         self._overlay = Overlay(self._device)
         self._releases: list[Callable[[], None]] = [self._overlay.release]
         self._loading = LoadingScreen(window, self._overlay, library.report)
+        self._loader = SceneLoader(self._device, window, self._loading)
         window.key_event_func = self._close_by_escape  # until there is an `Input`
         on_files_dropped(window, self._drop)
         self._screenshot_wanted = False
-        self._wanted: Path | None = None  # to be shown next
-        self._then = time.perf_counter()
+        self._next_file: Path | None = None  # to be opened before the next frame
+        self._last_time = time.perf_counter()  # of the last frame's beginning
 
     def start(
         self,
@@ -93,8 +113,8 @@ class _Walk:
         representation: Representation | None,
         first_camera: Callable[[Camera], Camera],
     ) -> None:
-        """Reads, bakes and uploads what the first frame needs."""
-        self._renderer = self._load(scene, self._library, representation)
+        """Read, bake and upload what the first frame needs; see `run`."""
+        self._renderer = self._loader.open(scene, self._library, representation)
         self._releases.append(lambda: self._renderer.release())
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
@@ -106,51 +126,35 @@ class _Walk:
         self._loading.end()
         self._state.tell("H shows the keys")
 
-    def _load(self, scene: Scene, library: SceneLibrary, representation: Representation | None) -> Renderer:
-        """A renderer that knows the assets. Raises InputError, Stopped."""
-        self._loading.begin(scene.path.name)
-        library.report = self._loading.report
-        renderer = Renderer(self._device, scene, library)
-        try:
-            renderer.world.representation = representation
-            renderer.remembers = True
-            renderer.world.table()
-        except BaseException:
-            renderer.release()
-            raise
-        self._represented = representation
-        return renderer
-
     def _open(self, file: Path) -> None:
-        """Takes a camera path, or shows a scene or a mesh. Where the file cannot be used, all stays as it is."""
-        self._wanted, start = None, time.perf_counter()
-        try:
-            if not is_mesh_file(file) and is_path_file(file):
-                self._state.playback = Playback(load_path(file))
-                self._state.tell(f"P plays {file.name}")
-            else:
-                self._show(self._read(file))
-        except InputError as error:
-            self._state.tell(str(error))
-        except Stopped:
-            if self._window.is_closing:
-                raise
-            self._state.tell(f"{file.name}: loading was stopped")
-        self._loading.end()
-        self._then += time.perf_counter() - start  # no time passes for the viewer meanwhile
+        """Take a camera path, or show a scene or mesh; change nothing where the file cannot be used."""
+        self._next_file = None
+        with self._loader.clock_stopped():
+            try:
+                if not is_mesh_file(file) and is_path_file(file):
+                    self._state.playback = Playback(load_path(file))
+                    self._state.tell(f"P plays {file.name}")
+                else:
+                    self._show(self._read(file))
+            except InputError as error:
+                self._state.tell(str(error))
+            except StoppedError:
+                if self._window.is_closing:
+                    raise
+                self._state.tell(f"Loading {file.name} was stopped")
 
     def _show(self, scene: Scene) -> None:
-        """Another scene, or what has become of this one, which keeps camera and path. Raises InputError."""
+        """Show another scene, or this one read again, which keeps camera and path. Raises InputError, StoppedError."""
         again, library = scene.path == self._state.scene.path, self._library.sibling(scene.assets)
-        renderer = self._load(scene, library, self._renderer.world.representation if again else None)
+        renderer = self._loader.open(scene, library, self._renderer.world.representation if again else None)
         self._state.show(scene, renderer, self._aspect)
         self._renderer.release()
         self._library, self._renderer = library, renderer
         self._window.title = _title(scene)
 
     def loop(self) -> None:
-        """Draws frames until the window closes, while something loads perhaps; saves what was being recorded."""
-        self._then = time.perf_counter()
+        """Draw frames until the window closes; then save what is being recorded."""
+        self._last_time = time.perf_counter()
         try:
             while not self._window.is_closing:
                 self._step()
@@ -160,10 +164,12 @@ class _Walk:
                 print(self._state.toast)
 
     def _step(self) -> None:
-        if self._wanted is not None:
-            self._open(self._wanted)
+        """Advance the walk by the time since the last frame, less that spent on loading, and draw a frame."""
+        if self._next_file is not None:
+            self._open(self._next_file)
         now = time.perf_counter()
-        dt, self._then = now - self._then, now
+        dt, self._last_time = now - self._last_time - self._loader.seconds, now
+        self._loader.seconds = 0.0
         self._state.advance(dt)
         self._state.record(dt)
         self._state.pull_focus(dt)
@@ -171,19 +177,22 @@ class _Walk:
             self._state.times.add(dt)
             self._draw(dt)
         else:  # minimised
-            time.sleep(_IDLE)
+            time.sleep(_IDLE_SECONDS)
         self._window.swap_buffers()
 
     @property
     def _aspect(self) -> float:
+        """Width / height of the window."""
         width, height = self._window.size
         return width / max(height, 1)
 
     def release(self) -> None:
+        """Free every GL object, the last made first."""
         for release in reversed(self._releases):
             release()
 
     def _actions(self) -> dict[str, Callable[[], None]]:
+        """Return what key presses do, by moderngl-window's names of the keys; `hud.HELP` describes it."""
         state = self._state
 
         def toggle(name: str) -> Callable[[], None]:
@@ -226,21 +235,22 @@ class _Walk:
         self._screenshot_wanted = True
 
     def _want_again(self) -> None:
-        if not self._loading.busy:  # with another scene, which this one would follow
-            self._wanted = self._state.scene.path
+        if not self._loading.busy:  # a key pressed while another scene loads would name the wrong one
+            self._next_file = self._state.scene.path
 
     def _drop(self, files: list[Path]) -> None:
-        """Of several files, the first."""
-        self._wanted = files[0]
+        """Open the first of the files that were dropped on the window."""
+        self._next_file = files[0]
 
     def _draw(self, dt: float) -> None:
-        self._load_missing()
+        """Draw a frame with its widgets; `dt` is the time since the last one, seconds."""
+        self._loader.load_missing(self._state.renderer, self._state.tell)
         state, size = self._state, self._window.buffer_size
         renderer, screen = state.renderer, self._window.fbo
         screen.viewport = (0, 0, *size)
         camera = state.camera
         renderer.render(View(camera, size), screen)
-        renderer.upload_seconds = _UPLOADING  # the first frame waited for all that it shows
+        renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
         self._overlay.draw(screen, self._window.size, size, dt, self._widgets)
@@ -248,41 +258,8 @@ class _Walk:
             self._screenshot_wanted = False
             self._take_screenshot(camera)
 
-    def _load_missing(self) -> None:
-        """Loads what a newly chosen representation needs; goes back to the one before where that fails or is stopped,
-        and to no anti-aliasing where the machine has not what was chosen."""
-        start = time.perf_counter()
-        renderer = self._state.renderer
-        try:
-            renderer.world.table()
-        except (InputError, Stopped) as error:
-            if self._window.is_closing:
-                raise
-            self._state.tell(str(error) or "Loading was stopped")
-            renderer.world.representation = self._represented
-            self._load_anyway(renderer)
-        self._represented = renderer.world.representation
-        try:
-            hardware_samples(renderer.settings, self._device)
-        except InputError as error:
-            self._state.tell(str(error))
-            renderer.settings.aa = "none"
-        self._loading.end()
-        self._then += time.perf_counter() - start  # no time passes for the viewer meanwhile
-
-    def _load_anyway(self, renderer: Renderer) -> None:
-        """Loads what the frames cannot do without, however often somebody wants to stop that but by closing the window.
-        Raises InputError, Stopped."""
-        while True:
-            self._loading.end()
-            try:
-                renderer.world.table()
-                return
-            except Stopped:
-                if self._window.is_closing:
-                    raise
-
     def _widgets(self) -> None:
+        """Draw HUD, panel and help, and tell the input which parts of the window they cover."""
         state = self._state
         areas = []
         left = hud.draw_hud(state) if state.hud else 0.0

@@ -1,4 +1,4 @@
-"""The intermediate images as a picture for the panel."""
+"""Show the impostors of a frame as one picture."""
 
 import moderngl
 
@@ -11,7 +11,15 @@ _SIZE = 1024, 512  # texels; the atlas is several times as large
 
 
 class AtlasView:
-    """Paints the used part of the atlas into `texture`, near surfaces bright."""
+    """Paint the used part of the atlas into a texture, near surfaces bright.
+
+    Attributes
+    ----------
+    texture
+        The picture.
+    aspect
+        Width / height of the part that it shows.
+    """
 
     def __init__(self, device: Device) -> None:
         self.gl = device.scope("atlas view")
@@ -22,7 +30,7 @@ class AtlasView:
         self._framebuffer = self.gl.framebuffer([self.texture])
 
     def draw(self, targets: Targets, plan: FrameDrawLists) -> None:
-        """Shows the corner of the atlas that holds the tiles of `plan`; `aspect` is then its width / height."""
+        """Paint the corner of the atlas that holds the tiles of `plan`."""
         tiles = plan.composite.records["tile"]
         right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()
         self.aspect = right / top
@@ -32,4 +40,5 @@ class AtlasView:
             self._program.fill()
 
     def release(self) -> None:
+        """Free the texture and the program."""
         self.gl.release()

@@ -153,7 +153,7 @@ def natural_speed(radius: float) -> float:
     It is that of people, unless they would cross the scene in no time, or take forever.
     """
     fastest, slowest = (glm.clamp(2 * radius / seconds, *SPEED_RANGE) for seconds in _CROSSING)
-    return glm.clamp(_SPEED, slowest, fastest)
+    return float(glm.clamp(_SPEED, slowest, fastest))
 
 
 def orientation(yaw: float, pitch: float) -> glm.dquat:

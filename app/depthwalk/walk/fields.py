@@ -1,4 +1,4 @@
-"""Widgets from declarations: a parameter's type, range, unit and help decide how the panel shows it."""
+"""Draw widgets from declarations: type, range, unit and help of a parameter decide how the panel shows it."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -13,9 +13,29 @@ Kind = Literal["switch", "number", "integer", "choice", "colour", "vector", "oth
 _KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "integer"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Control:
-    """One parameter. low, high: closed range or None; optional: may be None (off); default: what a reset sets."""
+    """How one parameter is shown.
+
+    Attributes
+    ----------
+    name
+        Of the parameter in its group.
+    kind
+        The sort of widget.
+    help
+        One sentence, without its full stop.
+    unit
+        Of the value.
+    low, high
+        The closed range of a number, or None.
+    choices
+        The values to choose from.
+    optional
+        Whether the value may be None, which a check box shows as off.
+    default
+        The value that a right click sets.
+    """
 
     name: str
     kind: Kind
@@ -29,20 +49,21 @@ class Control:
 
     @property
     def label(self) -> str:
+        """The name as the panel writes it."""
         return self.name.replace("_", " ")
 
     @property
     def tooltip(self) -> str:
-        """What it does, its range, and how to get the default back."""
+        """What the parameter does, its range, and how to reset it."""
         unit = f" {self.unit}" if self.unit else ""
         bounded = self.low is not None and self.high is not None
         span = f"\n{self.low:g} to {self.high:g}{unit}" if bounded else ""
-        return f"{self.help}.{span}\nRight click: default"
+        return f"{self.help}.{span}\nRight click resets it"
 
 
 @cache
 def controls_of(params: type[Params]) -> tuple[Control, ...]:
-    """The controls of a group's own parameters, in the order of their declaration."""
+    """Return the controls of a group's own parameters, in the order of their declaration."""
     schema = params.model_json_schema()
     specs, definitions = schema["properties"], schema.get("$defs", {})
     return tuple(
@@ -62,15 +83,15 @@ def _control(name: str, spec: dict[str, Any], definitions: dict[str, Any], defau
     elif numbers:
         kind = "vector"
     return Control(
-        name,
-        kind,
-        spec.get("description", name).rstrip("."),
-        spec.get("unit", ""),
-        value.get("minimum", value.get("exclusiveMinimum")),
-        value.get("maximum", value.get("exclusiveMaximum")),
-        choices,
-        any(branch.get("type") == "null" for branch in branches),
-        default,
+        name=name,
+        kind=kind,
+        help=spec.get("description", name).rstrip("."),
+        unit=spec.get("unit", ""),
+        low=value.get("minimum", value.get("exclusiveMinimum")),
+        high=value.get("maximum", value.get("exclusiveMaximum")),
+        choices=choices,
+        optional=any(branch.get("type") == "null" for branch in branches),
+        default=default,
     )
 
 
@@ -80,8 +101,20 @@ def _resolved(branch: dict[str, Any], definitions: dict[str, Any]) -> dict[str, 
 
 
 def draw_group(group: Params, declared: type[Params] | None = None) -> str:
-    """Draws and applies the controls of `group`, or of those parameters that the class `declared` has; returns why a
-    value was refused, or an empty string."""
+    """Draw the controls of a group of parameters and apply what the user changes.
+
+    Parameters
+    ----------
+    group
+        The parameters.
+    declared
+        A base class of theirs, to draw only its parameters; None draws all.
+
+    Returns
+    -------
+    str
+        Why a value was refused, or an empty string.
+    """
     refusal = ""
     for control in controls_of(declared or type(group)):
         before = getattr(group, control.name)
@@ -109,7 +142,7 @@ def _draw(control: Control, value: Any) -> Any:
 
 
 def _draw_presence(control: Control, value: Any) -> Any:
-    """A check box before the control: off is None."""
+    """Draw the check box before an optional control and return the value; off is None."""
     changed, on = imgui.checkbox("##on" if value is not None else control.label, value is not None)
     if value is not None:
         imgui.same_line()
@@ -163,7 +196,7 @@ def _draw_other(control: Control, value: Any) -> Any:
 
 
 def _changed(answer: tuple[bool, Any], value: Any) -> Any:
-    """imgui keeps numbers as float32: take its value only where the user changed it."""
+    """Return imgui's value only where the user changed it: imgui rounds numbers to float32."""
     return answer[1] if answer[0] else value
 
 

@@ -1,4 +1,4 @@
-"""New files of the walk: pictures and camera paths, beside what is there."""
+"""Save pictures and camera paths under new names, without overwriting anything."""
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -8,9 +8,26 @@ from tempfile import TemporaryDirectory
 
 
 def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Path]) -> Path:
-    """A new file, named by the time, in the first of `folders` that takes it; returns its path.
+    """Save a new file, named by the time, in the first folder that can be written to.
 
-    write: writes a file; what it raises but for OSError is let through. Raises OSError when no folder takes it.
+    Parameters
+    ----------
+    suffix
+        Of the file's name.
+    write
+        Writes the file of that path. Exceptions other than OSError pass through.
+    folders
+        Where to try, in this order.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OSError
+        Where none of the folders can be written to.
     """
     failure = OSError("no folder to write to")
     for folder in folders:
@@ -22,8 +39,11 @@ def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Pat
 
 
 def _write_new(folder: Path, suffix: str, write: Callable[[Path], object]) -> Path:
-    """The whole file under a name that was free. A name is taken by an empty file, for a moment only: where there are
-    no hard links, no move of a file refuses to overwrite."""
+    """Write a whole file under a free name of `folder` and return its path.
+
+    An empty file reserves the name for a moment: without hard links, no system call moves a file and refuses to
+    overwrite another.
+    """
     stem = f"depthwalk-{datetime.now():%Y%m%d-%H%M%S}"
     with TemporaryDirectory(prefix=".depthwalk-", dir=folder) as temporary:
         whole = Path(temporary) / f"whole{suffix}"

@@ -1,25 +1,34 @@
-"""Pulling focus: the lens turns smoothly to what is to be sharp."""
+"""Pull focus: turn the lens smoothly to a new distance."""
 
 import math
 
 from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 
-_SETTLING = 0.2  # s in which what is left to turn falls to 1/e
+_SETTLING = 0.2  # s in which the rest of the turn falls to 1/e
 _ARRIVED = 1e-3  # of the distance
 
 
 class FocusPull:
-    """target: where the lens is turning to, metres; None while it rests."""
+    """The turn of a lens to a new focus distance.
+
+    Attributes
+    ----------
+    target
+        The distance the lens is turning to, metres; None while it rests.
+    """
 
     def __init__(self) -> None:
         self.target: float | None = None
 
     def start(self, distance: float) -> None:
-        """Turn to `distance`, metres, +inf allowed; as near and as far as the lens goes."""
+        """Begin to turn to `distance`, metres (+inf is allowed), held within the range of the lens."""
         self.target = min(max(distance, NEAREST_FOCUS), FARTHEST_FOCUS)
 
     def advance(self, lens: DofParams, dt: float) -> None:
-        """dt: seconds since the last frame. The blur changes evenly where 1/distance does, so that is what falls."""
+        """Turn `lens` for `dt` seconds.
+
+        The reciprocal of the distance decays to that of the target, as the blur changes evenly with it.
+        """
         if self.target is None:
             return
         left = (1 / lens.focus_distance - 1 / self.target) * math.exp(-dt / _SETTLING)

@@ -1,4 +1,4 @@
-"""Figures over the picture, the help overlay, short messages and the progress of loading."""
+"""Draw the head-up display (HUD), the help, short messages and the progress of loading over the picture."""
 
 import math
 import textwrap
@@ -13,7 +13,7 @@ _MARGIN = 10.0
 _WIDTH = 255.0
 _LABELS = 84.0  # width of the column of names
 _NUMBERS = 48.0  # width of the column of right-aligned numbers
-_LEAST_PART = 0.005  # of a frame's time, that a pass must take to have a row
+_SMALLEST_SHARE = 0.005  # of a frame's time, from which a pass has a row of its own
 _OVERLAY = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.no_inputs
@@ -24,29 +24,30 @@ _OVERLAY = (
 )
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
+_NONE = "\u2013"
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
-_HELP = (
+HELP = (
     ("W A S D", "move"),
     ("E / Q", "up / down"),
-    ("Shift", "fast"),
+    ("Shift", "move faster"),
     ("Right drag", "look around"),
-    ("Click or C", "capture the mouse; Esc lets go"),
+    ("Click or C", "capture the mouse; Esc releases it"),
     ("Wheel", "speed; in orbit: nearer / farther"),
     ("G", "walk / fly"),
-    ("O", "orbit: turn about a target / fly"),
-    ("Drag", "in orbit: turn; by the middle or with Shift: pan"),
-    ("Double click", "in orbit: turn about what is there"),
-    ("T", "orbit about what is under the mouse"),
+    ("O", "orbit about a target / fly"),
+    ("Drag", "in orbit: turn; Shift or middle button: pan"),
+    ("Double click", "in orbit: make this point the target"),
+    ("T", "orbit about the point under the mouse"),
     ("F", "see all objects"),
-    ("Home", "back to the scene's camera"),
-    ("P", "play / stop the path"),
-    ("K", "record a path / save it"),
-    ("L", "focus on what is in the middle (depth of field)"),
+    ("Home", "return to the first camera"),
+    ("P", "play / stop the camera path"),
+    ("K", "record a camera path / save it"),
+    ("L", "focus on the middle (depth of field)"),
     ("R", "read the scene file again"),
-    ("Drop a file", "show that scene or mesh; take that path"),
+    ("Drop a file", "open a scene, mesh or camera path"),
     ("1 2 3", "representation: scene, dpci, mesh"),
-    ("Tab", "panel"),
-    ("Z", "figures"),
+    ("Tab", "panel of settings"),
+    ("Z", "HUD"),
     ("H", "this help"),
     ("F11", "full screen"),
     ("F12", "screenshot"),
@@ -55,7 +56,7 @@ _HELP = (
 
 
 def draw_hud(state: State) -> float:
-    """Draws the figures at the left edge; returns their right end in window coordinates."""
+    """Draw the HUD at the left edge and return its right end, window coordinates."""
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
     _draw_rate(state)
     _draw_passes(state)
@@ -67,16 +68,16 @@ def draw_hud(state: State) -> float:
 
 
 def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Names and times of the passes; those that do next to nothing are summed up, so that low windows hold the rest."""
-    least = _LEAST_PART * sum(milliseconds.values())
-    rows = {name: spent for name, spent in milliseconds.items() if spent > least}
+    """Return names and times of the passes, with those that take next to nothing summed up as `others`."""
+    smallest = _SMALLEST_SHARE * sum(milliseconds.values())
+    rows = {name: spent for name, spent in milliseconds.items() if spent > smallest}
     if len(rows) < len(milliseconds):
         rows["others"] = sum(milliseconds.values()) - sum(rows.values())
     return [(name, f"{spent:.2f}") for name, spent in rows.items()]
 
 
 def draw_crosshair() -> None:
-    """The middle of the window, where L focuses."""
+    """Mark the middle of the window, where L focuses."""
     display = imgui.get_io().display_size
     x, y = display.x / 2, display.y / 2
     canvas, colour = imgui.get_background_draw_list(), imgui.get_color_u32((1.0, 1.0, 1.0, 0.6))
@@ -85,15 +86,25 @@ def draw_crosshair() -> None:
 
 
 def draw_help(left: float, right: float) -> None:
-    """Draws the keys in the middle between figures and panel, which end at `left` and begin at `right`, window
-    coordinates."""
-    _begin("help", ((left + right) / 2, imgui.get_io().display_size.y / 2), (0.5, 0.5), alpha=0.88)
-    _table("help", _HELP)
+    """Draw the list of keys in the middle between HUD and panel.
+
+    Parameters
+    ----------
+    left, right
+        The end of the HUD and the beginning of the panel, window coordinates.
+    """
+    display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
+    half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
+    middle = (left + right) / 2 if right - left > 2 * half else max(half, display.x - half)  # over the HUD, if need be
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, imgui.ImVec2(4, 0.5))  # close rows fit a window of 480 lines
+    _begin("help", (middle, display.y / 2), (0.5, 0.5), alpha=0.92)
+    _table("help", HELP)
     imgui.end()
+    imgui.pop_style_var()
 
 
 def draw_toast(message: str) -> None:
-    """A message at the bottom, over everything."""
+    """Draw a message at the bottom, over everything."""
     display = imgui.get_io().display_size
     text = textwrap.fill(message, max(20, int(display.x / 9)))
     size = imgui.calc_text_size(text)
@@ -105,7 +116,7 @@ def draw_toast(message: str) -> None:
 
 
 def draw_progress(title: str, lines: list[str]) -> None:
-    """What has been loaded so far; the last line is being worked on."""
+    """Draw what has been loaded so far; the last line is in progress."""
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(460, display.x), 0))
     _begin("progress", (display.x / 2, display.y / 2), (0.5, 0.5))
@@ -133,36 +144,40 @@ def _draw_rate(state: State) -> None:
 
 def _draw_passes(state: State) -> None:
     timers = state.renderer.timers
-    imgui.text_colored(_DIM, f"passes, ms (timer: {timers.kind})")
+    imgui.text_colored(_DIM, "ms per pass" + (" (GPU timers)" if timers.kind == "gpu" else ""))
     _table("passes", pass_rows(timers.milliseconds), right=True)
 
 
 def _draw_counts(state: State) -> None:
     plan = state.renderer.plan
-    if plan is None:
-        return
-    counts = plan.counts
-    cases = [f"{text} {counts[f'case_{name}']}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
-    steps, levels = (
-        sorted((int(name.rpartition("_")[2]), count) for name, count in counts.items() if name.startswith(prefix))
-        for prefix in ("step_", "level_")
-    )
+    if plan is not None:
+        imgui.separator()
+        _table("counts", count_rows(plan.counts))
+
+
+def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
+    """Return names and texts of the rows that say what was drawn in a frame; `counts` is that of `FrameDrawLists`."""
     kinds = [f"{name} {counts[name]:,}" for name in ("dpci", "dmesh", "mesh") if counts.get(name)]
-    imgui.separator()
-    _table(
-        "counts",
-        [
-            ("objects", f"{counts['objects']:,}"),
-            ("occluded", f"{counts['occluded']:,}"),
-            ("drawn", _lines(kinds)),
-            ("case", _lines(cases)),
-            ("step", _lines([f"{step} on {count:,}" for step, count in steps])),
-            ("level", _lines([f"{level} on {count:,}" for level, count in levels])),
-            ("warped", f"{counts['warped']:,} of {counts['dpci']:,}\n{counts['warped_triangles']:,} triangles"),
-            ("assets", f"{counts['assets']:,} on the GPU, {counts['gpu_mb']:,.0f} MB"),
-            ("atlas", f"{counts['atlas_used']:.0%} used, tiles at {counts['tile_resolution']:.0%}"),
-        ],
-    )
+    cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
+    rows = [
+        ("objects", f"{counts['objects']:,}"),
+        ("occluded", f"{counts['occluded']:,}"),
+        ("drawn as", _lines(kinds)),
+        ("case", _lines(cases, 2)),
+        ("Iter_step", _lines(_numbered(counts, "step_"))),
+        ("LOD level", _lines(_numbered(counts, "level_"))),
+        ("warped", f"{counts['warped']:,} of {counts['dpci']:,} impostors"),
+        ("", f"{counts['warped_triangles']:,} triangles"),
+        ("tile cache", f"{counts['atlas_used']:.0%} full, scale {counts['tile_resolution']:.0%}"),
+        ("on the GPU", f"{counts['assets']:,} assets, {counts['gpu_mb']:,.0f} MB"),
+    ]
+    return [(name, text) for name, text in rows if text != _NONE or name == "drawn as"]
+
+
+def _numbered(counts: Mapping[str, float], prefix: str) -> list[str]:
+    """Return `number: count` for the counts whose names are `prefix` and a number, in the order of the numbers."""
+    found = {int(name.removeprefix(prefix)): count for name, count in counts.items() if name.startswith(prefix)}
+    return [f"{number}: {found[number]:,}" for number in sorted(found)]
 
 
 def _draw_viewer(state: State) -> None:
@@ -171,12 +186,12 @@ def _draw_viewer(state: State) -> None:
     imgui.separator()
     rows = [
         ("mode", _mode(state)),
-        ("position", f"{x:.2f}  {y:.2f}  {z:.2f}"),
-        ("looks", f"yaw {math.degrees(walker.yaw):z.0f}\u00b0, pitch {math.degrees(walker.pitch):z.0f}\u00b0"),
+        ("position", f"{x:.2f}  {y:.2f}  {z:.2f} m"),
+        ("direction", f"yaw {math.degrees(walker.yaw):z.0f}\u00b0, pitch {math.degrees(walker.pitch):z.0f}\u00b0"),
     ]
     playback = state.playback
     if playback is not None:
-        rows.append(("path", f"{'playing' if playback.playing else 'P plays'}, {playback.time:.1f} s"))
+        rows.append(("path", f"{'playing' if playback.playing else 'P plays it'}, {playback.time:.1f} s"))
     if state.recorder is not None:
         rows.append(("recording", f"{state.recorder.seconds:.1f} s, K saves it"))
     _table("viewer", rows)
@@ -200,7 +215,7 @@ def _begin(name: str, place: tuple[float, float], pivot: tuple[float, float], al
 
 
 def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False) -> None:
-    """Names and values in two columns; right: the values are numbers."""
+    """Draw names and values in two columns; with `right`, values are numbers, aligned at their right end."""
     if imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed, _LABELS)
         for label, value in rows:
@@ -216,6 +231,6 @@ def _table(name: str, rows: Sequence[tuple[str, str]], right: bool = False) -> N
 
 
 def _lines(parts: list[str], per_line: int = 3) -> str:
-    """The parts, some per line; a dash where there are none."""
+    """Return the parts in lines of `per_line`, or a dash where there are none."""
     lines = [", ".join(parts[k : k + per_line]) for k in range(0, len(parts), per_line)]
-    return "\n".join(lines) or "\u2013"
+    return "\n".join(lines) or _NONE

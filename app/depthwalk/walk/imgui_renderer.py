@@ -1,4 +1,4 @@
-"""Draws what imgui made of a frame. moderngl-window's own integration ends at imgui-bundle 1.92 (new textures API)."""
+"""Draw the widgets of a frame; moderngl-window's own integration lacks the textures API of imgui-bundle 1.92."""
 
 import ctypes
 
@@ -15,7 +15,7 @@ _BLEND = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class ImguiRenderer:
-    """Serves imgui's textures and draws its lists. `show` makes a texture of ours known to `imgui.image`."""
+    """Keep the textures that imgui asks for, and draw its lists of triangles."""
 
     def __init__(self, device: Device) -> None:
         self.gl = device.scope("imgui")
@@ -26,7 +26,7 @@ class ImguiRenderer:
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def show(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """The name of `texture` for imgui, valid until the texture's release."""
+        """Return the name of `texture` for `imgui.image`, valid until the texture is released."""
         self._textures[texture.glo] = texture
         return imgui.ImTextureRef(texture.glo)
 
@@ -52,13 +52,14 @@ class ImguiRenderer:
             screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
 
     def release(self) -> None:
+        """Free textures, buffers and program; imgui's context must still exist."""
         for texture in imgui.get_platform_io().textures:
             if texture.tex_id in self._owned:
                 self._destroy(texture)
         self.gl.release()
 
     def _serve(self, texture: imgui.ImTextureData) -> None:
-        """Makes, updates or destroys a texture that imgui owns (the font's glyphs)."""
+        """Create, update or destroy a texture of imgui (the glyphs of its font), as its status asks."""
         status = texture.status
         if status == imgui.ImTextureStatus.want_create:
             made = self.gl.texture((texture.width, texture.height), 4, data=texture.get_pixels_array().tobytes())

@@ -1,4 +1,4 @@
-"""Events of the window: to imgui where it wants them, else to the walk."""
+"""Hand events of the window to imgui where the mouse is over a widget, else to the walk."""
 
 import time
 from collections.abc import Callable
@@ -8,7 +8,8 @@ from imgui_bundle import imgui
 
 from depthwalk.walk.controls import Move
 from depthwalk.walk.panel import Area
-from depthwalk.walk.state import Mode, State
+from depthwalk.walk.state import State
+from depthwalk.walk.viewer import Mode
 from depthwalk.walk.window import Window
 
 _MOVES = {"D": Move.RIGHT, "A": Move.LEFT, "E": Move.UP, "Q": Move.DOWN, "W": Move.FORWARD, "S": Move.BACK}
@@ -32,12 +33,22 @@ _IMGUI_KEYS = {
 }
 _NOWHERE = -3.4028234663852886e38  # −FLT_MAX, imgui's sign for "no mouse"
 _LEFT, _RIGHT, _MIDDLE = 1, 2, 3  # moderngl-window's mouse buttons
-_DOUBLE_CLICK = 0.4  # s between its presses, and ...
-_STEADY = 4.0  # ... window coordinates between their places
+_DOUBLE_CLICK = 0.4  # s between the presses of a double click, at most
+_STEADY = 4.0  # window coordinates between their places, at most
 
 
 class Input:
-    """Connects a window's events. actions: what a key press does, by moderngl-window's name of the key."""
+    """Listen to the events of a window.
+
+    Parameters
+    ----------
+    window
+        The window; its event functions are replaced.
+    state
+        What the events change.
+    actions
+        What a key press does, by moderngl-window's name of the key.
+    """
 
     def __init__(self, window: Window, state: State, actions: dict[str, Callable[[], None]]) -> None:
         self._window, self._state = window, state
@@ -49,9 +60,9 @@ class Input:
         self._shifts = {keys.LEFT_SHIFT, keys.RIGHT_SHIFT}
         self._areas: list[Area] = []
         self._busy = False
-        self._drag: tuple[int, Literal["look", "pan"]] | None = None  # by which button, and what it does
-        self._last: tuple[float, float] | None = None  # where the mouse was; None after a jump
-        self._click: tuple[float, float, float] | None = None  # place and time of the last that may become a double one
+        self._drag: tuple[int, Literal["look", "pan"]] | None = None  # the button held, and what its drag does
+        self._last: tuple[float, float] | None = None  # position of the mouse; None after a jump
+        self._click: tuple[float, float, float] | None = None  # place and time of the last click
         window.key_event_func = self._on_key
         window.mouse_position_event_func = self._on_mouse
         window.mouse_drag_event_func = self._on_mouse
@@ -62,29 +73,32 @@ class Input:
 
     @property
     def captured(self) -> bool:
-        """The mouse is hidden and turns the viewer."""
+        """Whether the mouse is hidden and turns the viewer."""
         return bool(self._window.mouse_exclusivity)
 
     def capture(self, on: bool) -> None:
+        """Hide the mouse and let it turn the viewer, or let it go."""
         self._window.mouse_exclusivity = on
         self._last = None
         if on:
-            self._state.tell("The mouse turns the view; Esc lets it go")
+            self._state.tell("The mouse looks around; Esc releases it")
             self._io.add_mouse_pos_event(_NOWHERE, _NOWHERE)
 
     @property
     def pointer(self) -> tuple[float, float]:
-        """Where the mouse is, in parts of the window's width and height from its upper left corner; in the middle where
-        it is hidden."""
+        """Position of the mouse from the upper left corner, as fractions of the window's width and height.
+
+        The middle while the mouse is captured.
+        """
         if self.captured or self._last is None:
             return 0.5, 0.5
         width, height = self._window.size
         return self._last[0] / max(width, 1), self._last[1] / max(height, 1)
 
     def set_areas(self, areas: list[Area]) -> None:
-        """Tells what the widgets cover; to be called within every frame of imgui.
+        """Take note of what the widgets cover; call this within every frame of imgui.
 
-        imgui's own `want_capture_mouse` is that of the mouse's place a frame ago: too late for a quick click at 3 fps.
+        imgui's own `want_capture_mouse` is a frame late: wrong for a quick click at 3 frames per second.
         """
         self._areas = areas
         self._busy = imgui.is_any_item_active() or imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
@@ -104,7 +118,7 @@ class Input:
             self._state.fast = pressed or (repeated and self._state.fast)
         if repeated:
             return
-        if not pressed:  # also what was pressed before imgui took the keyboard
+        if not pressed:  # also a key pressed before imgui took the keyboard
             if key in self._moves:
                 self._state.held.release(self._moves[key])
         elif not (self._io.want_text_input or modifiers.ctrl or modifiers.alt):
@@ -117,7 +131,7 @@ class Input:
         self._io.add_input_character(ord(character))
 
     def _on_mouse(self, x: float, y: float, dx: float, dy: float) -> None:
-        # Own differences: moderngl-window's leap when the mouse is let go.
+        # Differences computed here: those of moderngl-window leap when the mouse is released.
         if self._last is not None and (self.captured or self._drag):
             right, down = x - self._last[0], y - self._last[1]
             if self._drag and self._drag[1] == "pan":
@@ -132,7 +146,7 @@ class Input:
     def _on_press(self, x: float, y: float, button: int) -> None:
         if self.captured:
             return
-        # The place of the last motion: on X11, GLFW names where the mouse is by now, several events later at 3 fps.
+        # The place of the last motion: on X11, GLFW gives the present one, several events later at 3 fps.
         self._last = self._last or (x, y)
         self._io.add_mouse_pos_event(*self._last)
         self._io.add_mouse_button_event(button - 1, True)
@@ -151,7 +165,7 @@ class Input:
             self._drag = button, "pan"
 
     def _is_double(self, x: float, y: float) -> bool:
-        """Whether a click there, now, is the second of a double one."""
+        """Return whether a click at this place, now, is the second of a double click."""
         before, now = self._click, time.monotonic()
         if before is None or now - before[2] > _DOUBLE_CLICK or abs(x - before[0]) + abs(y - before[1]) > _STEADY:
             self._click = x, y, now

@@ -1,4 +1,4 @@
-"""What the window shows while assets are read and baked."""
+"""Show in the window which assets are being read and baked."""
 
 import threading
 
@@ -7,16 +7,30 @@ from depthwalk.walk import hud
 from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.window import Window
 
-_LINES = 8  # of the progress
+_LINES = 8  # of progress, at most
 
 
-class Stopped(Exception):
+class StoppedError(Exception):
     """The user stopped the loading, perhaps by closing the window."""
 
 
 class LoadingScreen:
-    """The progress of loading. told: the report that is told of it as well; busy: something loads for which the frames
-    wait."""
+    """The progress of loading, drawn in the window.
+
+    Parameters
+    ----------
+    window
+        The window.
+    overlay
+        What draws text in it.
+    told
+        A report that is called, too, such as that of the command line.
+
+    Attributes
+    ----------
+    busy
+        Whether frames wait for something to be loaded.
+    """
 
     def __init__(self, window: Window, overlay: Overlay, told: Report) -> None:
         self._window, self._overlay, self._told = window, overlay, told
@@ -26,24 +40,29 @@ class LoadingScreen:
         self._lines: list[str] = []
 
     def begin(self, title: str) -> None:
-        """Clears the screen for the progress of loading `title`."""
+        """Clear the window for the progress of loading `title`."""
         self._title = f"Loading {title}"
         self.busy = True
         self._draw()
 
     def stop(self) -> None:
-        """Ends what is loading at its next stage."""
+        """End the loading at its next stage."""
         self._stopped = True
 
     def end(self) -> None:
-        """What comes later begins with no lines."""
+        """Forget the progress: loading is over."""
         self._lines.clear()
         self.busy = self._stopped = False
 
     def report(self, name: str, stage: str) -> None:
-        """The library's report. Raises Stopped when the user wants no more of it, or closes the window.
+        """Show a stage of loading an asset; this is the library's report.
 
-        What a thread reads beside the frames is told on and no more: window and GL are those of the main thread.
+        A thread that loads beside the frames is not shown: window and GL belong to the main thread.
+
+        Raises
+        ------
+        StoppedError
+            Where the user pressed Esc or closed the window.
         """
         self._told(name, stage)
         if threading.current_thread() is not threading.main_thread():
@@ -52,14 +71,14 @@ class LoadingScreen:
         self._lines = [*self._lines[1 - _LINES :], f"{name}: {stage} \u2026"]
         self._draw()
         if self._stopped or self._window.is_closing:
-            raise Stopped
+            raise StoppedError
 
     def _draw(self) -> None:
         size = self._window.buffer_size
         if min(*self._window.size, *size) > 0:
             screen = self._window.fbo
             screen.viewport = (0, 0, *size)
-            for _ in range(2):  # imgui measures a window in one frame and places it by that in the next
+            for _ in range(2):  # imgui measures a window in one frame and centres it in the next
                 screen.use()
                 screen.clear(0.05, 0.055, 0.065, 1.0)
                 self._overlay.draw(screen, self._window.size, size, 1 / 60, self._widgets)

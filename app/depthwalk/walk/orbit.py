@@ -35,7 +35,7 @@ def pan(camera: Camera, right: float, down: float) -> Camera:
     right, down: the drag, in heights of the picture.
     """
     height = 2 * distance(camera) * math.tan(camera.fov / 2)
-    # A row vector times a rotation is turned by its inverse: from view to world.
+    # A row vector times a rotation is turned by the inverse: from view to world.
     return camera.moved(glm.dvec3(-right, down, 0) * height * glm.dmat3(view_from_world(camera)))
 
 
@@ -69,7 +69,7 @@ def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
 
 def distance(camera: Camera) -> float:
     """Return the metres from `camera` to its target."""
-    return glm.length(camera.look)
+    return float(glm.length(camera.look))
 
 
 def _from_target(camera: Camera, look: glm.dvec3) -> Camera:

@@ -1,4 +1,4 @@
-"""imgui's context: font, style, and a frame of it drawn over the screen."""
+"""Draw a frame of widgets over the screen: imgui's context, font and style."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,16 +15,13 @@ _FONT_PIXELS = 16.0
 
 
 class Overlay:
-    """One imgui context and what draws it. `release` ends both."""
+    """An imgui context and what draws it."""
 
     def __init__(self, device: Device) -> None:
         self._imgui = imgui.create_context()
         self.io = imgui.get_io()
-        self.io.set_ini_filename("")  # no imgui.ini in the user's folder
-        font = Path(imgui_bundle.__file__).parent / _FONT
-        if font.is_file():
-            self.io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)
-        _set_style()
+        self.io.set_ini_filename("")  # write no imgui.ini into the user's folder
+        set_up_look(self.io)
         self.renderer = ImguiRenderer(device)
 
     def draw(
@@ -35,7 +32,19 @@ class Overlay:
         dt: float,
         widgets: Callable[[], None],
     ) -> None:
-        """A frame of `widgets` over `screen`. Sizes in window coordinates and pixels, both not 0; dt in seconds."""
+        """Draw a frame of widgets.
+
+        Parameters
+        ----------
+        screen
+            What is drawn over.
+        window_size, buffer_size
+            (width, height) of the window in its coordinates and in pixels; none of them 0.
+        dt
+            Seconds since the last frame.
+        widgets
+            Calls imgui.
+        """
         self.io.display_size = imgui.ImVec2(*window_size)
         scale = (pixels / size for pixels, size in zip(buffer_size, window_size, strict=True))
         self.io.display_framebuffer_scale = imgui.ImVec2(*scale)
@@ -48,11 +57,16 @@ class Overlay:
         self.renderer.draw(imgui.get_draw_data(), screen)
 
     def release(self) -> None:
+        """Free the GL objects and end the context."""
         self.renderer.release()
         imgui.destroy_context(self._imgui)
 
 
-def _set_style() -> None:
+def set_up_look(io: imgui.IO) -> None:
+    """Give imgui's current context the font, the colours and the spacing of the walk."""
+    font = Path(imgui_bundle.__file__).parent / _FONT
+    if font.is_file():
+        io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.window_rounding = 6.0

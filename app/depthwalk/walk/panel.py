@@ -1,4 +1,4 @@
-"""The panel: representation, path, sun, one section per group of render settings, intermediate images."""
+"""Draw the panel: representation, mode, path, environment, then a section per group of the render settings."""
 
 from imgui_bundle import imgui
 from pyglm import glm
@@ -9,28 +9,29 @@ from depthwalk.scene.render_settings import PictureParams
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import draw_group
 from depthwalk.walk.playback import Playback
-from depthwalk.walk.state import Mode, State, representation_name
+from depthwalk.walk.state import State, representation_name
+from depthwalk.walk.viewer import Mode
 
 _WIDTH = 340.0
 _MARGIN = 10.0
 _CHOICES: tuple[Representation | None, ...] = (None, *Representation)
 _MODES = tuple(Mode)
-_SUN_MAX = 5.0  # the slider's end; Ctrl+click takes more
+_SUN_MAX = 5.0  # the end of the slider; Ctrl+click takes more
 
 
 Area = tuple[float, float, float, float]  # left, top, right, bottom, window coordinates
 
 
 def draw_panel(state: State) -> Area:
-    """Draws the panel at the right edge and applies what is changed in it; returns what it covers."""
+    """Draw the panel at the right edge, apply what the user changes in it, and return the area it covers."""
     display = imgui.get_io().display_size
     imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
     imgui.set_next_window_size_constraints((_WIDTH, 0), (_WIDTH, max(display.y - 2 * _MARGIN, 60)))
     flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_nav
-    imgui.begin("Panel", None, flags)
+    imgui.begin("Settings", None, flags)
     imgui.push_item_width(-120)
     _draw_view(state)
-    if state.playback is not None and imgui.collapsing_header("path", imgui.TreeNodeFlags_.default_open):
+    if state.playback is not None and imgui.collapsing_header("camera path", imgui.TreeNodeFlags_.default_open):
         _draw_path(state, state.playback)
     if imgui.collapsing_header("environment", imgui.TreeNodeFlags_.default_open):
         _draw_environment(state)
@@ -49,16 +50,23 @@ def draw_panel(state: State) -> Area:
 
 
 def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
-    """The intermediate images at the bottom, right of `left`; returns what they cover.
+    """Draw the atlas of impostors at the bottom and return the area it covers.
 
-    aspect: width / height of `picture`.
+    Parameters
+    ----------
+    picture
+        The atlas, as imgui names the texture.
+    aspect
+        Its width / height.
+    left
+        The right end of the HUD, window coordinates.
     """
     display = imgui.get_io().display_size
     width = max(160.0, min(600.0, display.x - left - _WIDTH - 6 * _MARGIN))
     height = max(40.0, min(width / aspect, display.y * 0.3))
     imgui.set_next_window_pos((left + _MARGIN, display.y - _MARGIN), imgui.Cond_.always, (0, 1))
     flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_nav
-    imgui.begin("Intermediate images", None, flags | imgui.WindowFlags_.no_collapse)
+    imgui.begin("Impostor atlas", None, flags | imgui.WindowFlags_.no_collapse)
     imgui.image(picture, (height * aspect, height))
     return _end()
 
@@ -75,7 +83,7 @@ def _draw_view(state: State) -> None:
     changed, index = imgui.combo("representation", current, names)
     if changed:
         state.represent(_CHOICES[index])
-    _, state.atlas = imgui.checkbox("show intermediate images", state.atlas)
+    _, state.atlas = imgui.checkbox("show impostor atlas", state.atlas)
     walker = state.walker
     changed, index = imgui.combo("mode", _MODES.index(state.mode), [mode.value for mode in _MODES])
     if changed:
@@ -95,7 +103,7 @@ def _draw_path(state: State, playback: Playback) -> None:
 
 
 def _draw_environment(state: State) -> None:
-    """The sun by where it stands, not by where its light goes; sky and fog, where the scene has them."""
+    """Draw the sun, by where it stands, not by where its light goes; sky and fog, where the scene has them."""
     environment = state.scene.environment
     sun, ambient = environment.sun, environment.ambient
     elevation, azimuth, _ = glm.degrees(glm.polar(-glm.dvec3(*sun.direction)))

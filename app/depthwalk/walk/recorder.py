@@ -1,4 +1,4 @@
-"""Recording the camera as a path: what was seen, in as few keyframes as show it again."""
+"""Record the camera as a path of few keyframes that comes close to every recorded camera."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,28 +14,41 @@ from depthwalk.scene.path import CameraPath, load_path, path_text
 from depthwalk.walk.files import save_new
 
 FPS = 30.0  # of the path
-LONGEST_STEP = 1.0  # s between frames: while the window is moved or something is loaded, nothing is seen
-_SHORTEST_STEP = 0.9 / FPS  # s between samples: nobody sees more of the path
-_POSITION = 0.005  # metres
-_POSITION_OF_RADIUS = 2e-4  # in scenes so small that this is less
+LONGEST_STEP = 1.0  # s between frames; longer pauses (a moved window) are shortened to this
+_SHORTEST_STEP = 0.9 / FPS  # s between samples: a frame of the path shows no more
+_POSITION = 0.005  # metres that a path may be off, at most
+_POSITION_OF_RADIUS = 2e-4  # likewise, in radii of the scene
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a path may be off what was recorded. position: metres; angle: of the look and the angle of view, radians,
-    the default being a pixel of a thousand at 60°."""
+    """How far a path may be off what was recorded.
+
+    Attributes
+    ----------
+    position
+        Metres.
+    angle
+        Radians, of the direction and of the angle of view. The default is a pixel, where 1000 pixels show 60°.
+    """
 
     position: float
     angle: float = np.radians(0.06)
 
 
 def tolerance_in(radius: float) -> Tolerance:
-    """What nobody sees in a scene whose objects are within a sphere of `radius`, metres."""
+    """Return an invisible tolerance for a scene whose objects are within a sphere of `radius`, metres."""
     return Tolerance(min(_POSITION, _POSITION_OF_RADIUS * radius))
 
 
 class Recorder:
-    """Cameras over time, frame by frame."""
+    """Collect cameras frame by frame.
+
+    Attributes
+    ----------
+    seconds
+        Length of the recording.
+    """
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -44,18 +57,18 @@ class Recorder:
 
     @property
     def full(self) -> bool:
-        """No path file takes more."""
+        """Whether a path file could hold no more keyframes."""
         return len(self._times) == MAX_KEYFRAMES
 
     def add(self, dt: float, camera: Camera) -> None:
-        """What was seen `dt` seconds after what was added last."""
+        """Add the camera of a frame, `dt` seconds after that of the last one."""
         self.seconds += min(dt, LONGEST_STEP) if self._times else 0.0
         if not self.full and (not self._times or self.seconds - self._times[-1] >= _SHORTEST_STEP):
             self._times.append(self.seconds)
             self._cameras.append(camera)
 
     def path(self, tolerance: Tolerance) -> CameraPath:
-        """What was recorded; there must be one camera at least."""
+        """Return a path that comes as close as `tolerance` to every camera added; there must be at least one."""
         views = np.array([(*camera.position, *camera.target) for camera in self._cameras])
         return thinned(np.array(self._times), views, np.array([camera.fov for camera in self._cameras]), tolerance)
 
@@ -63,9 +76,21 @@ class Recorder:
 def thinned(
     times: NDArray[np.float64], views: NDArray[np.float64], fovs: NDArray[np.float64], tolerance: Tolerance
 ) -> CameraPath:
-    """A smooth path through some of the n samples that comes as near as `tolerance` to all; arrays as `CameraPath`'s.
+    """Return a smooth path through few of n samples that comes as close as `tolerance` to all of them.
 
-    Begins with the first and the last, and adds the worst sample of every span that is off, until none is.
+    Begins with the first and the last sample, and adds the worst of every span that exceeds the tolerance, until none
+    does (Ramer, Douglas and Peucker's idea, for a curve).
+
+    Parameters
+    ----------
+    times : (n,)
+        Seconds, increasing.
+    views : (n, 6)
+        Position and target, metres.
+    fovs : (n,)
+        Vertical angles of view, radians.
+    tolerance
+        How far the path may be off.
     """
     chosen = np.array(sorted({0, len(times) - 1}))
     while True:
@@ -89,22 +114,37 @@ def _distance(
     true_fovs: NDArray[np.float64],
     tolerance: Tolerance,
 ) -> NDArray[np.float64]:
-    """How far n cameras are off the true ones, in tolerances (n,)."""
+    """Return how far n cameras are off the true ones, (n,), in multiples of the tolerance."""
     moved = np.linalg.norm(views[:, :3] - true_views[:, :3], axis=1)
-    turned = np.linalg.norm(_looks(views) - _looks(true_views), axis=1)  # of small angles
-    return np.maximum(moved / tolerance.position, np.maximum(turned, np.abs(fovs - true_fovs)) / tolerance.angle)
+    turned = np.linalg.norm(_looks(views) - _looks(true_views), axis=1)  # equal to the angle, where that is small
+    turned = np.maximum(turned, np.abs(fovs - true_fovs))
+    off: NDArray[np.float64] = np.maximum(moved / tolerance.position, turned / tolerance.angle)
+    return off
 
 
 def _looks(views: NDArray[np.float64]) -> NDArray[np.float64]:
-    looks = views[:, 3:] - views[:, :3]
-    return looks / np.maximum(np.linalg.norm(looks, axis=1, keepdims=True), 1e-12)
+    """Return the unit directions of cameras, (n, 3)."""
+    looks: NDArray[np.float64] = views[:, 3:] - views[:, :3]
+    looks /= np.maximum(np.linalg.norm(looks, axis=1, keepdims=True), 1e-12)
+    return looks
 
 
 def save_path(path: CameraPath, folder: Path | None = None) -> Path:
-    """Writes a new path file, which is read again before it has its name; returns its path.
+    """Write a camera path to a new file, which is read again before it gets its name, and return the file.
 
-    folder: None means the working directory or, where that cannot be written to, the user's documents. Raises OSError
-    when no folder takes it, InputError where no path file may hold such a path.
+    Parameters
+    ----------
+    path
+        What to write.
+    folder
+        Where to; None is the working directory or, where that cannot be written to, the user's documents.
+
+    Raises
+    ------
+    OSError
+        Where no folder can be written to.
+    InputError
+        Where a path file may not hold such a path.
     """
 
     def write(file: Path) -> None:

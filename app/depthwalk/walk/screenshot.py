@@ -1,4 +1,4 @@
-"""Pictures of the window as PNG files that know their camera."""
+"""Save pictures of the window as PNG files that name their scene and camera."""
 
 import io
 import json
@@ -18,11 +18,26 @@ from depthwalk.walk.window import Window
 
 
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:
-    """Write `pixels` (H, W, 3), top row first, to a new file; returns its path.
+    """Write a picture to a new PNG file and return the file.
 
-    folder: None means the working directory or, where that cannot be written to, the user's pictures. The file's texts:
-    Scene; Camera, JSON with position, target and fov in degrees; Options, the same for the command line.
-    Raises OSError when no folder takes it.
+    Its texts are Scene; Camera, as JSON with position, target and fov in degrees; and Options, the same camera for the
+    command line.
+
+    Parameters
+    ----------
+    pixels : (H, W, 3)
+        The picture, top row first.
+    scene
+        The scene's file.
+    camera
+        What the picture was seen through.
+    folder
+        Where to write; None is the working directory or, where that cannot be written to, the user's pictures.
+
+    Raises
+    ------
+    OSError
+        Where no folder can be written to.
     """
     folders = [folder] if folder is not None else [Path.cwd(), user_pictures_path()]
     info = _describe(scene, camera)
@@ -33,10 +48,10 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
 
 
 def read_window(window: Window) -> NDArray[np.uint8]:
-    """What the window shows, (H, W, 3), top row first. The screen's own size is that of its making."""
-    width, height = window.buffer_size
+    """Return what the window shows, (H, W, 3), top row first."""
+    width, height = window.buffer_size  # `fbo.size` stays that of the first frame
     data = window.fbo.read(viewport=(0, 0, width, height), components=3, alignment=1)
-    _ = window.ctx.error  # moderngl also asks for an attachment, which a window's buffer has not
+    _ = window.ctx.error  # clears it: moderngl asks for an attachment that a window's buffer lacks
     return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1]
 
 

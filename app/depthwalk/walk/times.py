@@ -1,25 +1,26 @@
-"""How long frames take."""
+"""Measure how long frames take."""
 
 from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 
-_AVERAGED = 0.5  # s of frames in the smoothed time
+_AVERAGED = 0.5  # s, over which the time of a frame is averaged
 
 
 class FrameTimes:
-    """Seconds of the last frames."""
+    """Durations of the last `length` frames."""
 
     def __init__(self, length: int = 120) -> None:
         self._seconds: deque[float] = deque(maxlen=length)
 
     def add(self, seconds: float) -> None:
+        """Add the duration of a frame."""
         self._seconds.append(seconds)
 
     @property
     def milliseconds(self) -> NDArray[np.float32]:
-        """(n,), oldest first."""
+        """Durations (n,), oldest first."""
         return np.array(self._seconds, np.float32) * 1e3
 
     @property

@@ -1,5 +1,8 @@
-"""Opening the window. GLFW through moderngl-window: its keys are places on the keyboard, it tells press from repeat and
-lets go of keys when the focus goes; moderngl-window's pyglet window fails in full screen with pyglet 2.1."""
+"""Open the window, by GLFW through moderngl-window.
+
+GLFW names keys by their place on the keyboard, tells a press from a repetition and releases keys when the window
+loses the focus. moderngl-window's pyglet window fails in full screen with pyglet 2.1.
+"""
 
 import re
 import warnings
@@ -24,8 +27,23 @@ class NoDisplay(Exception):
 
 
 def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> Window:
-    """A window with an OpenGL 3.3 core context, which is current. Raises NoDisplay."""
-    with warnings.catch_warnings(record=True) as notes:  # GLFW tells its reasons as warnings
+    """Return a window whose OpenGL 3.3 core context is current.
+
+    Parameters
+    ----------
+    title
+        Of the window.
+    size
+        (width, height) in coordinates of the desktop.
+    fullscreen
+        Whether to use the whole screen.
+
+    Raises
+    ------
+    NoDisplay
+        Where no window can be opened.
+    """
+    with warnings.catch_warnings(record=True) as notes:  # GLFW gives its reasons as warnings
         warnings.simplefilter("always")
         try:
             window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
@@ -36,14 +54,16 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
         if fullscreen:
             window.fullscreen = True
         else:
-            window.size = size  # on a scaled desktop GLFW made it larger, which moderngl-window has not noticed
+            window.size = size  # on a scaled desktop GLFW made it larger, unnoticed by moderngl-window
     window.exit_key = None  # Esc releases the mouse first
     return window
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:
-    """Has `action` called with the files that are dropped on the window; moderngl-window hands on those of pyglet's
-    windows alone."""
+    """Call `action` with the files that are dropped on the window.
+
+    moderngl-window itself does this only for windows of pyglet.
+    """
 
     def dropped(handle: Any, names: Any) -> None:
         action([Path(name) for name in names])

@@ -1,4 +1,7 @@
-"""What every command does the same way: logging and progress on stderr, results on stdout, exit codes."""
+"""Give every command the same manners: exit codes, one-line error messages, logging on stderr, clean interruption.
+
+Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong input, 130 Ctrl-C, 143 SIGTERM.
+"""
 
 import functools
 import logging
@@ -20,26 +23,26 @@ log = logging.getLogger("depthwalk")
 
 FAILURE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
-Report = Callable[[str, str], None]  # what is worked on, which stage of it
 Command = TypeVar("Command", bound=Callable[..., None])
 
 _UsageError: Any = typer.BadParameter.__base__  # of the click that this typer brings along
 
 
-class OneLineGroup(typer.core.TyperGroup):
-    """Commands that tell a mistake in their options, too, in one line with exit code 2."""
+class _OneLineErrors:
+    """Mix-in: tell a mistake in the options in one line, with exit code 2, as `guarded` tells wrong input."""
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+        """Run the command line; see `click.Command.main`."""
         try:
-            code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # never by place
+            code = super().main(*args, standalone_mode=False, **extra)  # type: ignore[misc]  # of the class it is mixed into
         except _UsageError as error:
             if not standalone_mode:
                 raise
-            if type(error).__name__ == "NoArgsIsHelpError":  # for who said nothing
+            if type(error).__name__ == "NoArgsIsHelpError":  # called without any argument
                 error.show()
             else:
                 command = error.ctx.command_path if error.ctx else "depthwalk"
-                message = " ".join(error.format_message().split()).removesuffix(".")
+                message = " ".join(error.format_message().split()).removesuffix(".").replace("Value error, ", "")
                 print(f"{command}: {message} ({command} --help tells more)", file=sys.stderr)
             code = BAD_INPUT
         if standalone_mode:
@@ -47,10 +50,28 @@ class OneLineGroup(typer.core.TyperGroup):
         return code
 
 
+class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
+    """A group of commands whose usage errors are one line."""
+
+
+class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
+    """A command whose usage errors are one line."""
+
+
+def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:
+    """Return a program of one command, `main`, whose annotations declare its arguments and options."""
+    program = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    program.command(name, cls=OneLineCommand)(main)
+    return program
+
+
 def guarded(command: Command) -> Command:
-    """Gives a command the contract's exit codes: 2 and the bare message for an InputError, 130 for Ctrl-C, 1 for the
-    rest, without a traceback unless --verbose asks for it. `verbose` and `quiet` of the command set up logging. SIGTERM
-    unwinds the command as Ctrl-C does, and ends it with 143."""
+    """Wrap the function of a command so that it ends with the exit codes above.
+
+    An InputError prints its bare message; anything else prints one line, and its traceback only with --verbose. SIGTERM
+    unwinds the command as Ctrl-C does, so that half-written files vanish. The command's options `verbose` and `quiet`
+    set up logging.
+    """
 
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> None:
@@ -60,7 +81,7 @@ def guarded(command: Command) -> Command:
         try:
             with _unwound_by_sigterm():
                 command(*args, **options)
-            sys.stdout.flush()  # here, so that a reader that went away is noticed here
+            sys.stdout.flush()  # a reader that went away is noticed here, not at exit
         except (typer.Exit, typer.BadParameter):
             raise
         except InputError as error:
@@ -74,59 +95,22 @@ def guarded(command: Command) -> Command:
         except Exception as error:
             _fail(error, verbose)
 
-    return run  # type: ignore[return-value]
-
-
-def show_progress() -> bool:
-    """Whether live progress is wanted: stderr is a terminal and --quiet was not given."""
-    return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR
-
-
-def live_options() -> dict[str, Any]:
-    """How rich's live displays are made here: on stderr, and gone when they are done."""
-    from rich.console import Console
-
-    # Results on stdout are printed above the display only where they share its terminal; else they go their own way.
-    return {"console": Console(stderr=True), "transient": True, "redirect_stdout": sys.stdout.isatty()}
-
-
-@contextmanager
-def asset_progress() -> Iterator[Report]:
-    """A line on stderr that says which asset is being read or baked, while there is something to wait for."""
-    if not show_progress():
-        yield lambda name, stage: log.info("%s: %s", name, stage)
-        return
-    from rich.console import Console
-    from rich.markup import escape
-
-    with Console(stderr=True).status("") as status:
-        yield lambda name, stage: status.update(f"{escape(name)}: {stage}")
-
-
-@contextmanager
-def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar on stderr over `total` frames; what it yields is called after each."""
-    if total < 2 or not show_progress():
-        yield lambda: None
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with Progress(*columns, **live_options()) as progress:
-        task = progress.add_task(label, total=total)
-        yield lambda: progress.advance(task)
+    return run  # type: ignore[return-value]  # `wraps` keeps the signature, which the checker cannot know
 
 
 def _open_closed_streams() -> None:
-    """Who starts a program with `>&-` wants no output: it vanishes, and not in the file that is opened next."""
+    """Replace closed standard streams (`>&-`) by ones that drop what is written.
+
+    Otherwise the next file that is opened would take the stream's number, and receive the output.
+    """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - as long as the process
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - open until the process ends
 
 
 @contextmanager
 def _unwound_by_sigterm() -> Iterator[None]:
-    """SIGTERM raises SystemExit here, so that what is half written vanishes; Python by itself would just be gone."""
+    """Let SIGTERM raise SystemExit within the block, so that `finally` clauses run; by default Python just ends."""
     if threading.current_thread() is not threading.main_thread():  # only that one may set handlers
         yield
         return
@@ -138,34 +122,36 @@ def _unwound_by_sigterm() -> Iterator[None]:
 
 
 def _exit_by_signal(number: int, frame: FrameType | None) -> NoReturn:
-    signal.signal(number, signal.SIG_IGN)  # whoever asks again would interrupt the cleaning up
+    signal.signal(number, signal.SIG_IGN)  # a second signal would interrupt the clean-up
     raise SystemExit(128 + number)
 
 
-class _Once(logging.Filter):
-    """Lets each warning pass once: a mesh's files are looked for when it is hashed and again when it is read."""
+class _OnceFilter(logging.Filter):
+    """Let each warning pass once: a mesh's files are looked for when it is hashed and again when it is read."""
 
     def __init__(self) -> None:
         super().__init__()
         self._seen: set[str] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
+        """Return whether `record` is to be printed."""
         message = record.getMessage()
-        fresh = record.levelno != logging.WARNING or message not in self._seen
+        is_new = record.levelno != logging.WARNING or message not in self._seen
         self._seen.add(message)
-        return fresh
+        return is_new
 
 
 def _configure_logging(verbose: bool, quiet: bool) -> None:
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(message)s"))
-    handler.addFilter(_Once())
+    handler.addFilter(_OnceFilter())
     log.handlers = [handler]
     log.propagate = False
     log.setLevel(logging.DEBUG if verbose else logging.ERROR if quiet else logging.WARNING)
 
 
 def _fail(error: Exception, verbose: bool) -> NoReturn:
+    """Print an unexpected error and exit with code 1."""
     if verbose:
         import traceback
 
@@ -178,6 +164,6 @@ def _fail(error: Exception, verbose: bool) -> NoReturn:
 
 
 def _drop_stdout() -> None:
-    """Whoever read stdout is gone: let what is still buffered vanish instead of failing again at exit."""
+    """Redirect stdout to nowhere: its reader is gone, and flushing it at exit would fail again."""
     with open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())

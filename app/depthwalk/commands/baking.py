@@ -1,0 +1,159 @@
+"""Bake meshes to files, several at a time, and report on each."""
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from depthwalk.assets.batch_bake import Baked, Job, Kept, Stage, bake_all
+from depthwalk.bake.cache import sidecar
+from depthwalk.bake.file import SUFFIX
+from depthwalk.bake.parts import ModelParams
+from depthwalk.commands.progress import live_options, log, show_progress
+from depthwalk.errors import InputError
+from depthwalk.files import check_folder
+from depthwalk.limits import MAX_COORDINATE
+from depthwalk.scene.scene import MeshAsset
+
+
+def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
+    """Return the file of each mesh: in the folder `out`, the file `out`, or beside the mesh where that is None.
+
+    Raises
+    ------
+    InputError
+        Where two meshes share a file, or one cannot be written.
+    """
+    if out is None:
+        files = [sidecar(mesh) for mesh in meshes]
+    elif out.is_dir():
+        files = [out / sidecar(mesh).name for mesh in meshes]
+    elif len(meshes) > 1:
+        raise InputError(f"{out}: several meshes need an existing folder")
+    elif not out.name.endswith(".exr"):
+        raise InputError(f"{out}: must be an existing folder, or a file that ends in {SUFFIX}")
+    else:
+        files = [out]
+    for number, file in enumerate(files):
+        if file in files[:number]:
+            raise InputError(f"{file}: {meshes[files.index(file)]} and {meshes[number]} would both be baked to it")
+        if out is not None:
+            check_folder(file)
+    return files
+
+
+def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: float | None) -> MeshAsset:
+    """Return the asset that a scene file with the same values describes; both have the same key in the cache.
+
+    Parameters
+    ----------
+    mesh
+        The mesh file.
+    texture
+        A picture in place of those that the mesh names, or None.
+    up
+        The file's upward axis.
+    height
+        Metres to scale the mesh to; None keeps its size.
+
+    Raises
+    ------
+    InputError
+        Where the height is no length.
+    """
+    if height is not None and not 0 < height <= MAX_COORDINATE:
+        raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
+    return MeshAsset(mesh.stem, mesh, texture, up, height, dpci=None)
+
+
+def bake_meshes(
+    specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path], processes: int | None, force: bool
+) -> list[InputError]:
+    """Bake each mesh to its file and print a line about each.
+
+    Parameters
+    ----------
+    specs, files
+        The meshes and the file of each.
+    params
+        How to bake all of them.
+    processes
+        Number of meshes baked at a time; None is one per core.
+    force
+        Whether to bake files that are up to date, too.
+
+    Returns
+    -------
+    list of InputError
+        What is wrong with the meshes that failed; it has been logged.
+    """
+    failures: list[InputError] = []
+    jobs = [Job(spec=spec, params=params, out=file, anew=force) for spec, file in zip(specs, files, strict=True)]
+    with contextlib.ExitStack() as stack:
+        display = stack.enter_context(_progress([spec.mesh.name for spec in specs]))
+        for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):
+            display.done(number)
+            if isinstance(outcome, InputError):
+                failures.append(outcome)
+                log.error("%s", outcome)
+            else:
+                print(describe(outcome, params.resolution), flush=True)
+    return failures
+
+
+def describe(baked: Baked | Kept, resolution: int) -> str:
+    """Return the line that reports a baked mesh; `resolution` is that of its images, texels."""
+    if isinstance(baked, Kept):
+        return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it again"
+    stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())
+    parts = f"{baked.parts} parts, " if baked.parts > 1 else ""
+    side = f"at most {resolution}" if baked.parts > 1 else f"{resolution}"
+    return (
+        f"{baked.out}: {baked.triangles} triangles, {parts}{baked.images} images of {side}², "
+        f"{baked.bytes / 1e6:.1f} MB; {sum(baked.seconds.values()):.2f} s ({stages})"
+    )
+
+
+@dataclass(frozen=True)
+class _Display:
+    """Report on jobs by their numbers.
+
+    Attributes
+    ----------
+    stage
+        Called with a job's number and what it is doing.
+    done
+        Called with the number of a job that has ended.
+    """
+
+    stage: Stage
+    done: Callable[[int], None]
+
+
+@contextlib.contextmanager
+def _progress(names: Sequence[str]) -> Iterator[_Display]:
+    """Show a line on stderr for each mesh being baked, and how many are done."""
+    if not show_progress():
+        yield _Display(lambda number, stage: log.info("%s: %s", names[number], stage), lambda number: None)
+        return
+    from rich.markup import escape
+    from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+
+    columns = SpinnerColumn(), TextColumn("{task.description}"), TextColumn("{task.fields[stage]}"), TimeElapsedColumn()
+    with Progress(*columns, **live_options()) as progress:
+        whole = progress.add_task("baked", total=len(names), stage=f"0 of {len(names)}", visible=len(names) > 1)
+        lines: dict[int, TaskID] = {}
+
+        def stage(number: int, name: str) -> None:
+            if number not in lines:
+                lines[number] = progress.add_task(escape(names[number]), stage=name)
+            progress.update(lines[number], stage=name)
+
+        def done(number: int) -> None:
+            if number in lines:
+                progress.remove_task(lines.pop(number))
+            progress.advance(whole)
+            progress.update(whole, stage=f"{progress.tasks[0].completed:.0f} of {len(names)}")
+
+        yield _Display(stage, done)

@@ -1,0 +1,88 @@
+"""Draw and time the frames of `depthwalk bench`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import depthwalk
+from depthwalk.bench.measure import Report, Run, measure, sample_path
+from depthwalk.commands.options import (
+    CameraOptions,
+    RepresentationName,
+    representation,
+)
+from depthwalk.commands.output import open_headless
+from depthwalk.commands.progress import frame_progress
+from depthwalk.errors import InputError
+from depthwalk.provenance import commit
+from depthwalk.scene.path import CameraPath
+from depthwalk.scene.scene import Scene
+
+DEFAULT_FRAMES = 60  # of a camera that stands still
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """Say what to measure.
+
+    Attributes
+    ----------
+    scene
+        What is drawn.
+    path_file, path
+        The camera path and its file, or None for a camera that stands still.
+    camera
+        Changes to the camera that stands still.
+    frames
+        Number of measured frames; None takes every frame of the path.
+    warmup
+        Number of frames drawn before those.
+    size
+        (width, height) of the pictures, pixels.
+    representations
+        What to compare, one after the other.
+    """
+
+    scene: Scene
+    path_file: Path | None
+    path: CameraPath | None
+    camera: CameraOptions
+    frames: int | None
+    warmup: int
+    size: tuple[int, int]
+    representations: Sequence[RepresentationName]
+
+
+def parse_representations(texts: Sequence[str] | None) -> list[RepresentationName]:
+    """Return the names in repeated options and comma-separated lists, each once. Raises InputError."""
+    names = [name.strip() for text in texts or ["scene"] for name in text.split(",")]
+    unknown = [name for name in names if name not in set(RepresentationName)]
+    if unknown:
+        raise InputError(f"--representation {unknown[0]}: must be one of {', '.join(RepresentationName)}")
+    return [RepresentationName(name) for name in dict.fromkeys(names)]
+
+
+def run_bench(plan: Plan) -> Report:
+    """Draw and time the frames of `plan` in each representation."""
+    runs: list[Run] = []
+    for name in plan.representations:
+        with open_headless(plan.scene, plan.size, representation(name)) as headless:
+            headless.renderer.remembers = True
+            if plan.path is not None:
+                cameras = sample_path(plan.path, plan.frames)
+            else:
+                still = plan.camera.apply(plan.scene.camera or headless.frame_all())
+                cameras = [still] * (plan.frames or DEFAULT_FRAMES)
+            with frame_progress(name, len(cameras)) as advance:
+                runs.append(measure(headless, name, cameras, plan.warmup, advance))
+            renderer, timer = headless.device.renderer, headless.renderer.timers.kind
+    return Report(
+        version=depthwalk.__version__,
+        commit=commit(),
+        renderer=renderer,
+        timer=timer,
+        resolution=plan.size,
+        scene=str(plan.scene.path),
+        path=None if plan.path_file is None else str(plan.path_file),
+        runs=tuple(runs),
+    )

@@ -1,0 +1,214 @@
+"""Bake meshes, and compare pictures of their depth images with pictures of the meshes."""
+
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from pydantic import Field
+
+import depthwalk
+from depthwalk.assets.asset_files import mesh_key, read_body, read_mesh
+from depthwalk.bake.file import SUFFIX, read_baked, read_header
+from depthwalk.bake.parts import ModelParams
+from depthwalk.commands.progress import asset_progress, frame_progress, log
+from depthwalk.commands.subjects import Subject
+from depthwalk.errors import InputError
+from depthwalk.gpu.device import GpuError
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.params import Params
+from depthwalk.provenance import commit
+from depthwalk.quality.advise import Recommendation, recommend
+from depthwalk.quality.candidate import examine, warnings
+from depthwalk.quality.costs import measured_bake
+from depthwalk.quality.goals import MEASURES, SILHOUETTE, summarise
+from depthwalk.quality.measure import ViewQuality, flip_workers, measure, measure_views, object_height
+from depthwalk.quality.page import WorstView, panels, worst_viewpoints
+from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell
+from depthwalk.quality.twin import TwinRenderer
+from depthwalk.quality.views import CLOSE_BY, SPHERE, VERIFY
+from depthwalk.scene.document import parse_document
+from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import MeshAsset
+from depthwalk.scene.validate import check_model
+
+VERIFY_SIZE = 320, 240
+SMALLEST = 16  # pixels, each side of a picture
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """Say what to compare.
+
+    Attributes
+    ----------
+    subjects
+        The meshes, and how their depth images are baked.
+    settings
+        How both are rendered.
+    size
+        (width, height) of the pictures, pixels.
+    wanted
+        PSNR, dB, to recommend parameters for, or None.
+    pictures
+        Whether to keep the worst views for the page.
+    """
+
+    subjects: Sequence[Subject]
+    settings: RenderSettings
+    size: tuple[int, int]
+    wanted: float | None
+    pictures: bool
+
+
+class _Overridable(Params):
+    render: RenderSettings = Field(default_factory=RenderSettings)
+
+
+def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
+    """Return the default settings with `render.…` keys replaced, as `--set` gives them. Raises InputError."""
+    return check_model(parse_document("render: {}", "settings"), _Overridable, overrides)[0].render
+
+
+def check_plan(plan: Plan) -> None:
+    """Make sure that the meshes can be measured.
+
+    Raises
+    ------
+    InputError
+        Where the pictures are too small, the PSNR is none, or a file is missing: every file is looked for before the
+        first mesh is measured, which takes a while.
+    """
+    if min(plan.size) < SMALLEST:
+        width, height = plan.size
+        raise InputError(f"--resolution {width},{height}: each side must be at least {SMALLEST} pixels")
+    if plan.wanted is not None and not 0 < plan.wanted <= 100:
+        raise InputError(f"--want-psnr {plan.wanted:g}: must be above 0 and at most 100 dB")
+    specs = [subject.spec for subject in plan.subjects]
+    for file in [file for spec in specs for file in (spec.mesh, spec.texture) if file is not None]:
+        if not file.is_file():
+            raise InputError(f"{file}: no such file")
+
+
+def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
+    """Bake and measure each mesh of a plan.
+
+    Returns
+    -------
+    The report, and for each mesh its worst views with pictures, where `plan.pictures` wants them.
+
+    Raises
+    ------
+    InputError
+        Where a mesh cannot be baked, or shows nothing.
+    GpuError
+        Without OpenGL.
+    """
+    models: list[ModelReport] = []
+    worst: list[list[WorstView]] = []
+    driver = ""
+    with flip_workers() as pool:
+        for subject in plan.subjects:
+            model, shown, driver = _compare(subject, plan, pool)
+            models.append(model)
+            worst.append(shown)
+    report = CompareReport(
+        version=depthwalk.__version__,
+        commit=commit(),
+        renderer=driver,
+        image_size=plan.size,
+        models=tuple(models),
+    )
+    return report, worst
+
+
+def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> None:
+    """Print a line of image quality for each file that `bake` has just written; skip meshes whose bake failed.
+
+    Parameters
+    ----------
+    specs, files
+        The meshes and the file of each.
+    params
+        How all of them were baked.
+    """
+    for spec, file in zip(specs, files, strict=True):
+        try:
+            if read_header(file)["depthwalk.key"] != mesh_key(spec, params):
+                continue  # an older file: this bake failed, and said so
+            quality = measure(read_mesh(spec), read_baked(file), RenderSettings(), VERIFY_SIZE, VERIFY)
+        except InputError:
+            continue
+        except GpuError as error:
+            log.warning("%s: cannot be verified: %s", file, error)
+            return
+        print(f"{file}: {len(quality.views)} views of {VERIFY_SIZE[0]} × {VERIFY_SIZE[1]}: {_line(quality.views)}")
+
+
+def _line(views: Sequence[ViewQuality]) -> str:
+    """Return the means of all measures in one line."""
+    means = (f"{measure.title}: {cell(measure, summarise(measure, views).mean)}" for measure in MEASURES)
+    return "; ".join(means)
+
+
+def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport, list[WorstView], str]:
+    """Return the report on one mesh, its worst views with pictures, and the name of the GL driver."""
+    spec = subject.spec
+    with asset_progress() as report, tempfile.TemporaryDirectory() as folder:
+        report(spec.name, "reading")
+        mesh = read_body(spec)
+        report(spec.name, "baking")
+        file = Path(folder) / f"compared{SUFFIX}"
+        bake = measured_bake(spec, subject.params, file)
+        baked = read_baked(file)
+        report(spec.name, "examining")
+        candidate = examine(mesh, baked, subject.params)
+    height = object_height(mesh)
+    with TwinRenderer(mesh, baked, plan.settings, plan.size) as twin:
+        with frame_progress(spec.name, len(SPHERE) + len(CLOSE_BY)) as advance:
+            views = measure_views(twin, height, SPHERE, pool, advance)
+            close = measure_views(twin, height, CLOSE_BY, pool, advance)
+        if not views:
+            raise InputError(f"{spec.mesh}: shows no pixel in any view")
+        costs = Costs(
+            bake_seconds=bake.seconds,
+            bake_peak_bytes=bake.peak_bytes,
+            bytes_disk=bake.bytes_disk,
+            bytes_gpu=twin.gpu_bytes,
+        )
+        shown = _worst_views(twin, views) if plan.pictures else []
+        driver = twin.driver
+    outlines = SILHOUETTE.reached(summarise(SILHOUETTE, views).mean, SILHOUETTE.goal_worst)
+    model = ModelReport(
+        name=subject.name,
+        mesh=str(spec.mesh),
+        triangles=len(mesh.faces),
+        params=subject.params,
+        objects=len(baked.parts),
+        deepest=1 + max(image.layer for part in baked.parts for image in part.images),
+        costs=costs,
+        views=views,
+        close=close,
+        candidate=candidate,
+        warnings=tuple(warnings(candidate, bool(outlines))),
+        recommendation=_advice(subject, mesh, plan),
+    )
+    return model, shown, driver
+
+
+def _advice(subject: Subject, mesh: Mesh, plan: Plan) -> Recommendation | None:
+    if plan.wanted is None:
+        return None
+    with asset_progress() as report:
+        progress = partial(report, subject.spec.name)
+        return recommend(mesh, subject.params, plan.settings, plan.size, plan.wanted, progress=progress)
+
+
+def _worst_views(twin: TwinRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:
+    by_viewpoint = {view.viewpoint: view for view in views}
+    return [
+        WorstView(by_viewpoint[viewpoint], titles, panels(twin.pair(viewpoint)))
+        for viewpoint, titles in worst_viewpoints(views).items()
+    ]

@@ -1,0 +1,96 @@
+"""`depthwalk demo`: a window on the garden; where there is no display, its tour as pictures and a video."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from depthwalk.commands.options import (
+    DEFAULT_RESOLUTION,
+    Frames,
+    Fullscreen,
+    Quiet,
+    RepresentationName,
+    RepresentationOption,
+    Resolution,
+    Verbose,
+    open_scene,
+    parse_resolution,
+    representation,
+)
+from depthwalk.commands.program import guarded
+from depthwalk.commands.view import shipped_file
+from depthwalk.errors import InputError
+
+if TYPE_CHECKING:
+    from depthwalk.scene.arrays import Representation
+    from depthwalk.scene.path import CameraPath
+    from depthwalk.scene.scene import Scene
+
+FOLDER = Path("depthwalk-demo")
+STILLS = 6  # pictures of the tour besides its video
+
+
+@guarded
+def main(
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    fullscreen: Fullscreen = False,
+    representation_name: RepresentationOption = RepresentationName.SCENE,
+    frames: Frames = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Walk through the garden, the scene that ships with the program.
+
+    H shows the keys, P plays the tour. Without a display, the tour is rendered to files in ./depthwalk-demo, of which
+    --frames limits the number.
+    """
+    size = parse_resolution(resolution)
+    from depthwalk import walk
+    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.scene.path import load_path
+
+    scene = open_scene(shipped_file("garden.yaml"), None, None)
+    tour = load_path(shipped_file("paths", "garden.yaml"))
+    wanted = representation(representation_name)
+    library = SceneLibrary(scene.assets, processes=None)
+    try:
+        walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=wanted)
+    except walk.NoDisplay as error:
+        print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
+        render_tour(scene, tour, frames, size, wanted)
+
+
+def render_tour(
+    scene: "Scene", tour: "CameraPath", frames: int | None, size: tuple[int, int], wanted: "Representation | None"
+) -> None:
+    """Render stills and a video of a tour to `FOLDER`.
+
+    Parameters
+    ----------
+    scene
+        What to show.
+    tour
+        The way through it.
+    frames
+        Number of its frames to render; None renders all.
+    size
+        (width, height) of the pictures, pixels.
+    wanted
+        How to draw every object; None leaves it to the scene.
+
+    Raises
+    ------
+    InputError
+        Where the folder cannot be made.
+    """
+    from depthwalk.bench.measure import sample_path
+    from depthwalk.commands.output import Output, draw_frames, open_headless, path_cameras
+
+    try:
+        FOLDER.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{FOLDER}: cannot be made: {error.strerror}") from None
+    stills, video = Output(str(FOLDER / "garden-{frame:2}.png")), Output(str(FOLDER / "garden.mp4"))
+    with open_headless(scene, size, wanted) as headless:
+        draw_frames(headless, sample_path(tour, STILLS)[: frames or STILLS], stills, tour.fps)
+        draw_frames(headless, path_cameras(tour, frames), video, tour.fps)

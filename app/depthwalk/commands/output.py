@@ -1,0 +1,185 @@
+"""Draw frames headless and write them to picture files, to a video or to stdout."""
+
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.commands.progress import asset_progress, frame_progress
+from depthwalk.errors import InputError
+from depthwalk.files import check_folder, write_bytes
+from depthwalk.pictures import jpeg_bytes, png_bytes, write_exr
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.path import CameraPath
+from depthwalk.scene.scene import Scene
+from depthwalk.video import video
+
+JPEG = (".jpg", ".jpeg")
+SUFFIXES = (".png", *JPEG, ".exr", ".mp4")
+_FRAME = re.compile(r"\{frame(?::(\d{1,2}))?\}")
+
+WriteFrame = Callable[[HeadlessRenderer], None]  # stores the frame that the renderer drew last
+
+
+@dataclass(frozen=True)
+class Output:
+    """Name where frames are written.
+
+    Attributes
+    ----------
+    name
+        The option OUT as the user gave it: a file, a series of files with `{frame}`, or `-` for stdout.
+    transparent
+        Whether pixels that show nothing have alpha 0.
+    """
+
+    name: str
+    transparent: bool = False
+
+    @property
+    def to_stdout(self) -> bool:
+        """Whether the picture goes to stdout."""
+        return self.name == "-"
+
+    @property
+    def suffix(self) -> str:
+        """The suffix that names the format, in lower case."""
+        return ".png" if self.to_stdout else Path(self.name).suffix.lower()
+
+    @property
+    def is_series(self) -> bool:
+        """Whether each frame has a file of its own."""
+        return _FRAME.search(self.name) is not None
+
+    def file(self, frame: int) -> Path:
+        """Return the file of frame number `frame`."""
+        return Path(_FRAME.sub(lambda match: str(frame).zfill(int(match[1] or 0)), self.name))
+
+
+def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[Path]) -> None:
+    """Make sure that frames can be written, before anything is rendered.
+
+    Parameters
+    ----------
+    output
+        Where the frames go.
+    frames
+        Their number.
+    has_path
+        Whether a camera path was given, which a video needs.
+    inputs
+        Files that must stay as they are.
+
+    Raises
+    ------
+    InputError
+        Where the output does not suit the frames, cannot be written, or would overwrite an input.
+    """
+    name = output.name
+    if not name:
+        raise InputError("-o: is empty; name a file, or - for a PNG on standard output")
+    if output.suffix not in SUFFIXES:
+        raise InputError(f"{name}: must end in {', '.join(SUFFIXES)}, or be - for a PNG on standard output")
+    if braces := re.search(r"\{[^}]*\}", _FRAME.sub("", name)):
+        raise InputError(f"{name}: {braces[0]} is unknown; {{frame}} and {{frame:4}} stand for the frame's number")
+    if output.transparent and output.suffix in (*JPEG, ".mp4"):
+        kind = "video" if output.suffix == ".mp4" else "JPEG"
+        raise InputError(f"{name}: --no-background: a {kind} has no alpha; write .png or .exr")
+    if output.suffix == ".mp4":
+        if not has_path:
+            raise InputError(f"{name}: a video needs --path")
+        if output.is_series:
+            raise InputError(f"{name}: a video is one file, without {{frame}}")
+    elif frames > 1 and not output.is_series:
+        raise InputError(f"{name}: the path has {frames} frames; put {{frame:4}} into the name, or give --frames 1")
+    if not output.to_stdout:
+        _check_files(output, frames, inputs)
+
+
+def _check_files(output: Output, frames: int, inputs: Sequence[Path]) -> None:
+    check_folder(output.file(0))
+    resolve = cache(Path.resolve)  # a series of a million files has one folder
+    files = [output.file(frame) for frame in range(frames if output.is_series else 1)]
+    taken = {path.resolve() for path in inputs} | {path.parent.resolve() / path.name for path in inputs}
+    if hit := next((file for file in files if resolve(file.parent) / file.name in taken), None):
+        raise InputError(f"{hit}: would overwrite what is rendered; choose another name")
+
+
+def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
+    """Return the cameras of a path's frames, only the first `frames` where that is given."""
+    return [path.sample(time) for time in path.frames()[:frames]]
+
+
+def open_headless(scene: Scene, size: tuple[int, int], representation: Representation | None) -> HeadlessRenderer:
+    """Return a renderer with the assets of `scene` loaded, whose progress is shown.
+
+    Parameters
+    ----------
+    scene
+        What to draw.
+    size
+        (width, height) of the pictures, pixels.
+    representation
+        How to draw every object; None leaves it to the scene.
+    """
+    with asset_progress() as report:
+        return HeadlessRenderer(scene, SceneLibrary(scene.assets, report, processes=None), size, representation)
+
+
+def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:
+    """Draw a frame per camera, write it, and print the name of each file.
+
+    Parameters
+    ----------
+    headless
+        What draws.
+    cameras
+        One per frame.
+    output
+        Where the frames go; see `check_output`.
+    fps
+        Frames per second of a video.
+    """
+    size = headless.size
+    with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as write_frame:
+        for camera in cameras:
+            headless.draw(View(camera, size), output.transparent)
+            write_frame(headless)
+            advance()
+
+
+@contextmanager
+def _writer(output: Output, size: tuple[int, int], fps: float) -> Iterator[WriteFrame]:
+    """Yield what stores the frames, to be called for each in their order."""
+    if output.suffix == ".mp4":
+        with video(output.file(0), size, fps) as encoder:
+            yield lambda headless: encoder.send(headless.pixels()[..., :3].copy())
+        print(output.file(0))
+        return
+    frame = 0
+
+    def write_frame(headless: HeadlessRenderer) -> None:
+        nonlocal frame
+        _write_still(headless, output, frame)
+        frame += 1
+
+    yield write_frame
+
+
+def _write_still(headless: HeadlessRenderer, output: Output, frame: int) -> None:
+    if output.suffix == ".exr":
+        write_exr(output.file(frame), headless.linear_image())
+    else:
+        encode = jpeg_bytes if output.suffix in JPEG else png_bytes
+        picture = encode(headless.pixels()[..., : 4 if output.transparent else 3])
+        if output.to_stdout:
+            sys.stdout.buffer.write(picture)
+            return
+        write_bytes(output.file(frame), picture)
+    print(output.file(frame))

@@ -1,0 +1,73 @@
+"""Write the reports of a command without overwriting any file that it reads."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from depthwalk.bake.cache import sidecar
+from depthwalk.errors import InputError
+from depthwalk.files import check_folder, write_bytes
+from depthwalk.ingest.sources import source_files
+from depthwalk.scene.scene import Asset, DepthImageAsset, Scene
+
+
+def asset_files(asset: Asset) -> list[Path]:
+    """Return the files of an asset: those that its mesh names included, and the place of its depth images.
+
+    Raises
+    ------
+    InputError
+        Where a mesh cannot be searched for the names of its files.
+    """
+    if isinstance(asset, DepthImageAsset):
+        files = [asset.depth, asset.colour, asset.normal, sidecar(asset.depth)]
+    else:
+        meso = asset.dpci.meso if asset.dpci else None
+        relief = [meso.depth, meso.normal] if meso else []
+        files = [*source_files(asset.mesh, asset.texture), sidecar(asset.mesh), *relief]
+    return [file for file in files if file is not None]
+
+
+def input_files(scene: Scene, path: Path | None) -> list[Path]:
+    """Return every file that a scene is made of, and `path`, the camera path, where there is one.
+
+    Raises
+    ------
+    InputError
+        Where a mesh cannot be searched for the names of its files.
+    """
+    ground = scene.environment.ground
+    files = [scene.path, path, ground.texture if ground else None]
+    files += [file for asset in scene.assets for file in asset_files(asset)]
+    return [file for file in files if file is not None]
+
+
+def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], use: str) -> None:
+    """Make sure that reports can be written, before anything is measured for them.
+
+    Parameters
+    ----------
+    reports
+        Files to write; None where a report is not wanted.
+    inputs
+        Files that must stay as they are.
+    use
+        What happens to the inputs, for the message: "measured".
+
+    Raises
+    ------
+    InputError
+        Where a report cannot be written, or would overwrite an input or another report.
+    """
+    taken = {file.resolve() for file in inputs}
+    for report in reports:
+        if report is not None:
+            check_folder(report)
+            if report.resolve() in taken:
+                raise InputError(f"{report}: would overwrite what is {use}, or the other report")
+            taken.add(report.resolve())
+
+
+def write_report(file: Path | None, text: str) -> None:
+    """Write `text` to `file`, where one is wanted."""
+    if file is not None:
+        write_bytes(file, text.encode())

@@ -1,0 +1,96 @@
+"""Read every file that a scene names, and tell what is wrong with it."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.image import load_texture
+from depthwalk.ingest.loader import check_mesh
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.lone_mesh import is_mesh_file
+from depthwalk.scene.path import is_path_file, load_path
+from depthwalk.scene.scene import DepthImageAsset, Scene
+from depthwalk.scene.schema import MesoParams
+
+
+def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, str]) -> str:
+    """Return a line about a good scene or path file.
+
+    Parameters
+    ----------
+    path
+        A scene file, a path file or a mesh.
+    asset_roots
+        Folders besides the scene's in which its files may lie.
+    overrides
+        Values that replace those of the scene file, by their keys.
+
+    Raises
+    ------
+    InputError
+        Where something is wrong, with a line per mistake.
+    """
+    if not is_mesh_file(path) and is_path_file(path):
+        walk = load_path(path)
+        return f"{path}: ok, {len(walk.times)} keyframes, {len(walk.frames())} frames"
+    scene = load_scene(path, asset_roots, overrides)
+    check_assets(scene)
+    return f"{path}: ok, {len(scene.objects)} objects, {len(scene.assets)} assets"
+
+
+def check_assets(scene: Scene) -> None:
+    """Read every file that a scene names, one after the other, and keep none of them in memory.
+
+    Raises
+    ------
+    InputError
+        With a line for each file that cannot be used.
+    """
+    complaints = []
+    for read in _readers(scene):
+        try:
+            read()
+        except InputError as error:
+            complaints.append(str(error))
+    if complaints:
+        raise InputError("\n".join(dict.fromkeys(complaints)))  # assets may share a file
+
+
+def _readers(scene: Scene) -> Iterator[Callable[[], object]]:
+    """Yield a function per file of the scene, which reads it as drawing would."""
+    for asset in scene.assets:
+        if isinstance(asset, DepthImageAsset):
+            yield partial(_read_depth_image, asset)
+            continue
+        yield partial(
+            check_mesh,
+            asset.mesh,
+            texture=asset.texture,
+            up=asset.up,
+            height=asset.height,
+            upright=asset.dpci is not None,
+        )
+        if asset.dpci is not None and asset.dpci.meso is not None:
+            yield partial(_read_meso, asset.dpci.meso)
+    ground = scene.environment.ground
+    if ground is not None and ground.texture is not None:
+        yield partial(load_texture, ground.texture)
+
+
+def _read_meso(params: MesoParams) -> None:
+    from depthwalk.assets.asset_files import read_meso  # imports the baker, which few scenes need here
+
+    read_meso(params)
+
+
+def _read_depth_image(asset: DepthImageAsset) -> None:
+    from depthwalk.assets.asset_files import complaints_about, read_range_image, read_relief
+    from depthwalk.bake.planar import range_mesh
+
+    if asset.intrinsics is None:
+        read_relief(asset)
+        return
+    image = read_range_image(asset)
+    with complaints_about(asset.depth):
+        range_mesh(image)  # an image may be readable and hold no surface

@@ -1,0 +1,95 @@
+"""`depthwalk view`: a window to walk through a scene."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from depthwalk.commands.options import (
+    DEFAULT_RESOLUTION,
+    AssetRoots,
+    CameraAngle,
+    CameraPosition,
+    CameraTarget,
+    Fullscreen,
+    PathOption,
+    Quiet,
+    RepresentationName,
+    RepresentationOption,
+    Resolution,
+    Settings,
+    Verbose,
+    open_scene,
+    parse_camera,
+    parse_resolution,
+    representation,
+)
+from depthwalk.commands.program import FAILURE, guarded
+from depthwalk.errors import InputError
+from depthwalk.resources import scene_root
+
+if TYPE_CHECKING:
+    from depthwalk.scene.scene import Scene
+
+
+@guarded
+def main(
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="SCENE", help="Scene file or mesh; the garden by default.")
+    ] = None,
+    path: PathOption = None,
+    fullscreen: Fullscreen = False,
+    resolution: Resolution = DEFAULT_RESOLUTION,
+    camera_position: CameraPosition = None,
+    camera_target: CameraTarget = None,
+    camera_view_angle: CameraAngle = None,
+    representation_name: RepresentationOption = RepresentationName.SCENE,
+    asset_root: AssetRoots = None,
+    settings: Settings = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Open a window to walk through a scene.
+
+    H shows the keys. Other scenes, meshes and camera paths may be dropped on the window.
+    """
+    size = parse_resolution(resolution)
+    camera = parse_camera(camera_position, camera_target, camera_view_angle)
+    from depthwalk import walk
+    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.scene.path import load_path
+
+    first = scene or shipped_file("garden.yaml")
+
+    def read(file: Path) -> "Scene":
+        return open_scene(file, asset_root, settings if file == first else None)
+
+    loaded = read(first)
+    try:
+        walk.run(
+            loaded,
+            SceneLibrary(loaded.assets, processes=None),
+            path=load_path(path) if path else None,
+            fullscreen=fullscreen,
+            size=size,
+            representation=representation(representation_name),
+            first_camera=camera.apply,
+            read=read,
+        )
+    except walk.NoDisplay as error:
+        typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
+        raise typer.Exit(FAILURE) from None
+
+
+def shipped_file(*name: str) -> Path:
+    """Return a file of the scenes that ship with the program, by its path below their folder.
+
+    Raises
+    ------
+    InputError
+        Where the installation lacks it.
+    """
+    file = scene_root().joinpath(*name)
+    if not file.is_file():
+        raise InputError(f"{file}: no such file; the demo scene is not installed")
+    return file

@@ -1,0 +1,110 @@
+"""Load scenes and what their frames need, while the window shows the progress."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.errors import InputError
+from depthwalk.gpu.device import Device
+from depthwalk.render.antialiasing.modes import hardware_samples
+from depthwalk.render.renderer import Renderer
+from depthwalk.scene.arrays import Representation
+from depthwalk.scene.scene import Scene
+from depthwalk.walk.loading import LoadingScreen, StoppedError
+from depthwalk.walk.window import Window
+
+
+class SceneLoader:
+    """Make a renderer of a scene, and load what it comes to need.
+
+    Attributes
+    ----------
+    seconds
+        Time spent on loading since the caller last set this to 0; the walk's clock stands still meanwhile.
+    """
+
+    def __init__(self, device: Device, window: Window, screen: LoadingScreen) -> None:
+        self._device, self._window, self._screen = device, window, screen
+        self._usable: Representation | None = None  # the last representation whose assets could be loaded
+        self.seconds = 0.0
+
+    @contextmanager
+    def clock_stopped(self) -> Iterator[None]:
+        """Count the time that the block takes as loading, and clear the loading screen after it."""
+        start = time.perf_counter()
+        yield
+        self._screen.end()
+        self.seconds += time.perf_counter() - start
+
+    def open(self, scene: Scene, library: SceneLibrary, representation: Representation | None) -> Renderer:
+        """Return a renderer with the assets that the first frame needs.
+
+        Parameters
+        ----------
+        scene
+            What to draw.
+        library
+            Its assets; they report their progress to the loading screen from now on.
+        representation
+            How to draw every object; None leaves it to the scene.
+
+        Raises
+        ------
+        InputError
+            Where an asset cannot be used.
+        StoppedError
+            Where the user stopped the loading.
+        """
+        self._screen.begin(scene.path.name)
+        library.report = self._screen.report
+        renderer = Renderer(self._device, scene, library)
+        try:
+            renderer.world.representation = representation
+            renderer.remembers = True
+            renderer.world.table()
+        except BaseException:
+            renderer.release()
+            raise
+        self._usable = representation
+        return renderer
+
+    def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> None:
+        """Load what the frames of a newly chosen representation or anti-aliasing need.
+
+        Where that fails or is stopped, the representation before is used again; where the machine lacks the
+        anti-aliasing, none is used. `tell` is called with the reason.
+
+        Raises
+        ------
+        InputError
+            Where not even the representation before can be loaded.
+        StoppedError
+            Where the user closes the window.
+        """
+        with self.clock_stopped():
+            try:
+                renderer.world.table()
+            except (InputError, StoppedError) as error:
+                if self._window.is_closing:
+                    raise
+                tell(str(error) or "Loading was stopped")
+                renderer.world.representation = self._usable
+                self._load_anyway(renderer)
+            self._usable = renderer.world.representation
+            try:
+                hardware_samples(renderer.settings, self._device)
+            except InputError as error:
+                tell(str(error))
+                renderer.settings.aa = "none"
+
+    def _load_anyway(self, renderer: Renderer) -> None:
+        """Load what no frame can do without: only closing the window stops this."""
+        while True:
+            self._screen.end()
+            try:
+                renderer.world.table()
+                return
+            except StoppedError:
+                if self._window.is_closing:
+                    raise

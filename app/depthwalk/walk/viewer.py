@@ -1,0 +1,246 @@
+"""Move the camera by keys and mouse, along a path or about a target; show messages.
+
+Nothing here draws or knows of a window, so that all of it is tested without one.
+"""
+
+import time
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+from pyglm import glm
+
+from depthwalk.render.renderer import Renderer
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.lone_mesh import is_mesh_file
+from depthwalk.scene.scene import Scene
+from depthwalk.walk import orbit
+from depthwalk.walk.controls import HeldKeys, Walker, natural_speed
+from depthwalk.walk.playback import Playback
+
+_TOAST_SECONDS = 4.0
+_EMPTY = 10.0  # metres: the radius that an empty scene is given
+
+
+class Mode(Enum):
+    """How keys and mouse move the camera; the value is its name in the panel."""
+
+    FLY = "fly"
+    WALK = "walk on the ground"
+    ORBIT = "orbit"
+
+
+@dataclass
+class Viewer:
+    """The camera of a walk, and what moves it.
+
+    Attributes
+    ----------
+    scene, renderer
+        What is shown, and what draws it.
+    walker
+        The viewer; moves with the camera in every mode.
+    home
+        The camera that the key Home returns to.
+    playback
+        The camera path, or None.
+    turned
+        In Mode.ORBIT the camera, which turns about its target; else None.
+    held
+        The keys that are down.
+    fast
+        Whether Shift is held.
+    """
+
+    scene: Scene
+    renderer: Renderer
+    walker: Walker
+    home: Camera
+    playback: Playback | None = None
+    turned: Camera | None = None
+    held: HeldKeys = field(default_factory=HeldKeys)
+    fast: bool = False
+    _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
+    _toast: str = ""
+    _toast_end: float = 0.0
+
+    def tell(self, message: str) -> None:
+        """Show a message for a few seconds."""
+        self._toast, self._toast_end = message, time.monotonic() + _TOAST_SECONDS
+
+    @property
+    def toast(self) -> str:
+        """The message to show now, or an empty string."""
+        return self._toast if time.monotonic() < self._toast_end else ""
+
+    @property
+    def ground(self) -> float:
+        """The ground's y, metres; 0 where the scene has none."""
+        ground = self.scene.environment.ground
+        return ground.height if ground is not None else 0.0
+
+    @property
+    def extent(self) -> tuple[NDArray[np.float64], float]:
+        """Centre (3,), world, and radius, metres, of a sphere that holds all objects."""
+        bounds = self.renderer.world.bounds()
+        return bounds.sphere() if len(bounds.bounding_radius) else (np.zeros(3), _EMPTY)
+
+    @property
+    def mode(self) -> Mode:
+        """How keys and mouse move the camera now."""
+        if self.turned is not None:
+            return Mode.ORBIT
+        return Mode.WALK if self.walker.walking else Mode.FLY
+
+    @property
+    def camera(self) -> Camera:
+        """The camera to draw with: that of the path, while it plays."""
+        if self.playback is not None and self.playback.playing:
+            return self.playback.camera
+        return self.turned or self.walker.camera
+
+    def arrive(self) -> None:
+        """Begin in a scene: at home, with the speed that suits it; in orbit, where it is a mesh without a scene."""
+        self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
+        self.walker.walking = False
+        self.turned = self.home if is_mesh_file(self.scene.path) else None
+        self._place(self.home)
+
+    def advance(self, dt: float) -> None:
+        """Move by the keys held, or play the path, for `dt` seconds; a key that moves stops the path."""
+        held = self.held.take(dt)
+        if self.playback is not None and self.playback.playing:
+            if held:
+                self.playback.playing = False
+            else:
+                self.playback.advance(dt)
+                self._look_from(self.playback.camera)
+                return
+        before = self.walker.position
+        self.walker.advance(held, dt, fast=self.fast, ground=self.ground)
+        if self.turned is not None:
+            shift = self.walker.position - before
+            self._turn_to(self.turned.moved(shift))
+            if self._aimed is not None:
+                self._aimed = self._aimed + shift
+                camera, arrived = orbit.aim(self.turned, self._aimed, dt)
+                self._aimed = None if arrived else self._aimed
+                self._turn_to(camera)
+
+    def look(self, right: float, down: float) -> None:
+        """Turn, in orbit about the target, by a motion of the mouse in pixels; stops the path."""
+        self._take_over()
+        if self.turned is None:
+            self.walker.look(right, down)
+        else:
+            self._turn_to(orbit.turn(self.turned, right, down))
+
+    def pan(self, right: float, down: float) -> None:
+        """Move sideways, in orbit, so that what is as far as the target follows a drag, in heights of the window."""
+        if self.turned is not None:
+            self._take_over()
+            self._aimed = None
+            self._turn_to(orbit.pan(self.turned, right, down))
+
+    def wheel(self, notches: float) -> None:
+        """Change the speed or, in orbit, the distance to the target, by notches of the wheel."""
+        if self.turned is None:
+            self.walker.change_speed(notches)
+            self.tell(f"Speed {self.walker.speed:.3g} m/s")
+        else:
+            self._take_over()
+            self._turn_to(orbit.dolly(self.turned, notches))
+
+    def seek(self, seconds: float) -> None:
+        """Go to a time of the path."""
+        if self.playback is not None:
+            self.playback.time = seconds
+            self._look_from(self.playback.camera)
+
+    def toggle_path(self) -> None:
+        """Play or stop the path."""
+        if self.playback is None:
+            self.tell("No camera path: drop a path file on the window, start with --path FILE, or record one with K")
+        else:
+            self.playback.toggle()
+
+    def set_mode(self, mode: Mode) -> None:
+        """Change how keys and mouse move the camera; the view stays, and what is in its middle becomes the target."""
+        self.walker.walking = mode is Mode.WALK
+        self._aimed = None
+        if mode is not Mode.ORBIT:
+            self.turned = None
+        elif self.turned is None:
+            distance = self.renderer.distance_at()
+            if np.isinf(distance):
+                distance = self._distance_to_all()
+            self.turned = orbit.with_distance(self.camera, distance)
+        self.tell({Mode.FLY: "Flying", Mode.WALK: "Walking on the ground", Mode.ORBIT: "In orbit about a target"}[mode])
+
+    def toggle_walking(self) -> None:
+        """Change between walking and flying."""
+        self.set_mode(Mode.FLY if self.mode is Mode.WALK else Mode.WALK)
+
+    def toggle_orbit(self) -> None:
+        """Change between orbit and flying."""
+        self.set_mode(Mode.FLY if self.mode is Mode.ORBIT else Mode.ORBIT)
+
+    def turn_about(self, across: float, down: float) -> None:
+        """Make the surface at a place of the window the target, and turn towards it.
+
+        Parameters
+        ----------
+        across, down
+            The place from the upper left corner, as fractions of the window's width and height.
+        """
+        point = self.renderer.point_at(across, down)
+        if point is None:
+            self.tell("No surface under the mouse to turn about")
+            return
+        self._take_over()
+        if self.turned is None:
+            self.set_mode(Mode.ORBIT)
+        self._aimed = point
+
+    def frame_all(self, aspect: float) -> None:
+        """Move so that all objects are seen in the present direction; `aspect` is width / height of the window."""
+        self._take_over()
+        camera = self.camera
+        self.walker.walking = False
+        self._place(self.renderer.frame_all(aspect, camera.fov, -camera.look))
+
+    def go_home(self) -> None:
+        """Return to the camera that the walk began with."""
+        self._take_over()
+        self._place(self.home)
+
+    def _take_over(self) -> None:
+        """Stop the path: the user moves the camera."""
+        if self.playback is not None:
+            self.playback.playing = False
+
+    def _place(self, camera: Camera) -> None:
+        """Stand still where `camera` is; in orbit, its target becomes the target."""
+        self.walker.place(camera)
+        self._aimed = None
+        if self.turned is not None:
+            self.turned = camera
+
+    def _look_from(self, camera: Camera) -> None:
+        """Place the camera, as `_place`; in orbit, the target stays at its distance."""
+        self._place(camera if self.turned is None else orbit.with_distance(camera, orbit.distance(self.turned)))
+
+    def _turn_to(self, camera: Camera) -> None:
+        """Move the orbit's camera, and the walker with it, who keeps the velocity of the keys."""
+        velocity = self.walker.velocity
+        self.walker.place(camera)
+        self.walker.velocity = velocity
+        self.turned = camera
+
+    def _distance_to_all(self) -> float:
+        """Return the metres along the view axis to the middle of all objects; where that is behind, their radius."""
+        middle, radius = self.extent
+        camera = self.camera
+        ahead = glm.dot(glm.dvec3(middle) - glm.dvec3(*camera.position), glm.normalize(camera.look))
+        return ahead if ahead > 0 else radius
