@@ -79,7 +79,7 @@ LAMPS = [
     {"position": (1.4, 2.2, 1.6), "direction": (-0.4, -1, -0.8), "colour": "#80b0ff", "intensity": 9, "angle": 50},
 ]
 DARK = {"sun": {"intensity": 0.1}, "ambient": {"intensity": 0.1}}
-LENS = {"focal_length": 400, "f_number": 1.4, "focus_distance": 4.4, "largest": 20}
+LENS = {"focal_length": 400, "f_number": 1.4, "focus_distance": 4.4, "max_blur": 20}
 CLEAR = {"model": "preetham", "turbidity": 4, "sun_size": 6, "light": True}
 LOW_SUN = {"direction": (0.2, -0.25, 1), "colour": (1, 1, 1)}
 
@@ -116,7 +116,7 @@ def plain(studio, picture):
         ("dof-gather", {"dof": {"mode": "gather", **LENS}}, {}),
         ("fog", {}, {"fog": {"density": 0.2, "height": 0.3, "falloff": 0.6}}),
         ("sky", {}, {"sky": CLEAR, "sun": LOW_SUN}),
-        ("tone", {"output": {"tone": "agx", "exposure": 1.5}}, {}),
+        ("tone", {"output": {"tone_mapping": "agx", "exposure": 1.5}}, {}),
         ("lamps", {}, DARK | {"lights": LAMPS}),
         ("forward", {"light": {"mode": "forward"}}, DARK | {"lights": LAMPS}),
     ],

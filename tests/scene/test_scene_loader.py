@@ -97,7 +97,7 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
         ("objects.0.asset", "bakd", "--set objects.0.asset: unknown asset 'bakd'; did you mean 'baked'?"),
         ("version.minor", "1", "--set version.minor: version is 1, it has no keys"),
         ("camera.fov", "60", "--set camera.fov: camera: missing key 'position'"),
-        ("a..b", "1", "--set a..b: a dotted path such as render.lod.bias is needed"),
+        ("a..b", "1", "--set a..b: must be a dotted path such as render.lod.bias"),
         ("environment.ground.texture", "no.png", "--set environment.ground.texture: file 'no.png' not found"),
         ("version", "[1", "--set version: value:1:3: not valid YAML: expected ',' or ']', but got '<stream end>'"),
     ],

@@ -41,7 +41,7 @@ SHOWN = [measure for measure in MEASURES if measure.key in ("psnr", "iou", "flip
 
 @dataclass(frozen=True)
 class Setup:
-    """One row: the row before and what `title` says. cases, tiles: `render.lod.cases`, `render.warp.tiles`."""
+    """One row: the row before and what `title` says. cases, tiles: `render.lod.cases`, `render.warp.tile_mapping`."""
 
     title: str
     layers: int
@@ -51,7 +51,7 @@ class Setup:
 
     @property
     def settings(self) -> RenderSettings:
-        return RenderSettings.model_validate({"lod": {"cases": self.cases}, "warp": {"tiles": self.tiles}})
+        return RenderSettings.model_validate({"lod": {"cases": self.cases}, "warp": {"tile_mapping": self.tiles}})
 
 
 @dataclass(frozen=True)

@@ -32,17 +32,19 @@ _ROUNDING = 1e-9  # a frame's time k / fps may miss its keyframe by this
 class KeyframeParams(CameraParams):
     """Describe the camera at one moment."""
 
-    time: float = param(..., "When", unit="s", ge=0, le=1e6)
+    time: float = param(..., "Time of the keyframe", unit="s", ge=0, le=1e6)
 
 
 class PathFile(FileParams):
     """Describe a path file as it is written."""
 
-    version: Version = param(..., "Version of the format")
+    version: Version = param(..., "Version of the file format")
     fps: float = param(30.0, "Frames per second", unit="1/s", ge=0.001, le=1000)
-    interpolation: Literal["smooth", "step"] = param("smooth", "Between keyframes: a smooth curve, or hold")
+    interpolation: Literal["smooth", "step"] = param(
+        "smooth", "Between keyframes: a smooth curve, or the camera of the last keyframe until the next"
+    )
     keyframes: Annotated[list[KeyframeParams], Field(min_length=1, max_length=MAX_KEYFRAMES)] = param(
-        ..., "The camera over time"
+        ..., "The camera at different times, in order"
     )
 
 

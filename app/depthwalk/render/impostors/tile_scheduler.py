@@ -105,7 +105,7 @@ class TileScheduler:
         lately = cache.shown_lately
         if not continues:
             cache.frame += 1
-            self._budget = layout.budget
+            self._budget = layout.triangle_budget
         error = self._errors(view, shown, layout)
         stale = due(error, shown.triangles, self._budget)
         cut = not layout.reuse_error or (not continues and stale.sum() > _MOST_ANEW * max(len(shown), lately))
@@ -200,7 +200,7 @@ def _place(view: View, shown: Shown, number: Rows, layout: TileParams, limit: in
     if not seen.visible.all():
         rows = np.flatnonzero(seen.visible)
         planes, seen, some, number = planes.take(rows), seen.take(rows), some.take(rows), number[rows]
-    if layout.tiles == "plane":
+    if layout.tile_mapping == "plane":
         planes, tiles = plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit)
     else:
         nearest = (some.bounds.centre - view.position) @ view.axes[2] - some.bounds.bounding_radius

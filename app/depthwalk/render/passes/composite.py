@@ -26,7 +26,7 @@ class CompositePass(Pass[CompositeParams]):
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
         # A loop of known length is none: software rasterisers take a tenth longer for one.
-        defines = (f"STEPS={params.parallax}", *frame.targets.defines)
+        defines = (f"STEPS={params.parallax_steps}", *frame.targets.defines)
         defines += ("PARTIAL",) if frame.common.aa.covering else ()
         # Unclamped, a plane may be nearer than the near plane while its object is not.
         with self.gl.state(into=frame.targets.visible, depth_test=LESS, direct=(DEPTH_CLAMP,)):

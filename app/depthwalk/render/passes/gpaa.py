@@ -40,7 +40,7 @@ class GpaaPass(Pass[GpaaParams]):
         for unit, texture in enumerate((targets.lit_before(), targets.surface, targets.depth)):
             texture.use(unit)
         self._edge.set(lit_texture=0, surface_texture=1, depth_texture=2)
-        least_fold = float(np.cos(np.radians(params.crease)))
+        least_fold = float(np.cos(np.radians(params.crease_angle)))
         self._edge.set(least_fold=least_fold)
         self._lines.upload(lines)
         self._lines.bind(self._edge.array, 0)
@@ -49,7 +49,7 @@ class GpaaPass(Pass[GpaaParams]):
 
     def _outlines(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
         """LINE_RECORDs of all that is drawn as triangles; depth images tell by themselves what they cover."""
-        least_fold = np.radians(params.crease) if frame.common.aa.mode == "gpaa-edge" else None
+        least_fold = np.radians(params.crease_angle) if frame.common.aa.mode == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
         for group in frame.plan.mesh.groups:
             mesh = frame.assets.meshes.object(group.asset, group.level)

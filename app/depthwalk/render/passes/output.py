@@ -19,7 +19,7 @@ class OutputPass(Pass[OutputParams]):
         frame.targets.lit_texture.use(0)
         finer = frame.common.aa.samples
         # A loop over one sample costs software rasterisers four times as much as none.
-        defines = (params.tone.upper(), *(("SUPERSAMPLED",) if finer > 1 else ()))
+        defines = (params.tone_mapping.upper(), *(("SUPERSAMPLED",) if finer > 1 else ()))
         self._programs[defines].set(lit_texture=0, samples=finer, exposure=2.0**params.exposure)
         with self.gl.state(into=frame.targets.screen):
             self._programs[defines].fill()
