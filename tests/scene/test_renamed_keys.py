@@ -11,7 +11,6 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.scene.schema import SceneFile
 
-
 Caplog = pytest.LogCaptureFixture
 
 

@@ -4,16 +4,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from depthwalk.assets.library import complaints_about, read_meso, read_range_image, read_relief
-from depthwalk.bake.planar import range_mesh
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import is_mesh_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh
 from depthwalk.scene.document import read_document
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.lone_mesh import is_mesh_file
 from depthwalk.scene.path import load_path
-from depthwalk.scene.scene import DepthImageAsset, MeshAsset, Scene
+from depthwalk.scene.scene import DepthImageAsset, Scene
+from depthwalk.scene.schema import MesoParams
 
 
 def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, str]) -> str:
@@ -47,29 +46,39 @@ def check_assets(scene: Scene) -> None:
 
 
 def _reads(scene: Scene) -> Iterator[Callable[[], object]]:
-    """What reads the scene's files, each as drawing it would."""
+    """Yield what reads the scene's files, each as drawing it would."""
     for asset in scene.assets:
-        if isinstance(asset, MeshAsset):
-            yield partial(
-                check_mesh,
-                asset.mesh,
-                texture=asset.texture,
-                up=asset.up,
-                height=asset.height,
-                upright=asset.dpci is not None,
-            )
-            if asset.dpci is not None and asset.dpci.meso is not None:
-                yield partial(read_meso, asset.dpci.meso)
-        elif asset.intrinsics is None:
-            yield partial(read_relief, asset)
-        else:
-            yield partial(_read_range_surface, asset)
+        if isinstance(asset, DepthImageAsset):
+            yield partial(_read_depth_image, asset)
+            continue
+        yield partial(
+            check_mesh,
+            asset.mesh,
+            texture=asset.texture,
+            up=asset.up,
+            height=asset.height,
+            upright=asset.dpci is not None,
+        )
+        if asset.dpci is not None and asset.dpci.meso is not None:
+            yield partial(_read_meso, asset.dpci.meso)
     ground = scene.environment.ground
     if ground is not None and ground.texture is not None:
         yield partial(load_texture, ground.texture)
 
 
-def _read_range_surface(asset: DepthImageAsset) -> None:
+def _read_meso(params: MesoParams) -> None:
+    from depthwalk.assets.library import read_meso  # brings the baker, for scenes with such files only
+
+    read_meso(params)
+
+
+def _read_depth_image(asset: DepthImageAsset) -> None:
+    from depthwalk.assets.library import complaints_about, read_range_image, read_relief
+    from depthwalk.bake.planar import range_mesh
+
+    if asset.intrinsics is None:
+        read_relief(asset)
+        return
     image = read_range_image(asset)
     with complaints_about(asset.depth):
         range_mesh(image)  # an image may be read well and hold no surface

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 # Some of Pillow's other formats start programs (EPS) or reach for files of their own.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
-IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
 
 # Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through.
 BROKEN = (OSError, ValueError, TypeError, SyntaxError, ArithmeticError, LookupError, EOFError, MemoryError)

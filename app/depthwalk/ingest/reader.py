@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
 from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals
-from depthwalk.ingest.sources import Sources, as_utf8, check_suffix, material_libraries
+from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:

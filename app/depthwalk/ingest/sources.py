@@ -13,29 +13,6 @@ from depthwalk.limits import MAX_MESH_BYTES
 
 log = logging.getLogger(__name__)
 
-MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf")
-OTHER_MESH_SUFFIXES = (
-    ".3ds",
-    ".3mf",
-    ".blend",
-    ".dae",
-    ".fbx",
-    ".off",
-    ".usd",
-    ".usda",
-    ".usdc",
-    ".usdz",
-    ".wrl",
-    ".x3d",
-)
-
-
-def check_suffix(path: Path) -> None:
-    """Raise InputError where the file's name is not that of a mesh that can be read."""
-    suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
-
 
 class Sources:
     """The files of one mesh as they were when each was first looked for and first read.

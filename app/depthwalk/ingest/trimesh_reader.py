@@ -20,7 +20,8 @@ from trimesh.visual.texture import TextureVisuals
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
-from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
+from depthwalk.ingest.formats import IMAGE_SUFFIXES
+from depthwalk.ingest.image import open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals

@@ -17,7 +17,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.sources import MESH_SUFFIXES
+from depthwalk.ingest.formats import MESH_SUFFIXES
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
 
 Loc = tuple[str | int, ...]

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import is_mesh_file
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.lone_mesh import is_mesh_file
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import orbit
 from depthwalk.walk.controls import HeldKeys, Walker, natural_speed
