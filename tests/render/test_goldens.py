@@ -21,7 +21,7 @@ def still_life():
     colour = (np.stack([x, y, 0 * x], -1) * 60 + 150).astype(np.uint8)
     normal = np.zeros((64, 64, 3), np.float32)
     normal[..., 2] = 1
-    relief = bake_planar(PlanarImage(depth, colour, normal, (1.2, 1.2)), "relief")
+    relief = bake_planar(PlanarImage(depth=depth, colour=colour, normal=normal, size=(1.2, 1.2)), "relief")
     balls = ShapeLibrary([sphere(0.7, 64, 32, colour=(210, 90, 60)), steps], resolution=128)
     return ShapeLibrary([balls.mesh(0), balls.mesh(1), None], [balls.baked(0), balls.baked(1), relief], kept=True)
 
