@@ -33,7 +33,12 @@ def meshes(tmp_path):
 
 def jobs_of(meshes, **how):
     return [
-        Job(MeshAsset(mesh.stem, mesh, None, "y", None, None), PARAMS, mesh.with_suffix(SUFFIX), **how)
+        Job(
+            MeshAsset(name=mesh.stem, mesh=mesh, texture=None, up="y", height=None, dpci=None),
+            PARAMS,
+            mesh.with_suffix(SUFFIX),
+            **how,
+        )
         for mesh in meshes
     ]
 

@@ -38,7 +38,9 @@ def test_smallest_scene_has_the_defaults(tmp_path: Path) -> None:
     assert scene.environment.ground is None
     assert scene.environment.sun.intensity > 0
     assert scene.camera is None
-    assert scene.assets[0] == MeshAsset("baked", tmp_path / "box.obj", None, "y", None, scene.assets[0].dpci)
+    assert scene.assets[0] == MeshAsset(
+        name="baked", mesh=tmp_path / "box.obj", texture=None, up="y", height=None, dpci=scene.assets[0].dpci
+    )
     assert (scene.assets[0].dpci.resolution, scene.assets[0].dpci.layers) == (512, 3)
     assert scene.objects.rotation.tolist() == [[0, 0, 0, 1]]
 

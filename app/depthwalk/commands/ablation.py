@@ -157,7 +157,9 @@ def main(
     ablations = []
     with flip_workers() as pool:
         for mesh in meshes:
-            spec = MeshAsset(mesh.stem, mesh, None, "z" if up == "z" else "y", height=None, dpci=None)
+            spec = MeshAsset(
+                name=mesh.stem, mesh=mesh, texture=None, up="z" if up == "z" else "y", height=None, dpci=None
+            )
             shown = track(list(setups()), mesh.name, console=Console(stderr=True))
             ablations.append(ablate(spec, dpci_resolution, SIZE, shown, pool))
     if json is not None:

@@ -161,7 +161,7 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
         raise InputError(f"{path}: lies level: it cannot be given a height")
     base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
     scale = 1.0 if height is None else height / (high[1] - low[1])
-    placed = (positions - base) * scale
+    placed = np.asarray((positions - base) * scale)
     if not SMALLEST < (largest := float(np.ptp(placed, axis=0).max())) < LARGEST:
         raise InputError(f"{path}: its extent of {largest:g} m at that height is out of range")
     return placed

@@ -39,7 +39,7 @@ class Part:
     material: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Mesh:
     """Hold a triangle mesh in its asset frame: metres, Y up, the bounding box's base centred on the origin.
 

@@ -27,7 +27,7 @@ class Representation(IntEnum):
 MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as polygons
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Objects(Takes):
     """Hold n placed objects: world point = position + scale · rotate(rotation, asset point).
 

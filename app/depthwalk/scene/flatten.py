@@ -41,7 +41,7 @@ Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items
 _BY_LABEL = {kind.label: kind for kind in Representation}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
     """Hold one item of the file's scene graph.
 
@@ -59,7 +59,7 @@ class Row:
     depth: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Flat:
     """Hold what a scene graph flattens into; the attributes are those of `Scene`."""
 
@@ -85,7 +85,7 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
         loc, spec = _unwrap(loc, item)
         if len(stack) > MAX_GROUP_DEPTH + 1:
             raise source.error(loc, f"groups nest deeper than {MAX_GROUP_DEPTH}")
-        rows.append(Row(loc, spec, parent, len(stack) - 1))
+        rows.append(Row(loc=loc, spec=spec, parent=parent, depth=len(stack) - 1))
         if isinstance(spec, GroupParams):
             stack.append(_members((*loc, "objects"), spec.objects, len(rows) - 1))
     return rows
@@ -143,7 +143,7 @@ def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, 
     far = np.flatnonzero(np.abs(objects.position).max(axis=1, initial=0) > MAX_WORLD_COORDINATE)
     if len(far):
         raise source.error(rows[owner[far[0]]].loc, f"reaches farther than {MAX_WORLD_COORDINATE:g} m from the origin")
-    return Flat(objects, nodes, instances, owner)
+    return Flat(objects=objects, nodes=nodes, instances=instances, owner=owner)
 
 
 def _members(loc: Loc, items: list[ItemParams], parent: int) -> Iterator[tuple[Loc, ItemParams, int]]:

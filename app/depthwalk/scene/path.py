@@ -48,7 +48,7 @@ class PathFile(FileParams):
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CameraPath:
     """Hold a camera over time, by k keyframes.
 
@@ -129,7 +129,7 @@ def load_path(path: Path) -> CameraPath:
         raise source.error(("fps",), f"the path has {count} frames; the limit is {MAX_FRAMES}")
     views = np.array([(*key.position, *key.target) for key in file.keyframes])
     fovs = np.radians([key.fov for key in file.keyframes])
-    return CameraPath(file.fps, file.interpolation, times, views, fovs)
+    return CameraPath(fps=file.fps, interpolation=file.interpolation, times=times, views=views, fovs=fovs)
 
 
 def is_path_file(path: Path) -> bool:

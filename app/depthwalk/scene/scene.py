@@ -17,7 +17,7 @@ from depthwalk.scene.schema import DpciParams, IntrinsicsParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MeshAsset:
     """Describe an asset that is read from a mesh file.
 
@@ -38,7 +38,7 @@ class MeshAsset:
     dpci: DpciParams | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DepthImageAsset:
     """Describe an asset that is read from a depth image: a relief, which has a size, or a range image (intrinsics).
 
@@ -65,7 +65,7 @@ class DepthImageAsset:
 Asset = MeshAsset | DepthImageAsset
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Nodes:
     """Hold m nodes in the order of the file, a group before its members.
 
@@ -102,7 +102,7 @@ class Nodes:
         return len(self.name)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Scene:
     """Hold everything that a scene file says, checked and resolved.
 

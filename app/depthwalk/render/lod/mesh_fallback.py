@@ -144,7 +144,13 @@ class MeshFallbacks:
         rotation = multiply(some.rotation, conjugate(self.turn[some.asset]).astype(np.float32))
         position = some.position - some.scale[:, None] * rotate(rotation, self.offset[some.asset])
         kind = np.full(len(rows), Representation.MESH_LOD, np.uint8)
-        return Objects(self.mesh[some.asset].astype(np.int32), position.astype(np.float32), rotation, some.scale, kind)
+        return Objects(
+            asset=self.mesh[some.asset].astype(np.int32),
+            position=position.astype(np.float32),
+            rotation=rotation,
+            scale=some.scale,
+            representation=kind,
+        )
 
 
 def _corners(baked: BakedObject) -> NDArray[np.float64]:

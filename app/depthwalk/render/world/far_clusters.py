@@ -90,7 +90,13 @@ class FarClusters:
         radius = np.hypot(half[:, 0], half[:, 2])
         return Shown(
             row=len(self.order) + numbers,
-            objects=Objects(like.asset, bounds.centre, upright, np.ones(count, np.float32), dpci),
+            objects=Objects(
+                asset=like.asset,
+                position=bounds.centre,
+                rotation=upright,
+                scale=np.ones(count, np.float32),
+                representation=dpci,
+            ),
             bounds=bounds,
             volumes=Volumes(
                 radius=radius,
