@@ -204,6 +204,7 @@ class _Reader:
 
     def mapping(self, node: MappingNode, loc: Loc) -> dict[str, Any]:
         values: dict[str, Any] = {}
+        lines: dict[str, int] = {}
         for key_node, child in node.value:
             if not isinstance(key_node, ScalarNode) or str(key_node.tag) not in _TEXT_TAGS:
                 raise self.error(key_node, loc, "a key must be text; put it in quotes")
@@ -211,7 +212,8 @@ class _Reader:
             if not key.isprintable():
                 raise self.error(key_node, loc, f"the key {key!r} is not printable")
             if key in values:
-                raise self.error(key_node, (*loc, key), "duplicate key")
+                raise self.error(key_node, (*loc, key), f"duplicate key; it is in line {lines[key]} too")
+            lines[key] = key_node.start_mark.line + 1
             values[key] = self.value(child, (*loc, key))
         return values
 

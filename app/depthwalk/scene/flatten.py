@@ -99,11 +99,12 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
             continue
         asset, wanted = assets.get(row.spec.asset), row.spec.representation
         if asset is None:
-            hint = suggest(row.spec.asset, list(assets))
+            hint = suggest(row.spec.asset, list(assets)) or "; 'assets' has none of that name"
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
-        elif wanted is not None and wanted not in _representations(asset):
+        elif wanted is not None and wanted not in (possible := _representations(asset)):
             lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
-            message = f"{wanted!r} is not possible, asset {row.spec.asset!r} has {lack}"
+            choice = " or ".join(map(repr, possible))
+            message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} has {lack}"
             errors.append(source.error((*row.loc, "representation"), message))
     return errors
 
@@ -249,7 +250,7 @@ def _scattered(loc: Loc, spec: ScatterParams, source: Source) -> Similarity:
     if spec.count <= room_for(spec.area, spec.spacing):
         placed = scatter_instances(spec.count, spec.area, spec.spacing, spec.scale, spec.seed)
     if placed is None or len(placed) < spec.count:
-        raise source.error((*loc, "count"), f"{spec.count} objects find no room {spec.spacing:g} m apart in the area")
+        raise source.error((*loc, "count"), f"{spec.count} objects {spec.spacing:g} m apart do not fit in the area")
     return placed
 
 

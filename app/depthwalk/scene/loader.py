@@ -45,7 +45,7 @@ def load_scene(
     is_mesh = is_mesh_file(path)
     document = _mesh_document(path) if is_mesh else read_document(path)
     if document.holds(("keyframes",)):
-        raise InputError(f"{path}: is a camera path, not a scene; --path takes it")
+        raise InputError(f"{path}: is a camera path, not a scene; give it as --path")
     file, source = check_model(document, SceneFile, overrides)
     rows = list_rows(file.objects, source)
     finder = _finder(path.resolve() if is_mesh else path, asset_roots, source)

@@ -161,7 +161,8 @@ class DepthImageParams(FileParams):
         if (self.size is None) == (self.intrinsics is None):
             raise ValueError("needs exactly one of 'size', 'intrinsics'")
         if self.range is not None and (self.unit is not None or self.intrinsics is not None):
-            raise ValueError(f"'range' and '{'unit' if self.unit is not None else 'intrinsics'}' exclude each other")
+            other = "unit" if self.unit is not None else "intrinsics"
+            raise ValueError(f"needs 'range' or {other!r}, not both")
         return self
 
 

@@ -20,6 +20,17 @@ log = logging.getLogger(__name__)
 
 KIND = "\x1f"  # starts the tag of a union's branch; in pydantic's locations only: no key may hold it
 MAX_MESSAGES = 20
+MAX_KEYS_NAMED = 8  # in the error about an unknown key
+
+_PLAIN_WORDS = {
+    "Input should be": "must be",
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
+    "a valid number": "a number",
+    "a valid integer": "a whole number",
+    "a valid boolean": "true or false",
+    "a valid string": "text",
+}
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -220,7 +231,7 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
     value = detail["input"]
     match detail["type"]:
         case "extra_forbidden":
-            return source.error(loc, f"unknown key{suggest(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
+            return source.error(loc, f"unknown key{_meant(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
         case "missing":
             misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], schema, source)
             return misspelt or source.error(loc[:-1], f"missing key {loc[-1]!r}")
@@ -237,9 +248,16 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
             return source.error(loc, f"must hold {bound}, not {len(value)}")
         case "value_error" | "assertion_error":
             return source.error(loc, detail["msg"].split(", ", 1)[1])
-    message = detail["msg"].split(", unable")[0].replace("Input should be", "must be")
-    message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
+    message = detail["msg"].split(", unable")[0]
+    for pydantics, plain in _PLAIN_WORDS.items():
+        message = message.replace(pydantics, plain)
     return source.error(loc, f"{message[0].lower()}{message[1:]}, not {shown(value)}")
+
+
+def _meant(key: str, known: list[str]) -> str:
+    """Return the hint of an unknown key: the known one that looks like it, else all of them where they are few."""
+    few = len(known) <= MAX_KEYS_NAMED
+    return suggest(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
 
 
 def _misspelt(
