@@ -85,7 +85,7 @@ class TileParams(Params):
     tile_scale: float = param(1.0, "Texels of an impostor per pixel of the screen, along either axis", ge=0.1, le=4)
     cluster_pixels: float = param(
         16.0,
-        "Neighbouring objects that are smaller than this on the screen share one impostor; 0 gives every object its "
+        "Far neighbouring objects that are smaller than this on the screen share an impostor; 0 gives every object its "
         "own",
         unit="pixels",
         ge=0,
