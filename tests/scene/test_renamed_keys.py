@@ -110,5 +110,14 @@ def test_keys_of_path_files_and_of_lists(tmp_path: Path, monkeypatch: pytest.Mon
     ]
 
 
+def test_only_keys_at_their_former_place_are_renamed() -> None:
+    value = {"contrast": 1}
+    renamed_keys.rename_keys(value, ("render", "smaa", "longest"), lambda *told: pytest.fail(str(told)))
+    renamed_keys.rename_keys(value, ("render", "lod"), lambda *told: pytest.fail(str(told)))
+    assert value == {"contrast": 1}
+    assert renamed_keys.present_place(("render", "smaa", "contrast", "x")) == ("render", "smaa", "edge_threshold", "x")
+    assert renamed_keys.present_place(("render", "lod", "bias")) == ("render", "lod", "bias")
+
+
 def test_a_group_that_is_no_mapping(tmp_path: Path) -> None:
     assert told(tmp_path, "render: {fxaa: 3}\n").endswith("render.fxaa: must be a mapping of keys, not 3")

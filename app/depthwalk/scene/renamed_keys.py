@@ -10,7 +10,8 @@ from typing import Any
 from depthwalk.scene.document import Loc
 
 RENAMED_KEYS = {
-    # Former place in the file, with * for any name or list index → the present name of its last part. Since 0.2.
+    # Former place in the file, with * for any name or list index → the present name of its last part.
+    # Renamed after 0.1, to be dropped after 0.2.
     "environment.ground.size": "half_size",
     "render.composite.parallax": "parallax_steps",
     "render.dof.largest": "max_blur",
@@ -44,11 +45,11 @@ def rename_keys(value: Any, place: Loc, report: Report) -> None:
     place : tuple of str and int
         Where that part stands in the document.
     report : callable
-        Called for every key with its former place, its present place, and whether the present name was taken by
-        another value already; it may raise. Where it does not, the other value stays.
+        Called for every renamed key with its former place, its present place, and whether the mapping has a value under
+        the present name as well. It may raise; where it does not, that other value is kept.
     """
     for former, name in _renamed():
-        if _matches(former[: len(place)], place):
+        if len(place) < len(former) and _matches(former[: len(place)], place):
             for mapping, at in _mappings(value, place, former[len(place) : -1]):
                 if former[-1] in mapping:
                     renamed = mapping.pop(former[-1])
