@@ -1,15 +1,18 @@
-"""Write docs/scene-file.md and docs/parameters.md from the declarations in the code: `python docs/generate.py`.
+"""Write docs/scene-file.md, docs/parameters.md and docs/images/frame.svg from the declarations in the code.
 
-The tables come from the pydantic models of the scene file; only the text between them is written here.
+Run `python docs/generate.py` after a change of passes, targets, parameters or the scene's schema; a test reminds you.
 """
 
 import inspect
 import json
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from depthwalk import limits
+from depthwalk.render.frame import Pass
 from depthwalk.render.passes import PASSES
+from depthwalk.render.targets import TARGETS
 from depthwalk.scene.path import PathFile
 from depthwalk.scene.schema import SceneFile
 
@@ -81,7 +84,18 @@ The timers also show the work of the CPU: `cull` finds the objects in view, `upl
 `plan` decides what each pass draws, `occlusion` leaves out what is hidden behind objects that were drawn before.
 
 """
+_FIGURE = """
+![The passes of a frame and the targets that they read and write](images/frame.svg)
+
+## Targets
+
+What passes hand to each other (`render/targets.py`). A pass reaches only those that it reads or writes; a depth that it
+tests against counts as read.
+
+"""
 _DECLARED = """
+## Parameters
+
 A parameter is declared once, in `scene/render_settings.py`; from there it comes to the scene file, the window's panel
 (Tab), the option `--set KEY=VALUE` and this page: `depthwalk render scene.yaml -o out.png --set render.lod.bias=1`.
 
@@ -89,8 +103,8 @@ A parameter is declared once, in `scene/render_settings.py`; from there it comes
 
 
 def pages() -> dict[str, str]:
-    """Return the generated pages by file name."""
-    return {"scene-file.md": scene_page(), "parameters.md": parameter_page()}
+    """Return the generated files by their path below docs/."""
+    return {"scene-file.md": scene_page(), "parameters.md": parameter_page(), "images/frame.svg": frame_figure()}
 
 
 def scene_page() -> str:
@@ -119,7 +133,7 @@ def scene_page() -> str:
 def parameter_page() -> str:
     """Return the page about passes and render settings."""
     scene = SceneFile.model_json_schema()
-    parts = [_NOTICE, _PARAMETERS, _pass_table(), _DECLARED]
+    parts = [_NOTICE, _PARAMETERS, _pass_table(), _FIGURE, _target_table(), _DECLARED]
     parts += ["## render\n\n", _table(_single_settings(scene), scene["$defs"], "render."), "\n"]
     for name, reference in _groups(scene).items():
         group = scene["$defs"][_name(reference)]
@@ -131,9 +145,85 @@ def parameter_page() -> str:
 def _pass_table() -> str:
     rows = ["| pass | reads | writes | what it does |", "|---|---|---|---|"]
     for pass_ in PASSES:
-        what = " ".join((inspect.getdoc(inspect.getmodule(pass_)) or "").split("\n\n")[0].split()).rstrip(".")
-        rows.append(f"| `{pass_.name}` | {', '.join(pass_.reads)} | {', '.join(pass_.writes)} | {what} |")
+        summary = " ".join((inspect.getdoc(inspect.getmodule(pass_)) or "").split("\n\n")[0].split()).rstrip(".")
+        rows.append(f"| `{pass_.name}` | {', '.join(pass_.reads)} | {', '.join(pass_.writes)} | {summary} |")
     return "\n".join(rows) + "\n"
+
+
+def _target_table() -> str:
+    rows = ["| target | format | what it holds | written by | read by |", "|---|---|---|---|---|"]
+    for name, target in TARGETS.items():
+        writers = ", ".join(f"`{pass_.name}`" for pass_ in PASSES if name in pass_.writes)
+        readers = ", ".join(f"`{pass_.name}`" for pass_ in PASSES if name in pass_.reads)
+        rows.append(f"| `{name}` | {target.formats} | {target.holds} | {writers or '–'} | {readers or '–'} |")
+    return "\n".join(rows) + "\n"
+
+
+_LEFT, _TOP, _COLUMN, _ROW = 350, 120, 52, 26  # of the figure, pixels
+_READ, _WRITTEN, _INK, _FAINT = "#2563a8", "#c0392b", "#222", "#999"
+
+
+def frame_figure() -> str:
+    """Return the figure of a frame as SVG: a row for each pass, a column for each target, marks where they meet."""
+    width, height = _LEFT + _COLUMN * len(TARGETS) + 60, _TOP + _ROW * len(PASSES) + 50
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif"'
+        f' font-size="13"><rect width="{width}" height="{height}" fill="white"/>'
+    ]
+    rows = list(enumerate(PASSES))
+    for runs, group in groupby(rows, lambda row: _runs(row[1])):
+        members = [row for row, _ in group]
+        parts.append(_bracket(runs, members[0], members[-1]))
+    for row, pass_ in rows:
+        y = _TOP + _ROW * row + _ROW / 2
+        parts.append(f'<line x1="{_LEFT - 20}" y1="{y}" x2="{width - 50}" y2="{y}" stroke="#eee"/>')
+        parts.append(f'<text x="{_LEFT - 26}" y="{y + 4}" text-anchor="end" fill="{_INK}">{pass_.name}</text>')
+    for column, name in enumerate(TARGETS):
+        parts += _target_column(_LEFT + _COLUMN * column + _COLUMN / 2, name)
+    y = height - 18
+    parts += [
+        f'{_mark(_LEFT, y, True)}<text x="{_LEFT + 12}" y="{y + 4}">writes</text>',
+        f'{_mark(_LEFT + 80, y, False)}<text x="{_LEFT + 92}" y="{y + 4}">reads, or tests against a depth</text>',
+        "</svg>",
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _runs(pass_: type[Pass[Any]]) -> str:
+    """Return how often a pass runs in a frame."""
+    return "for each occlusion phase" if pass_.draws_objects else "for each sample" if pass_.per_sample else "once"
+
+
+def _bracket(label: str, first: int, last: int) -> str:
+    """Return a bracket on the left of the rows from `first` to `last`."""
+    low, high = _TOP + _ROW * first + 4, _TOP + _ROW * (last + 1) - 4
+    middle = (low + high) / 2
+    return (
+        f'<path d="M188 {low}h-6V{high}h6" fill="none" stroke="{_FAINT}"/>'
+        f'<text x="178" y="{middle + 4}" text-anchor="end" fill="{_FAINT}">{label}</text>'
+    )
+
+
+def _target_column(x: float, name: str) -> list[str]:
+    """Return the name of a target, a line for as long as it is needed, and its marks."""
+    parts = [f'<text transform="translate({x + 4} {_TOP - 8}) rotate(-50)" fill="{_INK}">{name}</text>']
+    users = [row for row, pass_ in enumerate(PASSES) if name in (*pass_.reads, *pass_.writes)]
+    low, high = (_TOP + _ROW * row + _ROW / 2 for row in (users[0], users[-1]))
+    parts.append(f'<line x1="{x}" y1="{low}" x2="{x}" y2="{high}" stroke="{_FAINT}" stroke-width="2"/>')
+    for row in users:
+        y = _TOP + _ROW * row + _ROW / 2
+        if name in PASSES[row].writes:
+            parts.append(_mark(x, y, True))
+        if name in PASSES[row].reads:
+            parts.append(_mark(x, y, False))
+    return parts
+
+
+def _mark(x: float, y: float, written: bool) -> str:
+    """Return a square where a target is written, a smaller disc where it is read; both fit into each other."""
+    if written:
+        return f'<rect x="{x - 7}" y="{y - 7}" width="14" height="14" rx="2" fill="{_WRITTEN}"/>'
+    return f'<circle cx="{x}" cy="{y}" r="4.5" fill="{_READ}" stroke="white"/>'
 
 
 def _groups(scene: Schema) -> dict[str, Schema]:
@@ -218,7 +308,7 @@ def _range(field: Schema) -> str:
 def main() -> None:
     """Write the pages beside this file."""
     for name, text in pages().items():
-        Path(__file__).with_name(name).write_text(text, encoding="utf-8", newline="\n")
+        (Path(__file__).parent / name).write_text(text, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

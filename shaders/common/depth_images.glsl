@@ -1,9 +1,10 @@
 // Looks up colour and normal of a depth-image object at a point of its surface, in the object frame (Liu, Liu and Wu 2007,
 // §2.4). Geometry comes from the warp; shading is looked up here at full resolution, whatever the grid's step was.
 // MESO: the object has meso-structure.
+#from depthwalk.cook.lod_geometry import EDGE, BORDER
 #from depthwalk.cook.virtual_texture import DEPTH_PERIOD
 #include "common/meso.glsl"
-#include "common/pages.glsl"
+#include "common/virtual_texture.glsl"
 uniform float texels[FACE_COUNT];                // per metre, on each face
 uniform float shininess;
 
@@ -13,42 +14,42 @@ struct Surface {
     vec3 normal;
 };
 
-// How far `depth` is from the one stored, texels, of which the latter has the remainder (`depth_code` in Python).
+// Returns how far `depth` is from a stored depth, texels. Stored is the remainder by DEPTH_PERIOD (`depth_code` in Python).
 float depth_off(float stored, float depth) {
     return abs(fract(stored * (255.0 / 256.0) - depth / DEPTH_PERIOD + 0.5) - 0.5) * DEPTH_PERIOD;
 }
 
-// Bilinear, but by those of the four texels whose depth is that of the point: beside an edge others show another surface,
-// and this one goes on in the layer before or behind. There it is looked for where texels of its own are off.
-// uv: within the image; place: there, of the pages; texel: around that, see `page_normal`; depth: in texels.
+// Blends the four texels around a point, of those only that show its surface, which their depths tell: beside an edge others
+// show another surface, and this one continues in the layer before or behind, where it is looked for too.
+// uv: within the image; place: in texels of the pages; texel: the four around it, see `page_normal`; depth: of the point, texels.
 void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, out vec4 albedo, out vec3 normal) {
-    const float LIKE = 1.5;     // texels
+    const float SAME_SURFACE = 1.5;     // texels of depth
     ivec2 low = ivec2(floor(place - 0.5));
     vec2 f = place - 0.5 - vec2(low);
     ivec2 places[4] = ivec2[4](low, low + ivec2(1, 0), low + ivec2(0, 1), low + ivec2(1, 1));
     vec4 off;
     for (int k = 0; k < 4; ++k) off[k] = depth_off(texel[k].a, depth);
-    if (any(greaterThan(off, vec4(LIKE)))) {
+    if (any(greaterThan(off, vec4(SAME_SURFACE)))) {
         int first = first_images[face_of(image)], own = number_of(image);
         int last = (face_of(image) < FACE_LEFT ? first_images[face_of(image) + 1] : textureSize(page_table, 0).z) - 1;
         for (int other = max(own - 1, first); other <= min(own + 1, last); ++other) {
-            vec2 there;
-            if (other == own || !page_stored(other, uv, there)) continue;
-            low = ivec2(floor(there - 0.5));
+            vec2 other_place;
+            if (other == own || !page_stored(other, uv, other_place)) continue;
+            low = ivec2(floor(other_place - 0.5));
             for (int k = 0; k < 4; ++k) {
                 ivec2 place = low + ivec2(k & 1, k >> 1);
                 vec4 found = texelFetch(page_normals, place, 0);
-                float off_there = depth_off(found.a, depth);
-                if (off_there < off[k]) {
-                    off[k] = off_there;
+                float found_off = depth_off(found.a, depth);
+                if (found_off < off[k]) {
+                    off[k] = found_off;
                     places[k] = place;
                     texel[k] = found;
                 }
             }
         }
     }
-    // As good as bilinear up to LIKE, the depth's slope being unknown.
-    vec4 far = off / LIKE;
+    // Nearly bilinear up to that difference, as the slope of the depth is unknown.
+    vec4 far = off / SAME_SURFACE;
     far *= far;
     far *= far;
     vec4 near = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
@@ -59,20 +60,21 @@ void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, o
     albedo = page_colour(places, weight);
 }
 
-// p: object frame, metres; image: number of the image that p was warped from; footprint: metres that a pixel covers.
+// Returns the surface at a point. p: object frame, metres; image: the one that p was warped from, with its flags; footprint:
+// metres that a pixel covers.
 Surface surface_at(vec3 p, int image, float footprint) {
     bool border = (image & (EDGE | BORDER)) != 0;
     int face = face_of(image);
 #ifdef MESO
     float part = displaced_part(footprint);
     Meso wound = wound_at(p, footprint);
-    p += wound_out(p, part * wound.depth) * wound.outward;      // where its image has it
+    p += wound_out(p, part * wound.depth) * wound.outward;      // undisplaced, as in its image
     Meso straight = Meso(0.0, vec3(0.0), vec3(0.0));
     if (face != FACE_SIDE) straight = straight_at(p, image, footprint);
 #endif
     vec3 position = image_position(p, image);
     float covered = footprint * texels[face];
-    float lod = max(log2(covered) - 1.0, 0.0);      // what blends two texels averages over as many
+    float lod = max(log2(covered) - 1.0, 0.0);      // bilinear filtering averages over two texels already
     if (face == FACE_SIDE) position.x = fract(position.x);
     vec3 place = page_at(number_of(image), position.xy, lod);
     vec4 albedo = page_colour(place);
@@ -80,7 +82,7 @@ Surface surface_at(vec3 p, int image, float footprint) {
     if (covered < 1.0 || border && lod == 0.0) {
         vec4 around[4];
         normal = page_normal(place.xy, around);
-        // A face's own relief has eased out at borders, so depth there is what is stored.
+        // Relief below a face has eased out at its borders, so the depth there is the stored one.
         if (border) sample_border(image, position.xy, place.xy, around, position.z * texels[face], albedo, normal);
     } else {
         normal = page_texel(page_normals, place).xyz * 2.0 - 1.0;

@@ -10,6 +10,7 @@ float depth_of(float distance) {
 }
 float distance_at(ivec2 pixel) { return distance_of(texelFetch(depth_texture, pixel, 0).r); }
 
-// As far behind `distance` as so many pixels are wide there. What is OUTLINE behind a surface does not belong to it.
-const float OUTLINE = 2.0;
+// The distance that lies behind `distance` by the width of so many pixels there. What lies SURFACE_GAP pixels behind a surface
+// belongs to another one.
+const float SURFACE_GAP = 2.0;
 float behind(float distance, float pixels) { return distance * (1.0 + pixels * pixel_angle); }

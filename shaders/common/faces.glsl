@@ -1,7 +1,7 @@
-// Tells where the depth images of an object have a point of its surface, in the object frame: on the cylinder's side, its caps
-// and the sides of the box about it (Liu, Liu and Wu 2007, §3.1). A vertex says of its image: face, layer and flags.
+// Computes where the depth images of an object show a point of its surface, in the object frame: on the cylinder's side, its caps
+// and the sides of the box about it (Liu, Liu and Wu 2007, §3.1). An image is numbered by face and layer, with flags above.
 #from depthwalk.bake.images import FACE_COUNT, Face
-#from depthwalk.cook.lod_geometry import FACE_SHIFT, EDGE, PAST_AXIS, BORDER
+#from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS
 uniform int first_images[FACE_COUNT];   // number of each face's first image
 uniform vec4 cylinder;                  // radius, bottom, half width, half depth
 uniform float cylinder_height;
@@ -16,7 +16,7 @@ bool past_axis(int image) { return (image & PAST_AXIS) != 0; }
 vec3 box_extent() { return vec3(2.0 * cylinder.z, cylinder_height, 2.0 * cylinder.w); }
 
 // The greatest depth that a face measures, metres.
-float face_reach(int face) {
+float max_depth(int face) {
     vec3 extent = box_extent();
     return face == FACE_SIDE ? 2.0 * cylinder.x : face <= FACE_BOTTOM ? extent.y : face <= FACE_BACK ? extent.z : extent.x;
 }

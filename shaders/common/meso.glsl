@@ -1,9 +1,9 @@
 // Computes meso-structure in the object frame: a tiling relief modulates the depth of an object's images before they are
 // warped (Liu, Liu and Wu 2007, §3.4). Twin: reference/meso.py.
 //
-// It winds round the axis and moves all that is at a place toward that, whatever image it is in, so images stay joined.
-// What faces along the axis or round it only slides along itself then: caps and box faces have relief of their own as well,
-// straight below their faces, which is level where they meet others.
+// One relief is wound round the axis and moves every point toward it, in whichever image the point is, so that images stay
+// joined. Surfaces that face along the axis, or round it, only slide along themselves then. So caps and box faces have a second
+// relief, straight below their faces, which eases out where they meet other faces.
 #include "common/faces.glsl"
 #from depthwalk.bake.meso import SQUARE_LEAST, SQUARE_RANGE, WOUND_MOST, WOUND_RANGE
 uniform sampler2D meso_relief;  // r = metres inward, gb = its slopes to the tile's right and up
@@ -15,7 +15,7 @@ uniform float meso_fade;        // pixels: relief that covers fewer is not displ
 
 struct Meso {
     float depth;        // metres
-    vec3 outward;       // what it is below
+    vec3 outward;       // unit, against which it is measured
     vec3 gradient;      // of the depth, metres per metre
 };
 
@@ -25,12 +25,12 @@ Meso relief_at(vec2 uv, vec3 right, vec3 up, vec3 outward, float footprint) {
     return Meso(clamp(relief.r, 0.0, meso_height), outward, relief.g * right + relief.b * up);
 }
 
-// Where tiles are as wide as they say; they narrow towards the axis.
+// The distance from the axis at which tiles have their width; they narrow towards the axis.
 float even_radius() { return meso_turn * meso_tile.x / TURN; }
-// From here on inward the relief becomes shallow with them, and does not reach the axis.
+// Nearer to the axis the relief becomes shallower with them, so that it does not reach the axis.
 float shallow_radius() { return max(even_radius() / 3.0, 2.0 * meso_height); }
 
-// Round the axis, at p, object frame; as deep as outside the shallow radius.
+// The relief round the axis at p, object frame; its depth is the one outside the shallow radius.
 Meso wound_at(vec3 p, float footprint) {
     float radius = max(length(p.xz), 1e-6);
     vec2 axis = p.xz / radius;
@@ -56,12 +56,13 @@ Meso straight_at(vec3 p, int image, float footprint) {
     vec3 outward = face_outward(p, image);
     vec3 up = outward.y != 0.0 ? vec3(0.0, 0.0, -outward.y) : vec3(0.0, 1.0, 0.0), right = cross(up, outward);
     Meso straight = relief_at(vec2(dot(p, right), dot(p, up)) / meso_tile, right, up, outward, footprint);
-    float most = face_reach(face_of(image)) - image_position(p, image).z;   // all surface stays in the cylinder
-    straight.depth = min(straight.depth, max(most, 0.0));
+    float room = max_depth(face_of(image)) - image_position(p, image).z;    // all surface stays in the cylinder
+    straight.depth = min(straight.depth, max(room, 0.0));
     return straight;
 }
 
-// How much of the latter a surface takes: all where it faces straight outward, and the axis not at all. Twin: bake/meso.py.
+// How much of the straight relief a surface takes: all where it faces straight outward, none where it faces away from the axis.
+// Twin: bake/meso.py.
 float straight_share(vec3 normal, vec3 outward, vec3 from_axis) {
     float square = (dot(normal, outward) - SQUARE_LEAST) / SQUARE_RANGE;
     float wound = (WOUND_MOST - abs(dot(normal, from_axis))) / WOUND_RANGE;

@@ -9,14 +9,15 @@ uniform vec3 ambient[UPRIGHT_POLYNOMIALS];
 uniform vec3 ambient[POLYNOMIALS];
 #endif
 
-// Of light of strength 1 (Phong 1975). view: from the viewer; all vectors of unit length, in any one frame.
+// Returns what a surface reflects of light of strength 1 (Phong 1975). view: from the viewer; all vectors are of unit length and
+// in one frame, whichever it is.
 vec3 phong(vec3 albedo, float specular, float shininess, vec3 normal, vec3 view, vec3 to_light) {
     float lambert = max(dot(normal, to_light), 0.0);
     float mirrored = max(dot(reflect(view, normal), to_light), 0.0);
     return albedo * lambert + (lambert > 0.0 ? specular * pow(mirrored, max(shininess, 1.0)) : 0.0);
 }
 
-// On a white surface; n: world.
+// Returns the light from everywhere on a white surface; n: its normal, world.
 vec3 everywhere(vec3 n) {
     vec3 shown = ambient[0] + n.y * ambient[1] + (3.0 * n.y * n.y - 1.0) * ambient[2];
 #ifndef UPRIGHT

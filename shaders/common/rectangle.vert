@@ -1,6 +1,6 @@
 // Covers a rectangle of the picture, in clip space, at one depth.
 #include "common/view.glsl"
-uniform float level;        // depth, 0 to 1
+uniform float depth;        // of the rectangle, 0 to 1
 uniform vec2 low;           // corners, −1 to 1
 uniform vec2 high;
 
@@ -11,5 +11,5 @@ void main() {
     vec2 at = mix(low, high, vec2(gl_VertexID & 1, gl_VertexID >> 1));
     uv = at * 0.5 + 0.5;
     ray = ray_from_screen * vec3(at, 1.0);
-    gl_Position = vec4(at, 2.0 * level - 1.0, 1.0);
+    gl_Position = vec4(at, 2.0 * depth - 1.0, 1.0);
 }

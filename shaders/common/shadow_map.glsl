@@ -4,16 +4,16 @@ uniform int filter_width;       // texels
 uniform float error;            // texels by which what casts shadows may be off
 uniform float seen_error;       // metres at one metre by which what the picture shows may be off
 
-// Over half the filter's width a plane comes nearer to the light by that times the tangent of its slope. Moved by so much
-// times the sine along its normal, it does not shadow itself. Half a texel more is for what lies between texels. In texels;
-// sine: of the angle between the normal and the map's axis.
+// Returns how far a point is moved along its normal so that its surface does not shadow itself, texels. Over half the width of
+// the filter a plane comes nearer to the light by that width times the tangent of its slope; along the normal that is the sine.
+// Half a texel more is for what lies between texels. sine: of the angle between the normal and the axis of the map.
 float lift(float sine) { return 0.5 * float(filter_width) * sine + 0.5 + error; }
 
-// Nearer to a tile's edges the filter would read others: part of its width.
+// Returns how near to an edge of its tile a point may be, part of the width: the filter would read the tile beside.
 float map_margin(int resolution) { return 0.5 * float(filter_width) / float(resolution); }
 
-// The mean over the square of `filter_width` texels about a point, its rim weighted as bilinear filters do. tile: column and
-// row; at: 0 … 1 across the tile and in depth.
+// Returns the mean over the square of `filter_width` texels about a point, its rim weighted as bilinear filters do.
+// tile: column and row; at: 0 … 1 across the tile and in depth.
 float filtered(sampler2DShadow maps, vec2 tile, int resolution, vec3 at) {
     vec2 size = vec2(textureSize(maps, 0));
     float first = 0.5 * float(filter_width) - 1.0;

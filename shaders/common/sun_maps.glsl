@@ -1,14 +1,14 @@
 // Computes what part of the sun's light reaches a point, by its cascaded shadow maps (Zhang et al. 2006), in world vectors
 // from the viewer. Twin: reference/shadows.py.
-#from depthwalk.scene.render_settings import MAX_CASCADES as MOST_CASCADES
+#from depthwalk.scene.render_settings import MAX_CASCADES
 #from depthwalk.render.shadows.cascades import DEPTH as MAP_DEPTH
-#from depthwalk.render.shadows.sun_uniforms import COLUMNS
+#from depthwalk.render.shadows.sun_uniforms import COLUMNS as MAP_COLUMNS
 #include "common/shadow_map.glsl"
-uniform sampler2DShadow sun_maps;   // tiles of equal size, COLUMNS to a row
+uniform sampler2DShadow sun_maps;   // tiles of equal size, MAP_COLUMNS to a row
 uniform int cascades;               // the nearest first
 uniform mat3 light_from_world;      // to the right, up and away from the sun
-// What takes such metres from the viewer to 0 … 1 across a map, and so in depth: offset, factor.
-uniform vec4 places[MOST_CASCADES];
+// Of each cascade offset (xyz) and factor (w) that take metres in the light's frame, from the viewer, to 0 … 1 across the map.
+uniform vec4 places[MAX_CASCADES];
 uniform int map_resolution;         // texels along a tile's edge
 uniform float shadow_reach;         // distance along the view axis at which shadows end, metres
 
@@ -23,10 +23,10 @@ float sun_share_at(vec3 ray, float away, vec3 normal) {
         vec3 at = point * places[k].w + places[k].xyz + offset;
         // A map is MAP_DEPTH times as deep as wide.
         at.z = 0.5 + (at.z - 0.5) / MAP_DEPTH;
-        // Before or behind what the map holds are others' casters: from high above, ground in line with a near slice.
+        // Outside the map, also in depth: from high above, distant ground may be in line with a near cascade.
         if (any(lessThan(at, vec3(vec2(margin), 0.0))) || any(greaterThan(at, vec3(vec2(1.0 - margin), 1.0)))) continue;
         float fade = clamp(10.0 * away / shadow_reach - 9.0, 0.0, 1.0);
-        return mix(filtered(sun_maps, vec2(k % COLUMNS, k / COLUMNS), map_resolution, at), 1.0, fade);
+        return mix(filtered(sun_maps, vec2(k % MAP_COLUMNS, k / MAP_COLUMNS), map_resolution, at), 1.0, fade);
     }
     return 1.0;
 }

@@ -7,7 +7,7 @@
 // where the present ray meets the surface (parallax.glsl), among the texels around that (partial_coverage.glsl).
 #include "common/per_sample.glsl"
 #include "common/view.glsl"
-#include "common/visible.glsl"
+#include "common/visibility.glsl"
 #include "composite/cracks.glsl"
 #ifdef ALIGNED
 flat in ivec2 texel_from_pixel;
@@ -19,7 +19,7 @@ flat in float nearest_distance;     // metres along the view axis, of what is st
 
 flat in uint object;                // number of the first that the tile shows
 
-layout(location = 0) out uvec2 visible;
+layout(location = 0) out uvec2 visibility;
 #ifdef CONSERVATIVE_DEPTH
 layout(depth_greater) out float gl_FragDepth;   // all surface lies behind the plane
 #endif
@@ -50,7 +50,7 @@ void main() {
     if (inverse == 0.0) discard;
     uint owner = texelFetch(atlas_owner, nearest, 0).r;
     uint image = owner & ((1u << IMAGE_BITS) - 1u);
-    visible = visible_from(object + (owner >> IMAGE_BITS), image, inverse, uncovered);
+    visibility = visibility_from(object + (owner >> IMAGE_BITS), image, inverse, uncovered);
     float depth = depth_from_inverse.x - depth_from_inverse.y * inverse;
     gl_FragDepth = max(depth, gl_FragCoord.z);      // as promised, against rounding
 }

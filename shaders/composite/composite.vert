@@ -21,11 +21,11 @@ in vec4 in_tile;                // x, y, width, height in texels
 in vec4 in_viewer;              // C, object frame; the object's scale
 in vec4 in_rotation;
 in vec2 in_pixel;               // of the picture, where the tile's corner lies, if its texels are the pixels
-in vec2 in_objects;             // number of its first object in the round; how many there are
+in vec2 in_objects;             // number of its first object in the occlusion phase; how many it shows
 
-uniform uint first;             // number of the round's first object
+uniform uint first;             // number of the first object of the occlusion phase
 
-flat out uint object;           // the first
+flat out uint object;           // number of the first that the tile shows
 flat out uint objects;
 flat out vec4 tile;
 #ifdef ALIGNED

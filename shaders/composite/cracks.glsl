@@ -2,10 +2,10 @@
 // begin. Between two surfaces empty texels are a gap, the discontinuity cut, and stay open.
 #include "composite/tile_texels.glsl"
 
-// The depth that goes on between texels of two stored depths: the farther, or 1 where they do not continue one surface.
+// The depth that closes a crack between texels of two stored depths: the farther, or 1 where they are not of one surface.
 float between(float one, float other) {
     float farther = max(one, other);
-    return abs(one - other) <= reach(farther) ? farther : 1.0;
+    return abs(one - other) <= depth_tolerance(farther) ? farther : 1.0;
 }
 
 // Looks across the empty texels from `low` to `high`, which are the same or, each in its row and column, beside each other.

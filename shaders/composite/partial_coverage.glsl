@@ -3,7 +3,7 @@
 #include "composite/cracks.glsl"
 
 // The pixel's surface lies on the texels of `depth` at `low` + (0,1) (1,1) (1,0) (0,0), as far as their bilinear `weight` says;
-// of empty ones it is 0. Returns whether any is left; if not, `stored` is what goes on across a crack, or 1, and `nearest` the
+// of empty ones it is 0. Returns whether any is left; if not, `stored` is what closes a crack, or 1, and `nearest` the
 // texel that owns it. position: in texels, of the atlas.
 bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out float stored, out ivec2 nearest) {
     stored = 1.0;
@@ -15,7 +15,7 @@ bool is_covered(vec2 position, ivec2 low, vec4 depth, inout vec4 weight, out flo
         stored = across_crack(low, high, nearest);
         return false;
     }
-    weight *= step(depth - front, vec4(reach(front)));      // of several surfaces the one in front
+    weight *= step(depth - front, vec4(depth_tolerance(front)));      // of several surfaces the one in front
 #else
     // The silhouette runs where half of the weight is on empty texels.
     if (dot(weight, vec4(1.0)) < 0.5) {
@@ -46,7 +46,7 @@ float tile_depth(vec2 texel, out ivec2 nearest, out float uncovered) {
     bool upper = right ? weight.y > weight.z : weight.x > weight.w;
     nearest += ivec2(right, upper);
     float own = right ? (upper ? depth.y : depth.z) : (upper ? depth.x : depth.w);
-    weight *= step(abs(depth - own), vec4(reach(own)));
+    weight *= step(abs(depth - own), vec4(depth_tolerance(own)));
 #ifdef PARTIAL
     uncovered = 1.0 - dot(weight, vec4(1.0));
 #endif

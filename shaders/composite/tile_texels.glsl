@@ -21,9 +21,9 @@ vec4 four_depths(ivec2 low) {
 
 // Texels continue one surface where their λ differs by less than this many pixels' worth: from one to the next, it is less
 // than 8 times as deep as wide.
-const float STEEPEST = 8.0;
+const float MAX_SLOPE = 8.0;
 
-// How far the stored depths of texels that continue the one of depth `stored` may be from it.
-float reach(float stored) {
-    return STEEPEST * pixel_angle * (1.0 - stored);
+// How much the stored depth of a texel may differ from `stored` if it continues the same surface.
+float depth_tolerance(float stored) {
+    return MAX_SLOPE * pixel_angle * (1.0 - stored);
 }

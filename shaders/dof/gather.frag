@@ -26,7 +26,7 @@ vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
         ivec2 at = beside(pixel, circle * lens);
         float found = circle_at(at);
         if (found <= circle + SHARP && found >= last - SHARP) {
-            // Met since the last step, unless the ray came from behind a surface that is not there where it passes.
+            // Met since the last step, unless the ray came out from behind another surface.
             ivec2 met = beside(pixel, found * lens);
             if (abs(circle_at(met) - found) <= 2.0 * SHARP)
                 return mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP - 1.0, 0.0, 1.0));

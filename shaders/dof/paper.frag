@@ -6,7 +6,7 @@
 uniform sampler2D lit_texture;      // as it was
 uniform sampler2D blurred_texture;
 uniform vec2 disc[DISC_POINTS];     // the middle, and points of the unit disc
-uniform float most;                 // radius where the blur factor is 1, pixels
+uniform float max_radius;           // where the blur factor is 1, pixels
 layout(location = 0) out vec4 lit;
 
 void main() {
@@ -15,7 +15,7 @@ void main() {
     lit = vec4(0.0);
     for (int k = 0; k < DISC_POINTS; ++k) {
         ivec2 at = clamp(pixel + ivec2(floor(abs(own) * disc[k] + 0.5)), ivec2(0), last);
-        float circle = circle_at(at), blur = min(abs(circle) / most, 1.0);
+        float circle = circle_at(at), blur = min(abs(circle) / max_radius, 1.0);
         float weight = circle >= own ? 1.0 : blur;
         lit += weight * mix(texelFetch(lit_texture, at, 0), texelFetch(blurred_texture, at, 0), blur);
         total += weight;

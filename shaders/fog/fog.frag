@@ -10,20 +10,21 @@ uniform vec3 colour;        // linear
 uniform float density;      // 1/m, up to `height`
 uniform float height;       // metres, world
 uniform float falloff;      // metres over which it thins to 1/e above that
-uniform int transparent;    // where nothing is, no fog either
+uniform int transparent;    // 1: no fog where nothing was drawn
 
 in vec2 uv;
 in vec3 ray;
 layout(location = 0) out vec4 lit;
 
-// Of the density, over the height: 1 up to `height`, thinner above.
+// The density is 1 up to `height` and thinner above. Its integral over the height, 0 at `height`:
 float fog_below(float y) { return y < height ? y - height : falloff * (1.0 - exp((height - y) / falloff)); }
+// and itself, as part of the one at `height`:
 float fog_at(float y) { return exp(min(height - y, 0.0) / falloff); }
 
 // Metres of fog as it is at `height` along `way`, or to the sky in that direction.
 float fog_along(vec3 way) {
     float rise = way.y, from = fog_below(view_position.y);
-    // So level that the difference would drown in rounding.
+    // The way is so level that the difference would be lost in rounding.
     if (abs(rise) < 1e-2 * falloff) return length(way) * fog_at(view_position.y + 0.5 * rise);
     return length(way) * (fog_below(view_position.y + rise) - from) / rise;
 }

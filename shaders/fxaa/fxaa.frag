@@ -19,14 +19,14 @@ void main() {
     float middle = brightness(here);
     float nw = brightness(at(uv + vec2(-0.5, 0.5) * pixel)), ne = brightness(at(uv + vec2(0.5, 0.5) * pixel));
     float sw = brightness(at(uv + vec2(-0.5, -0.5) * pixel)), se = brightness(at(uv + vec2(0.5, -0.5) * pixel));
-    float least = min(middle, min(min(nw, ne), min(sw, se))), most = max(middle, max(max(nw, ne), max(sw, se)));
+    float darkest = min(middle, min(min(nw, ne), min(sw, se))), brightest = max(middle, max(max(nw, ne), max(sw, se)));
     lit = here;
-    if (most - least < max(contrast * most, SHORTEST)) return;
+    if (brightest - darkest < max(contrast * brightest, SHORTEST)) return;
     vec2 along = vec2(sw + se - nw - ne, ne + se - nw - sw);    // across the gradient
     float damping = max((nw + ne + sw + se) * 0.25 * SHORTENED, SHORTEST);
     along = clamp(along / (min(abs(along.x), abs(along.y)) + damping), -LONGEST, LONGEST) * pixel;
     vec4 narrow = 0.5 * (at(uv - along / 6.0) + at(uv + along / 6.0));
     vec4 wide = 0.5 * narrow + 0.25 * (at(uv - along / 2.0) + at(uv + along / 2.0));
     float reached = brightness(wide);
-    lit = reached < least || reached > most ? narrow : wide;    // beyond the edge's own brightness lies something else
+    lit = reached < darkest || reached > brightest ? narrow : wide;    // beyond the edge's own brightness lies something else
 }

@@ -5,13 +5,13 @@
 #include "gpaa/line.glsl"
 uniform sampler2D surface_texture;
 uniform sampler2D lit_texture;      // as it was
-uniform float least_fold;           // cosine: surfaces that meet at less are smooth there
+uniform float least_fold;           // cosine: surfaces that meet at less are smooth neighbour
 
 flat in vec4 ends;
-flat in float outline;              // or else a fold between faces that are both seen
+flat in float silhouette;           // 1, or 0 for a crease between faces that are both seen
 layout(location = 0) out vec4 lit;
 
-const float FOLD = 8.0;             // pixels: faces that meet at a fold may be this much deeper than wide
+const float MAX_SLOPE = 8.0;        // faces that meet at a crease may be this many times as deep as wide
 
 // The part of a unit square beyond a line that passes `away` ≥ 0 above its middle and rises by 0 ≤ `spread` ≤ 1 over it.
 float part_beyond(float away, float spread) {
@@ -27,15 +27,15 @@ void main() {
     vec2 from = gl_FragCoord.xy - ends.xy;
     float away = line.steep ? line.slope * from.y - from.x : line.slope * from.x - from.y;  // of the line from the middle
     int way = away >= 0.0 ? 1 : -1;
-    ivec2 here = ivec2(gl_FragCoord.xy), there = here + (line.steep ? ivec2(way, 0) : ivec2(0, way));
-    if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, textureSize(lit_texture, 0)))) discard;
+    ivec2 here = ivec2(gl_FragCoord.xy), neighbour = here + (line.steep ? ivec2(way, 0) : ivec2(0, way));
+    if (any(lessThan(neighbour, ivec2(0))) || any(greaterThanEqual(neighbour, textureSize(lit_texture, 0)))) discard;
 
     bool inside = (ends.z - ends.x) * from.y > (ends.w - ends.y) * from.x;
-    float at = distance_of(gl_FragCoord.z), farthest = behind(at, OUTLINE);
-    float near = distance_at(inside ? here : there), far = distance_at(inside ? there : here);
+    float at = distance_of(gl_FragCoord.z), farthest = behind(at, SURFACE_GAP);
+    float near = distance_at(inside ? here : neighbour), far = distance_at(inside ? neighbour : here);
     bool step = near <= farthest && farthest < far;
-    bool level = max(near, far) <= behind(at, FOLD) && at <= behind(min(near, far), FOLD);
-    bool crease = level && dot(normal_at(here), normal_at(there)) < least_fold;
-    if (!crease && !(step && outline > 0.0)) discard;
-    lit = mix(texelFetch(lit_texture, here, 0), texelFetch(lit_texture, there, 0), part_beyond(abs(away), line.spread));
+    bool level = max(near, far) <= behind(at, MAX_SLOPE) && at <= behind(min(near, far), MAX_SLOPE);
+    bool crease = level && dot(normal_at(here), normal_at(neighbour)) < least_fold;
+    if (!crease && !(step && silhouette > 0.0)) discard;
+    lit = mix(texelFetch(lit_texture, here, 0), texelFetch(lit_texture, neighbour, 0), part_beyond(abs(away), line.spread));
 }

@@ -4,18 +4,18 @@
 #include "gpaa/line.glsl"
 in vec4 in_ends;        // pixels; the surface is on the left of the way from one to the other
 in vec2 in_depths;
-in float in_outline;
+in float in_silhouette;
 
 flat out vec4 ends;
-flat out float outline;
+flat out float silhouette;
 
 void main() {
     Line line = line_of(in_ends);
-    float reach = 0.5 + 0.5 * line.spread;
+    float half_width = 0.5 + 0.5 * line.spread;
     int end = gl_VertexID & 1;
     vec2 at = end == 0 ? in_ends.xy : in_ends.zw;
-    at[line.steep ? 0 : 1] += (gl_VertexID >> 1) == 0 ? -reach : reach;
+    at[line.steep ? 0 : 1] += (gl_VertexID >> 1) == 0 ? -half_width : half_width;
     ends = in_ends;
-    outline = in_outline;
+    silhouette = in_silhouette;
     gl_Position = vec4(at / view_size * 2.0 - 1.0, in_depths[end] * 2.0 - 1.0, 1.0);
 }

@@ -2,7 +2,7 @@
 struct Line {
     bool steep;     // its major axis is y
     float slope;    // along the major axis
-    float spread;   // of the line over a pixel's width; 0 for a line so short that it tells nothing of its neighbours
+    float spread;   // of the line over a pixel's width; 0 for a line shorter than a pixel
 };
 
 Line line_of(vec4 ends) {

@@ -1,6 +1,6 @@
 // Writes colour and normal of the level ground into the G-buffer; world space.
 #include "common/gbuffer.glsl"
-#include "common/visible.glsl"
+#include "common/visibility.glsl"
 uniform sampler2D ground_texture;
 uniform vec3 colour;        // linear
 uniform vec3 mean;          // of the texture, linear
@@ -11,7 +11,7 @@ in vec2 at;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
-layout(location = 2) out uvec2 visible;
+layout(location = 2) out uvec2 visibility;
 
 void main() {
     // Flat textures repeat visibly; a second, larger and turned copy breaks the pattern up.
@@ -21,5 +21,5 @@ void main() {
     vec3 albedo = colour * near * mix(vec3(1.0), far / mean, 0.5);
     out_albedo = encode_albedo(min(albedo, 1.0), 0.0);
     out_surface = encode_surface(vec3(0.0, 1.0, 0.0), 1.0);
-    visible = NO_OBJECT;
+    visibility = NO_OBJECT;
 }

@@ -5,7 +5,7 @@
 uniform sampler2D lamps;        // LAMP_RECORDs
 uniform sampler2D lamp_lists;   // their numbers, four to a texel, cell by cell
 uniform sampler2D lamp_cells;   // of each cell, the first in the list, how many, and how many of these, first, have maps
-uniform ivec2 squares;          // columns and rows of the picture
+uniform ivec2 squares;          // columns and rows of cells in the picture
 #ifdef LAMP_SHADOWS
 #include "common/shadow_map.glsl"
 #from depthwalk.render.shadows.spot_maps import NEAR as MAP_NEAR    // of a lamp's range, where its map begins
@@ -62,8 +62,8 @@ vec3 of_lamp(
     return strength * light.rgb * phong(albedo, specular, shininess, normal, view, to_lamp);
 }
 
-// All lamps at `point`. Those with maps have a loop of their own: rasterisers without branches run through it all the
-// same, but only as often as there is a map.
+// Light of all lamps at `point`. Those with maps have a loop of their own: rasterisers without branches run all of a loop's
+// body, but only as often as there is a lamp with a map.
 vec3 of_lamps(vec3 point, float away, vec3 albedo, float specular, float shininess, vec3 normal, vec3 view) {
     ivec2 at = ivec2(gl_FragCoord.xy) / SQUARE;
     int cell = (min(int(float(SLICES_PER_DOUBLING) * log2(max(away, 1.0))), SLICES - 1) * squares.y + at.y) * squares.x + at.x;

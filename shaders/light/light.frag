@@ -1,5 +1,6 @@
 // Lights what the G-buffer holds (Phong 1975), in world space, to linear colour: deferred lighting.
-// LAMPS: there are some; LAMP_SHADOWS: which cast them; SHADOWS: the sun casts them; FORWARD: what `shade` has lit stays.
+// LAMPS: lamps reach the picture; LAMP_SHADOWS: some cast shadows; SHADOWS: the sun does; FORWARD: what `material_resolve`
+// has lit stays.
 #include "common/gbuffer.glsl"
 #include "common/phong.glsl"
 #include "common/shadow.glsl"

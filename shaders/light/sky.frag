@@ -1,5 +1,5 @@
 // Draws the sky or the plain background, in world directions, as linear radiance.
-// TRANSPARENT: nothing is left; DISC: with the sun's disc.
+// TRANSPARENT: the picture is empty where nothing is; DISC: with the disc of the sun.
 #include "common/sky.glsl"
 #ifdef DISC
 #include "common/view.glsl"

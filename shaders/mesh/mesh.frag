@@ -1,7 +1,7 @@
 // Writes colour and world normal of polygons into the G-buffer.
 // PAINTED: vertices have colours, or the material has a texture.
 #include "common/gbuffer.glsl"
-#include "common/visible.glsl"
+#include "common/visibility.glsl"
 uniform sampler2D base_texture;
 uniform vec3 base_colour;   // linear
 uniform float specular;
@@ -15,7 +15,7 @@ centroid in vec2 uv;
 
 layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
-layout(location = 2) out uvec2 visible;
+layout(location = 2) out uvec2 visibility;
 
 void main() {
     vec3 albedo = base_colour;
@@ -26,5 +26,5 @@ void main() {
     vec3 facing = gl_FrontFacing ? normal : -normal;
     out_albedo = encode_albedo(albedo, specular);
     out_surface = encode_surface(normalize(facing), shininess);
-    visible = NO_OBJECT;
+    visibility = NO_OBJECT;
 }

@@ -10,10 +10,10 @@ uniform int samples;
 
 float farthest_of_four(ivec2 at) {
     ivec2 last = textureSize(depth_texture) - 1;
-    float most = 0.0;
+    float deepest = 0.0;
     for (int k = 0; k < 4 * samples; ++k)
-        most = max(most, texelFetch(depth_texture, min(at + ivec2(k & 1, k >> 1 & 1), last), k >> 2).r);
-    return most;
+        deepest = max(deepest, texelFetch(depth_texture, min(at + ivec2(k & 1, k >> 1 & 1), last), k >> 2).r);
+    return deepest;
 }
 #else
 uniform sampler2D depth_texture;

@@ -1,18 +1,18 @@
-// Copies one sample of each pixel of what objects and ground were drawn into.
+// Copies one sample of each pixel of the textures that objects and ground were drawn into.
 uniform sampler2DMS albedo_samples;
 uniform sampler2DMS surface_samples;
-uniform usampler2DMS visible_samples;
+uniform usampler2DMS visibility_samples;
 uniform sampler2DMS depth_samples;
 uniform int number;
 
 layout(location = 0) out vec4 albedo;
 layout(location = 1) out vec4 surface;
-layout(location = 2) out uvec2 visible;
+layout(location = 2) out uvec2 visibility;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     albedo = texelFetch(albedo_samples, pixel, number);
     surface = texelFetch(surface_samples, pixel, number);
-    visible = texelFetch(visible_samples, pixel, number).xy;
+    visibility = texelFetch(visibility_samples, pixel, number).xy;
     gl_FragDepth = texelFetch(depth_samples, pixel, number).r;
 }

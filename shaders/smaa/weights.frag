@@ -7,8 +7,8 @@ uniform int longest;                // pixels that an edge is followed either wa
 layout(location = 0) out vec4 weights;
 
 bool edge(ivec2 pixel, int channel) {
-    bool there = all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, textureSize(edge_texture, 0)));
-    return there && texelFetch(edge_texture, pixel, 0)[channel] > 0.0;
+    bool inside = all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, textureSize(edge_texture, 0)));
+    return inside && texelFetch(edge_texture, pixel, 0)[channel] > 0.0;
 }
 
 // Height of the line where edges across run from the end of an edge upward, downward, both ways or not at all.

@@ -82,11 +82,17 @@ def test_a_report_never_overwrites_the_scene(tiny_scene):
 
 
 def test_rows_reach_their_goals_or_miss_them():
-    row = Row("box", "gain, dB", 3.0, 3.0, details={"FLIP": 0.12345})
+    row = Row(subject="box", name="gain, dB", measured=3.0, goal=3.0, details={"FLIP": 0.12345})
     assert row.reached and replace(row, measured=2.99).reached is False
     assert replace(row, measured=2.99, more_is_better=False).reached
     assert replace(row, measured=float("nan")).reached is False and replace(row, goal=None).reached is None
-    shown = Overview("1", None, "GL", (8, 6), {"blur": [row, replace(row, measured=float("inf"), goal=None)]})
+    shown = Overview(
+        version="1",
+        commit=None,
+        renderer="GL",
+        image_size=(8, 6),
+        parts={"blur": [row, replace(row, measured=float("inf"), goal=None)]},
+    )
     lines = to_text(shown).splitlines()
     assert "    gain, dB        3.0 ok     ≥ 3.0  FLIP 0.1235" in lines and lines[-1] == "1 of 1 goals reached"
     assert json.loads(to_json(shown))["rows"][1]["measured"] is None

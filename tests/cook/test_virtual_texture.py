@@ -150,7 +150,7 @@ def trilinear(picture, place, level):
 
 
 def in_pages(pages, image, at, lod, size):
-    """The twin of common/pages.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
+    """The twin of common/virtual_texture.glsl: texels (n, 8) at points (n, 2), and the segment in which each was found."""
     place, found = places(pages, image, at, lod, size)
     level = np.clip(lod - LEVELS * found, 0, LEVELS)
     normals, colours, tints = (
@@ -251,12 +251,12 @@ void main() {
 
 
 def test_the_shader_matches_its_twin(gl_device, baked, pages):
-    """Random points of every image at random levels of detail through common/pages.glsl, by transform feedback."""
+    """Random points of every image at random levels of detail, by transform feedback."""
     store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked])), gl_device.scope("test")
     store.form = CookOptions(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.depth_numbers(0)[0])
     preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
-    text = Source("common/pages.glsl", preamble).text + LOOK_UP
+    text = Source("common/virtual_texture.glsl", preamble).text + LOOK_UP
     program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour", "magnified", "misplaced"])
     for unit, texture in enumerate((drawn.normals, drawn.colours, drawn.tints, drawn.page_table)):
         texture.use(unit)

@@ -45,7 +45,10 @@ def caps_only(model):
 
 def quality(psnr, viewpoint=LEVEL, **values):
     return ViewQuality(
-        viewpoint, 100, psnr, **{"iou": 1, "flip": 0, "holes": 0, "depth_median": 0, "depth_p99": 0} | values
+        viewpoint=viewpoint,
+        pixels=100,
+        psnr=psnr,
+        **{"iou": 1, "flip": 0, "holes": 0, "depth_median": 0, "depth_p99": 0} | values,
     )
 
 
@@ -126,14 +129,14 @@ def test_poor_candidates_are_named_with_the_reason(ball):
     assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare, outlines=True)[0]
     card = shapes.box(1, 1, 0.002)
     assert examine(card, shapes.model_of(shapes.bake(card, 64, 2)), ModelParams(resolution=64, layers=2)).thin > 0.9
-    assert warnings(Candidate(1.0, 0.05, 99, 0.01), outlines=False) == [
+    assert warnings(Candidate(coverage=1.0, thin=0.05, parts=99, texel=0.01), outlines=False) == [
         "5.0 % of its surface is thinner than a texel (10 mm): a finer resolution",
         "it has 99 separate parts, which hide each other: more layers, or several objects",
     ]
 
 
 def test_foliage_is_better_drawn_as_its_mesh():
-    assert warnings(Candidate(1.0, 0.5, 1, 0.01), outlines=False) == [
+    assert warnings(Candidate(coverage=1.0, thin=0.5, parts=1, texel=0.01), outlines=False) == [
         "foliage: 50.0 % of its surface is thinner than a texel (10 mm), and most of its pixels are edges; "
         "draw it as its mesh"
     ]
@@ -141,7 +144,7 @@ def test_foliage_is_better_drawn_as_its_mesh():
 
 def test_a_thin_sheet_with_right_outlines_is_no_foliage():
     """Water in a basin."""
-    assert warnings(Candidate(1.0, 0.25, 1, 0.01), outlines=True) == [
+    assert warnings(Candidate(coverage=1.0, thin=0.25, parts=1, texel=0.01), outlines=True) == [
         "25.0 % of its surface is thinner than a texel (10 mm): a finer resolution"
     ]
 
@@ -190,14 +193,27 @@ def test_the_worst_view_of_every_measure():
 
 
 def test_the_report_marks_goals_and_holds_no_infinity():
-    candidate = Candidate(0.5, 0.0, 1, 0.01)
+    candidate = Candidate(coverage=0.5, thin=0.0, parts=1, texel=0.01)
 
     def model(name, *views):
-        costs = Costs(3.0, None, 1_000_000, 20_000_000)
-        return ModelReport(name, name, 12, ModelParams(), 1, 3, costs, views, (), candidate, ("holes",), None)
+        costs = Costs(bake_seconds=3.0, bake_peak_bytes=None, bytes_disk=1_000_000, bytes_gpu=20_000_000)
+        return ModelReport(
+            name=name,
+            mesh=name,
+            triangles=12,
+            params=ModelParams(),
+            objects=1,
+            deepest=3,
+            costs=costs,
+            views=views,
+            close=(),
+            candidate=candidate,
+            warnings=("holes",),
+            recommendation=None,
+        )
 
     models = model("a.ply", quality(34.0), quality(26.0)), model("b.ply", quality(math.inf))
-    report = CompareReport("1", None, "driver", (64, 48), models)
+    report = CompareReport(version="1", commit=None, renderer="driver", image_size=(64, 48), models=models)
     assert overall(PSNR, models[:1])[0].mean == 30
     summary, mesh = overall(PSNR, models)
     assert (summary.worst, mesh) == (26, "a.ply")
@@ -211,7 +227,10 @@ def test_the_report_marks_goals_and_holds_no_infinity():
     assert document["models"][0]["cost_goals"] == {"bake_seconds": True, "bytes_gpu": False}
     assert document["models"][0]["close_summary"]["psnr"] == {"mean": None, "worst": None, "worst_view": None}
     coarse = replace(
-        models[0], params=ModelParams(resolution=256, axis="x"), objects=3, costs=Costs(3.0, 250_000_000, 0, 0)
+        models[0],
+        params=ModelParams(resolution=256, axis="x"),
+        objects=3,
+        costs=Costs(bake_seconds=3.0, bake_peak_bytes=250_000_000, bytes_disk=0, bytes_gpu=0),
     )
     other = json.loads(to_json(replace(report, models=(coarse,))))
     assert other["models"][0]["dpci"] == {"resolution": 256, "layers": 3, "method": "raycast", "parts": 1, "axis": "x"}

@@ -168,7 +168,7 @@ def test_a_pass_serves_one_renderer_at_a_time(gl_device, library):
     ground.release()
 
 
-@pytest.mark.parametrize("touches", ["albedo", "visible", "lit_texture", "polygon"])
+@pytest.mark.parametrize("touches", ["albedo", "visibility", "lit_texture", "polygon"])
 def test_undeclared_targets_are_out_of_reach_and_state_is_restored(gl_device, library, touches):
     """Also after an exception."""
     careless = Careless()
@@ -217,7 +217,7 @@ def test_what_does_not_draw_is_not_timed(gl_device, library):
             stage.draw(VIEW)
         timed = set(stage.renderer.timers.milliseconds)
     names = {each.name for each in PASSES}
-    assert timed & names == {"warp", "composite", "dmesh", "mesh", "shade", "light", "output"}
+    assert timed & names == {"warp", "composite", "dmesh", "mesh", "material_resolve", "light", "output"}
 
 
 def modes():

@@ -245,9 +245,10 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
     (folder / "a.glsl").write_text(
         "#from depthwalk.cook.lod_geometry import BORDER, EASE as MOST_EASE   // by other names, too\n"
         "#from depthwalk.bake.images import Face\n"
-        "#from depthwalk.render.impostors.tile_records import SURFACE_RECORD\n"
+        "#from depthwalk.render.draw.material_depth import SURFACE_RECORD\n"
         "#from depthwalk.cook.virtual_texture import DEPTH_PERIOD\n"
-        "#from depthwalk.colour import LUMINANCE\n#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
+        "#from depthwalk.colour import LUMINANCE\n"
+        "#from depthwalk.render.lighting.sky import RGB_FROM_XYZ\nfloat after;\n"
     )
     monkeypatch.setattr("depthwalk.gpu.program.shader_root", lambda: tmp_path)
     lines = Source("some/a.glsl").text.splitlines()
@@ -287,3 +288,16 @@ def test_every_shader_says_what_it_does():
     assert len(files) > 70
     for path in files:
         assert re.match(r"// [A-Z]\w+s ", path.read_text(encoding="utf-8")), path
+
+
+def test_constants_that_shaders_name_exist_and_are_used():
+    """`Source` raises GpuError for one that does not exist."""
+    line = re.compile(r"^#from (\S+) import ([^/\n]+)", re.MULTILINE)
+    for path in shader_root().rglob("*.*"):
+        Source(path.relative_to(shader_root()).as_posix())
+        text = path.read_text(encoding="utf-8")
+        for _, items in line.findall(text):
+            for item in items.split(","):
+                name = item.split(" as ")[-1].strip()
+                used = re.search(rf"\b{name.upper() if name == 'Face' else name}(_\w+)?\b", line.sub("", text))
+                assert used, f"{path.name}: {name}"

@@ -22,6 +22,7 @@ from depthwalk.bake.raycast import Hits, facing_normals
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.gpu.device import GpuError, Scope, headless_device
 from depthwalk.gpu.program import Program
+from depthwalk.gpu.state import LESS
 from depthwalk.ingest.mesh import Mesh
 
 # A triangle between texels of a view lies on the surface if it is not seen edge on and its normal agrees with those at
@@ -151,7 +152,7 @@ class _ViewCamera:
     """Draw the mesh as a picture of face numbers."""
 
     def __init__(self, scope: Scope, mesh: Mesh, size: int) -> None:
-        self._context = scope.device.context
+        self._scope = scope
         self._target = scope.framebuffer([scope.texture((size, size), 2, "f4")], scope.depth_texture((size, size)))
         self._program = Program(scope, "six_view/faces.vert", "six_view/faces.frag")
         vertices = scope.buffer(np.ascontiguousarray(mesh.positions, np.float32))
@@ -160,11 +161,10 @@ class _ViewCamera:
 
     def draw(self, view: _View) -> NDArray[np.int64]:
         """Return the face (size²,) that each texel sees, −1 for none; rows from v = 0 up."""
-        self._target.use()
         self._target.clear(-1.0, -1.0)
-        self._context.enable_only(moderngl.DEPTH_TEST)
         self._program.set(clip_from_object=view.clip_from_object.T.astype(np.float32).tobytes())
-        self._array.render()
+        with self._scope.state(into=self._target, depth_test=LESS):
+            self._array.render()
         high, low = np.frombuffer(self._target.read(components=2, dtype="f4"), np.float32).reshape(-1, 2).T
         return np.where(high < 0, -1, high.astype(np.int64) << 16 | low.astype(np.int64))
 
@@ -297,11 +297,10 @@ class _SideImage:
         indices = self._scope.buffer(np.ascontiguousarray(triangles))
         content = [(places, "3f", "in_place"), (attributes, "3f 4f 4f", "in_normal", "in_albedo", "in_facing")]
         array = self._scope.vertex_array(self._program.gl, content, index_buffer=indices)
-        self._target.use()
-        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        for shift, nudge in product(shifts, (-_NUDGE, _NUDGE)):
-            self._program.set(wraps=wraps, shift=(shift, nudge / self._grid.height))
-            array.render()
+        with self._scope.state(into=self._target, depth_test=LESS, cull=True):
+            for shift, nudge in product(shifts, (-_NUDGE, _NUDGE)):
+                self._program.set(wraps=wraps, shift=(shift, nudge / self._grid.height))
+                array.render()
         self._scope.free(array, indices)
 
 

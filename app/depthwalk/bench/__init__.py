@@ -1,0 +1,1 @@
+"""Measure what frames cost, and show it as text, JSON and HTML."""

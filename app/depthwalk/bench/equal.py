@@ -1,4 +1,8 @@
-"""Equal pictures: how coarse each of two ways to draw a scene may be until both differ alike from a better picture."""
+"""Find how coarse a way to draw a scene may be before its pictures get worse than a target.
+
+Two ways to draw one scene can be compared by time only where their pictures are equally good. Pictures are judged by
+FLIP against a supersampled reference, and a setting is made coarser until FLIP reaches the target.
+"""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -18,7 +22,17 @@ _BISECTIONS = 8
 
 
 def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[Picture]:
-    """Pictures (H, W, 3), sRGB, by a renderer of `SUPERSAMPLING` times that size, averaged in linear light."""
+    """Render reference pictures.
+
+    Parameters
+    ----------
+    headless : a renderer of `SUPERSAMPLING` times the width and height that is wanted.
+    cameras : one for each picture.
+
+    Returns
+    -------
+    Pictures (H, W, 3), sRGB, averaged in linear light.
+    """
     return [_reduced(headless, camera) for camera in cameras]
 
 
@@ -32,13 +46,24 @@ def _reduced(headless: HeadlessRenderer, camera: Camera) -> Picture:
 def path_flip(
     headless: HeadlessRenderer, moments: Sequence[Sequence[Camera]], references: Sequence[Picture], pool: Executor
 ) -> float:
-    """Mean FLIP, over the whole of all pictures, of the last frame of each moment against its reference."""
+    """Measure how far the pictures of a path are from their references.
+
+    Parameters
+    ----------
+    moments : cameras of successive frames, of which the last is compared; the others fill the caches.
+    references : a picture (H, W, 3), sRGB, for each moment.
+    pool : where FLIP is computed while the next frames are drawn.
+
+    Returns
+    -------
+    The mean of FLIP over all pixels and moments, 0 to 1.
+    """
     pending = []
     for cameras, reference in zip(moments, references, strict=True):
         for camera in cameras:
             headless.draw(View(camera, headless.size))
         pending.append(pool.submit(_picture_flip, reference, headless.pixels()[..., :3].copy()))
-    return float(np.mean([each.result() for each in pending]))
+    return float(np.mean([flip.result() for flip in pending]))
 
 
 def _picture_flip(reference: Picture, test: Picture) -> float:
@@ -50,10 +75,19 @@ def _picture_flip(reference: Picture, test: Picture) -> float:
 
 
 def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:
-    """The coarsest setting between `fine` and `coarse` whose FLIP is the `target`, within `TOLERANCE`, and its FLIP.
+    """Find the coarsest setting whose FLIP is the target, within `TOLERANCE`.
 
-    flip_at: rises; `fine` itself is at most the target. Where FLIP hardly rises, the last percent may halve the cost,
-    so the bisection goes on after the first setting that would do.
+    Bisects on after the first setting that would do: where FLIP hardly rises, the last percent may halve the cost.
+
+    Parameters
+    ----------
+    flip_at : FLIP of a setting; rises from `fine`, where it is at most the target, to `coarse`.
+    fine, coarse : the ends of the range that is searched.
+    target : FLIP, 0 to 1.
+
+    Returns
+    -------
+    The setting and its FLIP.
     """
     most = (1 + TOLERANCE) * target
     flip = flip_at(coarse)

@@ -1,4 +1,4 @@
-"""What a scene costs per frame along a camera path."""
+"""Measure what a scene costs per frame along a camera path."""
 
 import time
 from collections import defaultdict
@@ -13,9 +13,9 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Spread:
-    """Percentiles, maximum and mean of times in milliseconds."""
+    """Describe many times, in milliseconds, by percentiles, maximum and mean."""
 
     p50: float
     p95: float
@@ -24,13 +24,16 @@ class Spread:
     mean: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Run:
-    """The measured frames of one representation.
+    """Hold the measured frames of one representation.
 
-    frame_ms: from the call to the finished picture, by the clock; frame_times: the same, frame by frame.
-    passes_ms: each pass by name, in frames whose passes were timed, as `Report.timer` says; counts: what was drawn,
-    mean over all frames.
+    Attributes
+    ----------
+    frame_ms : from the call to the finished picture, by the clock.
+    passes_ms : each pass by name, in those frames whose passes were timed, see `Report.timer`.
+    counts : what was drawn, mean over all frames.
+    frame_times : the times that `frame_ms` describes, one for each frame.
     """
 
     representation: str
@@ -41,13 +44,17 @@ class Run:
     frame_times: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Report:
-    """A benchmark as `bench --json` stores it (without `frame_times`).
+    """Hold a benchmark as `bench --json` stores it, without `frame_times`.
 
-    commit: of the checkout that ran, else None; renderer: the GL driver's name; timer: "finish" where each pass of
-    every eighth frame is drained and clocked, "gpu" where timer queries measure all; resolution: width, height; path:
-    None for a still camera.
+    Attributes
+    ----------
+    commit : of the checkout that ran; None where the package is installed.
+    renderer : the GL driver's name.
+    timer : "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
+    resolution : width and height, pixels.
+    path : the camera path's file; None for a still camera.
     """
 
     version: str
@@ -61,7 +68,7 @@ class Report:
 
 
 def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
-    """The cameras of the path's frames, or of `frames` moments spread evenly over it, both ends included."""
+    """Return the cameras of a path's frames, or of `frames` moments spread evenly from its start to its end."""
     times = path.frames() if frames is None else np.linspace(0, path.frames()[-1], frames).tolist()
     return [path.sample(time) for time in times]
 
@@ -69,7 +76,15 @@ def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
 def measure(
     headless: HeadlessRenderer, name: str, cameras: Sequence[Camera], warmup: int, advance: Callable[[], None]
 ) -> Run:
-    """Draws `warmup` frames with the first camera, then one per camera; `advance` is called after each of these."""
+    """Draw frames and measure them.
+
+    Parameters
+    ----------
+    name : of the representation that `headless` draws, for the report.
+    cameras : one for each measured frame.
+    warmup : frames that are drawn with the first camera before any is measured.
+    advance : called after each measured frame.
+    """
     finish = headless.device.context.finish
     timers = headless.renderer.timers
     frame_times: list[float] = []
@@ -97,24 +112,24 @@ def measure(
         draw(cameras[-1])
     timed = [passes[number] for number in range(first, end) if number in passes]
     return Run(
-        name,
-        len(cameras),
-        spread(frame_times),
-        {key: spread(column) for key, column in _columns(timed).items()},
-        {key: round(float(np.mean(column)), 3) for key, column in _columns(counts).items()},
-        tuple(frame_times),
+        representation=name,
+        frames=len(cameras),
+        frame_ms=spread(frame_times),
+        passes_ms={key: spread(column) for key, column in _columns(timed).items()},
+        counts={key: round(float(np.mean(column)), 3) for key, column in _columns(counts).items()},
+        frame_times=tuple(frame_times),
     )
 
 
 def spread(milliseconds: Sequence[float]) -> Spread:
-    """The statistics of n times, rounded to a microsecond."""
+    """Return the statistics of n times, rounded to a microsecond."""
     p50, p95, p99 = np.percentile(milliseconds, (50, 95, 99))
-    values = p50, p95, p99, np.max(milliseconds), np.mean(milliseconds)
-    return Spread(*(round(float(value), 3) for value in values))
+    values = {"p50": p50, "p95": p95, "p99": p99, "max": np.max(milliseconds), "mean": np.mean(milliseconds)}
+    return Spread(**{name: round(float(value), 3) for name, value in values.items()})
 
 
 def _columns(rows: Sequence[dict[str, float]]) -> dict[str, list[float]]:
-    """Values by key over all rows; a key that a row lacks counts as 0 there."""
+    """Return the values of each key over all rows; a key that a row lacks counts as 0 there."""
     columns: dict[str, list[float]] = defaultdict(lambda: [0.0] * len(rows))
     for i, row in enumerate(rows):
         for key, value in row.items():

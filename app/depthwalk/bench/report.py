@@ -1,19 +1,44 @@
-"""A benchmark as JSON, as a table of text and as one HTML page that needs nothing else."""
+"""Show a benchmark as JSON, as a table of text and as one HTML page that needs no other file."""
 
 import json
-from collections.abc import Iterator
-from dataclasses import asdict
-from html import escape
+from dataclasses import asdict, dataclass
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
 
 from depthwalk.bench.measure import Report, Run, Spread
+from depthwalk.quality.html import Section, render_page
 
 _COLUMNS = ("p50", "p95", "p99", "max", "mean")
 _COLOURS = ("#0b6bcb", "#c4500a", "#1a7f4b", "#8a3ffc")
-_WIDTH, _HEIGHT, _LEFT, _BOTTOM = 860, 260, 56, 28  # of the plot and its margins, CSS pixels
+_LEFT, _RIGHT, _TOP, _BOTTOM = 56, 852, 8, 240  # of the plot, CSS pixels
+_TICKS = 5  # of its vertical axis
+_TEMPLATE = Path(__file__).with_name("templates") / "bench.html"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Plot:
+    """Frame times over frame numbers, in the coordinates of an SVG picture.
+
+    Attributes
+    ----------
+    left, right, bottom : of the axes.
+    ticks : height and text of each horizontal line.
+    lines : points and colour of each run's curve, as SVG and CSS have them.
+    label : what the axes show.
+    """
+
+    left: int = _LEFT
+    right: int = _RIGHT
+    bottom: int = _BOTTOM
+    ticks: list[tuple[float, str]]
+    lines: list[tuple[str, str]]
+    label: str
 
 
 def to_json(report: Report) -> str:
-    """The report as the public contract lays it down."""
+    """Return the report for programs, in the format of docs/bench.md."""
     document = asdict(report)
     for run in document["runs"]:
         del run["frame_times"]
@@ -21,87 +46,66 @@ def to_json(report: Report) -> str:
 
 
 def to_text(report: Report) -> str:
-    """The report as a table for reading."""
-    lines = list(_headline(report))
+    """Return the report as tables for reading."""
+    lines = _headline(report)
     for run in report.runs:
-        lines += ["", f"{run.representation}, {run.frames} frames".ljust(24) + _row(_COLUMNS)]
-        lines += [f"  {name}".ljust(24) + _row(_cells(times)) for name, times in _rows(run)]
-        lines.append("  " + ", ".join(f"{name} {value:g}" for name, value in run.counts.items()))
+        (_, *titles), *rows = _table(run)
+        lines += ["", _title(run).ljust(24) + _columns(titles)]
+        lines += [f"  {name}".ljust(24) + _columns(times) for name, *times in rows]
+        lines.append(f"  {_counts(run)}")
     return "\n".join(lines)
 
 
 def to_html(report: Report) -> str:
-    """The report as a page: a plot of the frame times, a table per representation."""
-    sections = "".join(_section(run, colour) for run, colour in zip(report.runs, _cycle(report), strict=True))
-    headline = "<br>".join(escape(line) for line in _headline(report))
-    return _PAGE.format(title=escape(f"depthwalk bench: {report.scene}"), headline=headline, plot=_plot(report)) + (
-        f"{sections}</body></html>\n"
-    )
+    """Return the report as a page: a plot of the frame times, and a table for each representation."""
+    sections = [
+        Section(title=_title(run), tables=[_table(run)], notes=[_counts(run)], colour=colour)
+        for run, colour in zip(report.runs, cycle(_COLOURS), strict=False)
+    ]
+    title = f"depthwalk bench: {report.scene}"
+    return render_page(title, _headline(report), sections, _TEMPLATE, plot=_plot(report))
 
 
-def _headline(report: Report) -> Iterator[str]:
+def _headline(report: Report) -> list[str]:
     width, height = report.resolution
-    yield f"{report.scene}, {report.path or 'still camera'}, {width} × {height}"
-    yield f"depthwalk {report.version} ({report.commit or 'installed'}), {report.renderer}"
-    yield f"milliseconds; passes timed by {'timer queries' if report.timer == 'gpu' else 'finish and the clock'}"
+    return [
+        f"{report.scene}, {report.path or 'still camera'}, {width} × {height}",
+        f"depthwalk {report.version} ({report.commit or 'installed'}), {report.renderer}",
+        f"milliseconds; passes timed by {'timer queries' if report.timer == 'gpu' else 'finish and the clock'}",
+    ]
 
 
-def _rows(run: Run) -> Iterator[tuple[str, Spread]]:
-    yield "frame", run.frame_ms
-    yield from run.passes_ms.items()
+def _title(run: Run) -> str:
+    return f"{run.representation}, {run.frames} frames"
 
 
-def _cells(times: Spread) -> tuple[str, ...]:
-    return tuple(f"{getattr(times, name):.2f}" for name in _COLUMNS)
+def _table(run: Run) -> list[list[str]]:
+    """Return titles, then a row for the whole frame and one for each pass."""
+    rows: dict[str, Spread] = {"frame": run.frame_ms, **run.passes_ms}
+    cells = [[name, *(f"{getattr(times, column):.2f}" for column in _COLUMNS)] for name, times in rows.items()]
+    return [["", *_COLUMNS], *cells]
 
 
-def _row(cells: tuple[str, ...]) -> str:
+def _columns(cells: list[str]) -> str:
     return "".join(cell.rjust(10) for cell in cells)
 
 
-def _cycle(report: Report) -> list[str]:
-    return [_COLOURS[k % len(_COLOURS)] for k in range(len(report.runs))]
+def _counts(run: Run) -> str:
+    return ", ".join(f"{name} {value:g}" for name, value in run.counts.items())
 
 
-def _section(run: Run, colour: str) -> str:
-    head = "".join(f"<th>{name}</th>" for name in _COLUMNS)
-    body = "".join(
-        f"<tr><td>{escape(name)}</td>{''.join(f'<td>{cell}</td>' for cell in _cells(times))}</tr>"
-        for name, times in _rows(run)
-    )
-    counts = ", ".join(f"{escape(name)} {value:g}" for name, value in run.counts.items())
-    return (
-        f'<h2 style="color:{colour}">{escape(run.representation)}, {run.frames} frames</h2>'
-        f"<table><tr><th></th>{head}</tr>{body}</table><p>{counts}</p>"
-    )
-
-
-def _plot(report: Report) -> str:
-    """Time over frame number, an SVG line per representation."""
-    top = 1.05 * max(run.frame_ms.max for run in report.runs) or 1.0
+def _plot(report: Report) -> _Plot:
+    longest = 1.05 * max(run.frame_ms.max for run in report.runs) or 1.0  # milliseconds at the top
     frames = max(run.frames for run in report.runs)
-    height = _HEIGHT - _BOTTOM
-    across = (_WIDTH - _LEFT - 8) / max(frames - 1, 1)
-    marks = []
-    for k in range(5):
-        y = height * (1 - k / 4) + 8
-        marks.append(f'<path d="M{_LEFT} {y:.1f}H{_WIDTH - 8}" class="grid"/>')
-        marks.append(f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{top * k / 4:.3g}</text>')
-    for run, colour in zip(report.runs, _cycle(report), strict=True):
-        points = " ".join(
-            f"{_LEFT + i * across:.1f},{height * (1 - value / top) + 8:.1f}" for i, value in enumerate(run.frame_times)
-        )
-        marks.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
-    label = f'<text x="{_WIDTH - 8}" y="{_HEIGHT + 6}" text-anchor="end">frame 0 to {frames - 1}; milliseconds</text>'
-    return f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT + 12}" role="img">{"".join(marks)}{label}</svg>'
-
-
-_PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
-body {{ font: 15px system-ui, sans-serif; max-width: 900px; margin: 2em auto; padding: 0 1em; color: #222; }}
-table {{ border-collapse: collapse; }}
-th, td {{ padding: .2em .9em; text-align: right; border-bottom: 1px solid #ddd; }}
-td:first-child {{ text-align: left; }}
-svg {{ width: 100%; }} svg text {{ font-size: 11px; fill: #555; }} .grid {{ stroke: #ddd; }}
-</style></head><body><h1>{title}</h1><p>{headline}</p>{plot}
-"""
+    height, spacing = _BOTTOM - _TOP, (_RIGHT - _LEFT) / max(frames - 1, 1)
+    lines = []
+    for run, colour in zip(report.runs, cycle(_COLOURS), strict=False):
+        x, y = _LEFT + spacing * np.arange(len(run.frame_times)), _BOTTOM - height * np.array(run.frame_times) / longest
+        lines.append((" ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True)), colour))
+    return _Plot(
+        ticks=[
+            (round(_BOTTOM - height * part, 1), f"{longest * part:.3g}") for part in np.linspace(0, 1, _TICKS).tolist()
+        ],
+        lines=lines,
+        label=f"frame 0 to {frames - 1}; milliseconds",
+    )

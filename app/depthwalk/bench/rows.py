@@ -1,4 +1,8 @@
-"""A row of the table: the same objects, drawn as meshes, as simplified meshes and as depth images, at equal picture."""
+"""Measure one row of the table of docs/bench.md: objects drawn in several ways whose pictures are equally good.
+
+The ways are meshes, simplified meshes and depth images. The settings of each are tuned until its FLIP against a
+supersampled picture is that of the others, and only then are its frames timed.
+"""
 
 import time
 from collections.abc import Callable
@@ -31,8 +35,15 @@ SETTLING = 30  # frames before each moment's timed ones, so that kept images are
 
 @dataclass(frozen=True)
 class Walk:
-    """What of a path is looked at. moments: the cameras of each, `SETTLING` that lead there and those to be timed, of
-    which the first is compared; seconds: for timing a column; size: (width, height), pixels."""
+    """Choose what of a camera path is looked at.
+
+    Attributes
+    ----------
+    moments : the cameras of each moment: `SETTLING` frames that lead there, then those to be timed, the first of which
+        is compared too.
+    seconds : for timing a column.
+    size : width and height of the pictures, pixels.
+    """
 
     moments: tuple[tuple[Camera, ...], ...]
     seconds: float
@@ -40,7 +51,18 @@ class Walk:
 
     @classmethod
     def along(cls, path: CameraPath, moments: int, run: int, seconds: float, size: tuple[int, int]) -> Self:
-        """`moments` spread evenly over the path, each of `run` successive frames. Raises InputError."""
+        """Spread moments evenly over a path.
+
+        Parameters
+        ----------
+        moments : how many.
+        run : successive frames of each that are timed.
+
+        Raises
+        ------
+        InputError
+            For a path with too few frames.
+        """
         times = path.frames()
         last = len(times) - SETTLING - run
         if last < 0:
@@ -51,18 +73,26 @@ class Walk:
 
     @property
     def compared(self) -> list[Camera]:
+        """The camera of each moment that pictures are compared at."""
         return [moment[SETTLING] for moment in self.moments]
 
     @property
     def approaches(self) -> list[tuple[Camera, ...]]:
-        """The frames that lead to what is compared, which is the last of each."""
+        """The frames that lead to each compared one, which is the last of them."""
         return [moment[: SETTLING + 1] for moment in self.moments]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Column:
-    """frame_ms: median of `frames` frames; passes_ms, counts: medians over moments; flip: mean, None where nothing was
-    compared; setting: what was tuned for it."""
+    """Hold what one way to draw the objects came to.
+
+    Attributes
+    ----------
+    frame_ms : median over `frames` frames.
+    flip : mean over the moments; None where nothing was compared.
+    setting : what was tuned, as `name=value`.
+    passes_ms, counts : medians over the moments.
+    """
 
     frame_ms: float
     frames: int
@@ -72,9 +102,15 @@ class Column:
     counts: dict[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
-    """reference: how the pictures that all are compared with were drawn; commit: of the checkout that measured."""
+    """Hold the columns for one number of objects.
+
+    Attributes
+    ----------
+    reference : how the pictures were drawn that all are compared with.
+    commit : of the checkout that measured; None where the package is installed.
+    """
 
     objects: int
     reference: str
@@ -83,14 +119,27 @@ class Row:
 
 
 def row_from(document: dict[str, Any]) -> Row:
-    """A row as `dataclasses.asdict` gave it. Raises TypeError, KeyError."""
+    """Return the row that `dataclasses.asdict` made a document of.
+
+    Raises
+    ------
+    TypeError, KeyError
+        For a document of another shape.
+    """
     columns = {name: Column(**column) for name, column in document["columns"].items()}
     return Row(**document | {"columns": columns})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Knob:
-    """A setting that makes a representation coarser; exponential: what is turned is its logarithm to base 2."""
+    """A setting that makes a representation coarser.
+
+    Attributes
+    ----------
+    group, name : of the render settings.
+    coarsest : the end of its range.
+    exponential : the logarithm of the setting to base 2 is what is turned.
+    """
 
     group: str
     name: str
@@ -98,7 +147,7 @@ class _Knob:
     exponential: bool = False
 
     def turn(self, headless: HeadlessRenderer, to: float) -> str:
-        """Sets it, and says to what."""
+        """Set the setting, and return `name=value`."""
         value = round(2.0**to if self.exponential else to, 3)
         setattr(getattr(headless.renderer.settings, self.group), self.name, value)
         return f"{self.name}={value:g}"
@@ -111,14 +160,24 @@ COLUMNS = {
     "re-warped": Representation.DPCI,  # all of it in every frame
     "dpci": Representation.DPCI,
 }
-_MESH_ERROR, _BIAS = _Knob("mesh", "error", coarsest=7, exponential=True), _Knob("lod", "bias", coarsest=6)
+_MESH_ERROR, _BIAS = (
+    _Knob(group="mesh", name="error", coarsest=7, exponential=True),
+    _Knob(group="lod", name="bias", coarsest=6),
+)
 _FINEST_MESH = -6  # of _MESH_ERROR: 1/64 pixel
 
 
 def make_row(
     walk: Walk, scene: Scene, library: SceneLibrary, count: int, pool: Executor, report: Callable[[str], None]
 ) -> Row:
-    """Tunes and times every column for `count` of the scene's objects. pool: for FLIP; report: told what is done."""
+    """Tune and time every column for some of the scene's objects.
+
+    Parameters
+    ----------
+    count : how many objects.
+    pool : where FLIP is computed.
+    report : called with what is being done.
+    """
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     report("reference")
     described, references = _references(walk, scene, library)
@@ -131,11 +190,21 @@ def make_row(
         tuned = _tuned(walk, drawn, references, pool)
         report("timing")
         runs = _timed(walk, drawn)
-    return Row(count, described, commit(), {name: _column(runs[name], tuned.get(name)) for name in drawn})
+    return Row(
+        objects=count,
+        reference=described,
+        commit=commit(),
+        columns={name: _column(runs[name], tuned.get(name)) for name in drawn},
+    )
 
 
 def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
-    """Numbers (count,) of the objects that most moments show, of these the nearest: so that few are in the picture."""
+    """Choose objects so that few moments look past them.
+
+    Returns
+    -------
+    Numbers (count,) of those objects that most moments show, of equals the nearest.
+    """
     position = scene.objects.position
     places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)
     nearest = np.full(len(position), np.inf)
@@ -149,12 +218,12 @@ def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
 def _open(
     scene: Scene, library: SceneLibrary, size: tuple[int, int], representation: Representation
 ) -> HeadlessRenderer:
-    """A renderer with settings of its own."""
+    """Return a renderer with settings of its own."""
     return HeadlessRenderer(replace(scene, render=scene.render.model_copy(deep=True)), library, size, representation)
 
 
 def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, list[Picture]]:
-    """How the reference was drawn, and its pictures at the moments compared."""
+    """Return how the reference was drawn, and its pictures at the compared moments."""
     size = walk.size[0] * SUPERSAMPLING, walk.size[1] * SUPERSAMPLING
     exact = len(scene.objects) <= MOST_MESHES
     with _open(scene, library, size, Representation.MESH if exact else Representation.MESH_LOD) as headless:
@@ -167,8 +236,11 @@ def _references(walk: Walk, scene: Scene, library: SceneLibrary) -> tuple[str, l
 def _tuned(
     walk: Walk, drawn: dict[str, HeadlessRenderer], references: list[Picture], pool: Executor
 ) -> dict[str, tuple[str, float]]:
-    """Setting and FLIP by column. The target is the FLIP of depth images on a walk as the scene has them, or that of
-    the finest mesh, where that is worse; all are made as coarse as it allows."""
+    """Return the setting and the FLIP of each column.
+
+    The target is the FLIP of depth images along the path with the scene's own settings, or that of the finest mesh
+    where this is worse; every column is made as coarse as the target allows.
+    """
     stills = [[camera] for camera in walk.compared]
 
     @cache  # what sets the target is asked again
@@ -190,7 +262,7 @@ def _tuned(
 
 
 def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run]]:
-    """The runs of each column, one a moment, all columns in turn; those that are slow stop early."""
+    """Return the runs of each column, one for each moment, taken in turns; slow columns stop early."""
     runs: dict[str, list[Run]] = {name: [] for name in drawn}
     left = dict.fromkeys(drawn, 1e3 * walk.seconds)
     frame_ms = {name: _first_frame(headless, walk) for name, headless in drawn.items()}
@@ -209,7 +281,7 @@ def _timed(walk: Walk, drawn: dict[str, HeadlessRenderer]) -> dict[str, list[Run
 
 
 def _first_frame(headless: HeadlessRenderer, walk: Walk) -> float:
-    """Its milliseconds, with what is loaded for it."""
+    """Return the milliseconds of the first frame, with all that is loaded for it."""
     start = time.perf_counter()
     headless.draw(View(walk.compared[0], walk.size))
     headless.device.context.finish()
@@ -230,6 +302,6 @@ def _column(runs: list[Run], tuned: tuple[str, float] | None) -> Column:
 
 
 def _medians(rows: list[dict[str, float]]) -> dict[str, float]:
-    """By name, over all rows; what a row lacks is 0 there."""
+    """Return the median of each name over all rows; a name that a row lacks counts as 0 there."""
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: round(float(np.median([row.get(name, 0.0) for row in rows])), 3) for name in names}

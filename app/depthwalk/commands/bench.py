@@ -69,7 +69,14 @@ def run_bench(plan: Plan, json_file: Path | None, html_file: Path | None) -> Non
             renderer, timer = headless.device.renderer, headless.renderer.timers.kind
     path_name = None if plan.path_name is None else str(plan.path_name)
     report = Report(
-        depthwalk.__version__, commit(), renderer, timer, plan.size, str(plan.scene.path), path_name, tuple(runs)
+        version=depthwalk.__version__,
+        commit=commit(),
+        renderer=renderer,
+        timer=timer,
+        resolution=plan.size,
+        scene=str(plan.scene.path),
+        path=path_name,
+        runs=tuple(runs),
     )
     if json_file is not None:
         write_bytes(json_file, to_json(report).encode())

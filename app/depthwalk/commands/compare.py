@@ -93,7 +93,9 @@ def run_compare(plan: Plan, json_file: Path | None, html_file: Path | None) -> N
             model, shown, driver = _compare(subject, plan, pool)
             models.append(model)
             worst.append(shown)
-    report = CompareReport(depthwalk.__version__, commit(), driver, plan.size, tuple(models))
+    report = CompareReport(
+        version=depthwalk.__version__, commit=commit(), renderer=driver, image_size=plan.size, models=tuple(models)
+    )
     if json_file is not None:
         write_bytes(json_file, to_json(report).encode())
     if html_file is not None:
@@ -140,15 +142,32 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
             close = measure_views(twin, height, CLOSE_BY, pool, advance)
         if not views:
             raise InputError(f"{spec.mesh}: shows no pixel in any view")
-        costs = Costs(bake.seconds, bake.peak_bytes, bake.bytes_disk, twin.gpu_bytes)
+        costs = Costs(
+            bake_seconds=bake.seconds,
+            bake_peak_bytes=bake.peak_bytes,
+            bytes_disk=bake.bytes_disk,
+            bytes_gpu=twin.gpu_bytes,
+        )
         shown = _worst_views(twin, views) if plan.pictures else []
         driver = twin.driver
     advice = _advice(subject, mesh, plan)
     outlines = SILHOUETTE.reached(summarise(SILHOUETTE, views).mean, SILHOUETTE.goal_worst)
     reasons = tuple(warnings(candidate, bool(outlines)))
     deepest = 1 + max(image.layer for part in baked.parts for image in part.images)
-    what = subject.name, str(spec.mesh), len(mesh.faces), subject.params, len(baked.parts), deepest
-    model = ModelReport(*what, costs, views, close, candidate, reasons, advice)
+    model = ModelReport(
+        name=subject.name,
+        mesh=str(spec.mesh),
+        triangles=len(mesh.faces),
+        params=subject.params,
+        objects=len(baked.parts),
+        deepest=deepest,
+        costs=costs,
+        views=views,
+        close=close,
+        candidate=candidate,
+        warnings=reasons,
+        recommendation=advice,
+    )
     return model, shown, driver
 
 

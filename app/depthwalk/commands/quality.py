@@ -78,7 +78,9 @@ def run_quality(plan: Plan, json_file: Path | None, html_file: Path | None) -> N
     device.context.release()
     with asset_progress() as report:
         parts = {name: list(PARTS[name](list(map(_private, plan.scenes)), plan.size, report)) for name in plan.parts}
-    overview = Overview(depthwalk.__version__, commit(), renderer, plan.size, parts)
+    overview = Overview(
+        version=depthwalk.__version__, commit=commit(), renderer=renderer, image_size=plan.size, parts=parts
+    )
     if json_file is not None:
         write_bytes(json_file, to_json(overview).encode())
     if html_file is not None:

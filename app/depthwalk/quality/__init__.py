@@ -1,1 +1,1 @@
-"""Image quality of depth images against the mesh that they were made from. The method: docs/quality-method.md."""
+"""Measure how good pictures are: depth images against meshes, and each mechanism against the truth."""

@@ -1,4 +1,4 @@
-"""Which resolution and number of layers an object needs for a wanted PSNR, found by trying."""
+"""Find by trial which resolution and number of layers an object needs for a wanted PSNR."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,9 +16,9 @@ LAYERS = 1, 2, 3, 4, 6, 8
 LEAST_GAIN = 0.1  # dB; where more layers bring less, still more are not tried
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Trial:
-    """A bake that was tried. psnr: dB, mean over the views."""
+    """Hold what one bake came to; `psnr` is the mean over the views, dB."""
 
     resolution: int
     layers: int
@@ -26,9 +26,17 @@ class Trial:
     bytes_gpu: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Recommendation:
-    """The first of the trials, from the cheapest on, that reaches `wanted` dB; else the best of them."""
+    """Recommend the cheapest trial that reaches `wanted` dB, or else the best of all.
+
+    Attributes
+    ----------
+    wanted : PSNR, dB.
+    views : how many views it is the mean of.
+    reached : whether `best` reaches it.
+    trials : all bakes that were tried, in order of cost.
+    """
 
     wanted: float
     views: int
@@ -37,7 +45,7 @@ class Recommendation:
     trials: tuple[Trial, ...]
 
     def text(self) -> str:
-        """The recommendation in one line."""
+        """Return the recommendation in one line."""
         best = self.best
         values = f"{best.psnr:.1f} dB in {self.views} views, {best.bytes_gpu / 1e6:.1f} MB on the GPU"
         options = f"--dpci-resolution {best.resolution} --layers {best.layers}"
@@ -56,22 +64,33 @@ def recommend(
     resolutions: Sequence[int] = RESOLUTIONS,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> Recommendation:
-    """Bakes `mesh` ever finer and deeper until the mean PSNR reaches `wanted`, dB; by rays, in parts and about the axis
-    as `params` say. size: of the pictures, pixels."""
+    """Bake a mesh with ever more texels until its mean PSNR is high enough.
+
+    Parameters
+    ----------
+    params : parts and axis of the bakes; resolution and layers are tried, the method is by rays.
+    size : width and height of the pictures, pixels.
+    wanted : PSNR, dB.
+    progress : called with what is being tried.
+    """
     trials: list[Trial] = []
     for resolution, layers in _by_cost(resolutions, trials):
         progress(f"trying {resolution}², {layers} layers")
         baked = bake_model(mesh, replace(params, resolution=resolution, layers=layers, method="raycast"), key="")
         with TwinRenderer(mesh, baked, settings, size) as twin:
-            trials.append(Trial(resolution, layers, mean_psnr(twin, viewpoints), twin.gpu_bytes))
+            trials.append(
+                Trial(resolution=resolution, layers=layers, psnr=mean_psnr(twin, viewpoints), bytes_gpu=twin.gpu_bytes)
+            )
         if trials[-1].psnr >= wanted:
-            return Recommendation(wanted, len(viewpoints), True, trials[-1], tuple(trials))
+            return Recommendation(
+                wanted=wanted, views=len(viewpoints), reached=True, best=trials[-1], trials=tuple(trials)
+            )
     best = max(trials, key=lambda trial: trial.psnr)
-    return Recommendation(wanted, len(viewpoints), False, best, tuple(trials))
+    return Recommendation(wanted=wanted, views=len(viewpoints), reached=False, best=best, trials=tuple(trials))
 
 
 def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:
-    """Mean PSNR, dB, over the views that show anything; +inf without any."""
+    """Return the mean PSNR, dB, over the views that show anything; +inf where none does."""
     values = []
     for viewpoint in viewpoints:
         pair = twin.pair(viewpoint)
@@ -82,8 +101,10 @@ def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:
 
 
 def _by_cost(resolutions: Sequence[int], trials: Sequence[Trial]) -> Iterator[tuple[int, int]]:
-    """Resolution and layers to try next, by texels: resolution² · layers. A resolution is left when more layers brought
-    little."""
+    """Yield resolution and layers to try next, by texels: resolution² · layers.
+
+    A resolution is given up when its last step in layers brought less than `LEAST_GAIN`.
+    """
     for side, layers in sorted(product(resolutions, LAYERS), key=lambda pair: (pair[0] ** 2 * pair[1], pair[0])):
         same = [trial for trial in trials if trial.resolution == side]
         exhausted = len(same) < LAYERS.index(layers) or (len(same) > 1 and same[-1].psnr - same[-2].psnr < LEAST_GAIN)

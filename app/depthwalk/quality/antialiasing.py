@@ -1,5 +1,7 @@
-"""What anti-aliasing brings: every kind of `render.aa` against pictures with many samples per pixel, in the pixels that
-edges run through. For `depthwalk quality` and docs/anti-aliasing.md."""
+"""Measure what anti-aliasing brings, for `depthwalk quality` and docs/anti-aliasing.md.
+
+Every kind of `render.aa` is compared with pictures of many samples per pixel, in the pixels that edges run through.
+"""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -33,14 +35,14 @@ SHOWN = 4  # part of the picture's width and height that the page shows
 
 @dataclass(frozen=True)
 class Kind:
-    """A way to smooth edges. samples: `render.gpaa.samples`."""
+    """A way to smooth edges: a value of `render.aa`, and of `render.gpaa.samples` where it has one."""
 
     title: str
     aa: Any
     samples: int = GpaaParams().samples
 
     def apply(self, settings: Any) -> None:
-        """Sets it in a RenderSettings."""
+        """Choose this kind in render settings."""
         settings.aa, settings.gpaa.samples = self.aa, self.samples
 
 
@@ -52,21 +54,37 @@ KINDS = (
 
 @dataclass(frozen=True)
 class Truth:
-    """A picture with `REFERENCE_SAMPLES`² samples per pixel. pixels: (H, W, 3) uint8, sRGB; edge: (H, W), the pixels
-    that an edge runs through and those around them."""
+    """A picture with `REFERENCE_SAMPLES`² samples per pixel.
+
+    Attributes
+    ----------
+    pixels : (H, W, 3) uint8, sRGB.
+    edge : (H, W) bool, the pixels that an edge runs through, and their neighbours.
+    """
 
     pixels: NDArray[np.uint8]
     edge: NDArray[np.bool_]
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Each kind in each scene, seen by its camera, and what `OURS` gains over others. size: (width, height), pixels.
+    """Compare each kind in each scene, seen by its camera, and what `OURS` gains over others.
 
-    Changes the scenes' settings. Raises InputError, and GpuError without OpenGL.
+    Changes the scenes' settings.
+
+    Parameters
+    ----------
+    size : width and height of the pictures, pixels.
+
+    Raises
+    ------
+    InputError
+        For assets that cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be had.
     """
     for scene in scenes:
         scene.render.lod.magnification = 0.0  # of depth images nothing is to be drawn as a mesh
-        truths = {name: _truth(scene, size, each, report) for name, each in REPRESENTATIONS.items()}
+        truths = {name: _truth(scene, size, representation, report) for name, representation in REPRESENTATIONS.items()}
         for name, representation in REPRESENTATIONS.items():
             with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation) as headless:
                 pictures, milliseconds = _draw_all(headless, scene, report)
@@ -78,7 +96,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def truth(image: LinearImage) -> Truth:
-    """The reference that a picture of `REFERENCE_SAMPLES` times the width and height holds."""
+    """Average an image of `REFERENCE_SAMPLES` times the width and height, and find its edges."""
     samples = REFERENCE_SAMPLES
     height, width = (side // samples for side in image.distance.shape)
     near = 1 / image.distance  # 0 where nothing is
@@ -102,8 +120,13 @@ def _truth(scene: Scene, size: tuple[int, int], representation: Representation, 
 
 
 def _draw_all(headless: HeadlessRenderer, scene: Scene, report: Report) -> tuple[list[Picture], list[float]]:
-    """Of each of `KINDS` the picture (H, W, 3) and the milliseconds of the second frame of it: of all cores where they
-    draw, else by the clock."""
+    """Draw the scene with each of `KINDS`.
+
+    Returns
+    -------
+    The picture (H, W, 3) of each kind, and the milliseconds of its second frame: of all cores for software OpenGL, else
+    by the clock.
+    """
     view = View(scene.camera or headless.frame_all(), headless.size)
     clock = time.process_time if headless.device.software else time.perf_counter
     pictures, milliseconds = [], []
@@ -132,26 +155,39 @@ def _kinds(
             "× none": spent / milliseconds[0],
         }
         panels = side_by_side(kind.title, picture[window], own.pixels[window])
-        yield Row(subject, f"{kind.title}, dB", psnr(own.pixels, picture, own.edge), details=details, pictures=panels)
+        yield Row(
+            subject=subject,
+            name=f"{kind.title}, dB",
+            measured=psnr(own.pixels, picture, own.edge),
+            details=details,
+            pictures=panels,
+        )
 
 
 def _gains(subject: str, pictures: Sequence[Picture], own: Truth) -> Iterator[Row]:
-    """What `OURS` gains over each of `GAINS` that there is."""
+    """Yield what `OURS` gains over each of `GAINS` that was drawn."""
     reached = {kind.title: psnr(own.pixels, shown, own.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
     for peer, goal in GAINS.items():
         if peer in reached:
-            yield Row(subject, f"{OURS} over {peer}, dB", reached[OURS] - reached[peer], goal)
+            yield Row(
+                subject=subject, name=f"{OURS} over {peer}, dB", measured=reached[OURS] - reached[peer], goal=goal
+            )
 
 
 def _silhouettes(subject: str, pictures: Sequence[Picture], mesh: Truth) -> Row:
-    """What it brings to depth images, compared with what they stand for."""
+    """Yield what anti-aliasing brings to depth images, compared with the mesh that they show."""
     reached = {kind.title: psnr(mesh.pixels, shown, mesh.edge) for kind, shown in zip(KINDS, pictures, strict=True)}
     gain = reached[OURS] - reached["none"]
-    return Row(subject, f"silhouettes: {OURS} over none, against the mesh, dB", gain, SILHOUETTE_GAIN)
+    return Row(
+        subject=subject,
+        name=f"silhouettes: {OURS} over none, against the mesh, dB",
+        measured=gain,
+        goal=SILHOUETTE_GAIN,
+    )
 
 
 def _busiest(edge: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Rows and columns of the part of the picture, `SHOWN` times as low and as narrow, with most edges."""
+    """Return rows and columns of that part of the picture, 1/`SHOWN` as high and wide, which has most edges."""
     height, width = (max(1, side // SHOWN) for side in edge.shape)
     count = uniform_filter(edge.astype(np.float64), (height, width), mode="constant")
     row, column = np.unravel_index(count.argmax(), count.shape)

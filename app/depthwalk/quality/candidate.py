@@ -1,4 +1,4 @@
-"""Whether an object suits depth images at all, judged from its mesh and what of it the images hold."""
+"""Judge whether an object suits depth images at all, from its mesh and from how much of it the images hold."""
 
 from dataclasses import dataclass
 
@@ -32,18 +32,24 @@ MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 @dataclass(frozen=True)
 class Deeper:
-    """What the layers that there are hold, and what more of them would."""
+    """Compare what the present layers hold with what as many as possible would."""
 
     now: Depth
     then: Depth
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """How an object suits depth images. coverage: the part of its surface, as seen from the 42 views, that some
-    depth-image triangle comes within a texel of; thin: the part of it that has another surface less than a texel
-    behind; parts: connected pieces of at least `LEAST_PART` of the surface; texel: metres; deeper: None where more
-    layers bring less than `MUCH_DEEPER`."""
+    """How an object suits depth images.
+
+    Attributes
+    ----------
+    coverage : part of the surface seen from the 42 views that a triangle of the depth images comes within a texel of.
+    thin : part of the surface that has another surface less than a texel behind it.
+    parts : connected pieces of at least `LEAST_PART` of the surface.
+    texel : side of the largest texel, metres.
+    deeper : None where more layers would bring less than `MUCH_DEEPER`.
+    """
 
     coverage: float
     thin: float
@@ -53,25 +59,40 @@ class Candidate:
 
 
 def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
-    """Judges `mesh` and the depth images made of it as `params` say, by `SAMPLES` points spread evenly over its
-    surface."""
+    """Judge a mesh and its depth images by `SAMPLES` points spread evenly over its surface.
+
+    Parameters
+    ----------
+    model : the depth images, baked as `params` say.
+    """
     texel = max(map(_texel, model.parts))
     caster = RayCaster(mesh)
     points, normals = sample_surface(mesh, SAMPLES)
     seen = _visible(mesh, caster, points)
     if not seen.any():
-        return Candidate(1.0, 0.0, count_parts(mesh), texel)
+        return Candidate(coverage=1.0, thin=0.0, parts=count_parts(mesh), texel=texel)
     points, normals = points[seen], normals[seen]
     held = RayCaster(_grid_mesh(model)).first(points + texel * normals, -normals).distance <= 2 * texel
     skin = 1e-5 * bounding_sphere(mesh).radius
     behind = caster.first(points - skin * normals, -normals)
     thin = behind.flipped & (behind.distance < texel)
-    return Candidate(float(held.mean()), float(thin.mean()), count_parts(mesh), texel, _deeper(mesh, model, params))
+    return Candidate(
+        coverage=float(held.mean()),
+        thin=float(thin.mean()),
+        parts=count_parts(mesh),
+        texel=texel,
+        deeper=_deeper(mesh, model, params),
+    )
 
 
 def warnings(candidate: Candidate, outlines: bool) -> list[str]:
-    """Why the object is a poor candidate, a line per reason; none for a good one. outlines: whether its silhouettes
-    were found to be right: a sheet that lies on something is as thin as leaves are."""
+    """Return why the object is a poor candidate, a line for each reason; none for a good one.
+
+    Parameters
+    ----------
+    outlines : whether its silhouettes were found to be right. If so thin parts are no reason: a sheet that lies on
+        something is as thin as leaves are.
+    """
     lines = []
     foliage = candidate.thin > FOLIAGE and not outlines
     if foliage:
@@ -100,7 +121,7 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
 
 
 def count_parts(mesh: Mesh) -> int:
-    """Pieces that share no vertex position with another, of at least `LEAST_PART` of the surface."""
+    """Count the pieces that share no vertex position with another, of at least `LEAST_PART` of the surface."""
     _, welded = np.unique(mesh.positions, axis=0, return_inverse=True)
     faces = welded.reshape(-1)[mesh.faces]
     first, second = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()
@@ -113,7 +134,7 @@ def count_parts(mesh: Mesh) -> int:
 
 
 def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None:
-    """Of one object whose layers are counted; the parts of a split one differ."""
+    """Return what more layers would bring to one object of counted layers; None for split ones, whose parts differ."""
     if params.layers == "auto" or params.method == "six-view" or len(model.parts) > 1:
         return None
     part = model.parts[0]
@@ -124,13 +145,13 @@ def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None
 
 
 def _visible(mesh: Mesh, caster: RayCaster, points: Array) -> NDArray[np.bool_]:
-    """Which points (n, 3) of the surface at least one of the 42 views sees."""
+    """Return which points (n, 3) of the surface at least one of the 42 views sees."""
     sphere = bounding_sphere(mesh)
     viewers = np.asarray(sphere.centre) + 4 * sphere.radius * np.array([away(viewpoint) for viewpoint in SPHERE])
     ray = (points[None] - viewers[:, None]).reshape(-1, 3)
     length = np.linalg.norm(ray, axis=1)
     met = caster.first(np.repeat(viewers, len(points), axis=0), ray / length[:, None]).distance
-    return (met >= length - 1e-4 * sphere.radius).reshape(len(viewers), -1).any(0)
+    return np.asarray((met >= length - 1e-4 * sphere.radius).reshape(len(viewers), -1).any(0))
 
 
 def _texel(baked: BakedObject) -> float:
@@ -139,7 +160,7 @@ def _texel(baked: BakedObject) -> float:
 
 
 def _grid_mesh(model: BakedModel) -> Mesh:
-    """The triangles of all depth images at full resolution, in the asset's frame; nothing but shape."""
+    """Return the shape of all depth images at full resolution as one mesh, in the asset's frame."""
     positions, faces = zip(*map(_grid_triangles, model.parts), strict=True)
     first = np.cumsum([0, *map(len, positions)])
     every = np.concatenate([part + start for part, start in zip(faces, first, strict=False)])
@@ -156,7 +177,7 @@ def _grid_mesh(model: BakedModel) -> Mesh:
 
 
 def _grid_triangles(baked: BakedObject) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Positions (v, 3), asset's frame, and triangles (t, 3) of one object."""
+    """Return positions (v, 3), in the asset's frame, and triangles (t, 3) of one object."""
     grids = build_grid_lods(baked)
     turned = rotate(np.asarray(baked.rotation), grids.positions) + np.asarray(baked.position)
     return turned.astype(np.float32), grids.drawn(level=0)

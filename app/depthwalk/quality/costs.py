@@ -1,4 +1,4 @@
-"""What baking an object costs, measured in a process of its own."""
+"""Measure what baking an object costs, in a process of its own."""
 
 import logging
 import multiprocessing
@@ -15,8 +15,15 @@ from depthwalk.scene.scene import MeshAsset
 
 @dataclass(frozen=True)
 class BakeCosts:
-    """seconds: from the mesh in memory to depth images in memory; peak_bytes: the most memory that the process, with
-    interpreter, libraries and mesh, held until then, None where the system does not tell; bytes_disk: of the file."""
+    """Hold what a bake took.
+
+    Attributes
+    ----------
+    seconds : from the mesh in memory to depth images in memory.
+    peak_bytes : the most memory that the process held until then, with interpreter, libraries and mesh; None where the
+        system does not tell.
+    bytes_disk : of the file.
+    """
 
     seconds: float
     peak_bytes: int | None
@@ -24,15 +31,21 @@ class BakeCosts:
 
 
 def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts:
-    """Bakes a mesh to `file` in a fresh process, whose memory nothing else has grown. Raises InputError."""
+    """Bake a mesh to a file in a fresh process, whose memory nothing else has grown.
+
+    Raises
+    ------
+    InputError
+        For meshes that cannot be baked.
+    """
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         return pool.submit(_bake, spec, params, file).result()
 
 
 def peak_memory() -> int | None:
-    """The most bytes of memory that this process has held so far; None but on Linux.
+    """Return the most bytes of memory that this process has held so far; None on systems other than Linux.
 
-    Not by `getrusage`, where a new process starts with what its parent held.
+    `getrusage` would not do: by it a new process starts with what its parent held.
     """
     status = Path("/proc/self/status")
     if not status.is_file():

@@ -1,4 +1,4 @@
-"""How near depth of field comes to many frames, for `depthwalk quality` and docs/depth-of-field.md.
+"""Measure how near depth of field comes to the mean of many frames, for `depthwalk quality` and docs/depth-of-field.md.
 
 A scene is seen by its camera through a fast lens; what is in the middle of the picture is in focus. Many points of the
 lens smooth edges that are off focus by a quarter of a pixel, as no filter of one frame can; so all modes are compared
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.quality.metrics import mean_flip, psnr
 from depthwalk.quality.rows import Row, side_by_side
-from depthwalk.reference.dof import SHARP, ranges
+from depthwalk.reference.dof import ranges
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes.dof import TILE
-from depthwalk.render.view.lens import circle_radius, largest_radius
+from depthwalk.render.view.lens import SHARP, circle_radius, largest_radius
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 from depthwalk.scene.scene import Scene
@@ -39,16 +39,30 @@ MOST_TIME = 1 / 20  # of the time of `TRUTH` frames
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture (H, W, 3) and the seconds that a frame took: of all cores where they draw, else by the clock."""
+    """Hold a picture (H, W, 3) and the seconds that its frame took.
+
+    They are those of all cores for software OpenGL, else by the clock.
+    """
 
     picture: Picture
     seconds: float
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Each of `MODES` but the last in each scene, against that. size: (width, height), pixels.
+    """Compare each of `MODES` but the last, in each scene, with the last.
 
-    Changes the scenes' settings. Raises InputError, and GpuError without OpenGL.
+    Changes the scenes' settings.
+
+    Parameters
+    ----------
+    size : width and height of the pictures, pixels.
+
+    Raises
+    ------
+    InputError
+        For assets that cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be had.
     """
     for scene in scenes:
         lens = scene.render.dof
@@ -65,7 +79,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def _focus(headless: HeadlessRenderer, view: View, lens: DofParams) -> NDArray[np.bool_]:
-    """Focuses on the middle; returns the pixels (H, W) that are in focus and that nothing before them reaches."""
+    """Focus on the middle, and return the pixels (H, W) in focus that nothing before them reaches."""
     lens.mode = "none"
     headless.draw(view)
     distance = headless.linear_image().distance
@@ -92,7 +106,7 @@ def _draw(headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, na
 
 
 def _changed(sharp: Picture, picture: Picture, still: NDArray[np.bool_]) -> float:
-    """How far the worst of the pixels `still` (H, W) is off, of 255."""
+    """Return how far the worst of the pixels `still` (H, W) is off, of 255."""
     return float(np.abs(picture.astype(int) - sharp)[still].max(initial=0))
 
 
@@ -107,8 +121,29 @@ def _rows(subject: str, shots: dict[str, Shot], changed: dict[str, float]) -> It
         panels = side_by_side(mode, picture, truth.picture)
         near = psnr(truth.picture, picture, everywhere)
         cost = shot.seconds / truth.seconds
-        yield Row(subject, f"{mode}, dB", near, LEAST_PSNR if asked else None, details=details, pictures=panels)
+        yield Row(
+            subject=subject,
+            name=f"{mode}, dB",
+            measured=near,
+            goal=LEAST_PSNR if asked else None,
+            details=details,
+            pictures=panels,
+        )
         if mode != "none":
             most = (MOST_CHANGED, MOST_TIME) if asked else (None, None)
-            yield Row(subject, f"{mode}: changed in focus, of 255", changed[mode], most[0], False, digits=0)
-            yield Row(subject, f"{mode}: time, × {TRUTH} frames", cost, most[1], False, digits=4)
+            yield Row(
+                subject=subject,
+                name=f"{mode}: changed in focus, of 255",
+                measured=changed[mode],
+                goal=most[0],
+                more_is_better=False,
+                digits=0,
+            )
+            yield Row(
+                subject=subject,
+                name=f"{mode}: time, × {TRUTH} frames",
+                measured=cost,
+                goal=most[1],
+                more_is_better=False,
+                digits=4,
+            )

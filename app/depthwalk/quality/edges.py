@@ -1,4 +1,7 @@
-"""What it saves to draw those edges only that may be outlines, for `depthwalk quality` and docs/anti-aliasing.md."""
+"""Measure what it saves to draw only those edges that may be outlines.
+
+For `depthwalk quality` and docs/anti-aliasing.md.
+"""
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,7 +16,7 @@ from depthwalk.assets.library import Report
 from depthwalk.geometry.adjacency import EdgeAdjacency, build_adjacency
 from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FEW, Sphere, bounding_sphere, view_of
-from depthwalk.render.antialiasing.silhouette_lines import outlines
+from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.scene.render_settings import GpaaParams
 from depthwalk.scene.scene import MeshAsset, Scene
@@ -26,9 +29,14 @@ REPEATS = 15  # of what is timed in each view, by turns; the least counts: more 
 
 @dataclass(frozen=True)
 class Cost:
-    """Of finding lines, first all and then the chosen ones, over several views. lines: (2,), how many per view and
-    object; outlines: how many of these have something else beyond them, which none can do without; milliseconds: (2,),
-    of one core, per view, the least of `REPEATS` by turns."""
+    """What finding lines costs over several views, first of all edges and then of the chosen ones.
+
+    Attributes
+    ----------
+    lines : (2,), how many per view and object.
+    outlines : how many of these have something else beyond them, which no choice may leave out.
+    milliseconds : (2,), of one core, per view: the least of `REPEATS`, taken in turns.
+    """
 
     lines: NDArray[np.float64]
     outlines: float
@@ -36,8 +44,17 @@ class Cost:
 
 
 def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tuple[Array, NDArray[np.intp]]:
-    """A convex solid of revolution as positions (v, 3) and triangles (f, 3): rings of `sides` points, one where the
-    radius is 0."""
+    """Make a convex solid of revolution.
+
+    Parameters
+    ----------
+    radii, heights : of its rings; a ring of radius 0 is one point.
+    sides : points of every other ring.
+
+    Returns
+    -------
+    Positions (v, 3) and triangles (f, 3).
+    """
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], -1)
     positions = np.concatenate(
@@ -60,10 +77,16 @@ SHAPES: dict[str, Callable[[], tuple[Array, NDArray[np.intp]]]] = {
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """The paper's shapes, `MANY` of each, and the closed meshes of the scenes that have lines, over the views `FEW`.
+    """Measure the paper's shapes, `MANY` of each, and those closed meshes of the scenes that have lines.
 
-    size: (width, height) of the picture that lines are drawn into, pixels.
-    Raises InputError.
+    Parameters
+    ----------
+    size : width and height of the picture that lines are drawn into, pixels.
+
+    Raises
+    ------
+    InputError
+        For meshes that cannot be read.
     """
     for name, shape in SHAPES.items():
         report(name, "edges")
@@ -72,8 +95,15 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
         cost = _cost(build_adjacency(positions, triangles), sphere, MANY, size)
         yield _drawn(name, cost, MOST_OF_SHAPES)
         _, share = _shares(cost)
-        yield Row(name, f"time, × all edges, of {MANY} objects", share, MOST_OF_SHAPES, more_is_better=False, digits=2)
-    meshes = {each.mesh: each for scene in scenes for each in scene.assets if isinstance(each, MeshAsset)}
+        yield Row(
+            subject=name,
+            name=f"time, × all edges, of {MANY} objects",
+            measured=share,
+            goal=MOST_OF_SHAPES,
+            more_is_better=False,
+            digits=2,
+        )
+    meshes = {asset.mesh: asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)}
     for asset in meshes.values():
         report(asset.name, "edges")
         mesh = read_mesh(asset)
@@ -86,27 +116,27 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int]) -> Cost:
-    """Of `count` objects at one place."""
-    choices = None, float(np.radians(GpaaParams().crease_angle))
+    """Measure `count` objects at one place, over the views `FEW`."""
+    creases = None, float(np.radians(GpaaParams().crease_angle))
     lines, rims, seconds = np.zeros(2), 0.0, np.full((len(FEW), 2), np.inf)
     for viewpoint, least in zip(FEW, seconds, strict=True):
         view = view_of(sphere, viewpoint, size)
         placed = np.zeros(count, PLACED_RECORD)
         placed["origin"], placed["rotation"], placed["scale"] = -view.position, (0, 0, 0, 1), 1
-        found = [outlines(edges, view, placed, each, solid=True) for each in choices]
-        lines += [len(each) for each in found]
-        rims += float(found[-1]["outline"].sum())
+        found = [silhouette_lines(edges, view, placed, crease, solid=True) for crease in creases]
+        lines += [len(records) for records in found]
+        rims += float(found[-1]["silhouette"].sum())
         for _ in range(REPEATS):
-            for column, each in enumerate(choices):
+            for column, crease in enumerate(creases):
                 start = time.process_time()
-                outlines(edges, view, placed, each, solid=True)
+                silhouette_lines(edges, view, placed, crease, solid=True)
                 least[column] = min(least[column], time.process_time() - start)
     pictured = len(FEW) * count
     return Cost(lines / pictured, rims / pictured, seconds.mean(0) * 1e3)
 
 
 def _shares(cost: Cost) -> tuple[float, float]:
-    """The chosen ones' part of the lines and of the time."""
+    """Return the part of the lines, and of the time, that the chosen edges take."""
     return float(cost.lines[1] / cost.lines[0]), float(cost.milliseconds[1] / cost.milliseconds[0])
 
 
@@ -115,4 +145,12 @@ def _drawn(name: str, cost: Cost, goal: float) -> Row:
     (every, chosen), (every_ms, chosen_ms) = cost.lines.tolist(), cost.milliseconds.tolist()
     details = {"all": every, "chosen": chosen, "outlines": cost.outlines}
     details |= {"all, ms": every_ms, "chosen, ms": chosen_ms, "time, ×": spent}
-    return Row(name, "lines drawn, × all edges", share, goal, more_is_better=False, digits=2, details=details)
+    return Row(
+        subject=name,
+        name="lines drawn, × all edges",
+        measured=share,
+        goal=goal,
+        more_is_better=False,
+        digits=2,
+        details=details,
+    )

@@ -1,4 +1,4 @@
-"""The measures, what is asked of them, and their mean and worst view."""
+"""Say what is measured of a picture and what goals it has, and summarise it over several views."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,9 +13,16 @@ GOAL_RESOLUTION, GOAL_LAYERS = 512, 3
 BAKE_SECONDS, GPU_BYTES = 8.0, 16_000_000  # goals of an object baked so
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Measure:
-    """A field of `ViewQuality`. digits: after the point; goal_mean: over the views; goal_worst: in any view."""
+    """Describe a field of `ViewQuality`.
+
+    Attributes
+    ----------
+    digits : shown after the decimal point.
+    goal_mean : for the mean over the views.
+    goal_worst : for every single view.
+    """
 
     key: str
     title: str
@@ -25,19 +32,28 @@ class Measure:
     goal_worst: float | None
 
     def reached(self, value: float, goal: float | None) -> bool | None:
-        """None where there is no goal, or no value."""
+        """Return whether a value reaches a goal; None where either is lacking."""
         if goal is None or np.isnan(value):
             return None
         return bool((ge if self.more_is_better else le)(value, goal))
 
 
 MEASURES = (
-    Measure("psnr", "PSNR, dB", 2, True, 33.0, 27.0),
-    Measure("iou", "silhouette IoU", 4, True, 0.9985, 0.995),
-    Measure("flip", "FLIP", 4, False, 0.020, 0.045),
-    Measure("depth_median", "depth error, median", 5, False, 0.0005, None),
-    Measure("depth_p99", "depth error, 99 %", 5, False, 0.01, None),
-    Measure("holes", "hole pixels, %", 3, False, 0.02, 0.1),
+    Measure(key="psnr", title="PSNR, dB", digits=2, more_is_better=True, goal_mean=33.0, goal_worst=27.0),
+    Measure(key="iou", title="silhouette IoU", digits=4, more_is_better=True, goal_mean=0.9985, goal_worst=0.995),
+    Measure(key="flip", title="FLIP", digits=4, more_is_better=False, goal_mean=0.020, goal_worst=0.045),
+    Measure(
+        key="depth_median",
+        title="depth error, median",
+        digits=5,
+        more_is_better=False,
+        goal_mean=0.0005,
+        goal_worst=None,
+    ),
+    Measure(
+        key="depth_p99", title="depth error, 99 %", digits=5, more_is_better=False, goal_mean=0.01, goal_worst=None
+    ),
+    Measure(key="holes", title="hole pixels, %", digits=3, more_is_better=False, goal_mean=0.02, goal_worst=0.1),
 )
 
 
@@ -46,7 +62,7 @@ SILHOUETTE = next(measure for measure in MEASURES if measure.key == "iou")
 
 @dataclass(frozen=True)
 class Summary:
-    """A measure over several views. worst_view: where the worst value is; None without a value (both are NaN then)."""
+    """Mean and worst of a measure, and the view that is worst; without a value NaN, NaN and None."""
 
     mean: float
     worst: float
@@ -54,7 +70,7 @@ class Summary:
 
 
 def summarise(measure: Measure, views: Sequence[ViewQuality]) -> Summary:
-    """Mean and worst of a measure over the views that have a value."""
+    """Return mean and worst of a measure over the views that have a value."""
     values = np.array([getattr(view, measure.key) for view in views], np.float64)
     valued = np.flatnonzero(~np.isnan(values))
     if not len(valued):

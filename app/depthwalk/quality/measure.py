@@ -1,4 +1,4 @@
-"""The six measures of every view, and what they come to over the views."""
+"""Take the six measures of a pair of pictures, for every view of an object."""
 
 import multiprocessing
 import os
@@ -22,10 +22,18 @@ MOST_WORKERS = 4
 FLATTEST = 0.01  # height over extent; what lies flatter is measured by its extent
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ViewQuality:
-    """One view. psnr: dB, +inf for equal pictures; iou, flip: 0–1; holes: % of the mesh's pixels; depth_median,
-    depth_p99: parts of the object's height, NaN without common pixels. pixels: of the mesh. See `metrics`."""
+    """Hold the measures of one view, which `metrics` defines.
+
+    Attributes
+    ----------
+    pixels : that the mesh covers.
+    psnr : dB, +inf for equal pictures.
+    iou, flip : 0 to 1.
+    holes : per cent of the mesh's pixels.
+    depth_median, depth_p99 : errors in parts of the object's height, NaN where the pictures share no pixel.
+    """
 
     viewpoint: Viewpoint
     pixels: int
@@ -39,7 +47,7 @@ class ViewQuality:
 
 @dataclass(frozen=True)
 class Quality:
-    """The views that show anything, in the order they were asked for. gpu_bytes: of the depth images."""
+    """Hold the views that show anything, in the order asked for, and the bytes of the depth images on the GPU."""
 
     views: tuple[ViewQuality, ...]
     gpu_bytes: int
@@ -53,9 +61,18 @@ def measure(
     viewpoints: Sequence[Viewpoint] = SPHERE,
     pool: Executor | None = None,
 ) -> Quality:
-    """Image quality of `baked` against `mesh`, of which it was made. size: (width, height), pixels.
+    """Measure the image quality of depth images against their mesh.
 
-    pool: other processes for FLIP, which takes longer than all else. Raises GpuError without OpenGL.
+    Parameters
+    ----------
+    baked : made of `mesh`.
+    size : width and height of the pictures, pixels.
+    pool : other processes for FLIP, which takes longer than all else.
+
+    Raises
+    ------
+    GpuError
+        Where no OpenGL 3.3 context can be had.
     """
     with TwinRenderer(mesh, baked, settings, size) as twin:
         return Quality(measure_views(twin, object_height(mesh), viewpoints, pool), twin.gpu_bytes)
@@ -68,8 +85,14 @@ def measure_views(
     pool: Executor | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[ViewQuality, ...]:
-    """The views of `viewpoints` in which either picture shows anything. height: `object_height`, metres; `advance` is
-    called after each view."""
+    """Measure the views in which either picture shows anything.
+
+    Parameters
+    ----------
+    height : what depth errors are divided by, see `object_height`.
+    pool : as for `measure`.
+    advance : called after each view.
+    """
     started: list[tuple[ViewQuality, Future[float]]] = []
     for viewpoint in viewpoints:
         if len(started) >= MOST_WAITING:
@@ -81,13 +104,16 @@ def measure_views(
 
 
 def view_quality(pair: Pair, viewpoint: Viewpoint, height: float) -> ViewQuality | None:
-    """The measures of one pair of pictures; None where neither shows anything."""
+    """Measure one pair of pictures; None where neither shows anything."""
     started = _start(pair, viewpoint, height, None)
     return None if started is None else replace(started[0], flip=started[1].result())
 
 
 def object_height(mesh: Mesh) -> float:
-    """What depth errors are divided by, metres: the height; of what is flatter than `FLATTEST`, the largest extent."""
+    """Return what depth errors are divided by, metres.
+
+    It is the object's height, or the largest extent of what is flatter than `FLATTEST` of that.
+    """
     low, high = mesh.bounds
     extent = (high - low).astype(np.float64)
     return float(extent[1] if extent[1] >= FLATTEST * extent.max() else extent.max())
@@ -95,7 +121,10 @@ def object_height(mesh: Mesh) -> float:
 
 @contextmanager
 def flip_workers() -> Iterator[Executor]:
-    """Processes for FLIP, which holds Python's lock while it computes. Spawned: no GL context survives a fork."""
+    """Start processes for FLIP, which holds Python's lock while it computes, and end them with the block.
+
+    They are spawned, since no GL context survives a fork.
+    """
     workers = min(os.cpu_count() or 1, MOST_WORKERS)
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
         try:
@@ -108,7 +137,7 @@ def flip_workers() -> Iterator[Executor]:
 def _start(
     pair: Pair, viewpoint: Viewpoint, height: float, pool: Executor | None
 ) -> tuple[ViewQuality, Future[float]] | None:
-    """The measures of a pair but for FLIP, which is in the making; None where neither picture shows anything."""
+    """Take the measures of a pair, and start FLIP, which follows later; None where neither picture shows anything."""
     reference, test = pair.mesh.covered, pair.dpci.covered
     union = reference | test
     if not union.any():
@@ -118,7 +147,7 @@ def _start(
     flip = _submit(pool, metrics.mean_flip, *cropped)
     median, high = metrics.depth_errors(pair.mesh.distance[window], pair.dpci.distance[window], height)
     view = ViewQuality(
-        viewpoint,
+        viewpoint=viewpoint,
         pixels=int(reference.sum()),
         psnr=metrics.psnr(*cropped),
         iou=metrics.silhouette_iou(reference[window], test[window]),

@@ -1,4 +1,7 @@
-"""What two pictures of the same object differ by. Pure functions over arrays; nothing here knows how they were made."""
+"""Compute by how much two pictures of one object differ.
+
+Pure functions over arrays, which know nothing of how the pictures were made.
+"""
 
 import flip_evaluator
 import numpy as np
@@ -13,9 +16,9 @@ HOLE_MARGIN = 2  # pixels by which the silhouette is eroded before holes are loo
 
 
 def psnr(reference: Picture, test: Picture, where: Mask) -> float:
-    """Peak signal-to-noise ratio, dB, of sRGB pictures (H, W, 3) over the pixels `where` (H, W).
+    """Return the peak signal-to-noise ratio, dB, of sRGB pictures (H, W, 3) over the pixels `where` (H, W).
 
-    10·log10(255² / MSE) with the mean squared error over those pixels and the three channels; +inf where it is 0.
+    It is 10·log10(255² / MSE) with the mean squared error over those pixels and all channels; +inf where it is 0.
     """
     difference = reference[where].astype(np.float64) - test[where]
     error = float(np.mean(difference**2)) if difference.size else 0.0
@@ -23,47 +26,58 @@ def psnr(reference: Picture, test: Picture, where: Mask) -> float:
 
 
 def silhouette_iou(reference: Mask, test: Mask) -> float:
-    """Intersection over union of two silhouettes (H, W); 1 where both are empty."""
+    """Return the intersection over union of two silhouettes (H, W); 1 where both are empty."""
     union = int((reference | test).sum())
     return float((reference & test).sum() / union) if union else 1.0
 
 
 def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
-    """FLIP (H, W) float32, 0–1, of sRGB pictures (H, W, 3): how much a viewer who flips between both would notice.
+    """Return how much a viewer who flips between two sRGB pictures (H, W, 3) would notice.
 
     Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: FLIP: A Difference Evaluator for Alternating
     Images, HPG 2020; the authors' own implementation, LDR, at `FLIP_PIXELS_PER_DEGREE`.
+
+    Returns
+    -------
+    (H, W) float32, 0 to 1.
     """
     return np.asarray(_flip(reference, test, colours=False)[..., 0], np.float32)
 
 
 def flip_colours(reference: Picture, test: Picture) -> Picture:
-    """`flip_map` in the colours (H, W, 3) that its authors show it in, black where the pictures are equal."""
+    """Return `flip_map` in its authors' colours (H, W, 3), black where the pictures are equal."""
     return np.round(np.clip(_flip(reference, test, colours=True), 0, 1) * 255).astype(np.uint8)
 
 
 def mean_flip(reference: Picture, test: Picture, where: Mask) -> float:
-    """The mean of `flip_map` over the pixels `where` (H, W); 0 where there are none."""
+    """Return the mean of `flip_map` over the pixels `where` (H, W); 0 where there are none."""
     return float(flip_map(reference, test)[where].mean(dtype=np.float64)) if where.any() else 0.0
 
 
 def hole_map(reference: Mask, test: Mask) -> Mask:
-    """Pixels (H, W) that `test` lacks inside the silhouette `reference`, farther than `HOLE_MARGIN` from its edge."""
+    """Return the pixels (H, W) that `test` lacks inside a silhouette, farther than `HOLE_MARGIN` from its edge."""
     square = np.ones((2 * HOLE_MARGIN + 1,) * 2, bool)
     inside = binary_erosion(reference, square, border_value=1)  # the picture's edge is not the silhouette's
-    return inside & ~test
+    return np.asarray(inside & ~test)
 
 
 def hole_percent(reference: Mask, test: Mask) -> float:
-    """Pixels of `hole_map` per hundred pixels of `reference`."""
+    """Return the pixels of `hole_map` per hundred pixels of `reference`."""
     covered = int(reference.sum())
     return 100 * float(hole_map(reference, test).sum()) / covered if covered else 0.0
 
 
 def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit: float = 1.0) -> tuple[float, float]:
-    """Median and 99th percentile of |test − reference| / unit over the pixels where both distances are finite.
+    """Return median and 99th percentile of |test − reference| / unit where both distances are finite.
 
-    reference, test: (H, W) float32, metres along the view axis, +inf where nothing is; NaN, NaN without common pixels.
+    Parameters
+    ----------
+    reference, test : (H, W) float32, metres along the view axis, +inf where there is nothing.
+    unit : metres.
+
+    Returns
+    -------
+    NaN, NaN where the pictures share no pixel.
     """
     common = np.isfinite(reference) & np.isfinite(test)
     if not common.any():
@@ -74,14 +88,15 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
 
 def bounding_window(where: Mask, margin: int) -> tuple[slice, slice]:
-    """Rows and columns that hold every pixel `where` (H, W) and `margin` more on each side; at least one pixel set."""
+    """Return rows and columns that hold every pixel `where` (H, W) and `margin` more on each side.
+
+    At least one pixel must be set.
+    """
     rows, columns = np.flatnonzero(where.any(1)), np.flatnonzero(where.any(0))
     return tuple(slice(max(0, int(run[0]) - margin), int(run[-1]) + 1 + margin) for run in (rows, columns))  # type: ignore[return-value]
 
 
 def _flip(reference: Picture, test: Picture, colours: bool) -> NDArray[np.float32]:
     pictures = (np.ascontiguousarray(picture, np.float32) / 255 for picture in (reference, test))
-    parameters = {"ppd": FLIP_PIXELS_PER_DEGREE}
-    return flip_evaluator.evaluate(*pictures, "LDR", applyMagma=colours, computeMeanError=False, parameters=parameters)[
-        0
-    ]
+    options = {"applyMagma": colours, "computeMeanError": False, "parameters": {"ppd": FLIP_PIXELS_PER_DEGREE}}
+    return np.asarray(flip_evaluator.evaluate(*pictures, "LDR", **options)[0], np.float32)

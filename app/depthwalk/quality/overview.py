@@ -1,23 +1,31 @@
-"""What `depthwalk quality` found, as text, as JSON and as a page. The JSON is described in docs/quality-method.md."""
+"""Show what `depthwalk quality` found, as text, as JSON and as a page.
+
+The JSON is described in docs/quality-method.md.
+"""
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from itertools import groupby
 from operator import attrgetter
 from typing import Any
 
-from depthwalk.quality.page import figure, page, plain_table
+from depthwalk.quality.html import Figure, Section, render_page
 from depthwalk.quality.report import mark
 from depthwalk.quality.rows import Row
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Overview:
-    """The rows by parts. commit: of the checkout that ran, else None; renderer: the GL driver's name; image_size: of
-    the pictures, (width, height)."""
+    """Hold the rows by parts.
+
+    Attributes
+    ----------
+    commit : of the checkout that ran; None where the package is installed.
+    renderer : the GL driver's name.
+    image_size : width and height of the pictures.
+    """
 
     version: str
     commit: str | None
@@ -27,7 +35,7 @@ class Overview:
 
 
 def to_text(overview: Overview) -> str:
-    """A table for reading."""
+    """Return a table for reading."""
     lines = [_headline(overview)]
     for part, rows in overview.parts.items():
         lines += ["", part]
@@ -41,7 +49,7 @@ def to_text(overview: Overview) -> str:
 
 
 def to_json(overview: Overview) -> str:
-    """The rows for programs. A value that is not a number, or is infinite, becomes null."""
+    """Return the rows for programs. A value that is not a number, or is infinite, becomes null."""
     document = {
         "version": overview.version,
         "commit": overview.commit,
@@ -53,13 +61,16 @@ def to_json(overview: Overview) -> str:
 
 
 def to_html(overview: Overview) -> str:
-    """One page with the tables and all pictures, which needs nothing else."""
-    body = [f"<p>{escape(_verdict(overview))}</p>"]
-    for part, rows in overview.parts.items():
-        table = [("", "", "measured", "goal", ""), *_table(rows)]
-        body.append(f"<h2>{escape(part)}</h2>{plain_table(table)}")
-        body += [figure(f"{row.subject}: {_line(row)}", row.pictures) for row in rows if row.pictures]
-    return page("depthwalk quality", _headline(overview), "".join(body))
+    """Return one page with the tables and all pictures."""
+    sections = [
+        Section(
+            title=part,
+            tables=[[("", "", "measured", "goal", ""), *((row.subject, row.name, *_cells(row)) for row in rows)]],
+            figures=[Figure(f"{row.subject}: {_line(row)}", row.pictures) for row in rows if row.pictures],
+        )
+        for part, rows in overview.parts.items()
+    ]
+    return render_page("depthwalk quality", [_headline(overview), _verdict(overview)], sections)
 
 
 def _headline(overview: Overview) -> str:
@@ -73,14 +84,8 @@ def _verdict(overview: Overview) -> str:
     return f"{sum(map(bool, reached))} of {len(reached)} goals reached"
 
 
-def _table(rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
-    for row in rows:
-        value, goal, details = _cells(row)
-        yield row.subject, row.name, value, goal, details
-
-
 def _cells(row: Row) -> tuple[str, str, str]:
-    """The value and how it stands to its goal, the goal, the details."""
+    """Return the value with how it stands to its goal, the goal, and the details."""
     goal = "" if row.goal is None else f"{'≥' if row.more_is_better else '≤'} {row.goal:.{row.digits}f}"
     details = "; ".join(f"{name} {value:.4g}" for name, value in row.details.items())
     return f"{row.measured:.{row.digits}f}{mark(row.reached)}", goal, details

@@ -1,4 +1,7 @@
-"""A comparison as JSON and as a table of text. The JSON is described in docs/quality-method.md."""
+"""Show what `depthwalk compare` found, as JSON and as tables of text.
+
+The JSON is described in docs/quality-method.md.
+"""
 
 import json
 import math
@@ -18,10 +21,9 @@ from depthwalk.quality.views import FOV, Viewpoint
 _COSTS = "bake, s", "bake, MB", "disk, MB", "GPU, MB"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Costs:
-    """bake_seconds: from the mesh in memory to depth images in memory; bake_peak_bytes: see `BakeCosts`; bytes on disk
-    and on the GPU."""
+    """Hold what depth images cost; `BakeCosts` describes the peak."""
 
     bake_seconds: float
     bake_peak_bytes: int | None
@@ -29,11 +31,21 @@ class Costs:
     bytes_gpu: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ModelReport:
-    """One mesh. name: its file as the user gave it, or scene and asset; mesh: its file; params: of its depth images;
-    objects: into how many it was split; deepest: layers of the deepest image; views: on the sphere; close: from close
-    by."""
+    """Hold what was found about one mesh.
+
+    Attributes
+    ----------
+    name : its file as the user gave it, or scene and asset.
+    mesh : its file.
+    params : of its depth images.
+    objects : into how many it was split.
+    deepest : layers of the deepest image.
+    views : from all around.
+    close : from close by.
+    warnings : why it is a poor candidate.
+    """
 
     name: str
     mesh: str
@@ -49,10 +61,16 @@ class ModelReport:
     recommendation: Recommendation | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CompareReport:
-    """What `depthwalk compare` found. commit: of the checkout that ran, else None; renderer: the GL driver's name;
-    image_size: the pictures' (width, height)."""
+    """Hold what `depthwalk compare` found.
+
+    Attributes
+    ----------
+    commit : of the checkout that ran; None where the package is installed.
+    renderer : the GL driver's name.
+    image_size : width and height of the pictures.
+    """
 
     version: str
     commit: str | None
@@ -62,7 +80,7 @@ class CompareReport:
 
 
 def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, str]:
-    """The mean of the models' means, the worst view of all, and the name of what it shows."""
+    """Return the mean of the models' means and the worst view of all, and the name of the model that it shows."""
     means = [mean for model in models if not math.isnan(mean := summarise(measure, model.views).mean)]
     every = summarise(measure, [view for model in models for view in model.views])
     shown = [m.name for m in models if summarise(measure, m.views).worst == every.worst]
@@ -71,7 +89,7 @@ def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, s
 
 
 def cost_goals(model: ModelReport) -> dict[str, bool | None]:
-    """Whether the costs reach their goals, which are set for one resolution and number of layers; else None."""
+    """Return whether the costs reach their goals, which hold for one resolution and number of layers; else None."""
     if (model.params.resolution, model.params.layers) != (goals.GOAL_RESOLUTION, goals.GOAL_LAYERS):
         return {"bake_seconds": None, "bytes_gpu": None}
     return {
@@ -81,7 +99,7 @@ def cost_goals(model: ModelReport) -> dict[str, bool | None]:
 
 
 def to_json(report: CompareReport) -> str:
-    """The report for programs. A value that is not a number, or is infinite, becomes null."""
+    """Return the report for programs. A value that is not a number, or is infinite, becomes null."""
     document = {
         "version": report.version,
         "commit": report.commit,
@@ -97,7 +115,7 @@ def to_json(report: CompareReport) -> str:
 
 
 def to_text(report: CompareReport) -> str:
-    """The report as tables for reading."""
+    """Return the report as tables for reading."""
     lines = [headline(report)]
     for model in report.models:
         lines += ["", model.name, f"  {costs_line(model)}", *_table(model)]
@@ -116,7 +134,7 @@ def to_text(report: CompareReport) -> str:
 
 
 def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
-    """Titles, then a row per model: its name, the mean of each measure and what it costs."""
+    """Return titles, then a row for each model: its name, the mean of each measure and what it costs."""
     rows = [("mean over the views", *(measure.title for measure in MEASURES), *_COSTS)]
     for model in models:
         means = [cell(measure, summarise(measure, model.views).mean, measure.goal_mean) for measure in MEASURES]
@@ -128,6 +146,7 @@ def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
 
 
 def headline(report: CompareReport) -> str:
+    """Return what the report as a whole was measured with."""
     width, height = report.image_size
     return (
         f"depth images against the mesh; {width} × {height} pixels; "
@@ -136,6 +155,7 @@ def headline(report: CompareReport) -> str:
 
 
 def costs_line(model: ModelReport) -> str:
+    """Return in one line how a model was baked and what it costs."""
     reached, costs, params = cost_goals(model), model.costs, model.params
     peak = "" if costs.bake_peak_bytes is None else f" within {costs.bake_peak_bytes / 1e6:.0f} MB"
     count = model.deepest if params.layers == "auto" else params.layers
@@ -155,18 +175,18 @@ def _megabytes(count: int | None) -> str:
 
 
 def mark(reached: bool | None) -> str:
-    """What stands behind a value that has a goal."""
+    """Return what stands behind a value that has a goal."""
     return "" if reached is None else " ok" if reached else " FAIL"
 
 
 def cell(measure: Measure, value: float, goal: float | None = None) -> str:
-    """A value, and how it stands to its goal."""
+    """Return a value, and how it stands to its goal."""
     shown = "–" if math.isnan(value) else f"{value:.{measure.digits}f}"
     return shown + mark(measure.reached(value, goal))
 
 
 def direction(viewpoint: Viewpoint | None) -> str:
-    """A view by elevation and azimuth."""
+    """Return elevation and azimuth of a viewpoint."""
     return "" if viewpoint is None else f"{viewpoint.elevation:+.0f}°/{viewpoint.azimuth:.0f}°"
 
 
@@ -209,7 +229,13 @@ def _model(model: ModelReport) -> dict[str, Any]:
 
 
 def _summary(measure: Measure, summary: Summary, name: str | None = None, aims: bool = True) -> dict[str, Any]:
-    """aims: say which goals are reached. name: of what the worst view shows, where there are several."""
+    """Return mean and worst of a measure for JSON.
+
+    Parameters
+    ----------
+    name : the model in the worst view, where there are several.
+    aims : say which goals are reached.
+    """
     document: dict[str, Any] = {"mean": summary.mean, "worst": summary.worst}
     if name is not None:
         document["worst_model"] = name

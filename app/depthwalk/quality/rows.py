@@ -1,4 +1,4 @@
-"""What `depthwalk quality` finds: values, what is asked of them, and pictures."""
+"""Hold what `depthwalk quality` finds: values, their goals, and pictures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,11 +9,19 @@ from depthwalk.quality.metrics import flip_colours
 from depthwalk.types import Picture
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
-    """A value. subject: what was looked at; name: what was measured of it; digits: shown behind the point; goal: what
-    it must reach, None where nothing is asked; details: other values of the same pictures, by name; pictures: PNG
-    files, by caption."""
+    """Hold a value.
+
+    Attributes
+    ----------
+    subject : what was looked at.
+    name : what was measured of it.
+    digits : shown after the decimal point.
+    goal : what it must reach; None where nothing is asked.
+    details : other values of the same pictures, by name.
+    pictures : PNG files, by caption.
+    """
 
     subject: str
     name: str
@@ -26,11 +34,11 @@ class Row:
 
     @property
     def reached(self) -> bool | None:
-        """None where there is no goal. What is not a number reaches none."""
+        """Whether the goal is reached; None where there is none. What is not a number reaches none."""
         return None if self.goal is None else bool((ge if self.more_is_better else le)(self.measured, self.goal))
 
 
 def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
-    """Panels of a picture (H, W, 3), of the truth and of their difference."""
+    """Return PNG files of a picture (H, W, 3), of the truth, and of their difference, by caption."""
     pictures = {name: shown, "truth": truth, "difference (FLIP, dark is equal)": flip_colours(truth, shown)}
     return {caption: png_bytes(picture) for caption, picture in pictures.items()}

@@ -1,5 +1,7 @@
-"""How like the shadows of depth images are to those of their meshes, for `depthwalk quality` and docs/shadows.md: of
-images alone, and as they are drawn by default, where meshes cast them that images would only magnify.
+"""Measure how like the shadows of depth images are to those of their meshes.
+
+For `depthwalk quality` and docs/shadows.md. They are those of images alone, and as they are drawn by default, where
+meshes cast them that images would only magnify.
 
 Each object hangs alone over level ground, so high that all of its shadow is seen from straight above that; all light is
 the sun's, so ground is dark exactly where the sun does not reach it.
@@ -42,18 +44,36 @@ _BOTH, _MISSING, _EXTRA, _LIT, _OBJECT = (70, 70, 70), (214, 20, 20), (40, 90, 2
 
 @dataclass(frozen=True)
 class Ground:
-    """What a picture shows of the ground. shown: (H, W), where nothing stands before it; shadow: (H, W)."""
+    """What a picture shows of the ground.
+
+    Attributes
+    ----------
+    shown : (H, W), where nothing stands before it.
+    shadow : (H, W), where the sun does not reach it.
+    """
 
     shown: NDArray[np.bool_]
     shadow: NDArray[np.bool_]
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Two rows for every asset that has depth images, of these alone and as they are drawn: the least intersection over
-    union of their shadow and the mesh's, over `SUNS`. size: (width, height), pixels. Raises InputError, and GpuError
-    without OpenGL."""
-    meshes = [each for scene in scenes for each in scene.assets if isinstance(each, MeshAsset)]
-    assets = {(each.mesh, str(each.dpci)): each for each in meshes if each.dpci is not None}
+    """Yield two rows for every asset that has depth images: of images alone, and as they are drawn.
+
+    They hold the least intersection over union of an asset's shadow and the mesh's, over `SUNS`.
+
+    Parameters
+    ----------
+    size : width and height of the pictures, pixels.
+
+    Raises
+    ------
+    InputError
+        For assets that cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be had.
+    """
+    meshes = [asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)]
+    assets = {(asset.mesh, str(asset.dpci)): asset for asset in meshes if asset.dpci is not None}
     for asset in assets.values():
         report(asset.name, "shadows")
         library = SceneLibrary((asset,), report)
@@ -67,18 +87,26 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def _row(asset: str, way: str, pairs: Mapping[str, tuple[Ground, Ground]]) -> Row:
-    """By the height of the sun, the ground below the mesh and below what is compared with it."""
+    """Return the row of one way, from the ground below the mesh and below the images for each height of the sun."""
     ious = {name: _iou(*pair) for name, pair in pairs.items()}
     worst = min(ious, key=ious.__getitem__)
     caption = f"{way}, sun {worst} high; only the mesh's red, only the depth images' blue"
     panels = {caption: png_bytes(_panel(*pairs[worst]))}
     details = {f"sun {name}": iou for name, iou in ious.items()}
     goal = LEAST_IOU if way == ALONE else None
-    return Row(asset, f"IoU with the mesh's, {way}", ious[worst], goal, digits=4, details=details, pictures=panels)
+    return Row(
+        subject=asset,
+        name=f"IoU with the mesh's, {way}",
+        measured=ious[worst],
+        goal=goal,
+        digits=4,
+        details=details,
+        pictures=panels,
+    )
 
 
 def _stage(sphere: Sphere) -> Scene:
-    """The object at the origin over white ground."""
+    """Return a scene of the object at the origin over white ground."""
     shadows = {"enabled": True, "cascades": 1, "distance": 100 * sphere.radius}  # beyond all that is seen
     settings = RenderSettings.model_validate({"shadows": shadows})
     below = sphere.centre[1] - (1 + RISE) * sphere.radius
@@ -90,7 +118,7 @@ def _stage(sphere: Sphere) -> Scene:
 
 
 def _grounds(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tuple[Ground, dict[str, Ground]]:
-    """The ground below the mesh, and below its depth images by the ways of `WAYS`."""
+    """Return the ground below the mesh, and below its depth images for each of `WAYS`."""
     environment, lod = headless.renderer.scene.environment, headless.renderer.settings.lod
     environment.sun.direction = sun
     assert environment.ground is not None  # the stage has one
@@ -122,13 +150,13 @@ def _ground(headless: HeadlessRenderer, view: View, ground: float, representatio
 
 
 def _iou(mesh: Ground, images: Ground) -> float:
-    """Where both show the ground."""
+    """Return the intersection over union of two shadows where both pictures show the ground."""
     both = mesh.shown & images.shown
     return silhouette_iou(mesh.shadow & both, images.shadow & both)
 
 
 def _panel(mesh: Ground, images: Ground) -> Picture:
-    """Both shadows in one picture (H, W, 3)."""
+    """Paint both shadows into one picture (H, W, 3)."""
     picture = np.empty((*mesh.shown.shape, 3), np.uint8)
     picture[...] = _OBJECT
     both = mesh.shown & images.shown

@@ -1,4 +1,4 @@
-"""One object, drawn as its mesh and as its depth images, from the same views in the same light."""
+"""Draw one object as its mesh and as its depth images, from the same views in the same light."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,14 +23,20 @@ BACKGROUND = (0.5, 0.5, 0.5)  # sRGB; neither bright nor dark surfaces gain by i
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture. pixels: (H, W, 3) uint8, sRGB, over `BACKGROUND`; distance: (H, W) float32, metres along the view
-    axis, +inf where nothing is. Row 0 at the top."""
+    """One picture, row 0 at the top.
+
+    Attributes
+    ----------
+    pixels : (H, W, 3) uint8, sRGB, over `BACKGROUND`.
+    distance : (H, W) float32, metres along the view axis, +inf where there is nothing.
+    """
 
     pixels: NDArray[np.uint8]
     distance: NDArray[np.float32]
 
     @property
     def covered(self) -> NDArray[np.bool_]:
+        """Where (H, W) the object is."""
         return np.isfinite(self.distance)
 
 
@@ -43,9 +49,16 @@ class Pair:
 
 
 class TwinRenderer:
-    """Draws pairs of pictures. Use it in a `with` block. Raises GpuError where no OpenGL 3.3 context can be had.
+    """Draws pairs of pictures. Use it in a `with` block.
 
-    size: (width, height), pixels.
+    Parameters
+    ----------
+    size : width and height of the pictures, pixels.
+
+    Raises
+    ------
+    GpuError
+        Where no OpenGL 3.3 context can be had.
     """
 
     def __init__(self, mesh: Mesh, baked: BakedModel, settings: RenderSettings, size: tuple[int, int]) -> None:
@@ -64,6 +77,7 @@ class TwinRenderer:
         self._headless.release()
 
     def pair(self, viewpoint: Viewpoint) -> Pair:
+        """Draw both pictures of a view."""
         return Pair(self._shot(viewpoint, Representation.MESH), self._shot(viewpoint, Representation.DPCI))
 
     @property
@@ -73,7 +87,7 @@ class TwinRenderer:
 
     @property
     def gpu_bytes(self) -> int:
-        """What the depth images occupy on the GPU: buffers and textures, mip-maps included."""
+        """The bytes of the depth images on the GPU: buffers and textures, with mip-maps."""
         assets = self._headless.renderer.assets
         return sum(assets.prepared(number).bytes for number in assets.depth_numbers(0))
 
@@ -85,7 +99,7 @@ class TwinRenderer:
 
 
 class _OneObject:
-    """A library (render.assets.Library) of one asset that is in memory already."""
+    """A library (`render.resources.asset_store.Library`) of one asset that is in memory already."""
 
     def __init__(self, mesh: Mesh, baked: BakedModel) -> None:
         self._mesh, self._baked = mesh, baked
@@ -100,7 +114,7 @@ class _OneObject:
         return True
 
     def cook_object(self, assets: Sequence[int]) -> None:
-        """It is there."""
+        """Do nothing: the depth images are baked."""
 
     def key(self, asset: int) -> str:
         return ""
@@ -115,14 +129,14 @@ class _OneObject:
         return (MeshLevel(self._mesh, 0.0),)
 
     def forget_mesh(self, asset: int) -> None:
-        """It stays."""
+        """Do nothing: the mesh stays."""
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
         raise LookupError(f"the scene of one object names no textures: {path}")
 
 
 def one_object_scene(settings: RenderSettings, environment: Environment) -> Scene:
-    """Asset 0 of a library at the origin, as its file has it. Its mesh stands in nowhere for what is to be measured."""
+    """Return a scene of asset 0 at the origin, whose mesh never takes the place of its depth images."""
     settings = settings.model_copy(deep=True)
     settings.lod.magnification = 0.0
     none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)

@@ -1,4 +1,4 @@
-"""Where the measured pictures are taken from: 42 views on a sphere, and a few from close by."""
+"""Choose where the measured pictures are taken from: 42 views on a sphere, and a few from close by."""
 
 import math
 from dataclasses import dataclass
@@ -21,8 +21,13 @@ CLOSE_RINGS = {-20: 2, 10: 4, 45: 2}
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """A direction to look from. elevation, azimuth: degrees; azimuth 0 is +Z, 90 is +X. close: from `CLOSE` radii
-    instead of where the object fills the frame."""
+    """A direction to look from.
+
+    Attributes
+    ----------
+    elevation, azimuth : degrees; azimuth 0 is +Z, 90 is +X.
+    close : from `CLOSE` radii away, instead of where the object fills the frame.
+    """
 
     elevation: float
     azimuth: float
@@ -30,7 +35,7 @@ class Viewpoint:
 
 
 def _on_rings(rings: dict[int, int], close: bool = False) -> tuple[Viewpoint, ...]:
-    """Views spread evenly over each ring; every second ring is turned by half a step."""
+    """Spread views evenly over each ring; every second ring is turned by half a step."""
     return tuple(
         Viewpoint(float(elevation), round((k + ring % 2 / 2) * 360 / count, 3), close)
         for ring, (elevation, count) in enumerate(rings.items())
@@ -46,21 +51,21 @@ VERIFY = SPHERE[3::7]  # 6 of them
 
 @dataclass(frozen=True)
 class Sphere:
-    """A bounding sphere. centre: (3,) metres, asset frame; radius: metres."""
+    """A bounding sphere: centre (3,) in the asset's frame, and radius, metres."""
 
     centre: tuple[float, float, float]
     radius: float
 
 
 def bounding_sphere(mesh: Mesh) -> Sphere:
-    """The smallest sphere about the centre of the mesh's bounding box that holds it."""
+    """Return the smallest sphere about the centre of the mesh's bounding box that holds it."""
     low, high = (corner.astype(np.float64) for corner in mesh.bounds)
     centre = (low + high) / 2
     return Sphere(tuple(centre.tolist()), float(np.linalg.norm(mesh.positions - centre, axis=1).max()))
 
 
 def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View:
-    """The view of an object from `viewpoint`; size: (width, height), pixels."""
+    """Return the view of an object from a viewpoint; `size` is width and height of the picture, pixels."""
     fov = math.radians(FOV)
     shorter = math.tan(fov / 2) * min(1.0, size[0] / size[1])
     distance = sphere.radius * (CLOSE if viewpoint.close else 1 / math.sin(math.atan(FILL * shorter)))

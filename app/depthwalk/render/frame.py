@@ -1,9 +1,14 @@
-"""What a pass is given: the frame's plan, view, light and targets; and what every pass must be."""
+"""What a pass is given, `Frame`, and what every pass must be, `Pass`.
+
+A frame is a list of passes that run one after the other. They know of each other by the targets alone that they read
+and write (`render.targets.TARGETS`); what they draw and through which camera comes with the `Frame`, and how they draw
+it with their own parameters.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar, cast, get_args, get_origin
+from typing import ClassVar, Generic, TypeVar, cast, get_args, get_origin
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
@@ -15,21 +20,22 @@ from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import LodParams
-
-if TYPE_CHECKING:  # the settings are made of the passes' parameters, and the scene's schema of the settings
-    from depthwalk.scene.environment import Environment
-    from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import LodParams, RenderSettings
 
 P = TypeVar("P", bound=Params)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Common:
-    """What several passes go by, of the settings; all else in them belongs to one pass each.
+    """Hold the settings that several passes go by; every other setting belongs to one pass.
 
-    forward: depth images are lit where they are shaded (`render.light.mode`); wireframe, show_tiles: those of
-    `render.warp` and `render.composite`.
+    Attributes
+    ----------
+    aa : the anti-aliasing of the picture.
+    lod : levels of detail, `render.lod`.
+    forward : whether depth images are lit where their colour is looked up, instead of later with everything else.
+    wireframe, show_tiles : whether triangles are drawn as lines, and impostor tiles in a colour each.
     """
 
     aa: AntiAliasing
@@ -39,7 +45,8 @@ class Common:
     show_tiles: bool
 
 
-def common(settings: "RenderSettings") -> Common:
+def common(settings: RenderSettings) -> Common:
+    """Return what several passes go by of `settings`."""
     return Common(
         aa=anti_aliasing(settings),
         lod=settings.lod,
@@ -51,19 +58,28 @@ def common(settings: "RenderSettings") -> Common:
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """One picture on its way.
+    """Describe one frame to the passes that draw it.
 
-    light: of sun and sky, derived once from the environment; targets: for a pass, those that it declares; transparent:
-    alpha 0 where nothing is, instead of sky or background; shading: of the depth-image objects of all rounds, for
-    passes that do not draw objects, as `shadows`: the maps of sun and lamps; lens_point: which of the frames this is
-    that make up the picture; sample: which of a pixel's samples the G-buffer has, where the targets have several, seen
-    through `view`.
+    Attributes
+    ----------
+    view : the camera and the size of the targets, near and far plane fitted to what is in sight.
+    plan : the draw lists: of the current occlusion phase for passes that draw objects, of the whole frame for others.
+    common : the settings that several passes go by.
+    environment : sun, sky, ground, fog and lamps of the scene.
+    light : of sun and sky, derived once from the environment.
+    assets : the assets that are on the GPU.
+    targets : for a pass, those that it declares.
+    transparent : whether alpha is 0 where nothing is, instead of sky or background.
+    shading : the depth-image objects that may be visible, for `material_resolve`; None for passes that draw objects.
+    shadows : what the shadow maps of sun and lamps are to show; empty for passes that draw objects.
+    lens_point : the number of this frame among those that make up one picture (see `Pass.views`).
+    sample : the number of the sample of each pixel that the G-buffer holds, where the targets have several.
     """
 
     view: View
     plan: FrameDrawLists
     common: Common
-    environment: "Environment"
+    environment: Environment
     light: Lighting
     assets: AssetStore
     targets: Targets
@@ -75,18 +91,75 @@ class Frame:
 
 
 class Pass(ABC, Generic[P]):
-    """One stage of a frame, with parameters of a class of its own: `class FogPass(Pass[FogParams])`.
+    """Draw one stage of a frame, with parameters of a class of its own.
 
-    Its name is that of its timer; of those in the package also that of module, shader folder, panel section and group
-    in the render settings. `reads` and `writes` name targets (`render.targets.TARGETS`), and no others are within
-    reach: a pass draws into `writes` what it computes from `reads`. A depth that it only tests against counts as read.
+    A subclass declares `name`, `reads` and `writes`, and implements `setup` and `draw`. The renderer then calls:
 
-    A pass owns what it creates through `self.gl`, and sets GL state by `self.gl.state` alone, which restores it. One
-    that `draws_objects` draws those of `frame.plan`, once for each round of objects; one that is `per_sample` draws
-    once for each of a pixel's samples; others draw once.
+    ==================  ================================================================================================
+    `attach`, `setup`   Once, before the first frame: create programs and buffers through `gl`.
+    `resize`            Before the first frame and whenever the size of the targets changes.
+    `views`             Once per picture: of which frames it consists.
+    `enabled`           Once per frame, when all passes before have drawn: whether there is anything to draw.
+    `draw`              After `enabled` said so: draw into the targets of `writes` what is computed from `reads`.
+    `forget_assets`     Before assets are released: drop what refers to their buffers.
+    `release`           At the end: free what was created. The pass may then be attached to another renderer.
+    ==================  ================================================================================================
 
-    params: its own, for passes that have no group in the render settings; where they are given, they are taken in place
-    of such a group. They may be changed between frames.
+    `enabled` and `draw` run once per frame, but once per occlusion phase for a pass that `draws_objects`, and once per
+    sample of a pixel for one that is `per_sample`.
+
+    Promised to a pass: GL state is the default of `gpu.state.State` (no depth test, no blending, no culling); the
+    uniform block `View` of shaders/common/view.glsl holds `frame.view`; no framebuffer and no texture is known to be
+    bound. Owed by a pass: it sets GL state by `self.gl.state` alone, which restores it, creates GL objects through
+    `self.gl` alone, which frees them, and touches no target but those that it declares, which `frame.targets` enforces.
+
+    Attributes
+    ----------
+    name : of its timer; of the package's own passes also that of module, shader folder, panel section and group in the
+        render settings.
+    draws_objects : whether it draws those of `frame.plan`; such passes run before all others.
+    per_sample : whether it runs for each sample of a pixel, where targets have several.
+    reads, writes : names of targets (`render.targets.TARGETS`). A depth that is only tested against counts as read.
+    Params : the class of its parameters, from the head of the class.
+    params : the parameters that hold where the render settings have no group of the pass's name; may be changed between
+        frames.
+    gl : creates and owns GL objects; there from `attach` to `release`.
+
+    Parameters
+    ----------
+    params
+        Parameters of its own, which hold in place of a group of the render settings. None: that group or, where there
+        is none, the defaults.
+
+    Examples
+    --------
+    A pass that darkens the corners of the picture::
+
+        class VignetteParams(Params):
+            strength: float = param(0.5, "Part of the light that the corners lose", ge=0, le=1)
+
+        class VignettePass(Pass[VignetteParams]):
+            name = "vignette"
+            reads = ("lit",)
+            writes = ("lit",)
+
+            def setup(self, gl: Scope) -> None:
+                self._program = Program(gl, "common/fullscreen.vert", Path(__file__).with_name("vignette.frag"))
+
+            def enabled(self, frame: Frame, params: VignetteParams) -> bool:
+                return params.strength > 0
+
+            def draw(self, frame: Frame, params: VignetteParams) -> None:
+                frame.targets.lit_before().use(0)
+                self._program.set(lit_texture=0, strength=params.strength)
+                with self.gl.state(into=frame.targets.lit):
+                    self._program.fill()
+
+    It is put where it belongs in the order of a frame::
+
+        passes = default_passes()
+        passes.insert(-1, VignettePass(VignetteParams(strength=0.3)))  # before `output`
+        renderer = Renderer(device, scene, library, passes)
     """
 
     name: ClassVar[str]
@@ -105,11 +178,17 @@ class Pass(ABC, Generic[P]):
                 (cls.Params,) = get_args(base)
 
     def __init__(self, params: P | None = None) -> None:
-        self._has_own = params is not None
+        self._has_own_params = params is not None
         self.params: P = cast(P, self.Params()) if params is None else params
 
     def attach(self, device: Device) -> None:
-        """Create what the pass needs on a device. One pass serves one renderer at a time, or ValueError is raised."""
+        """Create what the pass needs on a device.
+
+        Raises
+        ------
+        ValueError
+            Where the pass serves a renderer already: it has state of a frame, and two renderers would mix theirs.
+        """
         if hasattr(self, "gl"):
             raise ValueError(f"pass {self.name} belongs to a renderer already")
         self.gl = device.scope(self.name)
@@ -119,35 +198,35 @@ class Pass(ABC, Generic[P]):
             self.release()
             raise
 
-    def params_in(self, settings: "RenderSettings") -> P:
-        """The parameters that hold: its own, or its group in the settings."""
+    def params_in(self, settings: RenderSettings) -> P:
+        """Return the parameters that hold: those that it was made with, else its group in `settings`."""
         group = getattr(settings, self.name, None)
-        return cast(P, group) if isinstance(group, self.Params) and not self._has_own else self.params
+        return cast(P, group) if isinstance(group, self.Params) and not self._has_own_params else self.params
 
     @abstractmethod
     def setup(self, gl: Scope) -> None:
-        """Create programs and buffers."""
+        """Create programs and buffers through `gl`."""
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Called before the first frame and whenever the picture's size changes."""
+        """Drop what depends on the size of the targets, width and height in pixels; nothing by default."""
 
     def views(self, view: View, params: P) -> Iterable[View]:
-        """Of what frames the picture consists: one, unless the pass blends several."""
+        """Return the views of the frames that make up one picture: `view` alone, unless the pass blends several."""
         return (view,)
 
     def enabled(self, frame: Frame, params: P) -> bool:
-        """Whether there is anything to draw in this frame; asked when all passes before have drawn."""
+        """Return whether there is anything to draw. If not, the pass costs nothing in this frame and has no timer."""
         return True
 
     @abstractmethod
     def draw(self, frame: Frame, params: P) -> None:
-        """Draw into the targets that it writes."""
+        """Draw into the targets of `writes`."""
 
     def forget_assets(self) -> None:
-        """Drop what refers to assets, because they are about to be released."""
+        """Drop what refers to assets, because they are about to be released; nothing by default."""
 
     def release(self) -> None:
-        """Free what the pass has on the device, which it then no longer belongs to."""
+        """Free what the pass has on its device, to which it then no longer belongs."""
         if hasattr(self, "gl"):
             self.gl.release()
             del self.gl

@@ -1,4 +1,4 @@
-"""Pictures without a window."""
+"""Draw pictures without a window, in a GL context of their own."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -19,15 +19,30 @@ from depthwalk.scene.scene import Scene
 
 
 class HeadlessRenderer:
-    """Draws one scene into memory. Use it in a `with` block, which frees the GL context and all in it.
+    """Draw one scene into memory. Use it in a `with` block, which frees the GL context and all in it.
 
-    Its making loads the assets that are drawn, and bakes where that is needed. Raises GpuError where no OpenGL 3.3
-    context can be had, InputError for assets that cannot be used. There may be several at a time: each call makes its
-    own context current and then again the one that was.
+    There may be several at a time: every call makes its own context current, and then again the one that was. A picture
+    does not depend on those before it; to draw a walk as the window does, set `renderer.remembers`.
 
-    A picture does not depend on those before it. To draw a walk as the window does, set `renderer.remembers`.
+    Parameters
+    ----------
+    scene : what is drawn.
+    library : reads, bakes and caches the scene's assets; all that are drawn are loaded here.
+    size : width and height of the pictures, pixels.
+    representation : draws every object so, where its asset allows it; None: as the scene says.
+    passes : the passes of a frame; see `Renderer`.
 
-    passes: see `Renderer`.
+    Attributes
+    ----------
+    renderer : the renderer, for its settings, counts and timers.
+    size : width and height of the pictures, pixels.
+
+    Raises
+    ------
+    GpuError
+        Where no OpenGL 3.3 context can be had.
+    InputError
+        For assets that cannot be used.
     """
 
     def __init__(
@@ -62,28 +77,29 @@ class HeadlessRenderer:
         self.release()
 
     def release(self) -> None:
+        """Free the renderer and its context."""
         with self.device.context:
             self._objects.close()
         self.device.context.release()
 
     def draw(self, view: View, transparent: bool = False) -> None:
-        """Draws a frame; transparent: alpha 0 instead of sky and background."""
+        """Draw a frame of `view`, which has the renderer's size. transparent: alpha 0 instead of sky and background."""
         with self.device.context:
             self.renderer.render(view, self._screen, transparent)
 
     def pixels(self) -> NDArray[np.uint8]:
-        """The frame drawn last, (H, W, 4) uint8, sRGB and alpha, row 0 at the top."""
+        """Return the frame drawn last, (H, W, 4) uint8, sRGB and alpha, top row first."""
         with self.device.context:
             return read_pixels(self._screen)
 
     def frame_all(self) -> Camera:
-        """A camera that sees every object in pictures of this size."""
+        """Return a camera that sees every object in pictures of this size."""
         width, height = self.size
         with self.device.context:
             return self.renderer.frame_all(width / height)
 
     def linear_image(self) -> LinearImage:
-        """The frame drawn last, in linear light and with distances."""
+        """Return the frame drawn last in linear light, and its distances, with the mean and the least of samples."""
         targets, fitted = self.renderer.targets, self.renderer.view
         assert targets is not None and fitted is not None  # `draw` made them
         with self.device.context:

@@ -1,6 +1,7 @@
-"""A scene to pictures: plans the frame, runs the passes in order, times each.
+"""Draw a scene: find what is in sight, plan the frame, run its passes in order and time each.
 
-GL state between passes: the defaults of `gpu.state.State`, and whichever framebuffer the last one used.
+`Renderer._render` is the outline of a frame; docs/images/frame.svg shows its passes and the targets between them, and
+`render.frame.Pass` says what a pass may rely on.
 """
 
 import math
@@ -26,6 +27,7 @@ from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
 from depthwalk.render.passes import default_passes
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.shadow_planner import ShadowPlanner
+from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets, declared
 from depthwalk.render.view.bounds import depth_range, ground_range
 from depthwalk.render.view.view import View, view_distance
@@ -34,13 +36,30 @@ from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
-_IN_FRONT = glm.dvec3(0, 0.25, 1)  # the direction from which all is seen, a little from above
+_IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
 
 class Renderer:
-    """Draws one scene. `settings` and `scene.environment` may change between frames.
+    """Draw one scene, frame by frame. Its settings and `scene.environment` may change between frames.
 
-    passes: what a frame consists of, in this order, for this renderer alone; None: `default_passes()`.
+    Parameters
+    ----------
+    device : the GPU, whose context must be current whenever the renderer is used.
+    scene : what is drawn; its objects are watched by `world`.
+    library : reads, bakes and caches the assets when they are first needed.
+    passes : the passes of a frame in their order, for this renderer alone; None: `default_passes()`.
+
+    Attributes
+    ----------
+    settings : the render settings of the scene.
+    remembers : whether frames use what those before found, as impostor tiles and what was in sight. If not, no frame
+        depends on another.
+    upload_seconds : how long a frame may bring assets to the GPU; None: until all are there (see `AssetStore.stream`).
+    world : the objects in arrays, which is told when they move.
+    assets : the assets on the GPU.
+    targets : the textures that passes draw into; None before the first frame.
+    plan, view : the draw lists and the view of the frame drawn last, near and far plane fitted; None before the first.
+    timers : milliseconds of each pass and of the steps on the CPU.
     """
 
     def __init__(
@@ -50,11 +69,13 @@ class Renderer:
         self.scene = scene
         self.settings = scene.render
         self.assets = AssetStore(device, library)
-        self.assets.before_release = self._forget_arrays
+        self.assets.before_release = self._forget_assets
         self.world = RenderWorld(scene, library, self.assets)
-        self.remembers = False  # frames use what those before found: tiles, what was seen; else none depends on another
-        self.upload_seconds: float | None = None  # of a frame, see `AssetStore.stream`
+        self.remembers = False
+        self.upload_seconds: float | None = None
         self.targets: Targets | None = None
+        self.plan: FrameDrawLists | None = None
+        self.view: View | None = None
         self.timers = PassTimers(device)
         self._phases = OcclusionPhases(device, scene.render, self.world, self.timers)
         self._gl = device.scope("view")
@@ -62,43 +83,46 @@ class Renderer:
         self._shadows = ShadowPlanner(self.world, self.timers)
         self.passes: list[Pass[Any]] = []
         try:
-            for each in default_passes() if passes is None else passes:
-                each.attach(device)
-                self.passes.append(each)
+            for pass_ in default_passes() if passes is None else passes:
+                pass_.attach(device)
+                self.passes.append(pass_)
         except BaseException:
             self.release()
             raise
-        self.plan: FrameDrawLists | None = None  # of the frame drawn last
-        self.view: View | None = None  # of the frame drawn last, near and far plane fitted
 
     def render(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> None:
-        """Draws what `view` sees of the scene into `screen`, which has the view's size. Supersampled, the targets and
-        the view of the passes before `output` are larger by that."""
+        """Draw a picture of the scene.
+
+        Parameters
+        ----------
+        view : the camera, and the size of `screen`. Supersampled, the passes before `output` see a larger size.
+        screen : the framebuffer to draw into.
+        transparent : whether alpha is 0 where nothing is, instead of sky or background.
+        """
         views = [view]
-        for each in self.passes:
-            views = [seen for whole in views for seen in each.views(whole, each.params_in(self.settings))]
+        for pass_ in self.passes:
+            views = [seen for whole in views for seen in pass_.views(whole, pass_.params_in(self.settings))]
         for lens_point, seen in enumerate(views):
             self._render(seen, screen, transparent, lens_point)
         self.timers.end_frame()
 
     def _render(self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int) -> None:
-        settings, environment = self.settings, self.scene.environment
-        by = common(settings)
-        view = replace(view, size=(view.size[0] * by.aa.samples, view.size[1] * by.aa.samples))
-        targets = self._prepare_targets(view.size, hardware_samples(settings, self.device), by.aa)
+        """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them."""
+        shared = common(self.settings)
+        view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
+        targets = self._prepare_targets(view.size, hardware_samples(self.settings, self.device), shared.aa)
         targets.screen = screen
         self.world.table()  # loads what is not loaded yet
         in_sight = self._phases.in_sight(view)
         view = self._fitted(view, in_sight)
-        self.assets.budget = settings.gpu_memory
+        self.assets.budget = self.settings.gpu_memory
         residency = FrameResidency(self.world, self.assets, self.upload_seconds)
-        light = lighting(environment)
         frame_of = partial(
             Frame,
             view=view,
-            common=by,
-            environment=environment,
-            light=light,
+            common=shared,
+            environment=self.scene.environment,
+            light=lighting(self.scene.environment),
             assets=self.assets,
             targets=targets,
             transparent=transparent,
@@ -107,38 +131,78 @@ class Renderer:
         plans: list[FrameDrawLists] = []
         for plan in self._phases.plans(view, in_sight, targets, residency, self.remembers):
             plans.append(plan)
-            self._draw([each for each in self.passes if each.draws_objects], frame_of(plan=plan))
+            self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
         self.plan, self.view = FrameDrawLists.joined(plans), view
-        shaded = self._shading(view, self.plan)
-        shadows = self._shadows.plan(
-            view, light, environment.lights, settings.shadows, settings.lod.magnification, residency, self.remembers
-        )
-        frame = frame_of(plan=self.plan, shading=shaded, shadows=shadows)
-        self._draw_samples([each for each in self.passes if not each.draws_objects], frame)
+        frame = frame_of(plan=self.plan, shading=self._shading(view, self.plan))
+        frame = replace(frame, shadows=self._shadow_maps(frame, residency))
+        self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
         self.plan.counts["assets"] = self.assets.depth_count
         self.plan.counts["gpu_mb"] = self.assets.gpu_bytes / 1e6
 
+    def _prepare_targets(self, size: tuple[int, int], samples: int, aa: AntiAliasing) -> Targets:
+        """Return cleared targets of `size` pixels; those of the last frame where they fit."""
+        if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
+            self._release_targets()
+            self.targets = Targets(self.device, size, samples)
+            for pass_ in self.passes:
+                pass_.resize(size)
+        # Only GPAA reads albedo and normals where nothing is.
+        cleared = self.targets.polygons if aa.geometric else self.targets.visibility
+        cleared.clear(depth=1.0)
+        return self.targets
+
+    def _fitted(self, view: View, in_sight: InSight) -> View:
+        """Return `view` with near and far plane about what is `in_sight` and about the ground."""
+        if view.near is not None and view.far is not None:
+            return view
+        ground = self.scene.environment.ground
+        seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
+        near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
+        return replace(view, near=near, far=far)
+
+    def _shading(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
+        """Return what `material_resolve` looks up of the depth-image objects of `plan`."""
+        with self.timers.measure_cpu("plan"):
+            objects, bounds = self.world.objects().take(plan.numbered), self.world.bounds().take(plan.numbered)
+            return shading(view, objects, bounds, plan.tiled)
+
+    def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
+        """Return what the shadow maps of sun and lamps are to show in `frame`."""
+        settings, lamps = self.settings, frame.environment.lights
+        return self._shadows.plan(
+            frame.view, frame.light, lamps, settings.shadows, settings.lod.magnification, residency, self.remembers
+        )
+
     def _draw_samples(self, passes: Sequence[Pass[Any]], frame: Frame) -> None:
-        """Runs of passes that are `per_sample` once for each of a pixel's samples, the others once."""
+        """Run neighbouring passes that are `per_sample` once for each of a pixel's samples, the others once."""
         targets = frame.targets
-        for per_sample, run in groupby(passes, lambda each: each.per_sample):
+        for per_sample, run in groupby(passes, lambda pass_: pass_.per_sample):
             several = per_sample and targets.samples > 1
             together, views = list(run), sample_views(frame.view, targets.offsets) if several else [frame.view]
             for number, seen in enumerate(views):
                 self._draw(together, replace(frame, view=seen, sample=number))
 
     def _draw(self, passes: Sequence[Pass[Any]], frame: Frame) -> None:
+        """Run those of `passes` that have anything to draw, each with the targets that it declares."""
         self._view_block.show(frame.view)
-        for each in passes:
-            params = each.params_in(self.settings)
-            own = replace(frame, targets=declared(frame.targets, each.name, each.reads, each.writes))
-            if each.enabled(own, params):
-                with self.timers.measure(each.name):
-                    each.draw(own, params)
+        for pass_ in passes:
+            params = pass_.params_in(self.settings)
+            own_frame = replace(frame, targets=declared(frame.targets, pass_.name, pass_.reads, pass_.writes))
+            if pass_.enabled(own_frame, params):
+                with self.timers.measure(pass_.name):
+                    pass_.draw(own_frame, params)
 
     def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
-        """Metres along the view axis to what the frame drawn last shows there; +inf where nothing is. Waits for that
-        frame. across, down: parts of the picture's width and height, from its upper left corner."""
+        """Return how far away is what the frame drawn last shows at a place. Waits for that frame.
+
+        Parameters
+        ----------
+        across, down : parts of the picture's width and height, from its upper left corner.
+
+        Returns
+        -------
+        Metres along the view axis; +inf where nothing is.
+        """
         if self.targets is None or self.view is None:
             return float("inf")
         width, height = self.targets.size
@@ -172,28 +236,15 @@ class Renderer:
         place = target + glm.normalize(away) * (radius / math.sin(narrower / 2))
         return Camera(place.to_tuple(), target.to_tuple(), fov)
 
-    def _fitted(self, view: View, in_sight: InSight) -> View:
-        """`view` with near and far plane about what is `in_sight`, and about the ground."""
-        if view.near is not None and view.far is not None:
-            return view
-        ground = self.scene.environment.ground
-        seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
-        near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
-        return replace(view, near=near, far=far)
-
-    def _shading(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
-        with self.timers.measure_cpu("plan"):
-            objects, bounds = self.world.objects().take(plan.numbered), self.world.bounds().take(plan.numbered)
-            return shading(view, objects, bounds, plan.tiled)
-
-    def _forget_arrays(self) -> None:
-        for each in self.passes:
-            each.forget_assets()
+    def _forget_assets(self) -> None:
+        for pass_ in self.passes:
+            pass_.forget_assets()
 
     def release(self) -> None:
+        """Free everything on the GPU. The passes may then serve another renderer."""
         self.assets.release()
-        for each in self.passes:
-            each.release()
+        for pass_ in self.passes:
+            pass_.release()
         self._gl.release()
         self._release_targets()
 
@@ -203,21 +254,9 @@ class Renderer:
             self.targets.release()
         self.targets = None
 
-    def _prepare_targets(self, size: tuple[int, int], samples: int, aa: AntiAliasing) -> Targets:
-        """Those of that size, cleared."""
-        if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
-            self._release_targets()
-            self.targets = Targets(self.device, size, samples)
-            for each in self.passes:
-                each.resize(size)
-        # Only GPAA reads albedo and normals where nothing is.
-        cleared = self.targets.polygons if aa.geometric else self.targets.visible
-        cleared.clear(depth=1.0)
-        return self.targets
-
 
 def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
-    """The picture (H, W, 4) uint8, top row first."""
+    """Return the picture (H, W, 4) uint8, top row first. Waits until it is drawn."""
     width, height = framebuffer.size
     data = framebuffer.read(components=4, alignment=1)
     return np.frombuffer(data, np.uint8).reshape(height, width, 4)[::-1]

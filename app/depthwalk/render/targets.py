@@ -1,7 +1,13 @@
-"""The textures that passes hand to each other."""
+"""The textures that passes hand to each other: what they hold, and the framebuffers that draw into them.
+
+`TARGETS` declares what each texture holds and `FRAMEBUFFERS` how they are drawn into; `Targets` creates both for one
+size of picture. A pass names in `reads` and `writes` the targets that it uses, and `declared` lets it reach no others,
+so that declarations tell all that passes know of each other. docs/generate.py writes the table in docs/parameters.md
+and the figure docs/images/frame.svg from them.
+"""
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import moderngl
 import numpy as np
@@ -12,39 +18,127 @@ from depthwalk.render.shadows.sun_uniforms import LampMaps, SunMaps
 
 ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
-# What passes declare that they read or write: what there is of each of them, to be read, in `Targets`.
-TARGETS: dict[str, tuple[str, ...]] = {
-    "atlas": ("atlas_owner", "atlas_depth"),
-    "visible": ("visibility_texture",),
-    "albedo": ("albedo",),
-    "surface": ("surface",),
-    "depth": ("depth",),
-    "samples": ("drawn",),  # the four above where pixels have several
-    "levels": (),
-    "sun_maps": ("sun_maps",),
-    "lamp_maps": ("lamp_maps",),
-    "shadow": ("shadow_texture",),
-    "lit": ("lit_texture", "lit_before"),
-    "screen": (),
+
+class TextureFormat(NamedTuple):
+    """A format of textures: its name in OpenGL; the components and the dtype by which moderngl makes it."""
+
+    name: str
+    components: int
+    dtype: str
+
+
+RGBA8 = TextureFormat("RGBA8", 4, "f1")
+RGBA16 = TextureFormat("RGBA16", 4, "nu2")
+RGBA16F = TextureFormat("RGBA16F", 4, "f2")
+RG32UI = TextureFormat("RG32UI", 2, "u4")
+R16UI = TextureFormat("R16UI", 1, "u2")
+R8 = TextureFormat("R8", 1, "f1")
+DEPTH24 = TextureFormat("DEPTH24", 0, "")
+_ALL_FORMATS = TextureFormat("RG32UI, RGBA8, RGBA16, DEPTH24", 0, "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """Declare what passes hand to each other under one name.
+
+    Attributes
+    ----------
+    textures : the attributes of `Targets` that hold it, each with its format. Passes that read the target use these.
+    holds : what is in it: channels, space and unit.
+    """
+
+    textures: dict[str, TextureFormat]
+    holds: str
+
+    @property
+    def formats(self) -> str:
+        """The formats of its textures, as docs show them."""
+        return ", ".join(dict.fromkeys(texture_format.name for texture_format in self.textures.values()))
+
+
+TARGETS: dict[str, Target] = {
+    "atlas": Target(
+        textures={"atlas_owner": R16UI, "atlas_depth": DEPTH24},
+        holds="Impostor tiles: r = image that owns the texel, 0 for none; depth = 1 − nearest·λ/w, 1 where empty",
+    ),
+    "visibility": Target(
+        textures={"visibility_texture": RG32UI},
+        holds="Visibility buffer: r = object and image, 0 for polygons; g = 1 / distance along the view axis, coverage",
+    ),
+    "albedo": Target(
+        textures={"albedo": RGBA8},
+        holds="G-buffer: rgb = square root of the linear colour, a = specular strength",
+    ),
+    "surface": Target(
+        textures={"surface": RGBA16},
+        holds="G-buffer: rg = world normal, octahedral; b = shininess / MAX_SHININESS, 0 where lit already",
+    ),
+    "depth": Target(
+        textures={"depth": DEPTH24},
+        holds="Depth buffer of the picture, 0 at the near and 1 at the far plane; 1 where nothing was drawn",
+    ),
+    "samples": Target(
+        textures={"drawn": _ALL_FORMATS},
+        holds="With several samples per pixel, `visibility`, `albedo`, `surface` and `depth` of each of them",
+    ),
+    "material_depth": Target(
+        textures={"material_depth_texture": DEPTH24},
+        holds="Depth that stands for the asset that a pixel shows, less FULL_COVERAGE where that covers it in part",
+    ),
+    "sun_maps": Target(
+        textures={"sun_maps": DEPTH24},
+        holds="Shadow maps of the sun: depth along its light, cascades side by side; none where it casts no shadows",
+    ),
+    "lamp_maps": Target(
+        textures={"lamp_maps": DEPTH24},
+        holds="Shadow maps of the lamps: depth along their light, side by side; none where no lamp casts shadows",
+    ),
+    "shadow": Target(
+        textures={"shadow_texture": R8},
+        holds="r = part of the sun's light that reaches the pixel's surface",
+    ),
+    "lit": Target(
+        textures={"lit_texture": RGBA16F, "lit_before": RGBA16F},
+        holds="The picture in linear light, premultiplied by a, which is 0 where nothing is in a transparent picture",
+    ),
+    "screen": Target(
+        textures={"screen": RGBA8},
+        holds="The finished picture in sRGB, of the size that was asked for; set for each frame",
+    ),
 }
-_READ = {name: target for target, names in TARGETS.items() for name in names}
-# The targets that framebuffers draw into: colours, and the depth that is tested against or written.
-_DRAWN_INTO: dict[str, tuple[tuple[str, ...], str | None]] = {
-    "atlas": (("atlas",), None),
-    "visible": (("visible",), "depth"),
-    "polygons": (("albedo", "surface", "visible"), "depth"),
-    "one_sample": (("albedo", "surface", "visible"), "depth"),
-    "levels": (("levels",), None),
-    "shaded": (("albedo", "surface"), "levels"),
-    "gbuffer": (("albedo", "surface"), "depth"),
-    "shadow": (("shadow",), None),
-    "lighting": (("lit",), "depth"),
-    "lit": (("lit",), None),
-    "shaded_lit": (("albedo", "surface", "lit"), "levels"),
-    "covered": (("lit",), "levels"),
-    "screen": (("screen",), None),
+
+
+class Framebuffer(NamedTuple):
+    """Textures of `Targets` that are drawn into together.
+
+    The depth texture is tested against, and written where the pass does so; without colours it is all that is written.
+    Those that objects are drawn into have all samples of a pixel.
+    """
+
+    colours: tuple[str, ...]
+    depth: str | None = None
+    all_samples: bool = False
+
+
+_SURFACES = ("albedo", "surface")
+_ALL_SURFACES = (*_SURFACES, "visibility_texture")
+FRAMEBUFFERS: dict[str, Framebuffer] = {
+    "atlas": Framebuffer(("atlas_owner",), "atlas_depth"),
+    "visibility": Framebuffer(("visibility_texture",), "depth", all_samples=True),  # what depth images write
+    "polygons": Framebuffer(_ALL_SURFACES, "depth", all_samples=True),  # what polygons write
+    "one_sample": Framebuffer(_ALL_SURFACES, "depth"),  # one of the samples of `polygons`
+    "material_depth": Framebuffer((), "material_depth_texture"),
+    "shaded": Framebuffer(_SURFACES, "material_depth_texture"),  # the pixels of one asset
+    "shaded_lit": Framebuffer((*_SURFACES, "lit_texture"), "material_depth_texture"),  # and their light, forward
+    "gbuffer": Framebuffer(_SURFACES, "depth"),
+    "shadow": Framebuffer(("shadow_texture",)),
+    "lighting": Framebuffer(("lit_texture",), "depth"),
+    "lit": Framebuffer(("lit_texture",)),
+    "covered": Framebuffer(("lit_texture",), "material_depth_texture"),  # pixels that are covered in part
+    "screen": Framebuffer(("screen",)),
 }
-_OF_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # numbers, that every pass may know
+_TARGET_OF = {attribute: name for name, target in TARGETS.items() for attribute in target.textures}
+_OPEN_TO_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # numbers, which need no declaration
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,69 +147,96 @@ class Drawn:
 
     albedo: moderngl.Texture
     surface: moderngl.Texture
-    visible: moderngl.Texture
+    visibility_texture: moderngl.Texture
     depth: moderngl.Texture
 
 
 class Targets:
-    """atlas: intermediate images (owner, 1 − nearest·λ/w); visible: image in front and its distance, depth; polygons:
-    all that polygons write; levels: the asset in front, as a depth; shaded: albedo, surface, that; gbuffer: albedo,
-    surface, depth; shadow: part of the sun's light that reaches a pixel; sun_maps: where it casts shadows; lamp_maps:
-    depth, tiles, of those lamps that cast shadows, both None where none does, made by the pass that draws them; lit:
-    linear RGBA, half, premultiplied; lighting: that, depth; shaded_lit: as shaded, with lit;
-    covered: lit, levels.
+    """Hold the textures of `TARGETS` and the framebuffers of `FRAMEBUFFERS`, as attributes of these names.
 
-    screen: where the finished picture goes, set for each frame.
+    With several samples per pixel `drawn` holds textures of their own for `visibility` and `polygons` to draw into; all
+    other textures have one. Else `drawn` holds the same textures as the attributes do.
 
-    With several `samples` per pixel, at `offsets` (samples, 2) from its middle, pixels, visible and polygons have
-    textures of their own (`drawn`); one_sample is a sample of polygons, and all others know of that alone.
+    Parameters
+    ----------
+    device : owner of the GL context.
+    size : width and height, pixels.
+    samples : samples per pixel of what objects are drawn into.
+
+    Attributes
+    ----------
+    atlas_size : width and height of the atlas, texels.
+    offsets : (samples, 2), places of the samples from the pixel's middle, pixels to the right and up.
+    sun_maps, lamp_maps : the shadow maps, set by the pass that draws them; None where nothing casts shadows.
+    screen : where the finished picture goes, set for each frame.
     """
+
+    atlas_owner: moderngl.Texture
+    atlas_depth: moderngl.Texture
+    visibility_texture: moderngl.Texture
+    albedo: moderngl.Texture
+    surface: moderngl.Texture
+    depth: moderngl.Texture
+    material_depth_texture: moderngl.Texture
+    shadow_texture: moderngl.Texture
+    lit_texture: moderngl.Texture
+    atlas: moderngl.Framebuffer
+    visibility: moderngl.Framebuffer
+    polygons: moderngl.Framebuffer
+    one_sample: moderngl.Framebuffer
+    material_depth: moderngl.Framebuffer
+    shaded: moderngl.Framebuffer
+    shaded_lit: moderngl.Framebuffer
+    gbuffer: moderngl.Framebuffer
+    shadow: moderngl.Framebuffer
+    lighting: moderngl.Framebuffer
+    lit: moderngl.Framebuffer
+    covered: moderngl.Framebuffer
+    screen: moderngl.Framebuffer
 
     def __init__(self, device: Device, size: tuple[int, int], samples: int = 1) -> None:
         self.size, self.samples = size, samples
         self.gl = device.scope("targets")
-        gl = self.gl
         self.atlas_size = _atlas_size(size, device.max_texture_size)
-        self.atlas_owner = gl.texture(self.atlas_size, 1, "u2")
-        self.atlas_depth = gl.depth_texture(self.atlas_size)
-        self.atlas = gl.framebuffer([self.atlas_owner], self.atlas_depth)
-        self.albedo = gl.texture(size, 4)
-        self.surface = gl.texture(size, 4, "nu2")
-        self.depth = gl.depth_texture(size)
-        self.visibility_texture = gl.texture(size, 2, "u4")
-        self.one_sample = gl.framebuffer([self.albedo, self.surface, self.visibility_texture], self.depth)
-        self.drawn = Drawn(albedo=self.albedo, surface=self.surface, visible=self.visibility_texture, depth=self.depth)
-        self.offsets = np.zeros((1, 2))
-        if samples > 1:
-            self.drawn, self.offsets = _multisampled(gl, size, samples), sample_offsets(device, samples)
-        drawn = self.drawn
-        self.visible = gl.framebuffer([drawn.visible], drawn.depth)
-        self.polygons = gl.framebuffer([drawn.albedo, drawn.surface, drawn.visible], drawn.depth)
-        level = gl.depth_texture(size)
-        self.levels = gl.framebuffer([], level)
-        self.shaded = gl.framebuffer([self.albedo, self.surface], level)
-        self.gbuffer = gl.framebuffer([self.albedo, self.surface], self.depth)
-        self.shadow_texture = gl.texture(size, 1)
-        self.shadow = gl.framebuffer([self.shadow_texture])
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
-        self.screen: moderngl.Framebuffer
-        self.lit_texture = gl.texture(size, 4, "f2")
-        self.lighting = gl.framebuffer([self.lit_texture], self.depth)
-        self.lit = gl.framebuffer([self.lit_texture])
-        self.shaded_lit = gl.framebuffer([self.albedo, self.surface, self.lit_texture], level)
-        self.covered = gl.framebuffer([self.lit_texture], level)
+        for target in ("atlas", "visibility", "albedo", "surface", "depth", "material_depth", "shadow"):
+            for name, texture_format in TARGETS[target].textures.items():
+                texture_size = self.atlas_size if target == "atlas" else size
+                setattr(self, name, _texture(self.gl, texture_size, texture_format))
+        self.lit_texture = _texture(self.gl, size, RGBA16F)
         self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self.drawn, self.offsets = self._textures_of_samples(), np.zeros((1, 2))
+        if samples > 1:
+            self.offsets = sample_offsets(device, samples)
+        for name, framebuffer in FRAMEBUFFERS.items():
+            if name != "screen":
+                setattr(self, name, self._framebuffer(framebuffer))
+
+    def _textures_of_samples(self) -> Drawn:
+        textures: dict[str, moderngl.Texture] = {name: getattr(self, name) for name in (*_ALL_SURFACES, "depth")}
+        if self.samples > 1:
+            formats = {name: TARGETS[_TARGET_OF[name]].textures[name] for name in textures}
+            textures = {
+                name: _texture(self.gl, self.size, texture_format, self.samples)
+                for name, texture_format in formats.items()
+            }
+        return Drawn(**textures)
+
+    def _framebuffer(self, declaration: Framebuffer) -> moderngl.Framebuffer:
+        owner = self.drawn if declaration.all_samples else self
+        depth = None if declaration.depth is None else getattr(owner, declaration.depth)
+        return self.gl.framebuffer([getattr(owner, name) for name in declaration.colours], depth)
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Of the shaders that draw depth images into these, or read what is drawn."""
+        """Return the defines of shaders that draw depth images into these, or read what is drawn."""
         return ("MULTISAMPLED",) if self.samples > 1 else ()
 
     def lit_before(self) -> moderngl.Texture:
-        """A copy of lit as it is now, for a pass that changes what it reads."""
+        """Copy `lit` as it is now, for a pass that reads it and draws into it at once. Its filter is linear."""
         if self._before is None:
-            texture = self.gl.texture(self.size, 4, "f2")
+            texture = _texture(self.gl, self.size, RGBA16F)
             texture.filter = moderngl.LINEAR, moderngl.LINEAR
             self._before = texture, self.gl.framebuffer([texture])
         texture, framebuffer = self._before
@@ -123,13 +244,15 @@ class Targets:
         return texture
 
     def release(self) -> None:
+        """Free the textures and framebuffers."""
         self.gl.release()
 
 
 class DeclaredTargets:
-    """`Targets` as far as a pass declares them. Anything else raises AttributeError, which names pass and target.
+    """Give a pass the attributes of `Targets` that belong to the targets which it declares.
 
-    Framebuffers are for writing their colours, and for writing their depth or testing against it.
+    Anything else raises AttributeError, which names pass and target. A framebuffer may be used by a pass that writes
+    all its colours, and reads or writes its depth.
     """
 
     def __init__(self, targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[str, ...]) -> None:
@@ -139,43 +262,45 @@ class DeclaredTargets:
         self.__dict__.update(values)
 
     def __getattr__(self, name: str) -> Any:
-        if name in _DRAWN_INTO:
-            colours, depth = _DRAWN_INTO[name]
-            for target in colours:
-                self._need(target, "write", self._writes)
+        if name in FRAMEBUFFERS:
+            colours, depth, _ = FRAMEBUFFERS[name]
+            for texture in colours:
+                self._need(_TARGET_OF[texture], "write", self._writes)
             if depth is not None:
-                self._need(depth, "test", self._reads | self._writes)
-        elif name in _READ:
-            self._need(_READ[name], "read", self._reads)
-        elif name not in _OF_ALL:
+                use, targets = ("test", self._reads | self._writes) if colours else ("write", self._writes)
+                self._need(_TARGET_OF[depth], use, targets)
+        elif name in _TARGET_OF:
+            self._need(_TARGET_OF[name], "read", self._reads)
+        elif name not in _OPEN_TO_ALL:
             raise AttributeError(f"pass {self._user}: no target {name}")
         return getattr(self._targets, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        self._need(_READ.get(name, name), "write", self._writes)
+        self._need(_TARGET_OF.get(name, name), "write", self._writes)
         setattr(self._targets, name, value)
 
-    def _need(self, target: str, use: str, declared: frozenset[str]) -> None:
-        """use: "read", "write", or "test" against a depth."""
-        if target not in declared:
+    def _need(self, target: str, use: str, targets: frozenset[str]) -> None:
+        """Raise AttributeError unless `target` is one of `targets`. use: "read", "write", or "test" against a depth."""
+        if target not in targets:
             raise AttributeError(f"pass {self._user} does not declare that it {use}s target {target}")
 
 
 def declared(targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[str, ...]) -> Targets:
-    """`targets`, of which the pass `user` reaches those that it declares to read or write."""
+    """Return `targets` as the pass `user` may use them: as far as it declares to read or write them."""
     return cast(Targets, DeclaredTargets(targets, user, reads, writes))
 
 
-def _multisampled(gl: Scope, size: tuple[int, int], samples: int) -> Drawn:
-    albedo, surface, visible = (
-        gl.multisampled_texture(size, samples, components, dtype)
-        for components, dtype in ((4, "f1"), (4, "nu2"), (2, "u4"))
-    )
-    return Drawn(albedo=albedo, surface=surface, visible=visible, depth=gl.multisampled_depth(size, samples))
+def _texture(gl: Scope, size: tuple[int, int], texture_format: TextureFormat, samples: int = 1) -> moderngl.Texture:
+    _, components, dtype = texture_format
+    if texture_format is DEPTH24:
+        return gl.depth_texture(size) if samples == 1 else gl.multisampled_depth(size, samples)
+    if samples == 1:
+        return gl.texture(size, components, dtype)
+    return gl.multisampled_texture(size, samples, components, dtype)
 
 
 def _atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:
-    """Four pictures' worth of texels in powers of two, at least `ATLAS_TEXELS`."""
+    """Return four pictures' worth of texels in powers of two, at least `ATLAS_TEXELS`, at most `limit` a side."""
     wanted = max(ATLAS_TEXELS, 4 * size[0] * size[1])
     width = 1 << max(12, (int(wanted**0.5) - 1).bit_length())
     height = 1 << max(11, (-(-wanted // width) - 1).bit_length())

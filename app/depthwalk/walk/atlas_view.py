@@ -14,7 +14,6 @@ class AtlasView:
     """Paints the used part of the atlas into `texture`, near surfaces bright."""
 
     def __init__(self, device: Device) -> None:
-        self._context = device.context
         self.gl = device.scope("atlas view")
         self._program = Program(self.gl, "common/fullscreen.vert", "imgui/atlas.frag")
         self.texture = self.gl.texture(_SIZE, 4)
@@ -27,11 +26,10 @@ class AtlasView:
         tiles = plan.composite.records["tile"]
         right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()
         self.aspect = right / top
-        self._framebuffer.use()
-        self._context.enable_only(moderngl.NOTHING)
         targets.atlas_depth.use(0)
         self._program.set(atlas_depth=0, used=(right / targets.atlas_size[0], top / targets.atlas_size[1]))
-        self._program.fill()
+        with self.gl.state(into=self._framebuffer):
+            self._program.fill()
 
     def release(self) -> None:
         self.gl.release()

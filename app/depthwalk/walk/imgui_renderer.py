@@ -11,13 +11,13 @@ from depthwalk.gpu.program import Program
 
 _VERTEX_LAYOUT = "2f 2f 4f1"
 _FIRST_SIZE = 1 << 16  # bytes
+_BLEND = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class ImguiRenderer:
     """Serves imgui's textures and draws its lists. `show` makes a texture of ours known to `imgui.image`."""
 
     def __init__(self, device: Device) -> None:
-        self._context = device.context
         self.gl = device.scope("imgui")
         self._program = Program(self.gl, "imgui/imgui.vert", "imgui/imgui.frag")
         self._textures: dict[int, moderngl.Texture] = {}
@@ -31,28 +31,25 @@ class ImguiRenderer:
         return imgui.ImTextureRef(texture.glo)
 
     def draw(self, data: imgui.ImDrawData, screen: moderngl.Framebuffer) -> None:
-        """Draws over what is in `screen`. Leaves blending off and no scissor."""
+        """Draw over what is in `screen`. Leaves it without a scissor."""
         for texture in imgui.get_platform_io().textures:
             self._serve(texture)
         scale = data.framebuffer_scale
         height = round(data.display_size.y * scale.y)
-        screen.use()
-        self._context.enable_only(moderngl.BLEND)
-        self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         self._program.set(image=0, display_size=(data.display_size.x, data.display_size.y))
-        for commands in data.cmd_lists:
-            self._upload(commands)
-            for command in commands.cmd_buffer:
-                box = command.clip_rect
-                left, top = max(0, int(box.x * scale.x)), max(0, int(box.y * scale.y))
-                right, bottom = int(box.z * scale.x), int(box.w * scale.y)
-                if right <= left or bottom <= top or not command.elem_count:
-                    continue
-                screen.scissor = left, height - bottom, right - left, bottom - top
-                self._textures[command.tex_ref.get_tex_id()].use(0)
-                self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
-        screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
-        self._context.enable_only(moderngl.NOTHING)
+        with self.gl.state(into=screen, blend=_BLEND):
+            for commands in data.cmd_lists:
+                self._upload(commands)
+                for command in commands.cmd_buffer:
+                    box = command.clip_rect
+                    left, top = max(0, int(box.x * scale.x)), max(0, int(box.y * scale.y))
+                    right, bottom = int(box.z * scale.x), int(box.w * scale.y)
+                    if right <= left or bottom <= top or not command.elem_count:
+                        continue
+                    screen.scissor = left, height - bottom, right - left, bottom - top
+                    self._textures[command.tex_ref.get_tex_id()].use(0)
+                    self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
+            screen.scissor = None  # type: ignore[assignment]  # moderngl's "no scissor", which its stubs forget
 
     def release(self) -> None:
         for texture in imgui.get_platform_io().textures:

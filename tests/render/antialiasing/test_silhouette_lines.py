@@ -5,7 +5,7 @@ import pytest
 
 from depthwalk.geometry.adjacency import build_adjacency
 from depthwalk.quality.edges import SHAPES
-from depthwalk.render.antialiasing.silhouette_lines import DENSEST, outlines
+from depthwalk.render.antialiasing.silhouette_lines import MAX_DENSITY, silhouette_lines
 from depthwalk.render.resources.placed_records import PLACED_RECORD
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
@@ -43,7 +43,7 @@ def test_optimised_edges_are_a_part_that_closes_the_outline(count, shape):
     assert len(edges.points) == count and not edges.open.any()
     assert len(edges.points) - len(edges.ends) + len(triangles) == 2  # Euler
     view, place = view_along((0.2, -0.3, -1), size=(4000, 3000)), placed((1.6, -2.4, -8))
-    every, some = (outlines(edges, view, place, fold, solid=True) for fold in (None, np.pi))
+    every, some = (silhouette_lines(edges, view, place, fold, solid=True) for fold in (None, np.pi))
     assert len(some) < len(every) <= len(edges.ends)
     starts, stops = (np.round(some["ends"][:, part], 2).tolist() for part in (slice(0, 2), slice(2, 4)))
     assert sorted(starts) == sorted(stops)  # one line goes on where another ends
@@ -74,9 +74,9 @@ def test_a_box_seen_from_its_corner(least_fold, count):
     """Six edges are its outline, three more fold between visible faces, the rest is hidden or flat."""
     mesh = box(1, 1, 1)
     edges = build_adjacency(mesh.positions, mesh.faces)
-    lines = outlines(edges, view_along((1, 0.8, 0.9)), placed((3, 2.4, 2.7)), least_fold, solid=True)
-    assert (len(lines), lines["outline"].sum()) == (count, 6)
-    outline = lines[lines["outline"] > 0]
+    lines = silhouette_lines(edges, view_along((1, 0.8, 0.9)), placed((3, 2.4, 2.7)), least_fold, solid=True)
+    assert (len(lines), lines["silhouette"].sum()) == (count, 6)
+    outline = lines[lines["silhouette"] > 0]
     low, high = outline["ends"][:, :2], outline["ends"][:, 2:]
     inward = outline["ends"].reshape(-1, 2).mean(0) - low
     assert ((high - low)[:, 0] * inward[:, 1] > (high - low)[:, 1] * inward[:, 0]).all()  # the box is on the left
@@ -87,13 +87,13 @@ def test_a_sphere_has_a_ring_of_outlines_wherever_it_stands():
     edges = build_adjacency(np.round(mesh.positions - [0, 1, 0], 6), mesh.faces)
     view = view_along((0, 0, -1))
     places = [(0, 0, -6), (1, -0.5, -6)]
-    lines = outlines(edges, view, placed(*places), np.pi, solid=True)
+    lines = silhouette_lines(edges, view, placed(*places), np.pi, solid=True)
     middle = lines["ends"].reshape(-1, 2, 2).mean(1)
     at = (np.array(places)[:, :2] * view.focal_pixels / 6 + np.array(SIZE) / 2)[:, None]
     radius = view.focal_pixels / np.sqrt(6**2 - 1)
     off = np.abs(np.linalg.norm(middle - at, axis=2) - radius).min(0)
     assert off.max() < 0.06 * radius  # the second stands off the axis, its outline is slightly oval
-    assert (lines["outline"] == 1).all()
+    assert (lines["silhouette"] == 1).all()
 
 
 def test_a_sphere_has_its_outline_by_its_area():
@@ -116,18 +116,20 @@ def test_what_is_all_outlines_has_none():
     mesh = sphere(1.0, 64, 32)
     edges = build_adjacency(np.round(mesh.positions - [0, 1, 0], 6), mesh.faces)
     view = view_along((0, 0, -1), near=1)
-    distance = DENSEST * view.focal_pixels / 2
-    counts = [len(outlines(edges, view, placed((0, 0, -far * distance)), np.pi, solid=True)) for far in (0.95, 1.05)]
+    distance = MAX_DENSITY * view.focal_pixels / 2
+    counts = [
+        len(silhouette_lines(edges, view, placed((0, 0, -far * distance)), np.pi, solid=True)) for far in (0.95, 1.05)
+    ]
     assert counts[0] > 0 == counts[1]
 
 
 def test_lines_are_cut_at_the_near_plane():
     corners = np.array([[-1, -1, 1], [-1, 1, 1], [-1, 1, -5], [-1, -1, -5]], float)
     edges = build_adjacency(corners, np.array([[0, 1, 2], [0, 2, 3]]))
-    lines = outlines(edges, view_along((0, 0, -1), near=0.5), placed((0, 0, 0)), np.pi, solid=False)
+    lines = silhouette_lines(edges, view_along((0, 0, -1), near=0.5), placed((0, 0, 0)), np.pi, solid=False)
     assert len(lines) > 0
     assert (lines["depths"] >= -1e-6).all() and (lines["depths"] <= 1).all()
-    beyond = outlines(edges, view_along((0, 0, 1), near=2.0), placed((0, 0, 0)), np.pi, solid=False)
+    beyond = silhouette_lines(edges, view_along((0, 0, 1), near=2.0), placed((0, 0, 0)), np.pi, solid=False)
     assert len(beyond) == 0
 
 
@@ -135,7 +137,7 @@ def test_only_open_surfaces_show_their_backs():
     corners = np.array([[-1, -1, -5], [1, -1, -5], [1, 1, -5], [-1, 1, -5]], float)
     for turn, solid, count in ((1, True, 4), (-1, True, 0), (-1, False, 4)):
         edges = build_adjacency(corners, np.array([[0, 1, 2], [0, 2, 3]])[:, ::turn])
-        lines = outlines(edges, view_along((0, 0, -1)), placed((0, 0, 0)), np.pi, solid)
+        lines = silhouette_lines(edges, view_along((0, 0, -1)), placed((0, 0, 0)), np.pi, solid)
         assert len(lines) == count
         low, high = lines["ends"][:, :2], lines["ends"][:, 2:]
         inward = np.array(SIZE) / 2 - low

@@ -54,7 +54,7 @@ def test_records_are_fetched_by_number(gl_device):
     framebuffer = scope.framebuffer([], out)
     framebuffer.use()
     framebuffer.clear(depth=1.0)
-    program = Program(scope, "common/rectangle.vert", "shade/levels.frag")
+    program = Program(scope, "common/rectangle.vert", "material_resolve/material_depth.frag")
     program.set(low=(-1.0, -1.0), high=(1.0, 1.0), objects=0, visibility_texture=1)
     texture.use(0)
     visible.use(1)
@@ -118,8 +118,8 @@ def test_an_asset_alone_looks_as_it_does_among_others(gl_device, monkeypatch, sh
     for _ in range(2):
         renderer.render(View(Camera((0.3, 1.2, 4.2), (0, 0.4, 0), 0.9), SIZE), screen)
         pictures.append(read_pixels(screen))
-        levels.append(np.frombuffer(renderer.targets.levels.depth_attachment.read(), np.float32))
-        monkeypatch.setattr("depthwalk.render.passes.shade._alone", lambda frame, shading: False)
+        levels.append(np.frombuffer(renderer.targets.material_depth.depth_attachment.read(), np.float32))
+        monkeypatch.setattr("depthwalk.render.passes.material_resolve._alone", lambda frame, shading: False)
     assert not (levels[0] == levels[1]).all()
     np.testing.assert_array_equal(*pictures)
     renderer.release()
@@ -155,6 +155,8 @@ def test_looking_surfaces_up_costs_some_times_what_lighting_them_does(gl_device,
         for _ in range(8):
             stage.renderer.timers.time_next()
             stage.draw(view_of((0.0, 0.5, 2.0), (0.0, 0.5, 0.0)))
-            times.append([stage.renderer.timers.milliseconds.get(name, np.inf) for name in ("shade", "light")])
-    shade, light = np.min(times, axis=0)
-    assert shade < 30 * light
+            times.append(
+                [stage.renderer.timers.milliseconds.get(name, np.inf) for name in ("material_resolve", "light")]
+            )
+    resolve, light = np.min(times, axis=0)
+    assert resolve < 30 * light

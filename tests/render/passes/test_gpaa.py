@@ -6,7 +6,7 @@ from scipy.ndimage import binary_dilation
 
 from depthwalk.geometry.adjacency import build_adjacency
 from depthwalk.reference.gpaa import part_beyond
-from depthwalk.render.antialiasing.silhouette_lines import outlines
+from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.resources.placed_records import placed_records
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
@@ -97,7 +97,7 @@ def test_polygons_cover_exactly_what_their_edges_say(studio):
     alpha = picture(studio, library, "gpaa-edge", Representation.MESH)[::-1, :, 3]  # row 0 at the bottom
     view = View(CAMERA, SIZE, near=1, far=10)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
-    lines = outlines(
+    lines = silhouette_lines(
         build_adjacency(mesh.positions, mesh.faces), view, placed_records(view.position, scene.objects), np.pi, False
     )
     for start, stop in lines["ends"].astype(float).reshape(-1, 2, 2):
@@ -157,7 +157,7 @@ def test_a_kept_image_ends_where_its_texels_end(studio):
             aside = 0.008 * step
             counts = stage.draw(view_of((aside, 1.2, 4.5), (aside, 0.6, -3)))
             kept += counts["dpci"] - counts["warped"]
-            seen = np.frombuffer(stage.renderer.targets.drawn.visible.read(), np.uint32).reshape(-1, 2)
+            seen = np.frombuffer(stage.renderer.targets.drawn.visibility_texture.read(), np.uint32).reshape(-1, 2)
             inverse = (seen[:, 1] & ~np.uint32(15)).view(np.float32)
             assert np.isfinite(inverse).all() and inverse.max() < 1 / 4.1
     assert kept > 500

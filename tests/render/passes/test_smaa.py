@@ -25,8 +25,8 @@ def edges():
 def test_what_a_line_cuts_off_is_an_area(edges):
     """By counting, along both halves of the line."""
     for before, after, heights in zip(*edges, strict=True):
-        bounding_radius = before + 1 + after
-        at = (before + (np.arange(2000) + 0.5) / 2000) / bounding_radius
+        span = before + 1 + after
+        at = (before + (np.arange(2000) + 0.5) / 2000) / span
         line = np.interp(at, (0, 0.5, 1), (heights[0], 0, heights[1]))
         exact = np.maximum(line, 0).mean(), np.maximum(-line, 0).mean()
         assert areas_cut(before, after, heights) == pytest.approx(exact, abs=1e-3)

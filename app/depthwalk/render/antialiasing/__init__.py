@@ -1,0 +1,1 @@
+"""Which anti-aliasing a picture gets, and the lines that geometric anti-aliasing draws."""

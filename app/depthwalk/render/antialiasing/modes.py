@@ -1,7 +1,10 @@
-"""Which anti-aliasing a picture gets, and what that asks of the passes before it."""
+"""Choose the anti-aliasing of a picture, and tell what that asks of the passes.
+
+`ssaa` draws larger targets, `msaa` several samples per pixel in hardware, `gpaa` and `gpaa-edge` blend along the edges
+of the geometry, `coverage` blends what impostor tiles cover in part, `fxaa` and `smaa` look at the finished picture.
+"""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,34 +12,41 @@ from numpy.typing import NDArray
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.view.view import View
-from depthwalk.scene.render_settings import PictureParams, TileParams
+from depthwalk.scene.render_settings import PictureParams, RenderSettings, TileParams
 
 SUPERSAMPLING = 2  # samples per pixel along either axis, for `ssaa`
 MULTISAMPLING = 4  # samples per pixel of what objects are drawn into, for `msaa`
-COVERAGE_TEXELS = 2.0  # texels of an intermediate image per pixel, along either axis, that tell what is covered of it
+COVERAGE_TEXELS = 2.0  # texels of an impostor tile per pixel, along either axis, where coverage is computed from them
 
 
 def geometric(settings: PictureParams) -> bool:
-    """Whether edges are smoothed by where the geometry has them."""
+    """Return whether pixels are blended along the edges of the geometry."""
     return settings.aa in ("gpaa", "gpaa-edge")
 
 
 def covering(settings: PictureParams) -> bool:
-    """Whether intermediate images tell what part of a pixel is covered."""
+    """Return whether impostor tiles tell what part of a pixel they cover."""
     return settings.aa == "coverage" or geometric(settings)
 
 
-def samples(settings: Any) -> int:
-    """How many samples each pixel has along either axis. settings: a RenderSettings."""
+def samples(settings: RenderSettings) -> int:
+    """Return how many samples each pixel has along either axis."""
     if geometric(settings):
-        return int(settings.gpaa.samples)
+        return settings.gpaa.samples
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class AntiAliasing:
-    """What passes go by of the settings' anti-aliasing. mode: see `PictureParams.aa`; samples: those of a pixel along
-    either axis; geometric, covering: see the functions of these names."""
+    """Hold what passes go by of the anti-aliasing.
+
+    Attributes
+    ----------
+    mode : the value of `PictureParams.aa`.
+    samples : samples of a pixel along either axis, for which targets are larger.
+    geometric : whether pixels are blended along the edges of the geometry.
+    covering : whether impostor tiles tell what part of a pixel they cover.
+    """
 
     mode: str
     samples: int
@@ -44,15 +54,18 @@ class AntiAliasing:
     covering: bool
 
 
-def anti_aliasing(settings: Any) -> AntiAliasing:
-    """The anti-aliasing that a RenderSettings asks for."""
+def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
+    """Return the anti-aliasing that `settings` ask for."""
     return AntiAliasing(
         mode=settings.aa, samples=samples(settings), geometric=geometric(settings), covering=covering(settings)
     )
 
 
 def hardware_samples(settings: PictureParams, device: Device) -> int:
-    """How many samples each pixel has of what objects are drawn into. Raises InputError where `device` has too few."""
+    """Return how many hardware samples each pixel has of what objects are drawn into.
+
+    Raises InputError where `device` offers too few.
+    """
     if settings.aa != "msaa":
         return 1
     if device.max_samples < MULTISAMPLING:
@@ -64,17 +77,23 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
 
 
 def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
-    """`view` for each sample of its pixels: what is at `offsets` (samples, 2) from a pixel's middle, pixels to the
-    right and up, is in the middle of that pixel there."""
+    """Return `view` for each sample of its pixels, sheared so that the sample is in the middle of the pixel.
+
+    offsets: (samples, 2), places of the samples from the middle of a pixel, pixels to the right and up.
+    """
     shears = np.asarray(view.shear) - offsets / view.focal_pixels
     return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]
 
 
-def tile_layout(settings: Any, layout: TileParams, remembers: bool) -> TileParams:
-    """`layout`, with texels that tell what part of a pixel is covered where the anti-aliasing wants to know, and with
-    nothing kept unless the renderer `remembers`, nor for another point of the lens: blur is made of those differences.
+def tile_layout(settings: RenderSettings, layout: TileParams, remembers: bool) -> TileParams:
+    """Return how impostor tiles are laid out, given what the anti-aliasing and the lens ask of them.
 
-    settings: a RenderSettings.
+    Parameters
+    ----------
+    settings : the render settings, of which anti-aliasing and lens matter here.
+    layout : the layout that they ask for. Where coverage is computed from texels, these are made finer than pixels.
+    remembers : whether tiles may be reused from one frame to the next. They never are between points of the lens, as
+        the blur is made of the differences between these.
     """
     changes = {"tile_scale": COVERAGE_TEXELS} if covering(settings) or settings.aa == "msaa" else {}
     if not remembers or settings.dof.mode == "accumulate":

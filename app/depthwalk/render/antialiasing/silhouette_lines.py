@@ -1,4 +1,8 @@
-"""Which edges of placed objects are outlines for a viewer, as lines on the screen. NumPy over all edges and objects."""
+"""Find the edges of objects that are silhouettes or creases for a viewer, as lines on the screen.
+
+Geometric anti-aliasing (`render.passes.gpaa`) blends pixels along these lines. NumPy tests all edges of all objects of
+an asset at once.
+"""
 
 from collections.abc import Iterator
 
@@ -9,109 +13,126 @@ from depthwalk.geometry.adjacency import EdgeAdjacency
 from depthwalk.geometry.quaternions import matrices
 from depthwalk.render.view.view import View, matrix_array
 
-DENSEST = 0.5  # pixels of outline per pixel of the faces seen: where there are more, several share each pixel
-_AT_ONCE = 1 << 22  # faces × objects whose orientation is held at a time
+MAX_DENSITY = 0.5  # pixels of silhouette per pixel of the faces seen; where it is higher, pixels have several lines
+_MAX_CHUNK = 1 << 22  # faces × objects whose orientation is held at a time
 
-# What edge.vert reads per line: its ends in pixels, the object on the left of the way from one to the other; their
-# depths; 1 where it is an outline, with something else beyond it, 0 where faces meet that are both seen or both hidden.
-LINE_RECORD = np.dtype([("ends", "4f4"), ("depths", "2f4"), ("outline", "f4")])
+# What shaders/gpaa/edge.vert reads per line: its ends in pixels, with the object on the left of the way from the first
+# to the second; their depths; 1 for a silhouette, with something else beyond it, 0 for a crease between two faces.
+LINE_RECORD = np.dtype([("ends", "4f4"), ("depths", "2f4"), ("silhouette", "f4")])
 
 
-def outlines(
+def silhouette_lines(
     edges: EdgeAdjacency, view: View, placed: NDArray[np.void], least_fold: float | None, solid: bool
 ) -> NDArray[np.void]:
-    """LINE_RECORDs of the edges of n objects, `placed` as PLACED_RECORD.
+    """Return the lines that silhouettes and creases of n objects of one asset are on the screen.
 
-    Taken are those between a front and a back face, open ones, and, where one of their faces is seen, folds beyond
-    `least_fold`, radians (edge-optimised GPAA, §1.1); all edges where that is None. solid: back faces are never seen.
-    Left out is what is off the screen, what is so short that it passes no pixel's middle, and objects with more
-    outlines than `DENSEST`.
+    Edges between a front and a back face are silhouettes, as are open ones; folded edges with a visible face are
+    creases (edge-optimised GPAA, §1.1). Left out are lines off the screen or so short that they pass no pixel's
+    middle, and objects with a higher density of silhouettes than `MAX_DENSITY`.
+
+    Parameters
+    ----------
+    edges : the edges of the asset, in its frame.
+    view : near and far plane fitted.
+    placed : (n,) PLACED_RECORD, relative to the viewer.
+    least_fold : creases are folded by at least this angle, radians; None: every edge is drawn.
+    solid : whether back faces are never seen.
+
+    Returns
+    -------
+    (k,) LINE_RECORD.
     """
     creased = None if least_fold is None else edges.folds < np.cos(least_fold)
     density = edges.density * np.linalg.norm(placed["origin"], axis=1) / (view.focal_pixels * placed["scale"])
-    placed = placed.take(np.flatnonzero(density <= DENSEST))  # of records, far quicker than an index
+    placed = placed.take(np.flatnonzero(density <= MAX_DENSITY))  # for records far quicker than an index
     lines = [
-        _lines(edges, view, some, turns, *_taken(edges, some, turns, creased, solid))
-        for some, turns in _chunks(placed, _AT_ONCE // len(edges.planes) + 1)
+        _lines(edges, view, chunk, rotations, *_chosen(edges, chunk, rotations, creased, solid))
+        for chunk, rotations in _chunks(placed, _MAX_CHUNK // len(edges.planes) + 1)
     ]
     return np.concatenate(lines) if lines else np.zeros(0, LINE_RECORD)
 
 
 def _chunks(placed: NDArray[np.void], count: int) -> Iterator[tuple[NDArray[np.void], NDArray[np.floating]]]:
-    """`count` objects at a time, and their rotations."""
+    """Yield `count` objects at a time, and their rotations (count, 3, 3)."""
     for first in range(0, len(placed), count):
-        some = placed[first : first + count]
-        yield some, matrices(some["rotation"])
+        chunk = placed[first : first + count]
+        yield chunk, matrices(chunk["rotation"])
 
 
-def _taken(
+def _chosen(
     edges: EdgeAdjacency,
     placed: NDArray[np.void],
-    turns: NDArray[np.floating],
+    rotations: NDArray[np.floating],
     creased: NDArray[np.bool_] | None,
     solid: bool,
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Numbers of edge and object (k,) of each line, whether the first face (k,) is seen from its front, and whether it
-    is an outline (k,)."""
-    viewer = -(placed["origin"][:, None] @ turns)[:, 0] / placed["scale"][:, None]
+    """Return which edges of which objects are drawn.
+
+    Four arrays (k,): number of the edge; number of the object; whether the first face of the edge is seen from its
+    front; whether the edge is a silhouette. rotations: (n, 3, 3) of all objects.
+    """
+    viewer = -(placed["origin"][:, None] @ rotations)[:, 0] / placed["scale"][:, None]
     front = edges.planes[:, :3] @ viewer.T > edges.planes[:, 3:]
     first = front[edges.faces[:, 0]]
-    outline = first != front[edges.faces[:, 1]]
+    silhouette = first != front[edges.faces[:, 1]]
     if not solid:
-        outline[edges.open] = True
+        silhouette[edges.open] = True
     if creased is None:
-        taken = np.ones_like(outline)
+        chosen = np.ones_like(silhouette)
     elif creased.any():
-        taken = outline | (creased[:, None] & (first if solid else True))
+        chosen = silhouette | (creased[:, None] & (first if solid else True))
     else:
-        taken = outline
-    edge, number = taken.nonzero()
-    return edge, number, first[edge, number], outline[edge, number]
+        chosen = silhouette
+    edge, number = chosen.nonzero()
+    return edge, number, first[edge, number], silhouette[edge, number]
 
 
 def _lines(
     edges: EdgeAdjacency,
     view: View,
     placed: NDArray[np.void],
-    turns: NDArray[np.floating],
+    rotations: NDArray[np.floating],
     edge: NDArray[np.intp],
     number: NDArray[np.intp],
     forward: NDArray[np.bool_],
-    outline: NDArray[np.bool_],
+    silhouette: NDArray[np.bool_],
 ) -> NDArray[np.void]:
-    """LINE_RECORDs of `edge` (k,) of the objects `number` (k,), turned round where not `forward` (k,). turns:
-    (n, 3, 3), rotations of all objects."""
+    """Return the LINE_RECORDs of edges, as far as they are on the screen.
+
+    edge, number: (k,), edges and their objects; forward: (k,), whether the object is on the left of the way between its
+    ends as they are stored; silhouette: (k,); rotations: (n, 3, 3) of all objects.
+    """
     ends = edges.ends[edge]
     ends = np.where(forward[:, None], ends, ends[:, ::-1])
-    clip, kept = _before_viewer(_clip_points(edges, view, placed, turns)[number[:, None], ends])
+    clip, kept = _before_viewer(_clip_points(edges, view, placed, rotations)[number[:, None], ends])
     size = np.array(view.size, np.float32)
-    at = (clip[..., :2] / clip[..., 3:] + 1) * (size / 2)
-    start, stop = at[:, 0], at[:, 1]
+    pixels = (clip[..., :2] / clip[..., 3:] + 1) * (size / 2)
+    start, stop = pixels[:, 0], pixels[:, 1]
     seen = ((np.maximum(start, stop) >= 0) & (np.minimum(start, stop) <= size)).all(1)
     passes = np.floor(start - 0.5) != np.floor(stop - 0.5)  # a pixel's middle along x, along y
     across = np.abs(stop - start)
     seen &= np.where(across[:, 1] > across[:, 0], passes[:, 1], passes[:, 0])
     lines = np.empty(int(seen.sum()), LINE_RECORD)
-    lines["ends"] = at[seen].reshape(-1, 4)
-    lines["outline"] = outline[kept][seen]
+    lines["ends"] = pixels[seen].reshape(-1, 4)
+    lines["silhouette"] = silhouette[kept][seen]
     clip = clip[seen]
     lines["depths"] = clip[..., 2] / clip[..., 3] / 2 + 0.5
     return lines
 
 
 def _clip_points(
-    edges: EdgeAdjacency, view: View, placed: NDArray[np.void], turns: NDArray[np.floating]
+    edges: EdgeAdjacency, view: View, placed: NDArray[np.void], rotations: NDArray[np.floating]
 ) -> NDArray[np.float32]:
-    """Clip coordinates (n, v, 4) of all points of n objects, whose rotations are `turns` (n, 3, 3)."""
+    """Return the clip coordinates (n, v, 4) of all points of n objects. rotations: (n, 3, 3)."""
     clip_from_eye = matrix_array(view.clip_from_eye).T  # for rows (x, y, z, 1) from the left
-    clip_from_object = turns.transpose(0, 2, 1) @ clip_from_eye[:3] * placed["scale"][:, None, None]
+    clip_from_object = rotations.transpose(0, 2, 1) @ clip_from_eye[:3] * placed["scale"][:, None, None]
     clip: NDArray[np.float32] = edges.points @ clip_from_object.astype(np.float32)
     clip += (placed["origin"] @ clip_from_eye[:3] + clip_from_eye[3]).astype(np.float32)[:, None]
     return clip
 
 
 def _before_viewer(ends: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """The parts beyond the near plane of lines between clip coordinates (k, 2, 4), and which lines (k,) have one."""
+    """Cut lines between clip coordinates (k, 2, 4) at the near plane; return what is beyond and which lines have it."""
     near = ends[..., 2] + ends[..., 3]
     beyond = near > 0
     kept: NDArray[np.bool_] = beyond[:, 0] | beyond[:, 1]

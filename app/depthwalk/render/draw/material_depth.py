@@ -1,4 +1,4 @@
-"""What the pass `shade` is told: the objects that may be visible, by the numbers that passes write for them."""
+"""What the pass `material_resolve` is told: the objects that may be visible, by the numbers that passes write."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,8 @@ from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array
 
-# What shade.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that stands for its
-# asset, and nothing else.
+# What material_resolve.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that stands
+# for its asset, and nothing else.
 SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("level", "4f4")])
 
 

@@ -1,5 +1,8 @@
-"""The passes of a frame, in order. Adding one: a module here, a folder in shaders/, a line in `PASSES`; or without
-touching the package, one of a user's own in `Renderer(…, passes=…)`."""
+"""The passes of a frame, in their order.
+
+To add one to the package: a module here, a folder in shaders/, a line in `PASSES`. Without touching the package, hand
+it to `Renderer(…, passes=…)`. `render.frame.Pass` says what a pass must declare and what it may rely on.
+"""
 
 from typing import Any
 
@@ -13,11 +16,11 @@ from depthwalk.render.passes.fxaa import FxaaPass
 from depthwalk.render.passes.gpaa import GpaaPass
 from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.passes.light import LightPass
+from depthwalk.render.passes.material_resolve import MaterialResolvePass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.passes.output import OutputPass
 from depthwalk.render.passes.resolve import ResolvePass
 from depthwalk.render.passes.sample import SamplePass
-from depthwalk.render.passes.shade import MaterialResolvePass
 from depthwalk.render.passes.shadows import ShadowsPass
 from depthwalk.render.passes.smaa import SmaaPass
 from depthwalk.render.passes.sun import SunPass
@@ -46,5 +49,5 @@ PASSES: tuple[type[Pass[Any]], ...] = (
 
 
 def default_passes() -> list[Pass[Any]]:
-    """Make the package's own passes, in the order of a frame, for a renderer to take: others may be put in between."""
-    return [make() for make in PASSES]
+    """Return new passes of the package, in the order of a frame, for one renderer; others may be put in between."""
+    return [pass_class() for pass_class in PASSES]

@@ -1,4 +1,8 @@
-"""Pass 2: each intermediate image as one rectangle with true depth per pixel; what is in front."""
+"""Composite: draw every impostor tile as a rectangle with the true depth of each pixel.
+
+The second pass of Liu, Liu and Wu 2007 (§2.5). It writes which object and image each pixel shows, into the visibility
+buffer; colours are looked up later, once per pixel, by `material_resolve`.
+"""
 
 from depthwalk.gpu.device import DEPTH_CLAMP, Scope
 from depthwalk.gpu.instances import InstanceStream
@@ -10,26 +14,30 @@ from depthwalk.scene.render_settings import CompositeParams
 
 
 class CompositePass(Pass[CompositeParams]):
+    """Draw the impostor tiles of `frame.plan.composite`, those whose texels are pixels first."""
+
     name = "composite"
     draws_objects = True
     reads = ("atlas",)
-    writes = ("visible", "depth")
+    writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
+        """Prepare the variants of the program."""
         shaders = "composite/composite.vert", "composite/composite.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
         self._instances = InstanceStream(gl, COMPOSITE_RECORD)
 
     def draw(self, frame: Frame, params: CompositeParams) -> None:
+        """Draw tiles into `visibility` and `depth`."""
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
-        # A loop of known length is none: software rasterisers take a tenth longer for one.
+        # The number of steps is known to the compiler: with a loop software rasterisers take a tenth longer.
         defines = (f"STEPS={params.parallax_steps}", *frame.targets.defines)
         defines += ("PARTIAL",) if frame.common.aa.covering else ()
         # Unclamped, a plane may be nearer than the near plane while its object is not.
-        with self.gl.state(into=frame.targets.visible, depth_test=LESS, direct=(DEPTH_CLAMP,)):
+        with self.gl.state(into=frame.targets.visibility, depth_test=LESS, direct=(DEPTH_CLAMP,)):
             self._draw(frame, ("ALIGNED",), 0, aligned)
             self._draw(frame, defines, aligned, len(records) - aligned)
 

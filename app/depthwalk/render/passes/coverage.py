@@ -1,4 +1,4 @@
-"""Anti-aliasing of depth images: what one covers in part blends with what is behind. See docs/anti-aliasing.md."""
+"""Blend pixels that a depth image covers in part with what is behind it. See docs/anti-aliasing.md."""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
@@ -8,23 +8,28 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class CoveragePass(Pass[Params]):
+    """Anti-alias the silhouettes of depth images by the coverage that `composite` found."""
+
     name = "coverage"
-    reads = ("visible", "depth", "levels", "lit")
+    reads = ("visibility", "depth", "material_depth", "lit")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
+        """Create the program."""
         self._program = Program(gl, "common/rectangle.vert", "coverage/coverage.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether the anti-aliasing asks for it and there are depth images."""
         return frame.common.aa.covering and frame.shading is not None and len(frame.shading.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
+        """Blend the pixels of `lit` that `material_resolve` marked as covered in part."""
         targets, shading = frame.targets, frame.shading
-        assert shading is not None  # says `enabled`
+        assert shading is not None  # as `enabled` found
         for unit, texture in enumerate((targets.lit_before(), targets.visibility_texture, targets.depth)):
             texture.use(unit)
         self._program.set(lit_texture=0, visibility_texture=1, depth_texture=2)
-        self._program.set(level=FULL_COVERAGE, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
-        # What `shade` has marked as covered in part is in front.
+        self._program.set(depth=FULL_COVERAGE, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
+        # In front of full coverage are the pixels that `material_resolve` marked as covered in part.
         with self.gl.state(into=targets.covered, depth_test=">", depth_write=False):
             self._program.rectangles()

@@ -1,4 +1,7 @@
-"""Depth samples warped straight to the screen: viewers inside a cylinder, and the representation `dmesh`."""
+"""Draw depth samples warped in 3-D, straight to the screen: for viewers inside a cylinder, and as `dmesh`.
+
+There is no impostor tile between, as with Pajarola et al. 2004, "DMesh", which the paper compares itself with.
+"""
 
 from depthwalk.cook.lod_geometry import GRID_LAYOUT
 from depthwalk.gpu.device import Scope
@@ -11,31 +14,36 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 
 
 class DmeshPass(Pass[Params]):
+    """Draw the objects of `frame.plan.dmesh` as triangles between their depth samples."""
+
     name = "dmesh"
     draws_objects = True
-    writes = ("visible", "depth")
+    writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
+        """Prepare the variants of the program."""
         self._programs = Variants(lambda defines: Program(gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
 
     def draw(self, frame: Frame, params: Params) -> None:
+        """Draw objects into `visibility` and `depth`."""
         self._instances.upload(frame.plan.dmesh.records)
         first_object_id = frame.plan.first_object_id + len(frame.plan.composite.records)
-        for number, groups in frame.plan.dmesh.by_asset():
+        for number, batches in frame.plan.dmesh.by_asset():
             asset = frame.assets.depth_object(number)
             defines = (*asset.defines, *frame.targets.defines)
             program, array = self._programs[defines], asset.array(self._arrays[defines], number)
             asset.use_geometry(program, 0, frame.common.lod)
             with self.gl.state(
-                into=frame.targets.visible, depth_test=LESS, cull=True, wireframe=frame.common.wireframe
+                into=frame.targets.visibility, depth_test=LESS, cull=True, wireframe=frame.common.wireframe
             ):
-                for group in groups:
-                    program.set(first=first_object_id + group.first)
-                    self._instances.bind(array, group.first)
-                    asset.draw(array, group.indices, group.count)
+                for batch in batches:
+                    program.set(first=first_object_id + batch.first)
+                    self._instances.bind(array, batch.first)
+                    asset.draw(array, batch.indices, batch.count)
 
     def forget_assets(self) -> None:
+        """Drop vertex arrays over buffers of assets."""
         for arrays in self._arrays.values():
             arrays.forget()

@@ -1,4 +1,4 @@
-"""Depth of field of a thin lens, by one of three methods.
+"""Blur what is out of focus, as a thin lens does, by one of three methods.
 
 `paper`: Huang, Lu, He and Cai, *Real-time depth-of-field simulation on GPU*, 2008. `gather`: rays to the lens through
 the depth buffer, Lee, Eisemann and Seidel, *Real-Time Lens Blur Effects and Focus Control*, 2010. `accumulate`:
@@ -17,15 +17,18 @@ from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_ra
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import DofParams
 
-TILE = 16  # pixels
+TILE = 16  # pixels along a tile of the picture, of which the range of circles is found first
 
 
 class DofPass(Pass[DofParams]):
+    """Replace `lit` by what the lens shows."""
+
     name = "dof"
     reads = ("depth", "lit")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
+        """Create the programs."""
         self._programs = {
             name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag")
             for name in ("tiles", "spread", "gather", "blur", "paper", "scaled")
@@ -33,17 +36,21 @@ class DofPass(Pass[DofParams]):
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def resize(self, size: tuple[int, int]) -> None:
+        """Drop the intermediate textures; those of the new size are made when they are needed."""
         for texture, framebuffer in self._pictures.values():
             self.gl.free(framebuffer, texture)
         self._pictures.clear()
 
     def views(self, view: View, params: DofParams) -> Iterable[View]:
+        """Return views from points of the lens where the mode accumulates, else `view` alone."""
         return lens_views(view, params)
 
     def enabled(self, frame: Frame, params: DofParams) -> bool:
+        """Return whether a mode is chosen."""
         return params.mode != "none"
 
     def draw(self, frame: Frame, params: DofParams) -> None:
+        """Blur `lit` by the mode that is chosen."""
         match params.mode:
             case "paper":
                 self._draw_paper(frame, params)
@@ -61,24 +68,24 @@ class DofPass(Pass[DofParams]):
         spread = {"tile_texture": 1, "tile_side": TILE, "largest": circles["largest"]}
         self._run("spread", "spread", tiles, 2, **spread).use(1)
         targets.lit_before().use(2)
-        numbers = {"tile_side": TILE, "samples": params.samples}
-        self._fill(targets.lit, "gather", range_texture=1, lit_texture=2, **numbers, **circles)
+        sizes = {"tile_side": TILE, "samples": params.samples}
+        self._fill(targets.lit, "gather", range_texture=1, lit_texture=2, **sizes, **circles)
 
     def _draw_paper(self, frame: Frame, params: DofParams) -> None:
         targets, circles = frame.targets, _circles(frame, params)
         near, far = circle_radius(params, frame.view, np.array(frame.view.depth_range))
-        most = max(min(max(abs(near), abs(far)), circles["largest"]), 1e-6)  # formula (3)
+        max_radius = max(min(max(abs(near), abs(far)), circles["largest"]), 1e-6)  # formula (3)
         before = targets.lit_before()
-        weights, apart = gaussian().tolist(), frame.common.aa.samples  # pixels of the finished picture
+        weights, step = gaussian().tolist(), frame.common.aa.samples  # from one pixel of the finished picture on
         before.use(1)
-        self._run("blur", "across", targets.size, 4, picture=1, along=(apart, 0), weights=weights).use(1)
-        self._run("blur", "blurred", targets.size, 4, picture=1, along=(0, apart), weights=weights).use(1)
+        self._run("blur", "across", targets.size, 4, picture=1, along=(step, 0), weights=weights).use(1)
+        self._run("blur", "blurred", targets.size, 4, picture=1, along=(0, step), weights=weights).use(1)
         targets.depth.use(0)
         before.use(2)
-        self._fill(targets.lit, "paper", lit_texture=2, blurred_texture=1, disc=DISC, most=most, **circles)
+        self._fill(targets.lit, "paper", lit_texture=2, blurred_texture=1, disc=DISC, max_radius=max_radius, **circles)
 
     def _add(self, frame: Frame) -> None:
-        """The mean of the frames up to this one takes its place: the last has that of all."""
+        """Replace the frame by the mean of all up to it: the last is the mean of all."""
         total, framebuffer = self._picture("total", frame.targets.size, 4)
         if frame.lens_point == 0:
             framebuffer.clear()
@@ -91,7 +98,7 @@ class DofPass(Pass[DofParams]):
     def _run(
         self, program: str, name: str, size: tuple[int, int], components: int, **uniforms: object
     ) -> moderngl.Texture:
-        """Draws a picture that this pass keeps for itself."""
+        """Draw into the texture `name` of this pass, made when it is first needed; return it."""
         texture, framebuffer = self._picture(name, size, components)
         self._fill(framebuffer, program, **uniforms)
         return texture
@@ -111,7 +118,7 @@ class DofPass(Pass[DofParams]):
 
 
 def _circles(frame: Frame, params: DofParams) -> dict[str, float | tuple[float, ...]]:
-    """Uniforms of dof/circle.glsl."""
+    """Return the uniforms of shaders/dof/circle.glsl."""
     near, far, sky = circle_radius(params, frame.view, np.array([*frame.view.depth_range, np.inf]))
     largest = largest_radius(params, frame.view)
     return {"depth_texture": 0, "circle_from_depth": (near, far - near, sky), "largest": largest}

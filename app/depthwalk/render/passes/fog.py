@@ -1,4 +1,7 @@
-"""Fog over surfaces and sky, by distance and height; it takes the colour of the sky at the horizon."""
+"""Blend surfaces and sky with fog, by distance and height.
+
+Fog without a colour of its own takes that of the sky at the horizon.
+"""
 
 import moderngl
 
@@ -10,22 +13,27 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class FogPass(Pass[Params]):
+    """Draw the fog of the environment over `lit`."""
+
     name = "fog"
     per_sample = True
     reads = ("depth",)
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
+        """Prepare the variants of the program."""
         shaders = "common/far_plane.vert", "fog/fog.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
 
     def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether the environment has fog."""
         fog = frame.environment.fog
         return fog is not None and fog.density > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
+        """Blend fog into `lit` by how much light comes through."""
         fog, sky = frame.environment.fog, frame.light.sky
-        assert fog is not None  # says `enabled`
+        assert fog is not None  # as `enabled` found
         defines, values = sky.defines, sky.uniforms()
         if fog.colour is not None:
             defines, values = ("COLOUR",), {"colour": tuple(linear_from_srgb(fog.colour).tolist())}

@@ -1,4 +1,4 @@
-"""Fast approximate anti-aliasing (Lottes 2009): the lit picture is blurred along edges of brightness."""
+"""Blur the lit picture along edges of brightness: fast approximate anti-aliasing (Lottes 2009)."""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
@@ -7,17 +7,22 @@ from depthwalk.scene.render_settings import FxaaParams
 
 
 class FxaaPass(Pass[FxaaParams]):
+    """Anti-alias the picture by FXAA."""
+
     name = "fxaa"
     reads = ("lit",)
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
+        """Create the program."""
         self._program = Program(gl, "common/fullscreen.vert", "fxaa/fxaa.frag")
 
     def enabled(self, frame: Frame, params: FxaaParams) -> bool:
+        """Return whether the anti-aliasing is `fxaa`."""
         return frame.common.aa.mode == "fxaa"
 
     def draw(self, frame: Frame, params: FxaaParams) -> None:
+        """Blur `lit` along edges."""
         frame.targets.lit_before().use(0)
         self._program.set(lit_texture=0, contrast=params.edge_threshold)
         with self.gl.state(into=frame.targets.lit):

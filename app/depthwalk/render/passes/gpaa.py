@@ -1,4 +1,4 @@
-"""Geometric post-process anti-aliasing: edges blend with what is beyond them, by the part of each pixel that it takes.
+"""Blend pixels that edges of the geometry divide with what is beyond: geometric post-process anti-aliasing.
 
 Persson, *Geometric Post-process Anti-Aliasing*, 2011, and its edge-optimised variant; see docs/anti-aliasing.md.
 """
@@ -13,27 +13,32 @@ from depthwalk.geometry.adjacency import EdgeAdjacency, Shape, build_adjacency
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import InstanceStream
 from depthwalk.gpu.program import Program
-from depthwalk.render.antialiasing.silhouette_lines import LINE_RECORD, outlines
+from depthwalk.render.antialiasing.silhouette_lines import LINE_RECORD, silhouette_lines
 from depthwalk.render.draw.draw_lists import DrawBatch
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.scene.render_settings import GpaaParams
 
 
 class GpaaPass(Pass[GpaaParams]):
+    """Anti-alias the silhouettes and creases of all that is drawn as triangles."""
+
     name = "gpaa"
     reads = ("surface", "depth", "lit")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
+        """Create the program."""
         self._edge = Program(gl, "gpaa/edge.vert", "gpaa/edge.frag")
         self._lines = InstanceStream(gl, LINE_RECORD)
-        self._edges: dict[tuple[int, int, int], EdgeAdjacency] = {}  # by asset, level and pieces
+        self._edges: dict[tuple[int, int, int], EdgeAdjacency] = {}  # by asset, level of detail and pieces
 
     def enabled(self, frame: Frame, params: GpaaParams) -> bool:
+        """Return whether the anti-aliasing is geometric and anything is drawn as triangles."""
         return frame.common.aa.geometric and len(frame.plan.mesh.groups) + len(frame.plan.dmesh.groups) > 0
 
     def draw(self, frame: Frame, params: GpaaParams) -> None:
-        lines = self._outlines(frame, params)
+        """Blend pixels of `lit` along the lines of silhouettes and creases."""
+        lines = self._silhouettes(frame, params)
         if not len(lines):
             return
         targets = frame.targets
@@ -47,27 +52,31 @@ class GpaaPass(Pass[GpaaParams]):
         with self.gl.state(into=targets.lit):
             self._edge.rectangles(len(lines))
 
-    def _outlines(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
-        """LINE_RECORDs of all that is drawn as triangles; depth images tell by themselves what they cover."""
+    def _silhouettes(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
+        """Return the LINE_RECORDs of all that is drawn as triangles. Depth images have `coverage` instead."""
         least_fold = np.radians(params.crease_angle) if frame.common.aa.mode == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
-        for group in frame.plan.mesh.groups:
-            mesh = frame.assets.meshes.object(group.asset, group.level)
-            edges = self._edges_of(group, mesh.shape)
-            placed = frame.plan.mesh.records[group.first : group.first + group.count]
-            lines.append(outlines(edges, frame.view, placed, least_fold, mesh.look.solid))
-        for group in frame.plan.dmesh.groups:
-            images = frame.assets.depth_object(group.asset)
-            edges = self._edges_of(group, partial(images.shape, group.indices))
-            placed = frame.plan.dmesh.records[group.first : group.first + group.count]
-            lines.append(outlines(edges, frame.view, placed, np.pi, solid=True))  # smooth, but where cut
+        for batch in frame.plan.mesh.groups:
+            mesh = frame.assets.meshes.object(batch.asset, batch.level)
+            edges = self._edges_of(batch, mesh.shape)
+            placed = frame.plan.mesh.records[batch.first : batch.first + batch.count]
+            lines.append(silhouette_lines(edges, frame.view, placed, least_fold, mesh.look.solid))
+        for batch in frame.plan.dmesh.groups:
+            images = frame.assets.depth_object(batch.asset)
+            edges = self._edges_of(batch, partial(images.shape, batch.indices))
+            placed = frame.plan.dmesh.records[batch.first : batch.first + batch.count]
+            lines.append(
+                silhouette_lines(edges, frame.view, placed, np.pi, solid=True)
+            )  # smooth: no creases but at cuts
         return np.concatenate(lines)
 
-    def _edges_of(self, group: DrawBatch, shape: Callable[[], Shape]) -> EdgeAdjacency:
-        key = group.asset, group.level, group.pieces
+    def _edges_of(self, batch: DrawBatch, shape: Callable[[], Shape]) -> EdgeAdjacency:
+        """Return the edges of what a batch draws, found when it is first drawn. shape: gives points and triangles."""
+        key = batch.asset, batch.level, batch.pieces
         if key not in self._edges:
             self._edges[key] = build_adjacency(*shape())
         return self._edges[key]
 
     def forget_assets(self) -> None:
+        """Drop the edges of meshes and depth images."""
         self._edges.clear()

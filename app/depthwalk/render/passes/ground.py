@@ -1,4 +1,4 @@
-"""The level ground, textured, drawn after everything that may hide it."""
+"""Draw the level ground, textured, after the objects that may hide it."""
 
 from pathlib import Path
 
@@ -13,21 +13,26 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class GroundPass(Pass[Params]):
+    """Draw the ground of the environment into the G-buffer."""
+
     name = "ground"
-    writes = ("albedo", "surface", "visible", "depth")
+    writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
+        """Create the program, and a texture of one white texel until another is asked for."""
         self._program = Program(gl, "ground/ground.vert", "ground/ground.frag")
         self._texture = gl.srgb_texture((1, 1), b"\xff" * 4)
         self._mean = np.ones(3, np.float32)
         self._path: Path | None = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether the environment has a ground."""
         return frame.environment.ground is not None
 
     def draw(self, frame: Frame, params: Params) -> None:
+        """Draw the ground, with its texture loaded where it is another than before."""
         ground = frame.environment.ground
-        assert ground is not None  # says `enabled`
+        assert ground is not None  # as `enabled` found
         if ground.texture != self._path:
             texels = frame.assets.texture(ground.texture)
             self.gl.free(self._texture)

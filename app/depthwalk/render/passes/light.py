@@ -1,4 +1,4 @@
-"""Deferred Phong lighting by sun, ambient light and lamps, and the sky behind everything."""
+"""Light what the G-buffer holds by sun, ambient light and lamps (Phong 1975), and draw the sky behind it."""
 
 from typing import Any
 
@@ -13,16 +13,19 @@ from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.shadows.sun_uniforms import LampMaps
 from depthwalk.scene.render_settings import LightParams
 
-_BRIGHTEST = 1e4  # of the sun's disc: half floats end at 65504
+_MAX_RADIANCE = 1e4  # of the sun's disc: half floats end at 65504
 
 
 class LightPass(Pass[LightParams]):
+    """Compute linear light from albedo, normals and shadows: deferred lighting."""
+
     name = "light"
     per_sample = True
     reads = ("albedo", "surface", "depth", "shadow", "sun_maps", "lamp_maps")
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
+        """Prepare the variants of the programs and the textures that hold lamps."""
         vertex = "common/far_plane.vert"
         self._light = Variants(lambda defines: Program(gl, vertex, "light/light.frag", defines))
         self._sky = Variants(lambda defines: Program(gl, vertex, "light/sky.frag", defines))
@@ -31,6 +34,7 @@ class LightPass(Pass[LightParams]):
         self._cells = RecordTexture(gl, NUMBERS_RECORD)
 
     def draw(self, frame: Frame, params: LightParams) -> None:
+        """Draw sky and surfaces into `lit`."""
         self._draw_sky(frame)
         self._draw_surfaces(frame)
 
@@ -39,7 +43,7 @@ class LightPass(Pass[LightParams]):
         depth_test: str | None = ">"
         defines = (*light.defines, *(("FORWARD",) if frame.common.forward else ()))
         values = self._lamps(frame) if frame.environment.lights else {}
-        if values:  # they ask how far a pixel is: the depth buffer is read, and so cannot be tested against
+        if values:  # lamps need the distance of a pixel: the depth buffer is read, and so cannot be tested against
             defines += ("LAMPS",)
             into, depth_test = frame.targets.lit, None
             if frame.targets.lamp_maps is not None:
@@ -62,7 +66,7 @@ class LightPass(Pass[LightParams]):
             self._light[defines].fill()
 
     def _lamps(self, frame: Frame) -> dict[str, Any]:
-        """Uploads those in sight; the uniforms that tell of them, none where none is."""
+        """Upload the lamps that reach what is in sight, and return their uniforms; an empty dict where none does."""
         lamps = visible_lamps(frame.view, frame.environment.lights, frame.shadows.tiles)
         if not len(lamps.records):
             return {}
@@ -80,7 +84,7 @@ class LightPass(Pass[LightParams]):
         }
 
     def _lamp_maps(self, maps: LampMaps) -> dict[str, Any]:
-        """Binds the shadow maps of lamps; the uniforms that tell of them."""
+        """Bind the shadow maps of lamps, and return their uniforms."""
         params = maps.params
         maps.texture.use(7)
         return {
@@ -92,14 +96,17 @@ class LightPass(Pass[LightParams]):
         }
 
     def _draw_sky(self, frame: Frame) -> None:
-        """Over all: software rasterisers take three times as long to test before they write half floats. In forward
-        mode `shade` has lit what it draws before."""
+        """Draw the sky over the whole picture, before the surfaces.
+
+        Testing the depth first would take software rasterisers three times as long. In forward mode `lit` holds the
+        depth images already, so there the sky is drawn at the far plane alone.
+        """
         sky, params, values = frame.light.sky, frame.environment.sky, {}
         defines = (*sky.defines, "TRANSPARENT") if frame.transparent else sky.defines
         if params is not None and params.sun_size > 0:
             defines += ("DISC",)
             light, radius = frame.light, np.radians(params.sun_size / 2)
-            disc = np.minimum(light.sun / radius**2, _BRIGHTEST)  # π · sun over the solid angle π · radius²
+            disc = np.minimum(light.sun / radius**2, _MAX_RADIANCE)  # π · sun over the solid angle π · radius²
             values = {
                 "to_sun": tuple(light.to_sun.tolist()),
                 "disc": tuple(disc.tolist()),

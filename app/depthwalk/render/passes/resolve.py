@@ -1,4 +1,7 @@
-"""The mean of a pixel's samples in linear light, where there are several, and the depth of the nearest."""
+"""Average the samples of each pixel in linear light, and take the depth of the nearest.
+
+With hardware multisampling the passes before run once per sample; this one adds up what they made.
+"""
 
 import moderngl
 
@@ -10,25 +13,31 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class ResolvePass(Pass[Params]):
+    """Add up the samples of `lit`, and write their mean with the last one."""
+
     name = "resolve"
     per_sample = True
     reads = ("lit", "samples")
     writes = ("lit", "depth")
 
     def setup(self, gl: Scope) -> None:
+        """Create the programs."""
         self._add = Program(gl, "common/fullscreen.vert", "resolve/add.frag")
         self._resolve = Program(gl, "common/fullscreen.vert", "resolve/resolve.frag")
-        self._mean: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None  # of the samples so far
+        self._mean: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None  # made when it is first needed
 
     def resize(self, size: tuple[int, int]) -> None:
+        """Drop the texture of the sum; that of the new size is made when it is needed."""
         if self._mean is not None:
             self.gl.free(*reversed(self._mean))
         self._mean = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether pixels have several samples."""
         return frame.targets.samples > 1
 
     def draw(self, frame: Frame, params: Params) -> None:
+        """Add a sample's light to the sum; after the last replace `lit` and `depth`."""
         targets = frame.targets
         if self._mean is None:
             texture = self.gl.texture(targets.size, 4, "f2")

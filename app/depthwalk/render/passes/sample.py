@@ -1,4 +1,4 @@
-"""One sample of each pixel into the G-buffer, where there are several: what follows knows of one alone."""
+"""Copy one sample of each pixel into the G-buffer, so that the passes after it know of one alone."""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
@@ -8,22 +8,27 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class SamplePass(Pass[Params]):
+    """Copy the sample `frame.sample` of what objects and ground were drawn into."""
+
     name = "sample"
     per_sample = True
     reads = ("samples",)
-    writes = ("albedo", "surface", "visible", "depth")
+    writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
+        """Create the program."""
         self._program = Program(gl, "common/fullscreen.vert", "sample/sample.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether pixels have several samples."""
         return frame.targets.samples > 1
 
     def draw(self, frame: Frame, params: Params) -> None:
+        """Copy one sample into albedo, normals, visibility and depth."""
         drawn = frame.targets.drawn
-        for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visible, drawn.depth)):
+        for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visibility_texture, drawn.depth)):
             texture.use(unit)
-        names = "albedo_samples", "surface_samples", "visible_samples", "depth_samples"
+        names = "albedo_samples", "surface_samples", "visibility_samples", "depth_samples"
         self._program.set(number=frame.sample, **{name: unit for unit, name in enumerate(names)})
         with self.gl.state(into=frame.targets.one_sample, depth_test=ALWAYS):
             self._program.fill()

@@ -1,4 +1,7 @@
-"""Shadow maps of sun and lamps: depth seen along their light."""
+"""Draw the shadow maps of sun and lamps: depth seen along their light.
+
+Maps are kept from frame to frame; only those are drawn that would show something else than before.
+"""
 
 from collections.abc import Mapping
 
@@ -19,12 +22,13 @@ from depthwalk.scene.render_settings import ShadowParams
 
 
 class ShadowsPass(Pass[ShadowParams]):
-    """A map that would show what it shows already is not drawn again."""
+    """Draw what `frame.shadows` asks for into shadow maps that the pass owns."""
 
     name = "shadows"
     writes = ("sun_maps", "lamp_maps")
 
     def setup(self, gl: Scope) -> None:
+        """Prepare programs, vertex arrays and the atlases of maps."""
         self._view = ViewBlock(gl, MAP_VIEW)
         shaders = "shadows/grid.vert", "shadows/map.frag"
         self._grid = Variants(lambda defines: Program(gl, *shaders, defines, {"View": MAP_VIEW}))
@@ -34,12 +38,14 @@ class ShadowsPass(Pass[ShadowParams]):
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._of_sun = ShadowAtlas(gl, columns=COLUMNS)
         self._of_lamps = ShadowAtlas(gl, columns=4)
-        self._shown = False  # whether there are maps that show something
+        self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
+        """Return whether anything casts shadows, or did in the last frame: then its maps are taken away."""
         return bool(frame.shadows.lamps) or frame.shadows.sun is not None or self._shown
 
     def draw(self, frame: Frame, params: ShadowParams) -> None:
+        """Draw the maps that are out of date, and hand all of them to `sun_maps` and `lamp_maps`."""
         shadows, targets = frame.shadows, frame.targets
         if shadows.lamps:
             texture = self._of_lamps.fit(params.lamps, params.lamp_resolution)
@@ -56,14 +62,14 @@ class ShadowsPass(Pass[ShadowParams]):
         texture = self._of_sun.fit(len(maps), params.resolution)
         wanted = dict(enumerate(maps))
         due = self._of_sun.due(wanted) if frame.shadows.may_wait else self._of_sun.stale(wanted)
-        with self.gl.state(direct=(DEPTH_CLAMP,)):  # what is nearer to the sun than the map begins casts shadows too
+        with self.gl.state(direct=(DEPTH_CLAMP,)):  # what lies before the near plane of the map casts shadows too
             self._draw_maps(frame, self._of_sun, due)
         shown = [self._of_sun.shown(tile).view for tile in wanted]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
         return SunMaps(texture=texture, cascades=cascades, params=params)
 
     def _draw_maps(self, frame: Frame, atlas: ShadowAtlas, maps: Mapping[int, ShadowMap]) -> None:
-        """By their tiles."""
+        """Draw `maps`, by the tiles of `atlas` that they go to."""
         for tile, shadow_map in maps.items():
             atlas.begin(tile, shadow_map)
             self._view.show(shadow_map.view)
@@ -74,26 +80,27 @@ class ShadowsPass(Pass[ShadowParams]):
             frame.plan.counts["shadow_triangles"] += shadow_map.triangles
 
     def _draw_grids(self, frame: Frame, shadow_map: ShadowMap) -> None:
-        """Fronts and backs: these close what images miss of the fronts."""
+        """Draw depth images, front and back faces: the backs close gaps that the images leave in the fronts."""
         self._instances.upload(shadow_map.grids.records)
-        for number, groups in shadow_map.grids.by_asset():
+        for number, batches in shadow_map.grids.by_asset():
             asset = frame.assets.depth_object(number)
             program, array = self._grid[asset.defines], asset.array(self._grid_arrays[asset.defines], number)
             asset.use_geometry(program, 0, frame.common.lod)
-            for group in groups:
-                self._instances.bind(array, group.first)
-                asset.draw(array, group.indices, group.count)
+            for batch in batches:
+                self._instances.bind(array, batch.first)
+                asset.draw(array, batch.indices, batch.count)
 
     def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
         self._instances.upload(shadow_map.meshes.records)
-        for group in shadow_map.meshes.groups:
-            asset = frame.assets.meshes.object(group.asset, group.level)
-            array = self._mesh_arrays.get((group.asset, group.level), asset.vertices, asset.indices)
-            self._instances.bind(array, group.first)
+        for batch in shadow_map.meshes.groups:
+            asset = frame.assets.meshes.object(batch.asset, batch.level)
+            array = self._mesh_arrays.get((batch.asset, batch.level), asset.vertices, asset.indices)
+            self._instances.bind(array, batch.first)
             with self.gl.state(cull=asset.look.solid):
-                array.render(instances=group.count)
+                array.render(instances=batch.count)
 
     def forget_assets(self) -> None:
+        """Drop vertex arrays over buffers of assets, and the maps that show them."""
         for arrays in self._grid_arrays.values():
             arrays.forget()
         self._mesh_arrays.forget()

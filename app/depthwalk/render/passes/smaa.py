@@ -1,4 +1,4 @@
-"""Enhanced subpixel morphological anti-aliasing, SMAA 1x: edges of brightness are redrawn as the lines they stand for.
+"""Redraw edges of brightness as the lines that they stand for: subpixel morphological anti-aliasing, SMAA 1x.
 
 Jimenez, Echevarria, Sousa and Gutierrez 2012, without its diagonal patterns; see docs/anti-aliasing.md.
 """
@@ -12,24 +12,30 @@ from depthwalk.scene.render_settings import SmaaParams
 
 
 class SmaaPass(Pass[SmaaParams]):
+    """Anti-alias the picture in three steps: edges, weights, blending."""
+
     name = "smaa"
     reads = ("lit",)
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
+        """Create the programs of the three steps."""
         shaders = (f"smaa/{step}.frag" for step in ("edges", "weights", "blend"))
         self._programs = [Program(gl, "common/fullscreen.vert", shader) for shader in shaders]
         self._own: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []  # edges and weights, from first use on
 
     def resize(self, size: tuple[int, int]) -> None:
+        """Drop the textures of edges and weights; those of the new size are made when they are needed."""
         for own in self._own:
             self.gl.free(*own)
         self._own = []
 
     def enabled(self, frame: Frame, params: SmaaParams) -> bool:
+        """Return whether the anti-aliasing is `smaa`."""
         return frame.common.aa.mode == "smaa"
 
     def draw(self, frame: Frame, params: SmaaParams) -> None:
+        """Blend the pixels of `lit` beside edges."""
         if not self._own:
             textures = [self.gl.texture(frame.targets.size, components) for components in (2, 4)]
             self._own = [(texture, self.gl.framebuffer([texture])) for texture in textures]

@@ -1,4 +1,4 @@
-"""What part of the sun's light reaches each pixel, where it casts shadows."""
+"""Compute what part of the sun's light reaches each pixel, by its shadow maps."""
 
 from depthwalk.gpu.device import Scope
 from depthwalk.gpu.program import Program
@@ -7,20 +7,25 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class SunPass(Pass[Params]):
+    """Look the shadow maps of the sun up for each pixel."""
+
     name = "sun"
     per_sample = True
     reads = ("surface", "depth", "sun_maps")
     writes = ("shadow",)
 
     def setup(self, gl: Scope) -> None:
+        """Create the program."""
         self._program = Program(gl, "common/far_plane.vert", "sun/sun.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether the sun casts shadows."""
         return frame.targets.sun_maps is not None
 
     def draw(self, frame: Frame, params: Params) -> None:
+        """Draw the part of light into `shadow`."""
         targets, view, maps = frame.targets, frame.view, frame.targets.sun_maps
-        assert maps is not None  # says `enabled`
+        assert maps is not None  # as `enabled` found
         targets.depth.use(0)
         targets.surface.use(1)
         self._program.set(

@@ -1,4 +1,7 @@
-"""Pass 1: depth samples move within a plane that touches their object, into a tile of the atlas."""
+"""Warp depth samples within a plane that touches their object, into an impostor tile of the atlas.
+
+The first pass of Liu, Liu and Wu 2007 (§2.2): on that plane a sample only moves toward the epipole, in 2-D.
+"""
 
 import numpy as np
 
@@ -17,11 +20,14 @@ _SLOT = np.dtype([("slot", "4f4")])
 
 
 class WarpPass(Pass[WarpParams]):
+    """Draw the tiles of `frame.plan.warp`; those of earlier frames that are still good stay."""
+
     name = "warp"
     draws_objects = True
     writes = ("atlas",)
 
     def setup(self, gl: Scope) -> None:
+        """Prepare the variants of the program."""
         self._programs = Variants(lambda defines: Program(gl, "warp/warp.vert", "warp/warp.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
@@ -30,26 +36,27 @@ class WarpPass(Pass[WarpParams]):
         self._slots = InstanceStream(gl, _SLOT)
 
     def draw(self, frame: Frame, params: WarpParams) -> None:
+        """Empty the slots of tiles that are drawn, and warp samples into them."""
         self._clear_slots(frame)
         with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
             self._draw(frame, in_order=params.order == "epipole")
 
     def _draw(self, frame: Frame, in_order: bool) -> None:
         self._instances.upload(frame.plan.warp.records)
-        for number, groups in frame.plan.warp.by_asset():
+        for number, batches in frame.plan.warp.by_asset():
             asset = frame.assets.depth_object(number)
             asset.use_geometry(self._programs[asset.defines], 0, frame.common.lod)
-            for group in groups:
-                with self.gl.state(direct=CLIP_DISTANCES if group.clipped else ()):
+            for batch in batches:
+                with self.gl.state(direct=CLIP_DISTANCES if batch.clipped else ()):
                     if in_order:
-                        self._draw_in_order(frame, group, self._ordered[asset.defines])
+                        self._draw_in_order(frame, batch, self._ordered[asset.defines])
                     else:
                         array = asset.array(self._arrays[asset.defines], number)
-                        self._instances.bind(array, group.first)
-                        asset.draw(array, group.indices, group.count)
+                        self._instances.bind(array, batch.first)
+                        asset.draw(array, batch.indices, batch.count)
 
     def _clear_slots(self, frame: Frame) -> None:
-        """Empties the slots that are drawn into: one draw, where a scissored clear each would be as many calls."""
+        """Empty the slots that are drawn into, in one draw: scissored clears would take a call each."""
         slots = np.zeros(len(frame.plan.cleared), _SLOT)
         slots["slot"] = frame.plan.cleared
         self._slots.upload(slots)
@@ -58,16 +65,20 @@ class WarpPass(Pass[WarpParams]):
         with self.gl.state(into=frame.targets.atlas, depth_test=ALWAYS):
             self._clear.rectangles(len(slots))
 
-    def _draw_in_order(self, frame: Frame, group: DrawBatch, indices: OrderedIndices) -> None:
-        """Each triangle overwrites what is there; then those that have no place in the order, by depth."""
-        for record in range(group.first, group.first + group.count):
-            array, ordered, others = indices.get(frame.assets, group, frame.plan.warp.records[record])
+    def _draw_in_order(self, frame: Frame, batch: DrawBatch, indices: OrderedIndices) -> None:
+        """Draw triangles from back to front, each over those before; then, by depth, those that have no such order.
+
+        The order is the occlusion-compatible one of McMillan and Bishop 1995.
+        """
+        for record in range(batch.first, batch.first + batch.count):
+            array, ordered, others = indices.get(frame.assets, batch, frame.plan.warp.records[record])
             self._instances.bind(array, record)
-            with self.gl.state(depth_test=ALWAYS):  # λ is written
+            with self.gl.state(depth_test=ALWAYS):  # the depth, which tells λ, is written all the same
                 array.render(vertices=ordered, instances=1)
             array.render(vertices=others, first=ordered, instances=1)
 
     def forget_assets(self) -> None:
+        """Drop vertex arrays over buffers of assets."""
         for arrays in self._arrays.values():
             arrays.forget()
         for ordered in self._ordered.values():

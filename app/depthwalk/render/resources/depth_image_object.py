@@ -37,8 +37,8 @@ class DepthObject:
     page_table: moderngl.TextureArray
     meso: moderngl.Texture
     geometry: dict[str, Any]  # uniforms of the vertex stage
-    colour_defines: tuple[str, ...]  # of common/pages.glsl
-    surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/pages.glsl
+    colour_defines: tuple[str, ...]  # of common/virtual_texture.glsl
+    surface: dict[str, Any]  # uniforms of common/depth_images.glsl and common/virtual_texture.glsl
     relief: dict[str, Any]  # uniforms of common/meso.glsl and common/faces.glsl
 
     @property

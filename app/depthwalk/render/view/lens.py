@@ -56,8 +56,10 @@ def largest_radius(lens: DofParams, view: View) -> float:
 
 
 def lens_points(count: int) -> NDArray[np.float64]:
-    """Return points (count, 2) spread evenly over the unit disc (Vogel 1979); the first is on the rim, the last in the
-    middle."""
+    """Return points (count, 2) spread evenly over the unit disc (Vogel 1979).
+
+    The first is on the rim, the last in the middle.
+    """
     order = np.arange(count)[::-1]
     radius, angle = np.sqrt(order / max(count - 1, 1)), order * GOLDEN_ANGLE
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
@@ -84,4 +86,5 @@ def gaussian() -> NDArray[np.float64]:
     The 13 weights of a direction have the sum 1; the blur's 13 × 13 kernel is the product of both directions.
     """
     weights = np.exp(-0.5 * (np.arange(GAUSSIAN_RADIUS + 1) / 3) ** 2)
-    return weights / (2 * weights.sum() - weights[0])
+    normalised: NDArray[np.float64] = weights / (2 * weights.sum() - weights[0])
+    return normalised

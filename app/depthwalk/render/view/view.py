@@ -58,8 +58,10 @@ class View:
 
     @cached_property
     def axes(self) -> NDArray[np.float64]:
-        """Rows right, up and forward (3, 3), world: `axes @ (point - position)` is how far to the right, up and ahead
-        of the viewer a point appears. They are unit vectors but for the shear."""
+        """Rows right, up and forward (3, 3), world; unit vectors but for the shear.
+
+        `axes @ (point - position)` is how far to the right, up and ahead of the viewer a point appears.
+        """
         return matrix_array(glm.dmat3(glm.scale(glm.dvec3(1, 1, -1)) * self.view_from_world))
 
     @cached_property
@@ -85,8 +87,11 @@ class View:
 
     @cached_property
     def ray_from_screen(self) -> NDArray[np.float64]:
-        """The matrix (3, 3) that takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the
-        viewer to what appears there at one metre along the view axis."""
+        """The matrix (3, 3) from places in the picture to rays.
+
+        It takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to what appears
+        there at one metre along the view axis.
+        """
         unscreened = glm.dmat3(glm.scale(glm.dvec3(*self.half_extent, -1)))
         return matrix_array(glm.inverse(glm.dmat3(self.view_from_world)) * unscreened)
 
@@ -114,7 +119,10 @@ class View:
 
 
 def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
-    """The viewer (n, 3) in each object's frame; position (n, 3), rotation (n, 4) and scale (n,) place the objects."""
+    """Return the viewer (n, 3) in the frames of n objects, metres.
+
+    position: (n, 3), metres, world; rotation: (n, 4), unit quaternions (x, y, z, w); scale: (n,).
+    """
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 
 

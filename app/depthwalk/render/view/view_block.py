@@ -37,22 +37,32 @@ VIEW_BLOCK = np.dtype(
 
 
 class MapView(Protocol):
-    """What a shadow map is seen through, in the words of `cascades.Cascade` and `spots.Spot`."""
+    """What a shadow map is seen through: a cascade of the sun (`Cascade`) or a lamp (`Spot`)."""
 
     @property
-    def clip_from_centre(self) -> glm.dmat4: ...
+    def clip_from_centre(self) -> glm.dmat4:
+        """Clip coordinates of a world vector from `centre`."""
+        ...
 
     @property
-    def centre(self) -> tuple[float, float, float]: ...
+    def centre(self) -> tuple[float, float, float]:
+        """The world point that vectors in the shader are measured from."""
+        ...
 
     @property
-    def light(self) -> tuple[float, float, float, float]: ...
+    def light(self) -> tuple[float, float, float, float]:
+        """The light from `centre`, homogeneous; of the sun the direction to it, with a last component of 0."""
+        ...
 
     @property
-    def texel(self) -> float: ...
+    def texel(self) -> float:
+        """Metres that a texel covers; of a lamp at one metre."""
+        ...
 
     @property
-    def resolution(self) -> int: ...
+    def resolution(self) -> int:
+        """Texels along an edge of the map."""
+        ...
 
 
 class ViewBlock:

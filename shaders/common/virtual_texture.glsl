@@ -1,52 +1,53 @@
-// Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail: tiles that
-// are stored lie in one picture, `page_table` tells where. A block is 2 × 2 grains of SUB_TILE × SUB_TILE texels; a segment serves
-// MIP_TIER_LEVELS levels of detail, each segment being a quarter, either way, of the one before (MIP_TIER_LEVELS = log2 SUB_TILE).
-// COLOURED: their colours differ; TINTED: in what one component tells, and little else.
+// Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail. What may be
+// looked up is stored in one texture, the pages; `page_table` tells where. A tile is 2 × 2 sub-tiles of SUB_TILE × SUB_TILE
+// texels. A mip tier serves MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its side.
+// COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component.
 #from depthwalk.cook.used_texels import SUB_TILE
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
 uniform sampler2D page_colours;         // components of colours, see colour_axes; with TINTED only the first,
 uniform sampler2D page_tints;           // the next two, at half the resolution
-uniform vec4 first_colour;              // √linear colour, specular strength; all there is where all are alike
+uniform vec4 first_colour;              // √linear colour, specular strength; without COLOURED of all texels
 uniform mat3x4 colour_axes;             // what each component adds
-uniform isampler2DArray page_table;     // per block: what takes a texel to its place + which of its grains are stored
+uniform isampler2DArray page_table;     // per tile: what takes a texel to its place, and which of its sub-tiles are stored
 uniform vec2 image_size;                // texels
-uniform int first_rows[MAX_MIP_TIERS];   // of each segment's blocks in the table
-uniform int last_mip_tier;
+uniform int first_rows[MAX_MIP_TIERS];  // of the table, where the tiles of each mip tier begin
+uniform int last_mip_tier;              // the coarsest that is stored
 
-// Texels of an image as those of its segment `segment`, from half a grain before it on: each quarter begins so in the one
-// before, t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel where it is.
-vec2 in_segment(vec2 texel, int segment) {
+// From texels of an image to those of one of its mip tiers, counted from half a sub-tile before it on. From one tier to the
+// next it is t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel, FIXED, where it is.
+vec2 texel_in_tier(vec2 texel, int tier) {
     const float FIXED = float(SUB_TILE * SUB_TILE) / float(2 * (SUB_TILE - 1));
-    return (texel + float(SUB_TILE / 2) - FIXED) * exp2(-float(MIP_TIER_LEVELS * segment)) + FIXED;
+    return (texel + float(SUB_TILE / 2) - FIXED) * exp2(-float(MIP_TIER_LEVELS * tier)) + FIXED;
 }
 
-// Whether a segment of an image is stored around a texel of the image; if so, its place there, texels of the pages.
-bool in_pages(int image, vec2 texel, int segment, out vec2 place) {
-    place = in_segment(texel, segment);
-    ivec2 grain = ivec2((place - float(SUB_TILE / 2)) / float(SUB_TILE));
-    ivec2 entry = texelFetch(page_table, ivec3(grain / 2 + ivec2(0, first_rows[segment]), image), 0).xy;
+// Whether a mip tier of an image is stored around a texel of the image; if so, `place` is where, in texels of the pages.
+bool in_pages(int image, vec2 texel, int tier, out vec2 place) {
+    place = texel_in_tier(texel, tier);
+    ivec2 sub_tile = ivec2((place - float(SUB_TILE / 2)) / float(SUB_TILE));
+    ivec2 entry = texelFetch(page_table, ivec3(sub_tile / 2 + ivec2(0, first_rows[tier]), image), 0).xy;
     place += vec2(entry & ivec2(~(SUB_TILE - 1)));
-    int row = (grain.y & 1) == 0 ? entry.x : entry.y;
-    return (row >> (grain.x & 1) & 1) != 0;
+    int row = (sub_tile.y & 1) == 0 ? entry.x : entry.y;
+    return (row >> (sub_tile.x & 1) & 1) != 0;
 }
 
-// The place of a point of an image: xy, texels of the pages; z, the level of detail there. uv: within the image.
+// Returns where a point of an image is stored, in the finest mip tier that `lod` asks for or that is stored there. xy: texels of
+// the pages; z: the level of detail within the tier. uv: within the image.
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
-    // Lanes that draw nothing have any lod, and walk as far.
-    int segment = clamp(int(lod / float(MIP_TIER_LEVELS)), 0, last_mip_tier);
+    // Lanes that draw nothing may have any lod, but must end the loop.
+    int tier = clamp(int(lod / float(MIP_TIER_LEVELS)), 0, last_mip_tier);
     vec2 place;
-    while (!in_pages(image, texel, segment, place) && segment < last_mip_tier) ++segment;
-    return vec3(place, clamp(lod - float(MIP_TIER_LEVELS * segment), 0.0, float(MIP_TIER_LEVELS)));
+    while (!in_pages(image, texel, tier, place) && tier < last_mip_tier) ++tier;
+    return vec3(place, clamp(lod - float(MIP_TIER_LEVELS * tier), 0.0, float(MIP_TIER_LEVELS)));
 }
 
-// Whether an image is stored around uv, itself and not its quarter; if so, its place there.
+// Whether the finest mip tier of an image is stored around uv; if so, `place` is where.
 bool page_stored(int image, vec2 uv, out vec2 place) {
     return in_pages(image, clamp(uv * image_size, vec2(0.0), image_size - 0.01), 0, place);
 }
 
-// What `page_at` found at a place, trilinear.
+// The texel at a place that `page_at` returned, trilinear.
 vec4 page_texel(sampler2D picture, vec3 place) {
     return textureLod(picture, place.xy / vec2(textureSize(picture, 0)), place.z);
 }
@@ -62,8 +63,8 @@ vec4 page_colour(vec3 place) {
 #endif
 }
 
-// Between four texels, in such parts, which sum up to 1.
-vec4 page_colour(ivec2 at[4], vec4 part) {
+// The colour between four texels, by weights that sum up to 1.
+vec4 page_colour(ivec2 at[4], vec4 weight) {
 #ifdef COLOURED
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 4; ++k) {
@@ -71,7 +72,7 @@ vec4 page_colour(ivec2 at[4], vec4 part) {
 #ifdef TINTED
         texel.gb = texelFetch(page_tints, at[k] / 2, 0).rg;
 #endif
-        sum += part[k] * texel;
+        sum += weight[k] * texel;
     }
 #ifdef TINTED
     sum = first_colour + colour_axes * sum.rgb;

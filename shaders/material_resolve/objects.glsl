@@ -1,7 +1,7 @@
 // Fetches records of the objects that are visible, by their numbers.
 #from depthwalk.gpu.instances import RECORDS_PER_ROW
 #from depthwalk.render.draw.material_depth import SURFACE_RECORD
-#include "common/visible.glsl"
+#include "common/visibility.glsl"
 uniform usampler2D visibility_texture;
 uniform sampler2D objects;
 

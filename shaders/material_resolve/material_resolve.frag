@@ -1,12 +1,12 @@
-// Looks up colour and world normal of each pixel that shows a depth-image object, once, whatever was drawn there before:
-// deferred texturing, sorted by asset as Karis et al. 2021, "Nanite: A Deep Dive", sort by material.
-// FORWARD: and lit here, in the frame of its object; SHADOWS: the sun casts some.
+// Looks up colour and world normal of each pixel that shows a depth-image object, once: deferred texturing of the visibility
+// buffer, asset by asset as Karis et al. 2021, "Nanite: A Deep Dive", resolve it material by material.
+// FORWARD: light it here too, in the object frame; SHADOWS: the sun casts shadows.
 // SHOW_TILES: objects with impostor tiles are painted, each in a colour of its own.
 #include "common/rotation.glsl"
 #include "common/view.glsl"
 #include "common/gbuffer.glsl"
 #include "common/depth_images.glsl"
-#include "shade/objects.glsl"
+#include "material_resolve/objects.glsl"
 #ifdef FORWARD
 #include "common/phong.glsl"
 #ifdef SHADOWS
@@ -15,9 +15,9 @@
 layout(location = 2) out vec4 lit;
 #endif
 
-// Nobody sees what faces away. Normals do that are blended about outlines, by less than 20°; and those of leaves, whose two
-// sides are one surface where they are simplified, which looks up either: lit so, far trees were dark. Relief that is
-// steeper than it is displaced does as well, and is in its own shade.
+// No visible surface faces away from the viewer, but its normal may: by less than 20° where it is blended about silhouettes,
+// and by any angle on simplified leaves, whose two sides are one surface that looks up either; far trees were dark. Beyond
+// this cosine it is turned round. Relief keeps its normal: what is steeper than it is displaced lies in its own shadow.
 const float AVERTED = 0.35;
 
 in vec2 uv;
@@ -27,19 +27,19 @@ layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
 
 void main() {
-    uvec2 visible = texture(visibility_texture, uv).xy;
-    vec4 viewer = object_texel(object_of(visible), SURFACE_RECORD_VIEWER);     // w: the object's scale
-    vec4 rotation = object_texel(object_of(visible), SURFACE_RECORD_ROTATION);
-    vec3 from_viewer = ray * distance_of(visible);
+    uvec2 visibility = texture(visibility_texture, uv).xy;
+    vec4 viewer = object_texel(object_of(visibility), SURFACE_RECORD_VIEWER);     // w: the object's scale
+    vec4 rotation = object_texel(object_of(visibility), SURFACE_RECORD_ROTATION);
+    vec3 from_viewer = ray * distance_of(visibility);
     vec3 point = viewer.xyz + rotate_back(rotation, from_viewer) / viewer.w;
-    Surface surface = surface_at(point, image_of(visible), length(from_viewer) * pixel_angle / viewer.w);
+    Surface surface = surface_at(point, image_of(visibility), length(from_viewer) * pixel_angle / viewer.w);
     vec3 view = normalize(point - viewer.xyz);
 #ifndef MESO
     if (dot(surface.normal, view) > AVERTED) surface.normal = -surface.normal;
 #endif
 #ifdef SHOW_TILES
-    if (object_texel(object_of(visible), SURFACE_RECORD_LEVEL).y > 0.0) {
-        surface.albedo = fract(float(object_of(visible)) * vec3(0.618, 0.414, 0.732));
+    if (object_texel(object_of(visibility), SURFACE_RECORD_LEVEL).y > 0.0) {
+        surface.albedo = fract(float(object_of(visibility)) * vec3(0.618, 0.414, 0.732));
         surface.specular = 0.0;
     }
 #endif
@@ -51,7 +51,7 @@ void main() {
     vec3 to_light = rotate_back(rotation, to_sun);
     vec3 reflected = phong(surface.albedo, surface.specular, shininess, surface.normal, view, to_light);
 #ifdef SHADOWS
-    reflected *= sun_share_at(ray, distance_of(visible), normal);
+    reflected *= sun_share_at(ray, distance_of(visibility), normal);
 #endif
     lit = vec4(surface.albedo * everywhere(normal) + sun * reflected, 1.0);
     out_surface.z = LIT;

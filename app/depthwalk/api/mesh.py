@@ -1,0 +1,180 @@
+"""Bake a mesh to depth images, and measure how well they show it."""
+
+import logging
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from depthwalk.api.scene import PathLike
+from depthwalk.assets.batch_bake import Job, bake_all, read_body
+from depthwalk.bake.axis import Axis
+from depthwalk.bake.cache import sidecar
+from depthwalk.bake.file import SUFFIX, read_baked
+from depthwalk.bake.parts import ModelParams
+from depthwalk.errors import InputError
+from depthwalk.limits import MAX_COORDINATE
+from depthwalk.quality.goals import MEASURES, summarise
+from depthwalk.quality.measure import measure
+from depthwalk.quality.views import SPHERE, VERIFY
+from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import MeshAsset
+
+log = logging.getLogger(__name__)
+
+Up = Literal["y", "z"]
+
+
+def bake_mesh(
+    mesh: PathLike,
+    out: PathLike | None = None,
+    *,
+    resolution: int = 512,
+    layers: int | Literal["auto"] = 3,
+    parts: int | Literal["auto"] = 1,
+    axis: Axis = "y",
+    method: Literal["raycast", "six-view"] = "raycast",
+    texture: PathLike | None = None,
+    up: Up = "y",
+    height: float | None = None,
+    force: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> Path:
+    """Bake a mesh file to a file of depth images, unless it is up to date.
+
+    A scene finds the file where it lies beside its mesh and was baked with the values that the scene's `dpci` has.
+
+    Parameters
+    ----------
+    mesh : OBJ, PLY, glTF or any other mesh that docs/scene-file.md names.
+    out : the file to write, which ends in .exr; None: beside the mesh, `bust.dpci.exr` beside `bust.obj`.
+    resolution : side of every image, texels.
+    layers : surfaces behind each other that an image holds; auto: as many as can be seen.
+    parts : objects that share the mesh; auto: as many as sample its surface well.
+    axis : axis of the cylinder, a letter or a direction; auto: the one that samples the surface best.
+    method : by rays, or by the six views of the paper.
+    texture : an image for meshes whose files name none.
+    up : which way up is in the file.
+    height : metres that the mesh is scaled to; None: as the file has it.
+    force : bake even where the file is up to date.
+    progress : called with the name of each stage.
+
+    Returns
+    -------
+    The file.
+
+    Raises
+    ------
+    InputError
+        For files and values that cannot be used.
+
+    Examples
+    --------
+    >>> file = dw.bake_mesh("ball.ply", resolution=64, layers=1)
+    >>> file.name
+    'ball.dpci.exr'
+    """
+    spec = _spec(mesh, texture, up, height)
+    file = sidecar(spec.mesh) if out is None else Path(out)
+    if file.suffix != ".exr":
+        raise InputError(f"{file}: must end in {SUFFIX}")
+    params = ModelParams(resolution=resolution, layers=layers, parts=parts, axis=axis, method=method)
+
+    def stage(number: int, name: str) -> None:
+        if progress is not None:
+            progress(name)
+        else:
+            log.info("%s: %s", spec.mesh.name, name)
+
+    with closing(bake_all([Job(spec, params, file, force)], processes=1, stage=stage)) as outcomes:
+        for _, outcome in outcomes:
+            if isinstance(outcome, InputError):
+                raise outcome
+    return file
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """How depth images compare with their mesh, over views from all around.
+
+    The measures are psnr (dB), iou (of the silhouettes), flip (0 to 1), depth_median and depth_p99 (errors, in heights
+    of the object) and holes (per cent of the mesh's pixels); docs/quality-method.md defines them.
+
+    Attributes
+    ----------
+    mean : the mean over the views of each measure, by name.
+    worst : the worst view's value of each measure, by name.
+    views : how many views showed anything.
+    gpu_bytes : bytes that the depth images take on the GPU.
+
+    Examples
+    --------
+    >>> found = dw.compare("ball.ply", dw.bake_mesh("ball.ply", resolution=64, layers=1), size=(96, 72), views=6)
+    >>> found.worst["psnr"] <= found.mean["psnr"]
+    True
+    """
+
+    mean: Mapping[str, float]
+    worst: Mapping[str, float]
+    views: int
+    gpu_bytes: int
+
+
+def compare(
+    mesh: PathLike,
+    baked: PathLike,
+    *,
+    texture: PathLike | None = None,
+    up: Up = "y",
+    height: float | None = None,
+    size: tuple[int, int] = (1024, 768),
+    views: Literal[6, 42] = 42,
+) -> Comparison:
+    """Measure the pictures that depth images give against those of their mesh, in the same light.
+
+    Parameters
+    ----------
+    mesh : the file that was baked.
+    baked : the file that `bake_mesh` made of it.
+    texture, up, height : as for `bake_mesh`.
+    size : width and height of the pictures, pixels.
+    views : 42 directions all around, or a quick sample of 6.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be had.
+
+    Examples
+    --------
+    >>> file = dw.bake_mesh("ball.ply", resolution=64, layers=1)
+    >>> found = dw.compare("ball.ply", file, size=(96, 72), views=6)
+    >>> found.mean["iou"] > 0.9
+    True
+    """
+    around = {6: VERIFY, 42: SPHERE}
+    if views not in around:
+        raise InputError(f"views {views}: must be 6 or 42")
+    body = read_body(_spec(mesh, texture, up, height))
+    quality = measure(body, read_baked(Path(baked)), RenderSettings(), size, around[views])
+    if not quality.views:
+        raise InputError(f"{mesh}: shows no pixel in any view")
+    summaries = {measured.key: summarise(measured, quality.views) for measured in MEASURES}
+    return Comparison(
+        mean={key: summary.mean for key, summary in summaries.items()},
+        worst={key: summary.worst for key, summary in summaries.items()},
+        views=len(quality.views),
+        gpu_bytes=quality.gpu_bytes,
+    )
+
+
+def _spec(mesh: PathLike, texture: PathLike | None, up: Up, height: float | None) -> MeshAsset:
+    """Return the asset that a scene file with the same values describes, so that both have the same key."""
+    if height is not None and not 0 < height <= MAX_COORDINATE:
+        raise InputError(f"height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
+    file = Path(mesh)
+    image = None if texture is None else Path(texture)
+    return MeshAsset(name=file.stem, mesh=file, texture=image, up=up, height=height, dpci=None)

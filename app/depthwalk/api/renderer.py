@@ -1,0 +1,204 @@
+"""Render pictures of a scene without a window, as arrays."""
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.api.object_ids import object_ids
+from depthwalk.api.scene import PathLike, Scene
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.errors import InputError
+from depthwalk.files import check_folder, write_bytes
+from depthwalk.pictures import jpeg_bytes, png_bytes
+from depthwalk.render.frame import Pass
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.passes import default_passes
+from depthwalk.render.passes.object_id import ObjectIdPass
+from depthwalk.render.view.view import View, view_distance
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Picture
+
+log = logging.getLogger(__name__)
+
+RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Image:
+    """What a renderer saw, row 0 at the top.
+
+    Attributes
+    ----------
+    rgba : (H, W, 4) uint8, sRGB colours, and alpha, which is 0 only where the background was left out.
+    depth : (H, W) float32, metres along the view axis to the nearest surface in each pixel, +inf where there is none.
+    object_id : (H, W) int32, number of the scene's object that is seen there, −1 where none is; None unless it was
+        asked for.
+
+    Examples
+    --------
+    >>> with dw.Renderer(dw.load_scene("scene.yaml"), size=(80, 60)) as renderer:
+    ...     image = renderer.render(object_id=True)
+    >>> int(image.object_id[30, 40]), int(image.object_id[0, 0])
+    (0, -1)
+    >>> float(image.depth[0, 0])
+    inf
+    >>> image.save("ball.png")
+    """
+
+    rgba: Picture
+    depth: NDArray[np.float32]
+    object_id: NDArray[np.int32] | None = None
+
+    def save(self, path: PathLike) -> None:
+        """Write the colours to a PNG file, or without alpha to a JPEG file.
+
+        Raises
+        ------
+        InputError
+            For a name that ends in neither .png nor .jpg, and a folder that does not exist.
+        OSError
+            Where the file cannot be written.
+        """
+        file = Path(path)
+        if file.suffix.lower() not in (".png", ".jpg", ".jpeg"):
+            raise InputError(f"{file}: must end in .png, .jpg or .jpeg")
+        check_folder(file)
+        is_png = file.suffix.lower() == ".png"
+        write_bytes(file, png_bytes(self.rgba) if is_png else jpeg_bytes(self.rgba[..., :3]))
+
+
+class Renderer:
+    """Renders one scene into arrays. Use it in a `with` block, which frees what it holds on the GPU.
+
+    Making it reads the scene's assets, and bakes those depth images that are neither beside their meshes nor in the
+    user's cache. It prints nothing: what it does goes to `progress`, or else to the log. Several may live at a time.
+
+    Parameters
+    ----------
+    scene : what to render. Changes of it show in the next picture.
+    size : width and height of the pictures, pixels.
+    representation : how to draw every object whose asset allows it; None as the scene file says.
+    passes : the passes of a frame in their order, `default_passes()` with others in between; None: these alone.
+    reuse : let a picture reuse impostors and visibility of the one before, which is faster where the camera moves
+        little; pictures then depend on those before them.
+    progress : called with the name of an asset and what is being done to it.
+
+    Raises
+    ------
+    GpuError
+        Where no OpenGL 3.3 context can be had.
+    InputError
+        For assets that cannot be used.
+
+    Examples
+    --------
+    >>> scene = dw.load_scene("scene.yaml")
+    >>> with dw.Renderer(scene, size=(80, 60)) as renderer:
+    ...     before = renderer.render()
+    ...     scene.move("ball", position=(0.0, 1.0, 0.0))
+    ...     after = renderer.render()
+    >>> before.rgba.shape, before.rgba.dtype
+    ((60, 80, 4), dtype('uint8'))
+    >>> bool((before.rgba != after.rgba).any())
+    True
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        *,
+        representation: RepresentationName | None = None,
+        passes: Sequence[Pass[Any]] | None = None,
+        reuse: bool = False,
+        progress: Callable[[str, str], None] | None = None,
+    ) -> None:
+        if len(size) != 2 or min(size) < 1:
+            raise InputError(f"size {size}: must be a width and a height of at least 1 pixel")
+        self.size = size
+        self._scene = scene
+        self._ids = ObjectIdPass()
+        wanted = None if representation is None else _representation(representation)
+        library = SceneLibrary(scene.loaded.assets, progress or _log_progress)
+        all_passes = [*(default_passes() if passes is None else passes), self._ids]
+        self._headless = HeadlessRenderer(scene.loaded, library, size, wanted, all_passes)
+        self._headless.renderer.remembers = reuse
+        self._moved: list[slice] = []  # runs of objects, since the last picture
+        scene.watch(self._note_moved)
+
+    def __enter__(self) -> "Renderer":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free what the renderer holds on the GPU; the end of a `with` block does so too."""
+        self._headless.release()
+
+    def render(self, camera: Camera | None = None, *, object_id: bool = False, background: bool = True) -> Image:
+        """Render a picture.
+
+        Parameters
+        ----------
+        camera : where to look from; None: the scene's camera, or `frame_all()` where it has none.
+        object_id : also find which object is seen at each pixel, for which meshes are drawn once more.
+        background : show sky or background colour where there is no surface, instead of alpha 0.
+        """
+        world = self._headless.renderer.world
+        with self._headless.device.context:
+            for objects in self._moved:
+                world.moved(objects)
+        self._moved.clear()
+        self._ids.wanted = object_id
+        self._headless.draw(View(camera or self._scene.camera or self.frame_all(), self.size), not background)
+        return self._read(object_id)
+
+    def frame_all(self) -> Camera:
+        """Return a camera that sees every object in pictures of this size."""
+        return self._headless.frame_all()
+
+    def _note_moved(self, objects: slice) -> None:
+        self._moved.append(objects)
+
+    def _read(self, object_id: bool) -> Image:
+        """Return the frame drawn last, each pixel with the nearest of its samples."""
+        renderer, (width, height) = self._headless.renderer, self.size
+        targets, view = renderer.targets, renderer.view
+        assert targets is not None and view is not None  # the frame made them
+        samples = targets.size[0] // width
+
+        def by_pixel(values: NDArray[Any]) -> NDArray[Any]:
+            """Reshape an array of the targets to (H, W, samples per pixel), top row first."""
+            blocks = values.reshape(height, samples, width, samples).swapaxes(1, 2)
+            return blocks.reshape(height, width, samples * samples)[::-1]
+
+        with self._headless.device.context:
+            depth = by_pixel(np.frombuffer(targets.depth.read(alignment=1), np.float32))
+            ids = by_pixel(object_ids(renderer, self._ids, self._scene.loaded.objects)) if object_id else None
+        nearest = depth.argmin(-1)[..., None]
+        return Image(
+            rgba=self._headless.pixels().copy(),
+            depth=view_distance(np.take_along_axis(depth, nearest, -1)[..., 0], *view.depth_range),
+            object_id=None if ids is None else np.take_along_axis(ids, nearest, -1)[..., 0],
+        )
+
+
+def _representation(name: str) -> Representation:
+    """Return a representation by its name in scene files."""
+    by_name = {representation.label: representation for representation in Representation}
+    if name not in by_name:
+        raise InputError(f"representation {name!r}: must be one of {', '.join(by_name)}")
+    return by_name[name]
+
+
+def _log_progress(asset: str, stage: str) -> None:
+    log.info("%s: %s", asset, stage)

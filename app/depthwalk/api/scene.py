@@ -1,0 +1,195 @@
+"""Load a scene, move what is in it, and ask which object belongs to which node."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from weakref import WeakMethod
+
+from depthwalk.errors import InputError, suggest
+from depthwalk.scene import loader
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene as LoadedScene
+from depthwalk.scene.scene import set_node_transform
+
+PathLike = str | os.PathLike[str]
+
+
+class Scene:
+    """A scene that `load_scene` has read: a tree of nodes, and the objects that hang on them.
+
+    A node is an entry of the file's `objects`, named or not; one node may hold many objects, as a `grid` does. Objects
+    are numbered from 0 in the order of the file, and `Image.object_id` holds these numbers.
+
+    Examples
+    --------
+    >>> scene = dw.load_scene("scene.yaml")
+    >>> scene.nodes
+    ('ball', 'row', '')
+    >>> scene.objects_of("row")
+    range(1, 4)
+    >>> scene.nodes[scene.node_of(2)]
+    'row'
+    """
+
+    def __init__(self, loaded: LoadedScene) -> None:
+        self._loaded = loaded
+        self._watchers: list[WeakMethod[Callable[[slice], None]]] = []
+
+    @property
+    def loaded(self) -> LoadedScene:
+        """The arrays behind the scene, which the package's own modules work on."""
+        return self._loaded
+
+    @property
+    def path(self) -> Path:
+        """The file, as it was given to `load_scene`."""
+        return self._loaded.path
+
+    @property
+    def camera(self) -> Camera | None:
+        """The file's camera; None where it has none and `Renderer.render` shows every object."""
+        return self._loaded.camera
+
+    @property
+    def settings(self) -> RenderSettings:
+        """The render settings, the file's `render`. They may be changed; the next frame follows them."""
+        return self._loaded.render
+
+    @property
+    def environment(self) -> Environment:
+        """Sun, sky, lamps, ground and fog. They may be changed; the next frame follows them."""
+        return self._loaded.environment
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The name of every node in the order of the file, "" for those without one."""
+        return self._loaded.nodes.name
+
+    @property
+    def object_count(self) -> int:
+        """The number of objects."""
+        return len(self._loaded.objects)
+
+    def objects_of(self, node: int | str) -> range:
+        """Return the numbers of all objects that belong to a node and to those below it.
+
+        Parameters
+        ----------
+        node : the node's number, its row in `nodes`, or its name.
+        """
+        number, nodes = self._number(node), self._loaded.nodes
+        first = int(nodes.first_object[number])
+        return range(first, first + int(nodes.object_count[number]))
+
+    def node_of(self, object_id: int) -> int:
+        """Return the number of the node that an object hangs on.
+
+        Raises
+        ------
+        InputError
+            Where there is no such object, as for the −1 that `Image.object_id` holds where nothing is.
+        """
+        if not 0 <= object_id < self.object_count:
+            raise InputError(f"no object {object_id}: the scene has {self.object_count}")
+        return int(self._loaded.owner[object_id])
+
+    def position_of(self, node: int | str) -> tuple[float, float, float]:
+        """Return where a node is in its parent, metres; see `move`."""
+        x, y, z = self._loaded.nodes.local.position[self._number(node)].tolist()
+        return x, y, z
+
+    def move(
+        self,
+        node: int | str,
+        *,
+        position: tuple[float, float, float] | None = None,
+        yaw: float | None = None,
+        scale: float | None = None,
+    ) -> None:
+        """Place a node, with everything below it, in its parent; what is not given stays as it is.
+
+        Every renderer of the scene shows the change in its next frame.
+
+        Parameters
+        ----------
+        node : the node's number, its row in `nodes`, or its name.
+        position : metres, in the parent's frame.
+        yaw : radians about +Y, counter-clockwise seen from above.
+        scale : a factor above 0.
+
+        Raises
+        ------
+        InputError
+            For a node that does not exist, a name that several share, and values out of range.
+
+        Examples
+        --------
+        >>> scene = dw.load_scene("scene.yaml")
+        >>> scene.move("ball", position=(0.0, 0.5, 0.0), yaw=1.5)
+        >>> scene.move("bell", scale=2.0)
+        Traceback (most recent call last):
+        depthwalk.errors.InputError: no node 'bell'; did you mean 'ball'?
+        """
+        number, local = self._number(node), self._loaded.nodes.local
+        place = self.position_of(number) if position is None else position
+        angle = float(local.yaw[number]) if yaw is None else yaw
+        factor = float(local.scale[number]) if scale is None else scale
+        try:
+            changed = set_node_transform(self._loaded, number, place, angle, factor)
+        except ValueError as error:
+            raise InputError(f"node {node!r}: {error}") from None
+        for watcher in self._watchers:
+            if (notify := watcher()) is not None:
+                notify(changed)
+
+    def watch(self, notify: Callable[[slice], None]) -> None:
+        """Call a method with the run of objects that `move` has moved, for as long as the method's owner lives."""
+        self._watchers = [watcher for watcher in self._watchers if watcher() is not None]
+        self._watchers.append(WeakMethod(notify))
+
+    def _number(self, node: int | str) -> int:
+        """Return a node's number."""
+        if isinstance(node, str):
+            found = [number for number, name in enumerate(self.nodes) if name == node]
+            if not node or not found:
+                names = [name for name in self.nodes if name]
+                raise InputError(f"no node {node!r}{suggest(node, names)}")
+            if len(found) > 1:
+                raise InputError(f"{len(found)} nodes are named {node!r}: give a number, one of {found}")
+            return found[0]
+        if not 0 <= node < len(self.nodes):
+            raise InputError(f"no node {node}: the scene has {len(self.nodes)}")
+        return node
+
+
+def load_scene(
+    path: PathLike, asset_roots: Sequence[PathLike] = (), overrides: Mapping[str, str] | None = None
+) -> Scene:
+    """Load a scene file, or a mesh as a scene of its own.
+
+    Assets are not read yet, only looked for: a `Renderer` reads them.
+
+    Parameters
+    ----------
+    path : a scene file (docs/scene-file.md), or a mesh.
+    asset_roots : folders besides the scene's own in which its files may lie.
+    overrides : values to replace, YAML text by dotted key, as `--set` of the command line takes them.
+
+    Raises
+    ------
+    InputError
+        With one line per mistake, each with its place in the file.
+
+    Examples
+    --------
+    >>> scene = dw.load_scene("scene.yaml", overrides={"render.aa": "smaa"})
+    >>> scene.object_count
+    5
+    >>> dw.load_scene("secne.yaml")
+    Traceback (most recent call last):
+    depthwalk.errors.InputError: secne.yaml: no such file
+    """
+    roots = [Path(root) for root in asset_roots]
+    return Scene(loader.load_scene(Path(path), roots, overrides))

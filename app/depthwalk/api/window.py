@@ -1,0 +1,41 @@
+"""Open the window on a scene."""
+
+from pathlib import Path
+
+from depthwalk.api.scene import PathLike, Scene
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.gpu.device import GpuError
+from depthwalk.scene.path import load_path
+
+
+def view(
+    scene: Scene, *, path: PathLike | None = None, size: tuple[int, int] = (1280, 720), fullscreen: bool = False
+) -> None:
+    """Open a window on a scene, and return when the user closes it.
+
+    Parameters
+    ----------
+    scene : what to walk through. Keys and mouse are listed in docs/walking.md.
+    path : a camera path file, which the key P plays.
+    size : width and height of the window, pixels.
+    fullscreen : cover the whole screen.
+
+    Raises
+    ------
+    GpuError
+        Where no window can be opened, as without a display.
+    InputError
+        For assets and paths that cannot be used.
+
+    Examples
+    --------
+    >>> dw.view(dw.load_scene("scene.yaml"))
+    """
+    from depthwalk import walk  # the window's libraries take half a second
+
+    loaded = scene.loaded
+    camera_path = None if path is None else load_path(Path(path))
+    try:
+        walk.run(loaded, SceneLibrary(loaded.assets), path=camera_path, size=size, fullscreen=fullscreen)
+    except walk.NoDisplay as error:
+        raise GpuError(str(error)) from None

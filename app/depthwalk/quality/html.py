@@ -1,0 +1,73 @@
+"""Lay a report out as one HTML page that needs no other file: sections with tables and pictures.
+
+The markup is in `templates/`. Values are escaped as they are inserted, so callers hand over plain text.
+"""
+
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from depthwalk.quality.report import mark
+
+Table = Sequence[Sequence[str]]
+"""Rows of text, the first of which are titles."""
+
+_TEMPLATES = Path(__file__).with_name("templates")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Pictures side by side: PNG files by their names, below one caption."""
+
+    caption: str
+    pictures: Mapping[str, bytes]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A part of a page, from top to bottom: title, lines, tables, notes and figures.
+
+    Attributes
+    ----------
+    colour : of the title, as CSS names it; "" for that of the text.
+    """
+
+    title: str
+    lines: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    notes: Sequence[str] = ()
+    figures: Sequence[Figure] = ()
+    colour: str = ""
+
+
+def render_page(
+    title: str,
+    headline: Sequence[str],
+    sections: Sequence[Section],
+    template: Path = _TEMPLATES / "report.html",
+    **values: object,
+) -> str:
+    """Return a whole page.
+
+    Table cells that end in the mark of a missed goal stand out.
+
+    Parameters
+    ----------
+    headline : lines below the title.
+    template : a file that extends `report.html`.
+    values : what such a template needs besides.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # only whoever asks for a page waits for it
+
+    environment = Environment(
+        loader=FileSystemLoader([template.parent, _TEMPLATES]),
+        autoescape=True,
+        keep_trailing_newline=True,
+        lstrip_blocks=True,
+        trim_blocks=True,
+        undefined=StrictUndefined,
+    )
+    environment.filters["base64"] = lambda data: b64encode(data).decode()
+    page = environment.get_template(template.name)
+    return page.render(title=title, headline=headline, sections=sections, missed=mark(False), **values)

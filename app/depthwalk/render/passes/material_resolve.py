@@ -1,0 +1,107 @@
+"""Look up colour and normal of each pixel that shows a depth-image object, once, into the G-buffer.
+
+Deferred texturing of a visibility buffer (Burns and Hunt 2013). Every asset has textures of its own, so its pixels are
+drawn together: a first step writes a depth that stands for the asset of each pixel, its material depth, and then each
+asset's rectangle is drawn with a depth test for that value (Karis et al. 2021, "Nanite: A Deep Dive").
+"""
+
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Scope
+from depthwalk.gpu.instances import RecordTexture
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.gpu.state import ALWAYS
+from depthwalk.params import Params
+from depthwalk.render.draw.material_depth import FULL_COVERAGE, SURFACE_RECORD, MaterialRecords
+from depthwalk.render.frame import Frame, Pass
+
+
+class MaterialResolvePass(Pass[Params]):
+    """Resolve the visibility buffer to albedo and normals; in forward mode to light as well."""
+
+    name = "material_resolve"
+    per_sample = True
+    reads = ("visibility", "depth", "sun_maps")
+    writes = ("material_depth", "albedo", "surface", "lit")
+
+    def setup(self, gl: Scope) -> None:
+        """Create the programs and the texture of object records."""
+        self._material_depth = Program(gl, "common/rectangle.vert", "material_resolve/material_depth.frag")
+        shaders = "common/rectangle.vert", "material_resolve/material_resolve.frag"
+        self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
+        self._objects = RecordTexture(gl, SURFACE_RECORD)
+
+    def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether there are depth-image objects."""
+        return frame.shading is not None and len(frame.shading.assets) > 0
+
+    def draw(self, frame: Frame, params: Params) -> None:
+        """Write the material depth, then draw the rectangle of each asset."""
+        shading = frame.shading
+        assert shading is not None  # as `enabled` found
+        self._objects.upload(shading.records)
+        self._objects.use(0)
+        frame.targets.visibility_texture.use(1)
+        if _alone(frame, shading):
+            self._resolve(frame, shading, frame.targets.gbuffer, ">", np.ones((1, 1)))
+            return
+        self._draw_material_depth(frame, shading)
+        full = shading.level
+        depths = [full, full - FULL_COVERAGE] if frame.common.aa.covering else [full]
+        target = frame.targets.shaded_lit if frame.common.forward else frame.targets.shaded
+        self._resolve(frame, shading, target, "==", np.stack(depths, -1))
+
+    def _draw_material_depth(self, frame: Frame, shading: MaterialRecords) -> None:
+        low, high = shading.low.min(0), shading.high.max(0)
+        self._material_depth.set(low=tuple(low), high=tuple(high), objects=0, visibility_texture=1)
+        with self.gl.state(into=frame.targets.material_depth, depth_test=ALWAYS):
+            self._material_depth.rectangles()
+
+    def _resolve(
+        self,
+        frame: Frame,
+        shading: MaterialRecords,
+        target: moderngl.Framebuffer,
+        depth_test: str,
+        depths: NDArray[np.floating],
+    ) -> None:
+        """Draw the rectangles of the assets into `target`, where `depth_test` passes. depths: (assets, n) of each."""
+        defines, light = _light(frame)
+        if frame.common.show_tiles:
+            defines += ("SHOW_TILES",)
+        uniforms = {"objects": 0, "visibility_texture": 1, **light}
+        columns = shading.assets.tolist(), depths.tolist(), shading.low.tolist(), shading.high.tolist()
+        for number, asset_depths, low, high in zip(*columns, strict=True):
+            asset = frame.assets.depth_object(number)
+            program = self._programs[*asset.surface_defines, *defines]
+            asset.use_surface(program, 2, frame.common.lod)
+            program.set(**uniforms, low=tuple(low), high=tuple(high))
+            with self.gl.state(into=target, depth_test=depth_test, depth_write=False):
+                for depth in asset_depths:
+                    program.set(depth=depth)
+                    program.rectangles()
+
+
+def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """Return defines and uniforms of the light that is added here: in forward mode sun and ambient light."""
+    if not frame.common.forward:
+        return (), {}
+    light, maps = frame.light, frame.targets.sun_maps
+    defines, values = ("FORWARD", *light.defines), light.uniforms()
+    if maps is None:
+        return defines, values
+    return (*defines, "SHADOWS"), values | maps.use(7, frame.view, frame.common.lod)
+
+
+def _alone(frame: Frame, shading: MaterialRecords) -> bool:
+    """Return whether all that is drawn is of one asset's depth images.
+
+    Then its pixels are those in front of the far plane, and no material depth is needed.
+    """
+    polygons = len(frame.plan.mesh.records) > 0 or frame.environment.ground is not None
+    alone = len(shading.assets) == 1 and not polygons and not frame.common.forward
+    return alone and not frame.common.aa.covering  # partial coverage is told by the material depth

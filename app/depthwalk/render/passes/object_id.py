@@ -1,0 +1,99 @@
+"""Find which mesh is in front at each pixel, for whoever asks: the other passes need not know.
+
+The visibility buffer tells depth-image objects apart, but holds one value for all polygons. This pass draws the frame's
+polygons once more, into targets of its own, and only in frames that ask for it.
+"""
+
+from typing import NamedTuple
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Scope
+from depthwalk.gpu.instances import AssetArrays, InstanceStream
+from depthwalk.gpu.program import Program
+from depthwalk.gpu.state import LESS
+from depthwalk.params import Params
+from depthwalk.render.frame import Frame, Pass
+from depthwalk.render.resources.mesh_object import POSITION_LAYOUT
+from depthwalk.render.resources.placed_records import PLACED_RECORD
+
+
+class FrontMeshes(NamedTuple):
+    """The polygons that are in front of all other polygons.
+
+    Attributes
+    ----------
+    number : (H, W) uint32, row of `FrameDrawLists.mesh.records` of the whole frame; of no meaning where depth is 1.
+    depth : (H, W) float32, value of the depth buffer, 1 where there are no polygons.
+    """
+
+    number: NDArray[np.uint32]
+    depth: NDArray[np.float32]
+
+
+class _Target(NamedTuple):
+    """What the pass draws into."""
+
+    number: moderngl.Texture
+    depth: moderngl.Texture
+    framebuffer: moderngl.Framebuffer
+
+
+class ObjectIdPass(Pass[Params]):
+    """Draw the number of the mesh in front at each pixel, in frames for which `wanted` is set.
+
+    Where pixels have several samples it draws the last one, which the depth buffer holds when the frame is done.
+    """
+
+    name = "object_id"
+    per_sample = True
+
+    def setup(self, gl: Scope) -> None:
+        """Create what every frame may need; targets are made when they are first drawn into."""
+        self.wanted = False
+        self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
+        self._arrays = AssetArrays(gl, self._program.gl, *POSITION_LAYOUT)
+        self._instances = InstanceStream(gl, PLACED_RECORD)
+        self._target: _Target | None = None
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Drop targets of another size."""
+        if self._target is not None:
+            self.gl.free(self._target.framebuffer, self._target.number, self._target.depth)
+        self._target = None
+
+    def enabled(self, frame: Frame, params: Params) -> bool:
+        """Return whether this frame is to tell meshes apart, and this is the last of its samples."""
+        return self.wanted and frame.sample == frame.targets.samples - 1
+
+    def draw(self, frame: Frame, params: Params) -> None:
+        """Draw the frame's polygons."""
+        target = self._target = self._target or self._make(frame.targets.size)
+        target.framebuffer.clear(depth=1.0)
+        self._instances.upload(frame.plan.mesh.records)
+        for batch in frame.plan.mesh.groups:
+            mesh = frame.assets.meshes.object(batch.asset, batch.level)
+            array = self._arrays.get((batch.asset, batch.level), mesh.vertices, mesh.indices)
+            self._instances.bind(array, batch.first)
+            self._program.set(first=batch.first)
+            with self.gl.state(into=target.framebuffer, depth_test=LESS, cull=mesh.look.solid):
+                array.render(instances=batch.count)
+
+    def read(self) -> FrontMeshes | None:
+        """Return what the frame drawn last shows, row 0 at the bottom; None where it did not ask."""
+        if self._target is None or not self.wanted:
+            return None
+        width, height = self._target.number.size
+        number = np.frombuffer(self._target.number.read(alignment=1), np.uint32).reshape(height, width)
+        depth = np.frombuffer(self._target.depth.read(alignment=1), np.float32).reshape(height, width)
+        return FrontMeshes(number, depth)
+
+    def forget_assets(self) -> None:
+        """Drop the vertex arrays over the assets' buffers."""
+        self._arrays.forget()
+
+    def _make(self, size: tuple[int, int]) -> _Target:
+        number, depth = self.gl.texture(size, 1, "u4"), self.gl.depth_texture(size)
+        return _Target(number, depth, self.gl.framebuffer([number], depth))

@@ -1,0 +1,16 @@
+// Packs what is in front at a pixel into the visibility buffer (Burns and Hunt 2013), and unpacks it: an object and its image,
+// and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
+#from depthwalk.cook.lod_geometry import IMAGE_BITS
+const uint COVERAGE_MASK = 15u;
+const uvec2 NO_OBJECT = uvec2(0u);     // polygons and ground; depth-image objects are numbered from 1
+
+// uncovered: the part of the pixel that shows what is behind, 0 for full coverage. It takes the last bits of `inverse`, which
+// is good to 1e-6 without.
+uvec2 visibility_from(uint object, uint image, float inverse, float uncovered) {
+    uint part = uint(uncovered * float(COVERAGE_MASK) + 0.5);
+    return uvec2(object << IMAGE_BITS | image, (floatBitsToUint(inverse) & ~COVERAGE_MASK) | part);
+}
+uint object_of(uvec2 visibility) { return visibility.x >> IMAGE_BITS; }
+int image_of(uvec2 visibility) { return int(visibility.x & ((1u << IMAGE_BITS) - 1u)); }
+float distance_of(uvec2 visibility) { return 1.0 / uintBitsToFloat(visibility.y & ~COVERAGE_MASK); }
+float uncovered_of(uvec2 visibility) { return float(visibility.y & COVERAGE_MASK) / float(COVERAGE_MASK); }

@@ -1,0 +1,52 @@
+"""The public names: few, typed, and imported when they are first used."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import depthwalk as dw
+
+SOURCE = Path(dw.__file__)
+
+
+def in_a_process(code: str) -> str:
+    environment = {"PYTHONPATH": ":".join(filter(None, sys.path))}
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+
+def test_there_are_few_names_and_each_is_found():
+    assert len(dw.__all__) <= 15
+    assert set(dw.__all__) <= set(dir(dw))
+    for name in dw.__all__:
+        value = getattr(dw, name)
+        assert value.__name__ == name and value.__doc__, name
+
+
+def test_type_checkers_see_the_same_names():
+    (block,) = [node for node in ast.parse(SOURCE.read_text()).body if isinstance(node, ast.If)]
+    seen = {alias.name: node.module for node in block.body for alias in node.names}
+    assert seen == dw._MODULES and sorted(seen) == sorted(dw.__all__)
+    assert SOURCE.with_name("py.typed").is_file()
+
+
+def test_a_name_that_is_none():
+    with pytest.raises(AttributeError, match="has no attribute 'Teapot'"):
+        dw.Teapot  # noqa: B018
+
+
+def test_importing_costs_nothing():
+    code = (
+        "import sys, time; start = time.perf_counter(); import depthwalk; "
+        "print(time.perf_counter() - start, 'numpy' in sys.modules)"
+    )
+    seconds, with_numpy = in_a_process(code).split()
+    assert float(seconds) < 0.1 and with_numpy == "False"
+
+
+def test_reading_a_scene_loads_no_graphics():
+    code = "import depthwalk as dw, sys; dw.load_scene; dw.Camera; print('moderngl' in sys.modules)"
+    assert in_a_process(code) == "False\n"

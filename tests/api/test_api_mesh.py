@@ -1,0 +1,57 @@
+"""Baking and measuring from Python."""
+
+import pytest
+
+import depthwalk as dw
+from balls import write_balls
+
+
+@pytest.fixture
+def mesh(tmp_path):
+    write_balls(tmp_path)
+    return tmp_path / "ball.ply"
+
+
+def test_a_mesh_is_baked_once(mesh, capfd):
+    stages = []
+    file = dw.bake_mesh(mesh, resolution=64, layers=1, force=True, progress=stages.append)
+    assert file == mesh.with_name("ball.dpci.exr") and stages[0] == "read" and stages[-1] == "write"
+    stamp = file.stat().st_mtime_ns
+    assert dw.bake_mesh(str(mesh), resolution=64, layers=1) == file and file.stat().st_mtime_ns == stamp
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"out": "ball.png"}, "ball.png: must end in .dpci.exr"),
+        ({"height": -1.0}, "height -1: must be above 0"),
+        ({"parts": 0}, "parts 0: must be 1 to"),
+        ({"method": "six-view"}, "layers 3: method six-view sees one surface per ray"),
+        ({"mesh": "no.ply"}, "no.ply: no such file"),
+    ],
+)
+def test_baking_refuses(mesh, options, message):
+    with pytest.raises(dw.InputError) as caught:
+        dw.bake_mesh(**{"mesh": mesh} | options)
+    assert message in str(caught.value)
+
+
+def test_finer_images_are_better(mesh, tmp_path, gl_device):
+    coarse, fine = (
+        dw.compare(
+            mesh,
+            dw.bake_mesh(mesh, tmp_path / f"{side}.dpci.exr", resolution=side, layers=1),
+            size=(96, 72),
+            views=6,
+        )
+        for side in (32, 128)
+    )
+    assert coarse.views == fine.views == 6
+    assert coarse.mean["psnr"] < fine.mean["psnr"] and coarse.worst["iou"] < fine.worst["iou"]
+    assert coarse.gpu_bytes < fine.gpu_bytes
+
+
+def test_comparing_refuses_other_numbers_of_views(mesh):
+    with pytest.raises(dw.InputError, match="views 7: must be 6 or 42"):
+        dw.compare(mesh, mesh, views=7)

@@ -1,0 +1,165 @@
+"""Pictures as arrays: colours, depth, and which object is where."""
+
+import logging
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import depthwalk as dw
+from balls import write_balls
+
+SIZE = (96, 72)
+MIDDLE = SIZE[1] // 2, SIZE[0] // 2
+
+pytestmark = pytest.mark.usefixtures("gl_device")
+
+
+@pytest.fixture(scope="module")
+def scene_file(tmp_path_factory):
+    return write_balls(tmp_path_factory.mktemp("balls"))
+
+
+@pytest.fixture
+def scene(scene_file):
+    return dw.load_scene(scene_file)
+
+
+def drawn_at(scene, image):
+    """By object: the mean column and row of its pixels, parts of the picture from its middle to its right and upper
+    edge, and how many there are."""
+    height, width = image.object_id.shape
+    places = {}
+    for number in set(np.unique(image.object_id).tolist()) - {-1}:
+        rows, columns = np.nonzero(image.object_id == number)
+        places[number] = 2 * columns.mean() / width - 1, 1 - 2 * rows.mean() / height, len(rows)
+    return places
+
+
+@pytest.mark.parametrize("representation", [None, "dpci", "mesh", "mesh-lod", "dmesh"])
+@pytest.mark.parametrize("aa", ["none", "coverage", "ssaa", "msaa"])
+def test_every_pixel_tells_its_object(scene, representation, aa):
+    scene.settings.aa = aa
+    with dw.Renderer(scene, SIZE, representation=representation) as renderer:
+        image = renderer.render(object_id=True)
+    places = drawn_at(scene, image)
+    assert set(places) == {0, 1, 3, 4}  # 2 is behind 0
+    assert places[0][0] == pytest.approx(0, abs=0.02) and places[4][0] > 0.4
+    assert places[1][0] < -0.3 and places[3][0] > 0.3
+    assert places[1][2] == pytest.approx(places[3][2], rel=0.1)
+    ball = image.object_id == 0
+    radius = 1 / 5 / np.tan(np.pi / 8) * SIZE[1] / 2  # pixels, a little less than what the ball covers
+    assert np.pi * radius**2 < ball.sum() < 1.1 * np.pi * radius**2
+    assert image.depth[ball].min() == pytest.approx(4, abs=0.03) and image.depth[ball].max() < 5.1
+    assert np.isinf(image.depth[0]).all() and (image.object_id[-1] == -1).all() and image.depth[-1].max() < 5
+
+
+def test_asking_for_objects_changes_no_picture(scene):
+    with dw.Renderer(scene, SIZE) as renderer:
+        plain, asked, again = renderer.render(), renderer.render(object_id=True), renderer.render()
+    assert plain.object_id is None and again.object_id is None
+    for image in (asked, again):
+        assert (image.rgba == plain.rgba).all() and (image.depth == plain.depth).all()
+
+
+def test_objects_of_several_parts_count_once(tmp_path):
+    file = write_balls(tmp_path)
+    file.write_text(file.read_text().replace("layers: 1}", "layers: 1, parts: 2}"))
+    scene = dw.load_scene(file)
+    scene.settings.lod.magnification = 0  # no mesh stands in
+    with dw.Renderer(scene, SIZE) as renderer:
+        assert set(drawn_at(scene, renderer.render(object_id=True))) == {0, 1, 3, 4}
+
+
+def test_meshes_in_one_place_but_turned_otherwise(tmp_path):
+    file = write_balls(tmp_path)
+    file.write_text(
+        "version: 1\nassets: {ball: {mesh: ball.ply}}\nobjects:\n"
+        "  - {asset: ball, position: [-1.5, 0, 0], yaw: 10}\n  - {asset: ball, position: [1.5, 0, 0], scale: 0.5}\n"
+    )
+    camera = dw.Camera((0, 1, 6), (0, 1, 0), 0.9)
+    with dw.Renderer(dw.load_scene(file), SIZE) as renderer:
+        places = drawn_at(None, renderer.render(camera, object_id=True))
+    assert places[0][0] < 0 < places[1][0] and places[0][2] > 3 * places[1][2]
+
+
+def test_what_moves_is_elsewhere_in_the_next_picture(scene):
+    with dw.Renderer(scene, SIZE) as first, dw.Renderer(scene, SIZE, reuse=True) as second:
+        for renderer in (first, second):
+            assert renderer.render(object_id=True).object_id[MIDDLE] == 0
+        scene.move("ball", position=(0, 20, 0))
+        for renderer in (first, second):
+            image = renderer.render(object_id=True)
+            assert set(drawn_at(scene, image)) == {1, 2, 3, 4}
+            assert image.depth[MIDDLE] > 7
+    scene.move("ball", position=(0, 0, 0))  # nobody is left to be told
+
+
+def test_background_may_be_left_out(scene):
+    scene.environment.ground = None
+    with dw.Renderer(scene, SIZE) as renderer:
+        image = renderer.render(background=False)
+    assert (image.rgba[0, :, 3] == 0).all() and image.rgba[(*MIDDLE, 3)] == 255
+
+
+def test_without_a_camera_all_is_seen(tmp_path):
+    write_balls(tmp_path)
+    scene = dw.load_scene(tmp_path / "ball.ply", overrides={"assets.model.dpci": "{resolution: 64, layers: 1}"})
+    with dw.Renderer(scene, SIZE) as renderer:
+        image = renderer.render(object_id=True)
+        assert (renderer.render(renderer.frame_all()).rgba == image.rgba).all()
+    assert image.object_id[MIDDLE] == 0 and (image.object_id[[0, -1]] == -1).all()
+
+
+def test_pictures_are_saved(scene, tmp_path):
+    with dw.Renderer(scene, SIZE) as renderer:
+        image = renderer.render()
+    image.save(tmp_path / "a.png")
+    image.save(str(tmp_path / "a.jpg"))
+    with Image.open(tmp_path / "a.png") as png, Image.open(tmp_path / "a.jpg") as jpeg:
+        assert (np.asarray(png) == image.rgba).all()
+        assert np.abs(np.asarray(jpeg).astype(int) - image.rgba[..., :3]).mean() < 2
+    with pytest.raises(dw.InputError, match=r"must end in \.png, \.jpg or \.jpeg"):
+        image.save(tmp_path / "a.gif")
+    with pytest.raises(dw.InputError, match="does not exist"):
+        image.save(tmp_path / "no" / "a.png")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"size": (0, 10)}, r"size \(0, 10\): must be a width and a height"),
+        ({"size": SIZE, "representation": "teapot"}, "representation 'teapot': must be one of mesh, dpci"),
+    ],
+)
+def test_renderers_refuse(scene, options, message):
+    with pytest.raises(dw.InputError, match=message):
+        dw.Renderer(scene, **options)
+
+
+def test_nothing_is_printed(tmp_path, capfd, caplog):
+    file, stages = write_balls(tmp_path), []
+    file.write_text(file.read_text().replace("resolution: 64", "resolution: 48"))
+    scene = dw.load_scene(file)
+    with dw.Renderer(scene, SIZE, progress=lambda asset, stage: stages.append((asset, stage))) as renderer:
+        scene.move("ball", yaw=1)
+        renderer.render(object_id=True)
+    assert ("ball", "depth images") in stages
+    with caplog.at_level(logging.INFO, "depthwalk"), dw.Renderer(scene, SIZE, representation="mesh"):
+        pass
+    assert "ball: reading" in caplog.messages
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_the_ground_hides_is_not_seen(tmp_path):
+    file = write_balls(tmp_path)
+    file.write_text(
+        "version: 1\nassets: {ball: {mesh: ball.ply}}\nobjects:\n  - {asset: ball, position: [0, -1, 0]}\n"
+        "environment: {ground: {}}\n"
+    )
+    camera = dw.Camera((0, 3, 6), (0, 0, 0), 0.6)
+    with dw.Renderer(dw.load_scene(file), SIZE) as renderer:
+        image = renderer.render(camera, object_id=True)
+    rows = np.nonzero((image.object_id == 0).any(1))[0]
+    assert image.object_id[MIDDLE] == 0
+    assert 42 < rows.max() < 48  # where the ball goes into the ground; whole, it would reach row 53

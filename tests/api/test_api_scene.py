@@ -1,0 +1,82 @@
+"""Scenes as the library hands them out: nodes, objects, and moving them."""
+
+import math
+
+import numpy as np
+import pytest
+
+import depthwalk as dw
+from balls import write_balls
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return dw.load_scene(write_balls(tmp_path))
+
+
+def test_nodes_and_objects_lead_to_each_other(scene):
+    for number in range(len(scene.nodes)):
+        assert {scene.node_of(found) for found in scene.objects_of(number)} == {number}
+    assert [len(scene.objects_of(number)) for number in range(3)] == [1, 3, 1]
+
+
+def test_what_is_not_given_stays(scene):
+    scene.move("row", position=(1, 2, 3))
+    scene.move("row", yaw=math.pi / 2, scale=2.0)
+    assert scene.position_of("row") == (1, 2, 3)
+    ends = scene.loaded.objects.position[[1, 3]]  # of a row of 4 m, turned from x to −z
+    assert ends == pytest.approx(np.array([(1, 2, 7), (1, 2, -1)]), abs=1e-5)
+    assert scene.loaded.objects.scale[1:4].tolist() == [2, 2, 2]
+
+
+def test_only_what_hangs_on_the_node_moves(scene):
+    before = scene.loaded.objects.position.copy()
+    told = []
+
+    class Watcher:
+        def note(self, changed):
+            told.append(changed)
+
+    watcher = Watcher()
+    scene.watch(watcher.note)
+    scene.move("row", position=(0, 5, 0))
+    assert told == [slice(1, 4)]
+    assert (scene.loaded.objects.position[[0, 4]] == before[[0, 4]]).all()
+    del watcher
+    scene.move("ball", position=(0, 5, 0))
+    assert told == [slice(1, 4)]
+
+
+@pytest.mark.parametrize(
+    ("node", "values", "message"),
+    [
+        ("bal", {}, "no node 'bal'; did you mean 'ball'?"),
+        ("", {}, "no node ''"),
+        (3, {}, "no node 3: the scene has 3"),
+        (-1, {}, "no node -1: the scene has 3"),
+        ("ball", {"scale": 0.0}, "node 'ball': a node's transform must be finite, its scale positive"),
+        ("ball", {"position": (0, math.inf, 0)}, "node 'ball': a node's transform must be finite, its scale positive"),
+    ],
+)
+def test_moving_refuses(scene, node, values, message):
+    with pytest.raises(dw.InputError) as caught:
+        scene.move(node, **values)
+    assert str(caught.value) == message
+
+
+def test_a_name_that_two_nodes_have(tmp_path):
+    file = write_balls(tmp_path)
+    file.write_text(file.read_text().replace("name: row", "name: ball"))
+    with pytest.raises(dw.InputError, match=r"2 nodes are named 'ball': give a number, one of \[0, 1\]"):
+        dw.load_scene(file).move("ball", yaw=1)
+
+
+def test_an_object_that_is_none(scene):
+    with pytest.raises(dw.InputError, match="no object -1: the scene has 5"):
+        scene.node_of(-1)
+
+
+def test_a_mesh_is_a_scene(tmp_path):
+    write_balls(tmp_path)
+    scene = dw.load_scene(str(tmp_path / "ball.ply"))
+    assert (scene.object_count, scene.camera, scene.path.name) == (1, None, "ball.ply")

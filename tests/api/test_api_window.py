@@ -1,0 +1,33 @@
+"""The window from Python."""
+
+import pytest
+
+import depthwalk as dw
+from balls import write_balls
+from depthwalk import walk
+
+
+def test_the_window_gets_the_scene(tmp_path, monkeypatch):
+    opened = []
+    monkeypatch.setattr(walk, "run", lambda scene, library, **options: opened.append((scene, options)))
+    scene = dw.load_scene(write_balls(tmp_path))
+    scene.move("ball", position=(1, 2, 3))
+    dw.view(scene, size=(320, 200))
+    ((shown, options),) = opened
+    assert shown.objects.position[0].tolist() == [1, 2, 3]
+    assert options == {"path": None, "size": (320, 200), "fullscreen": False}
+
+
+def test_no_display_is_an_error(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise walk.NoDisplay("cannot open a window: no")
+
+    monkeypatch.setattr(walk, "run", refuse)
+    with pytest.raises(dw.GpuError, match="cannot open a window: no"):
+        dw.view(dw.load_scene(write_balls(tmp_path)))
+
+
+def test_a_path_that_is_none(tmp_path):
+    scene = dw.load_scene(write_balls(tmp_path))
+    with pytest.raises(dw.InputError, match="is a scene file, not a camera path"):
+        dw.view(scene, path=scene.path)

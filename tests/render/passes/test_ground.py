@@ -1,0 +1,62 @@
+"""The level ground: where it is, which colour it has, and what hides it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from depthwalk.colour import linear_from_srgb
+from depthwalk.render.passes.ground import GroundPass
+from depthwalk.render.view.view import view_distance
+from depthwalk.scene.environment import Environment
+
+
+def white(path):
+    return np.full((2, 2, 4), 255, np.uint8)
+
+
+def draw(ground, **values):
+    environment = Environment(ground={"height": 0.0, "size": 20.0, **values})
+    assets = SimpleNamespace(texture=white)
+    ground.draw(environment=environment, assets=assets)
+
+
+def ground_distance(view):
+    """Metres along the view axis to the plane y = 0 at each pixel, inf above the horizon."""
+    width, height = view.size
+    x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
+    rise = (np.stack([x, y, np.ones_like(x)], -1) @ view.ray_from_screen.T)[..., 1]
+    return np.where(rise < 0, -view.position[1] / np.minimum(rise, -1e-9), np.inf)
+
+
+def test_it_is_where_rays_meet_its_plane(alone):
+    ground = alone(GroundPass())
+    ground.targets.polygons.clear(depth=1.0)
+    draw(ground, colour=(1.0, 1.0, 1.0))
+    expected = ground_distance(ground.view)
+    found = view_distance(ground.read("depth", np.float32, 1)[..., 0], *ground.view.depth_range)
+    near = expected < 15  # within the square
+    assert near.sum() > 20
+    assert found[near] == pytest.approx(expected[near], rel=2e-3)
+    assert np.isinf(found[np.isinf(expected)]).all()
+
+
+def test_it_has_its_colour_and_is_no_object(alone):
+    ground = alone(GroundPass())
+    ground.targets.polygons.clear(depth=1.0)
+    draw(ground, colour=(0.5, 0.25, 1.0))
+    albedo, number = ground.read("albedo", np.uint8, 4)[0, 6], ground.read("visibility_texture", np.uint32, 2)[0, 6]
+    assert albedo[:3] == pytest.approx(255 * np.sqrt(linear_from_srgb(np.array([0.5, 0.25, 1.0]))), abs=1)
+    assert number.tolist() == [0, 0]
+
+
+def test_what_is_nearer_hides_it(alone):
+    ground = alone(GroundPass())
+    ground.targets.polygons.clear(depth=0.0)
+    draw(ground)
+    assert (ground.read("depth", np.float32, 1) == 0).all()
+
+
+def test_without_ground_there_is_nothing_to_draw(alone):
+    ground = alone(GroundPass())
+    assert not ground.pass_.enabled(ground.frame(environment=Environment()), ground.pass_.params)

@@ -1,0 +1,61 @@
+"""Colour and normal are looked up once per pixel of a depth-image object, and lit there in forward mode."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from depthwalk.render.passes.material_resolve import MaterialResolvePass, _alone
+from depthwalk.scene.environment import Environment
+from depthwalk.scene.render_settings import RenderSettings
+from shapes import ShapeLibrary, box, scene_of
+from stage import OnScreen, view_of
+
+
+def draw_lists(meshes=0):
+    return SimpleNamespace(mesh=SimpleNamespace(records=np.zeros(meshes)))
+
+
+@pytest.mark.parametrize(
+    ("assets", "meshes", "environment", "settings", "expected"),
+    [
+        (1, 0, {}, {}, True),
+        (2, 0, {}, {}, False),
+        (1, 3, {}, {}, False),
+        (1, 0, {"ground": {"height": 0.0}}, {}, False),
+        (1, 0, {}, {"light": {"mode": "forward"}}, False),
+        (1, 0, {}, {"aa": "coverage"}, False),
+    ],
+)
+def test_the_depth_buffer_suffices_for_one_asset_alone(alone, assets, meshes, environment, settings, expected):
+    resolve = alone(MaterialResolvePass())
+    frame = resolve.frame(
+        settings=RenderSettings.model_validate(settings),
+        plan=draw_lists(meshes),
+        environment=Environment(**environment),
+    )
+    assert _alone(frame, SimpleNamespace(assets=np.arange(assets))) is expected
+
+
+@pytest.mark.parametrize(("shading", "expected"), [(None, False), (0, False), (2, True)])
+def test_without_depth_images_there_is_nothing_to_look_up(alone, shading, expected):
+    resolve = alone(MaterialResolvePass())
+    records = None if shading is None else SimpleNamespace(assets=np.arange(shading))
+    assert resolve.pass_.enabled(resolve.frame(shading=records), resolve.pass_.params) is expected
+
+
+@pytest.mark.parametrize("mode", ["deferred", "forward"])
+def test_what_is_lit_forward_is_marked_so(gl_device, mode):
+    """By a shininess of 0 in the G-buffer, for `light` to leave it alone."""
+    scene = scene_of((0, (0, 0, 0), 0.3, 1.0))
+    scene.render.light.mode = mode
+    with OnScreen(gl_device, scene, ShapeLibrary([box(0.8, 0.8, 0.8)], resolution=48)) as stage:
+        stage.draw(view_of((0.5, 1.0, 3.0), (0.0, 0.4, 0.0)))
+        targets = stage.renderer.targets
+        width, height = targets.size
+        shown = np.frombuffer(targets.visibility_texture.read(alignment=1), np.uint32).reshape(height, width, 2)[..., 0]
+        surface = np.frombuffer(targets.surface.read(alignment=1), np.uint16).reshape(height, width, 4)
+        light = np.frombuffer(targets.lit_texture.read(alignment=1), np.float16).reshape(height, width, 4)
+    assert (shown > 0).sum() > 500
+    assert ((surface[shown > 0, 2] == 0) == (mode == "forward")).all()
+    assert (light[shown > 0, 3] == 1).all() and light[shown > 0, :3].max() > 0.1

@@ -1,0 +1,35 @@
+"""Polygons: nothing that may be seen is missing where only some of the meshlets are drawn."""
+
+import numpy as np
+import pytest
+
+from depthwalk.render.passes import mesh as mesh_pass
+from depthwalk.scene.arrays import Representation
+from shapes import ShapeLibrary, scene_of, sphere
+from stage import OnScreen, view_of
+
+
+@pytest.fixture(scope="module")
+def library():
+    return ShapeLibrary([sphere(0.6, 128, 64)], [None])
+
+
+def test_culled_meshlets_change_no_pixel(gl_device, library, monkeypatch):
+    scene = scene_of((0, (-0.7, 0, 0), 0.2, 1.0), (0, (0.7, 0, -0.5), 0.9, 1.0), representation=Representation.MESH)
+    pictures, whole = [], []
+    draw_part = mesh_pass.MeshPass._draw_part
+
+    def counted(self, frame, asset, batch, number, first, count):
+        whole[-1] += count
+        draw_part(self, frame, asset, batch, number, first, count)
+
+    monkeypatch.setattr(mesh_pass.MeshPass, "_draw_part", counted)
+    for culled in (4, 0):
+        monkeypatch.setattr(mesh_pass, "_CULLED_OBJECTS", culled)
+        whole.append(0)
+        with OnScreen(gl_device, scene, library) as stage:
+            stage.draw(view_of((0.0, 0.8, 3.0), (0.0, 0.5, 0.0)))
+            pictures.append(np.frombuffer(stage.renderer.targets.surface.read(alignment=1), np.uint16))
+    assert whole == [0, 2]
+    np.testing.assert_array_equal(*pictures)
+    assert np.ptp(pictures[0]) > 0

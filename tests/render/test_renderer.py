@@ -1,0 +1,125 @@
+"""The outline of a frame: which passes run how often, and what the picture shows where."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from depthwalk.params import Params
+from depthwalk.render.frame import Pass
+from depthwalk.render.passes import default_passes
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera, Representation
+from shapes import ShapeLibrary, box, scene_of
+from stage import OnScreen
+
+SIZE = (96, 64)
+VIEW = View(Camera((0.0, 0.5, 4.0), (0.0, 0.5, 0.0), 0.7), SIZE)
+
+
+@pytest.fixture(scope="module")
+def library():
+    return ShapeLibrary([box(1.0, 1.0, 1.0, (0, 0.5, 0))], [None])
+
+
+def crate():
+    return scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
+
+
+class Noted(Pass[Params]):
+    """Writes its name and sample into a list."""
+
+    def __init__(self, notes, per_sample=False, draws_objects=False, frames=1):
+        super().__init__()
+        self.notes, self.frames = notes, frames
+        self.per_sample, self.draws_objects = per_sample, draws_objects
+
+    def setup(self, gl):
+        pass
+
+    def views(self, view, params):
+        return (view,) * self.frames
+
+    def draw(self, frame, params):
+        self.notes.append((self.name, frame.lens_point, frame.sample))
+
+
+def noted(name, notes, **options):
+    return type(name, (Noted,), {"name": name})(notes, **options)
+
+
+def run(gl_device, library, scene, passes):
+    with OnScreen(gl_device, scene, library, SIZE, passes) as stage:
+        stage.draw(VIEW)
+        return stage.renderer.targets.samples
+
+
+def test_passes_that_draw_objects_come_first(gl_device, library):
+    notes = []
+    passes = [noted("last", notes), noted("objects", notes, draws_objects=True)]
+    run(gl_device, library, crate(), passes)
+    assert [name for name, _, _ in notes] == ["objects", "last"]
+
+
+def test_neighbours_run_together_for_each_sample(gl_device, library):
+    if gl_device.max_samples < 4:
+        pytest.skip("the device has fewer samples")
+    scene, notes = crate(), []
+    scene.render.aa = "msaa"
+    passes = [noted("a", notes, per_sample=True), noted("b", notes, per_sample=True), noted("c", notes)]
+    samples = run(gl_device, library, scene, passes)
+    assert samples == 4
+    assert notes == [(name, 0, sample) for sample in range(4) for name in ("a", "b")] + [("c", 0, 0)]
+
+
+def test_a_pass_may_make_a_picture_of_several_frames(gl_device, library):
+    notes = []
+    run(gl_device, library, crate(), [noted("blend", notes, frames=3), noted("after", notes)])
+    assert notes == [(name, point, 0) for point in range(3) for name in ("blend", "after")]
+
+
+def test_the_picture_tells_distances_and_points(gl_device, library):
+    """The crate's front face is 3.5 m away; beside it is nothing."""
+    with OnScreen(gl_device, crate(), library, SIZE) as stage:
+        assert stage.renderer.distance_at() == float("inf")  # before the first frame
+        stage.draw(VIEW)
+        assert stage.renderer.distance_at() == pytest.approx(3.5, abs=1e-3)
+        assert stage.renderer.point_at(0.5, 0.5).to_tuple() == pytest.approx((0.0, 0.5, 0.5), abs=1e-3)
+        assert stage.renderer.distance_at(0.02, 0.5) == float("inf")
+        assert stage.renderer.point_at(0.02, 0.5) is None
+
+
+def test_a_camera_of_all_sees_all(gl_device, library):
+    places = ((0, (-5, 0, 0), 0.0, 1.0), (0, (6, 0, -3), 0.0, 2.0))
+    scene = scene_of(*places, representation=Representation.MESH)
+    with OnScreen(gl_device, scene, library, SIZE) as stage:
+        camera = stage.renderer.frame_all(SIZE[0] / SIZE[1])
+        bounds = stage.renderer.world.bounds()
+        indices, _ = bounds.visible(View(camera, SIZE))
+        assert sorted(indices) == [0, 1]
+        stage.draw(View(camera, SIZE), transparent=True)
+        near, far = stage.renderer.view.depth_range
+        forward = (bounds.centre - stage.renderer.view.position) @ stage.renderer.view.axes[2]
+        assert (forward - bounds.bounding_radius > 0.9 * near).all() and (forward < far).all()
+
+
+def test_clip_planes_that_are_given_stay(gl_device, library):
+    with OnScreen(gl_device, crate(), library, SIZE) as stage:
+        stage.draw(replace(VIEW, near=0.5, far=9.0))
+        assert stage.renderer.view.depth_range == (0.5, 9.0)
+
+
+def test_supersampled_targets_are_larger(gl_device, library):
+    scene = crate()
+    scene.render.aa = "ssaa"
+    with OnScreen(gl_device, scene, library, SIZE) as stage:
+        stage.draw(VIEW)
+        assert stage.renderer.targets.size == (2 * SIZE[0], 2 * SIZE[1])
+        assert np.isfinite(stage.renderer.distance_at())
+
+
+def test_a_frame_may_have_fewer_passes(gl_device, library):
+    passes = [pass_ for pass_ in default_passes() if pass_.name in ("mesh", "light", "output")]
+    with OnScreen(gl_device, crate(), library, SIZE, passes) as stage:
+        stage.draw(VIEW)
+        assert stage.renderer.distance_at() == pytest.approx(3.5, abs=1e-3)
