@@ -47,24 +47,28 @@ YAML 1.2, UTF-8, at most {limits.MAX_SCENE_BYTES >> 20} MiB. Start with the [tut
 `depthwalk check FILE` reports every mistake with its line and column; `scenes/scene.schema.json` gives completion in
 editors. Unknown keys are errors, and so is text where a number is expected.
 
-Paths are relative to the scene file and stay inside its folder, an `--asset-root`, or the assets that travel with the
-program. Lengths are in metres, angles in degrees, colours in sRGB: `"#rrggbb"` or `[r, g, b]` from 0 to 1. World, up
-and turning directions are those of [conventions](conventions.md).
+Paths are relative to the scene file and may not leave its folder; files are also looked for in each `--asset-root` and
+among the program's own assets. Lengths are in metres, angles in degrees, colours in sRGB: `"#rrggbb"` or `[r, g, b]`
+from 0 to 1. World, up and directions of rotation are those of [conventions](conventions.md).
 
-An asset is scaled to its `height` and stands on its base: an object's `position` is where the centre of the base of its
-bounding box goes. `up: z` turns z-up files upright; x stays x. An object is drawn by its depth images (`dpci`) where
-its asset has them, else as a `mesh`; `dmesh` warps the same depth samples straight to the screen.
+An asset is scaled to its `height`. An object's `position` is where it stands: the centre of the base of its bounding
+box. `up: z` turns z-up files upright; x stays x. A `representation` says how an object is drawn: `dpci` by its depth
+images, warped to an impostor, which is the default where its asset has them; `mesh` as polygons; `mesh-lod` as polygons
+that are simplified with distance; `dmesh` by the same depth images, warped straight to the screen.
 
 Any value can be replaced from the command line: `--set camera.fov=40 --set assets.bust.dpci.layers=1`.
 
-A mesh in place of a scene file is a scene with the asset `model`, which has `dpci`, on the origin and nothing around:
-`depthwalk view bust.obj --set assets.model.up=z`. What lies level, as a floor of one plane, has no side that depth
-images could show: `--representation mesh` draws it.
+A key that gets a better name is still read by its former one for one minor version, with a warning that says the new
+one.
+
+A mesh can take the place of a scene file: it becomes the asset `model`, which has `dpci`, and one object of it stands
+on the origin: `depthwalk view bust.obj --set assets.model.up=z`. A mesh without any height, as a floor of one plane,
+has no side that depth images could show; draw it with `--representation mesh`.
 """
 _PATH = """## Path files
 
-A walk for `--path`. `smooth` passes a Catmull–Rom curve through the keyframes, `step` holds each until the next; with
-`step` and `fps: 1`, keyframes at times 0, 1, 2 … are exactly the frames 0, 1, 2 …
+A camera path for `--path`. `smooth` passes a Catmull–Rom curve through the keyframes; `step` keeps the camera of a
+keyframe until the next one. With `step` and `fps: 1`, keyframes at times 0, 1, 2 … are exactly the frames 0, 1, 2 …
 
     version: 1
     fps: 30
@@ -75,9 +79,9 @@ A walk for `--path`. `smooth` passes a Catmull–Rom curve through the keyframes
 """
 _PARAMETERS = """# Passes and their parameters
 
-A frame is these passes, in this order; [architecture](architecture.md) says what a pass is and how to add one. The
-timers also name what the CPU does: `cull` finds what is in sight, `upload` brings its assets to the GPU, `plan` decides
-what each pass draws, `occlusion` leaves out what is hidden behind what was drawn.
+A frame is drawn by these passes, in this order; [architecture](architecture.md) says what a pass is and how to add one.
+The timers also show the work of the CPU: `cull` finds the objects in view, `upload` brings their assets to the GPU,
+`plan` decides what each pass draws, `occlusion` leaves out what is hidden behind objects that were drawn before.
 
 """
 _FIGURE = """
@@ -92,8 +96,8 @@ tests against counts as read.
 _DECLARED = """
 ## Parameters
 
-A parameter is declared once, in its pass; that gives it its place in the scene file, in the window's panel (Tab), in
-`--set KEY=VALUE` and here: `depthwalk render scene.yaml -o out.png --set render.lod.bias=1`.
+A parameter is declared once, in `scene/render_settings.py`; from there it comes to the scene file, the window's panel
+(Tab), the option `--set KEY=VALUE` and this page: `depthwalk render scene.yaml -o out.png --set render.lod.bias=1`.
 
 """
 
@@ -104,6 +108,7 @@ def pages() -> dict[str, str]:
 
 
 def scene_page() -> str:
+    """Return the page about scene and path files."""
     scene, path = SceneFile.model_json_schema(), PathFile.model_json_schema()
     models = scene["$defs"] | path["$defs"]
     elsewhere = {_name(group) for group in _groups(scene).values()} | {"RenderSettings"}
@@ -126,6 +131,7 @@ def scene_page() -> str:
 
 
 def parameter_page() -> str:
+    """Return the page about passes and render settings."""
     scene = SceneFile.model_json_schema()
     parts = [_NOTICE, _PARAMETERS, _pass_table(), _FIGURE, _target_table(), _DECLARED]
     parts += ["## render\n\n", _table(_single_settings(scene), scene["$defs"], "render."), "\n"]
@@ -221,13 +227,13 @@ def _mark(x: float, y: float, written: bool) -> str:
 
 
 def _groups(scene: Schema) -> dict[str, Schema]:
-    """The groups of render settings by name, in the order of a frame."""
+    """Return the groups of render settings by name, in the order of a frame."""
     settings: dict[str, Schema] = scene["$defs"]["RenderSettings"]["properties"]
     return {name: setting for name, setting in settings.items() if "$ref" in setting}
 
 
 def _single_settings(scene: Schema) -> Schema:
-    """The render settings that stand in no group."""
+    """Return the render settings that are in no group, as a model."""
     settings: dict[str, Schema] = scene["$defs"]["RenderSettings"]["properties"]
     return {"properties": {name: setting for name, setting in settings.items() if "$ref" not in setting}}
 
@@ -237,7 +243,7 @@ def _name(reference: Schema) -> str:
 
 
 def _wrapped(model: Schema) -> str:
-    """The one key of a model that has no other and whose value is a model, or an empty string."""
+    """Return the key of a model that has no other and whose value is a model, else an empty string."""
     keys = list(model["properties"])
     return keys[0] if len(keys) == 1 and "$ref" in model["properties"][keys[0]] else ""
 
@@ -256,7 +262,7 @@ def _value(value: Any) -> str:
 
 
 def _kind(field: Schema, models: dict[str, Schema]) -> str:
-    """What a value may be: `number, 0 to 1`, with links to the sections of groups of keys."""
+    """Return what a value may be, as `number 0 to 1`, with links to the sections of groups of keys."""
     choices = [choice for choice in field.get("anyOf") or field.get("oneOf") or () if choice.get("type") != "null"]
     if choices:
         return " or ".join(_kind(choice, models) for choice in choices)
@@ -265,7 +271,7 @@ def _kind(field: Schema, models: dict[str, Schema]) -> str:
     if "const" in field:
         return f"`{field['const']}`"
     if "enum" in field:
-        return ", ".join(f"`{each}`" for each in field["enum"])
+        return ", ".join(f"`{value}`" for value in field["enum"])
     match field["type"]:
         case "array" if field.get("minItems", 0) > 1:
             item = (field.get("prefixItems") or [field["items"]])[0]
@@ -300,6 +306,7 @@ def _range(field: Schema) -> str:
 
 
 def main() -> None:
+    """Write the pages beside this file."""
     for name, text in pages().items():
         (Path(__file__).parent / name).write_text(text, encoding="utf-8", newline="\n")
 

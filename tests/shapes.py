@@ -22,13 +22,13 @@ from depthwalk.scene.render_settings import RenderSettings
 def mesh_of(positions, faces, normals, colour=(200, 120, 80), specular=0.15):
     count = len(positions)
     return Mesh(
-        np.asarray(positions, np.float32),
-        np.asarray(normals, np.float32),
-        np.tile(np.uint8(colour), (count, 1)),
-        np.zeros((count, 2), np.float32),
-        np.asarray(faces, np.int32),
-        (Part(0, len(faces), 0),),
-        (Material((1.0, 1.0, 1.0), specular=specular),),
+        positions=np.asarray(positions, np.float32),
+        normals=np.asarray(normals, np.float32),
+        colours=np.tile(np.uint8(colour), (count, 1)),
+        uv=np.zeros((count, 2), np.float32),
+        faces=np.asarray(faces, np.int32),
+        parts=(Part(0, len(faces), 0),),
+        materials=(Material((1.0, 1.0, 1.0), specular=specular),),
     )
 
 
@@ -163,11 +163,11 @@ def scene_of(*placed, representation=Representation.DPCI, **environment):
     yaw = np.asarray(yaw, np.float32)
     rotation = np.stack([0 * yaw, np.sin(yaw / 2), 0 * yaw, np.cos(yaw / 2)], -1)
     objects = Objects(
-        np.asarray(asset, np.int32),
-        np.asarray(position, np.float32).reshape(-1, 3),
-        rotation.astype(np.float32),
-        np.asarray(scale, np.float32),
-        np.full(len(asset), representation, np.uint8),
+        asset=np.asarray(asset, np.int32),
+        position=np.asarray(position, np.float32).reshape(-1, 3),
+        rotation=rotation.astype(np.float32),
+        scale=np.asarray(scale, np.float32),
+        representation=np.full(len(asset), representation, np.uint8),
     )
     render = RenderSettings.model_validate({"lod": {"magnification": 0}})
     return SimpleNamespace(objects=objects, environment=Environment(**environment), render=render)

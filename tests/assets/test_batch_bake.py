@@ -34,7 +34,12 @@ def meshes(tmp_path):
 
 def jobs_of(meshes, **how):
     return [
-        Job(spec=MeshAsset(mesh.stem, mesh, None, "y", None, None), params=PARAMS, out=mesh.with_suffix(SUFFIX), **how)
+        Job(
+            spec=MeshAsset(name=mesh.stem, mesh=mesh, texture=None, up="y", height=None, dpci=None),
+            params=PARAMS,
+            out=mesh.with_suffix(SUFFIX),
+            **how,
+        )
         for mesh in meshes
     ]
 

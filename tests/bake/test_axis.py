@@ -131,7 +131,14 @@ def test_what_a_turned_cylinder_holds_lies_on_the_surface(axis):
 
 
 def test_keys_name_axis_and_parts_unless_they_are_the_default(tmp_path):
-    spec = MeshAsset("ball", write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)), None, "y", None, None)
+    spec = MeshAsset(
+        name="ball",
+        mesh=write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)),
+        texture=None,
+        up="y",
+        height=None,
+        dpci=None,
+    )
     every = [
         ModelParams(resolution=64, layers=1, **more)
         for more in ({}, {"axis": "x"}, {"axis": (1.0, 0.0, 0.0)}, {"parts": "auto"})

@@ -76,7 +76,7 @@ def test_rays_of_an_object_that_is_baked_by_itself_go_as_deep_as_may_be():
 def test_auto_has_a_key_of_its_own(tmp_path):
     file = tmp_path / "plain.ply"
     file.write_bytes(b"")
-    spec = MeshAsset("plain", file, None, "y", None, None)
+    spec = MeshAsset(name="plain", mesh=file, texture=None, up="y", height=None, dpci=None)
     assert mesh_key(spec, ModelParams(resolution=64, layers="auto")) != mesh_key(
         spec, ModelParams(resolution=64, layers=3)
     )

@@ -174,7 +174,14 @@ def test_six_views_make_one_layer():
 
 
 def test_the_key_names_the_method(tmp_path):
-    spec = MeshAsset("ball", write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)), None, "y", None, None)
+    spec = MeshAsset(
+        name="ball",
+        mesh=write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)),
+        texture=None,
+        up="y",
+        height=None,
+        dpci=None,
+    )
     keys = [mesh_key(spec, ModelParams(resolution=64, layers=1, method=method)) for method in ("raycast", "six-view")]
     assert keys[0] != keys[1]
     assert keys[0] == mesh_key(spec, ModelParams(resolution=64, layers=1))

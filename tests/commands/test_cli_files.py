@@ -52,7 +52,7 @@ def test_what_lies_level_is_drawn_as_polygons(run, tmp_path):
 def test_scenes_and_paths_are_told_apart(run, tiny_scene):
     walk = tiny_scene.with_name("walk.yaml")
     for arguments, message in (
-        ([walk], f"{walk}: is a camera path, not a scene; --path takes it\n"),
+        ([walk], f"{walk}: is a camera path, not a scene; give it as --path\n"),
         ([tiny_scene, "--path", tiny_scene], f"{tiny_scene}: is a scene file, not a camera path\n"),
     ):
         result = run("render", *arguments, "-o", "-")

@@ -73,7 +73,7 @@ def test_json_is_as_documented(gl_device, ball, tmp_path):
         (["--want-psnr", "nan"], "--want-psnr nan: must be above 0 and at most 100 dB"),
         (["--height", "-1"], "--height -1: must be above 0 and at most 1000000 metres"),
         (["--set", "render.lod.bais=1"], "--set render.lod.bais: unknown key; did you mean 'bias'?"),
-        (["--set", "camera.fov=1"], "--set camera.fov: camera: unknown key"),
+        (["--set", "camera.fov=1"], "--set camera.fov: camera: unknown key; known here: 'render'"),
         (
             ["--method", "six-view", "--layers", "2"],
             "--layers 2: method six-view sees one surface per ray; say 1, or use raycast",

@@ -47,7 +47,7 @@ def relief():
     normal = np.zeros((83, 53, 3), np.float32)
     normal[..., 2] = 1
     colour = rng.integers(0, 256, (83, 53, 3)).astype(np.uint8)
-    return bake_planar(PlanarImage(depth, colour, normal, (0.53, 0.83)), "relief")
+    return bake_planar(PlanarImage(depth=depth, colour=colour, normal=normal, size=(0.53, 0.83)), "relief")
 
 
 @pytest.fixture(scope="module", params=[statue, painted, relief], ids=["statue", "painted", "relief"])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from depthwalk import limits
 from depthwalk.errors import InputError
-from depthwalk.ingest import gltf, soup, sources
+from depthwalk.ingest import formats, gltf, soup
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.sources import source_files
 
@@ -122,7 +122,7 @@ STARTS = st.sampled_from([
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(start=STARTS, rest=st.binary(max_size=200), suffix=st.sampled_from(sources.MESH_SUFFIXES))
+@given(start=STARTS, rest=st.binary(max_size=200), suffix=st.sampled_from(formats.MESH_SUFFIXES))
 def test_garbage_raises_nothing_but_input_errors(tmp_path, start, rest, suffix):
     path = tmp_path / f"garbage{suffix}"
     path.write_bytes(start + rest)

@@ -11,7 +11,7 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.depth_surface import continues, noise, tolerance
 from depthwalk.ingest.range_image import Intrinsics, load_depth_image, load_range_image
 
-LENS = Intrinsics(50.0, 60.0, 30.5, 20.25)
+LENS = Intrinsics(fx=50.0, fy=60.0, cx=30.5, cy=20.25)
 HEIGHT, WIDTH = 40, 60
 ONES, WIDE = np.ones((4, 4), np.float32), np.ones((1, 20000), np.float32)
 
@@ -178,7 +178,7 @@ def broken(path):
         ("d.npy", lambda p: np.save(p, np.ones((4, 4))), {"unit": 0.0}, "unit must be positive and finite, not 0"),
         ("d.exr", broken, {}, "cannot be read as an OpenEXR image"),
         ("d.exr", lambda p: None, {}, "no such file"),
-        ("d.exr", lambda p: write_exr(p, U=ONES, V=ONES), {}, "no channel Z among U, V"),
+        ("d.exr", lambda p: write_exr(p, U=ONES, V=ONES), {}, "no channel Z; it has U, V"),
         ("d.exr", lambda p: write_exr(p, Z=WIDE), {}, "depth of (1, 20000) is larger than 16384 a side"),
         ("d.png", sixteen_bit_alpha, {}, "16-bit grey with alpha is not supported; mark empty pixels otherwise"),
     ],

@@ -12,19 +12,6 @@ HEAVY = {
 }  # fmt: skip
 MOST_MODULES = 25  # of depthwalk itself, to read a scene file
 
-# What a scene's settings still bring along, since they are declared by the passes of the renderer. To be emptied when
-# the settings are declared below the renderer.
-WAITING_FOR_SETTINGS = (
-    "moderngl",
-    "depthwalk.render",
-    "depthwalk.gpu",
-    "depthwalk.bake",
-    "depthwalk.files",
-    "depthwalk.ingest.mesh",
-    "depthwalk.ingest.normals",
-    "depthwalk.colour",
-)
-
 LOADED = """
 import sys
 {code}
@@ -65,10 +52,6 @@ def obj_scene(tiny_scene):
     return tiny_scene
 
 
-def without_waiting(modules: set[str]) -> set[str]:
-    return {m for m in modules if not any(m == w or m.startswith(f"{w}.") for w in WAITING_FOR_SETTINGS)}
-
-
 def test_the_package_imports_nothing_but_itself(loaded):
     modules = loaded("import depthwalk")
     assert not modules & (HEAVY | {"numpy", "pydantic", "typer"})
@@ -81,7 +64,7 @@ def test_limits_and_errors_import_nothing_heavy(loaded):
 
 
 def test_reading_a_scene_imports_neither_gl_nor_mesh_libraries(loaded, obj_scene):
-    modules = without_waiting(loaded(LOAD_SCENE.format(scene=str(obj_scene))))
+    modules = loaded(LOAD_SCENE.format(scene=str(obj_scene)))
     assert not modules & HEAVY
     assert sum(module.split(".")[0] == "depthwalk" for module in modules) <= MOST_MODULES
 
@@ -98,7 +81,7 @@ def test_help_imports_nothing_heavy(loaded, arguments):
 
 
 def test_check_imports_nothing_heavy(loaded, obj_scene):
-    assert not without_waiting(loaded(RUN.format(arguments=["check", str(obj_scene)]))) & HEAVY
+    assert not loaded(RUN.format(arguments=["check", str(obj_scene)])) & HEAVY
 
 
 def test_info_of_a_mesh_imports_what_reads_it(loaded, obj_scene):

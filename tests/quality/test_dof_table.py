@@ -25,7 +25,7 @@ def rows(tiny_scene, monkeypatch, gl_device):
 def test_modes_are_measured_against_many_frames(rows, monkeypatch):
     monkeypatch.setattr(dof, "NEAREST_FOCUS", 2.0)
     monkeypatch.setattr(dof, "FARTHEST_FOCUS", 2.0)  # before the ball, which is all blurred
-    _, found = rows(largest=25)
+    _, found = rows(max_blur=25)
     none, gather = found["none, dB"], found["gather, dB"]
     assert none.measured + 3 < gather.measured < 60 and gather.reached and none.goal is None
     assert gather.details["FLIP"] < none.details["FLIP"]

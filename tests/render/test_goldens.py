@@ -21,7 +21,7 @@ def still_life():
     colour = (np.stack([x, y, 0 * x], -1) * 60 + 150).astype(np.uint8)
     normal = np.zeros((64, 64, 3), np.float32)
     normal[..., 2] = 1
-    relief = bake_planar(PlanarImage(depth, colour, normal, (1.2, 1.2)), "relief")
+    relief = bake_planar(PlanarImage(depth=depth, colour=colour, normal=normal, size=(1.2, 1.2)), "relief")
     balls = ShapeLibrary([sphere(0.7, 64, 32, colour=(210, 90, 60)), steps], resolution=128)
     return ShapeLibrary([balls.mesh(0), balls.mesh(1), None], [balls.baked(0), balls.baked(1), relief], kept=True)
 
@@ -79,7 +79,7 @@ LAMPS = [
     {"position": (1.4, 2.2, 1.6), "direction": (-0.4, -1, -0.8), "colour": "#80b0ff", "intensity": 9, "angle": 50},
 ]
 DARK = {"sun": {"intensity": 0.1}, "ambient": {"intensity": 0.1}}
-LENS = {"focal_length": 400, "f_number": 1.4, "focus_distance": 4.4, "largest": 20}
+LENS = {"focal_length": 400, "f_number": 1.4, "focus_distance": 4.4, "max_blur": 20}
 CLEAR = {"model": "preetham", "turbidity": 4, "sun_size": 6, "light": True}
 LOW_SUN = {"direction": (0.2, -0.25, 1), "colour": (1, 1, 1)}
 
@@ -116,7 +116,7 @@ def plain(studio, picture):
         ("dof-gather", {"dof": {"mode": "gather", **LENS}}, {}),
         ("fog", {}, {"fog": {"density": 0.2, "height": 0.3, "falloff": 0.6}}),
         ("sky", {}, {"sky": CLEAR, "sun": LOW_SUN}),
-        ("tone", {"output": {"tone": "agx", "exposure": 1.5}}, {}),
+        ("tone", {"output": {"tone_mapping": "agx", "exposure": 1.5}}, {}),
         ("lamps", {}, DARK | {"lights": LAMPS}),
         ("forward", {"light": {"mode": "forward"}}, DARK | {"lights": LAMPS}),
     ],

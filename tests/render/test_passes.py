@@ -127,11 +127,11 @@ def test_a_pass_from_outside_changes_the_picture(library, shader):
 
 def test_parameters_come_from_the_settings_unless_a_pass_has_its_own(shader):
     settings = RenderSettings()
-    settings.fxaa.contrast = 0.3
+    settings.fxaa.edge_threshold = 0.3
     passes = {each.name: each for each in default_passes()}
     assert passes["fxaa"].params_in(settings) is settings.fxaa
-    own = type(passes["fxaa"])(type(settings.fxaa)(contrast=0.7))
-    assert own.params_in(settings).contrast == 0.7
+    own = type(passes["fxaa"])(type(settings.fxaa)(edge_threshold=0.7))
+    assert own.params_in(settings).edge_threshold == 0.7
     given = VignetteParams(strength=0.25)
     assert Vignette(shader, given).params_in(settings) is given
     assert Vignette(shader).params_in(settings) == VignetteParams()

@@ -77,7 +77,7 @@ def relief(size=192):
         [*np.broadcast_arrays(0.2 * np.cos(4 * x)[None], -0.15 * np.sin(3 * x)[:, None]), 0 * depth + 1], -1
     )
     colour = np.stack(np.broadcast_arrays(150 + 60 * x[None], 150 - 60 * x[:, None], 120), -1).astype(np.uint8)
-    return PlanarImage(depth, colour, unit(normal).astype(np.float32), (2.0, 2.0))
+    return PlanarImage(depth=depth, colour=colour, normal=unit(normal).astype(np.float32), size=(2.0, 2.0))
 
 
 @pytest.mark.parametrize("eye", [(0.5, 1.9, 4.5), (3.0, 3.2, 3.0), (0.3, 0.4, 3.0)], ids=["front", "aside", "close"])

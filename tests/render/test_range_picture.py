@@ -54,7 +54,7 @@ def taken(tmp_path_factory):
 
 
 def load(folder):
-    lens = Intrinsics(FOCAL, FOCAL, SIZE[0] / 2, SIZE[1] / 2)
+    lens = Intrinsics(fx=FOCAL, fy=FOCAL, cx=SIZE[0] / 2, cy=SIZE[1] / 2)
     return load_range_image(folder / "d.png", lens=lens, unit=0.001)
 
 

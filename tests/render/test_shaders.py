@@ -196,7 +196,7 @@ def test_a_planar_depth_image_stands_upright(studio):
     colour[: size // 2, :, 0], colour[size // 2 :, :, 1], colour[:, size // 2 :, 2] = 200, 200, 200
     normal = np.zeros((size, size, 3), np.float32)
     normal[..., 2] = 1
-    baked = bake_planar(PlanarImage(depth, colour, normal, (2.0, 2.0)), "plate")
+    baked = bake_planar(PlanarImage(depth=depth, colour=colour, normal=normal, size=(2.0, 2.0)), "plate")
     library = ShapeLibrary([None], [baked])
     camera = Camera((0, 1, 4), (0, 1, 0), 0.6)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0))

@@ -32,7 +32,7 @@ MESSAGES = {
         "5:9: camera: 'target' must be elsewhere than 'position'",
     ],
     "crowded-scatter": [
-        "6:35: objects[0].scatter.count: 500 objects find no room 1.5 m apart in the area",
+        "6:35: objects[0].scatter.count: 500 objects 1.5 m apart do not fit in the area",
     ],
     "dark-sun": [
         "5:32: environment.sun.direction: must not be the zero vector",
@@ -50,10 +50,10 @@ MESSAGES = {
         "5:7: assets.relief.depth_image: needs exactly one of 'size', 'intrinsics'",
     ],
     "depth-image-two-units": [
-        "3:25: assets.relief.depth_image: 'range' and 'unit' exclude each other",
+        "3:25: assets.relief.depth_image: needs 'range' or 'unit', not both",
     ],
     "duplicate-key": [
-        "4:3: assets.box: duplicate key",
+        "4:3: assets.box: duplicate key; it is in line 3 too",
     ],
     "empty-grid": [
         "6:37: objects[0].grid.count[1]: must be at least 1, not 0",
@@ -67,7 +67,7 @@ MESSAGES = {
     "intrinsics": [
         "6:24: assets.range.depth_image.intrinsics.fx: must be at least 1, not 0",
         "6:19: assets.range.depth_image.intrinsics: missing key 'cy'",
-        "6:45: assets.range.depth_image.intrinsics.cz: unknown key",
+        "6:45: assets.range.depth_image.intrinsics.cz: unknown key; known here: 'fx', 'fy', 'cx', 'cy'",
     ],
     "list": [
         "1:1: the file must be a mapping of keys, not a list",
@@ -95,7 +95,7 @@ MESSAGES = {
         "10:24: objects[0].group.objects[1].scael: unknown key; did you mean 'scale'?",
     ],
     "no-dpci": [
-        "7:36: objects[1].representation: 'dpci' is not possible, asset 'plain' has no dpci",
+        "7:36: objects[1].representation: must be 'mesh' or 'mesh-lod', not 'dpci': asset 'plain' has no dpci",
     ],
     "no-file-name": [
         "3:9: assets.box.mesh: must be the name of a file, not null",
@@ -129,7 +129,7 @@ MESSAGES = {
     "shadow-no-cone": [
         "6:7: environment.lights[0]: 'shadow' needs a cone: give a 'direction'",
         "7:7: environment.lights[1]: 'shadow' needs a cone of at most 150 degrees",
-        "8:60: environment.lights[2].shadow: must be a valid boolean, not 2",
+        "8:60: environment.lights[2].shadow: must be true or false, not 2",
     ],
     "short-vector": [
         "6:28: objects[0].position: must be [x, y, z]",
@@ -141,7 +141,7 @@ MESSAGES = {
         "3:1: not valid YAML: a tab cannot indent; use spaces",
     ],
     "text-for-number": [
-        "6:23: objects[0].yaw: must be a valid number, not '90'",
+        "6:23: objects[0].yaw: must be a number, not '90'",
     ],
     "too-many": [
         "7:32: objects[1].grid.count: makes 1000000000001 objects in all; the limit is 4000000",

@@ -38,7 +38,9 @@ def test_smallest_scene_has_the_defaults(tmp_path: Path) -> None:
     assert scene.environment.ground is None
     assert scene.environment.sun.intensity > 0
     assert scene.camera is None
-    assert scene.assets[0] == MeshAsset("baked", tmp_path / "box.obj", None, "y", None, scene.assets[0].dpci)
+    assert scene.assets[0] == MeshAsset(
+        name="baked", mesh=tmp_path / "box.obj", texture=None, up="y", height=None, dpci=scene.assets[0].dpci
+    )
     assert (scene.assets[0].dpci.resolution, scene.assets[0].dpci.layers) == (512, 3)
     assert scene.objects.rotation.tolist() == [[0, 0, 0, 1]]
 
@@ -57,7 +59,7 @@ def test_representation_defaults_to_dpci_where_the_asset_has_it(tmp_path: Path) 
 def test_a_relief_has_no_mesh(tmp_path: Path) -> None:
     text = "version: 1\nassets: {r: {depth_image: {depth: box.obj, colour: box.obj, size: [2, 1], range: 1}}}\n"
     text += "objects: [{asset: r, representation: mesh}]\n"
-    assert complaint(tmp_path, text, {}).endswith("'mesh' is not possible, asset 'r' has no mesh")
+    assert complaint(tmp_path, text, {}).endswith("must be 'dpci' or 'dmesh', not 'mesh': asset 'r' has no mesh")
 
 
 def test_angles_and_colours(tmp_path: Path) -> None:
@@ -85,7 +87,7 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
     [
         ("render.lod.bais", "1", "--set render.lod.bais: unknown key; did you mean 'bias'?"),
         ("rendr.lod.bias", "1", "--set rendr.lod.bias: rendr: unknown key; did you mean 'render'?"),
-        ("render.lod.bias", "x", "--set render.lod.bias: must be a valid number, not 'x'"),
+        ("render.lod.bias", "x", "--set render.lod.bias: must be a number, not 'x'"),
         ("render", "{lod: {bais: 1}}", "--set render: lod.bais: unknown key; did you mean 'bias'?"),
         ("objects.0.scale", "-1", "--set objects.0.scale: must be at least 0.0001, not -1"),
         ("objects.7.scale", "1", "--set objects.7.scale: objects has no item '7', it has 1"),
@@ -97,7 +99,7 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
         ("objects.0.asset", "bakd", "--set objects.0.asset: unknown asset 'bakd'; did you mean 'baked'?"),
         ("version.minor", "1", "--set version.minor: version is 1, it has no keys"),
         ("camera.fov", "60", "--set camera.fov: camera: missing key 'position'"),
-        ("a..b", "1", "--set a..b: a dotted path such as render.lod.bias is needed"),
+        ("a..b", "1", "--set a..b: must be a dotted path such as render.lod.bias"),
         ("environment.ground.texture", "no.png", "--set environment.ground.texture: file 'no.png' not found"),
         ("version", "[1", "--set version: value:1:3: not valid YAML: expected ',' or ']', but got '<stream end>'"),
     ],

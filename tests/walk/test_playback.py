@@ -7,7 +7,10 @@ from depthwalk.walk.playback import Playback
 
 def playback(times=(0.0, 1.0, 4.0), **options):
     views = np.array([(t, 0, 0, t, 0, -1) for t in times], float)
-    return Playback(CameraPath(30.0, "smooth", np.array(times), views, np.ones(len(times))), **options)
+    return Playback(
+        CameraPath(fps=30.0, interpolation="smooth", times=np.array(times), views=views, fovs=np.ones(len(times))),
+        **options,
+    )
 
 
 def test_it_plays_to_the_end_and_starts_again():

@@ -121,7 +121,13 @@ def test_it_is_saved_whole_under_a_new_name(tmp_path):
 
 
 def test_what_no_path_file_may_hold_is_not_written(tmp_path):
-    far = CameraPath(30.0, "smooth", np.zeros(1), np.array([(2e6, 0, 0, 2e6, 0, -1)], float), np.ones(1))
+    far = CameraPath(
+        fps=30.0,
+        interpolation="smooth",
+        times=np.zeros(1),
+        views=np.array([(2e6, 0, 0, 2e6, 0, -1)], float),
+        fovs=np.ones(1),
+    )
     with pytest.raises(InputError, match="position"):
         save_path(far, tmp_path)
     assert not list(tmp_path.iterdir())

@@ -39,7 +39,9 @@ class FakeRenderer:
 
 def state(path=True, **environment):
     views = np.array([(0, 0, 0, 0, 0, -1), (10, 0, 0, 10, 0, -1)], float)
-    track = CameraPath(30.0, "step", np.array([0.0, 2.0]), views, np.array([0.5, 0.8]))
+    track = CameraPath(
+        fps=30.0, interpolation="step", times=np.array([0.0, 2.0]), views=views, fovs=np.array([0.5, 0.8])
+    )
     scene = SimpleNamespace(environment=Environment(**environment), walk=WalkParams(), path=Path("scene.yaml"))
     return State(scene, FakeRenderer(), Walker.at(HOME), HOME, Playback(track) if path else None)
 

@@ -107,13 +107,13 @@ def range_mesh(image: RangeImage) -> Mesh:
         raise InputError("the range image holds no surface: no pixel continues its neighbours")
     used, faces = np.unique(corners, return_inverse=True)
     return Mesh(
-        image.points.reshape(-1, 3)[used],
-        image.normal.reshape(-1, 3)[used],
-        image.colour.reshape(-1, 3)[used],
-        np.zeros((len(used), 2), np.float32),
-        faces.reshape(-1, 3).astype(np.int32),
-        (Part(0, len(faces.reshape(-1, 3)), 0),),
-        (_MATERIAL,),
+        positions=image.points.reshape(-1, 3)[used],
+        normals=image.normal.reshape(-1, 3)[used],
+        colours=image.colour.reshape(-1, 3)[used],
+        uv=np.zeros((len(used), 2), np.float32),
+        faces=faces.reshape(-1, 3).astype(np.int32),
+        parts=(Part(0, len(faces.reshape(-1, 3)), 0),),
+        materials=(_MATERIAL,),
     )
 
 

@@ -52,7 +52,7 @@ class Setup:
     refinements
         What the baker does beyond the paper.
     cases, tiles
-        The render settings `lod.cases` and `warp.tiles`.
+        The render settings `lod.cases` and `warp.tile_mapping`.
     """
 
     title: str
@@ -64,7 +64,7 @@ class Setup:
     @property
     def settings(self) -> RenderSettings:
         """The render settings of this row."""
-        return RenderSettings.model_validate({"lod": {"cases": self.cases}, "warp": {"tiles": self.tiles}})
+        return RenderSettings.model_validate({"lod": {"cases": self.cases}, "warp": {"tile_mapping": self.tiles}})
 
 
 @dataclass(frozen=True, kw_only=True)

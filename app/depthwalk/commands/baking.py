@@ -64,7 +64,7 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
     """
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
-    return MeshAsset(mesh.stem, mesh, texture, up, height, dpci=None)
+    return MeshAsset(name=mesh.stem, mesh=mesh, texture=texture, up=up, height=height, dpci=None)
 
 
 def bake_meshes(

@@ -5,10 +5,10 @@ from functools import partial
 from pathlib import Path
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import is_mesh_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.lone_mesh import is_mesh_file
 from depthwalk.scene.path import is_path_file, load_path
 from depthwalk.scene.scene import DepthImageAsset, Scene
 from depthwalk.scene.schema import MesoParams

@@ -1,4 +1,4 @@
-"""Files that hold a depth per pixel → metres: grey pictures, TIFF, OpenEXR, NPY."""
+"""Read files that hold a depth per pixel, and convert it to metres: grey pictures, TIFF, OpenEXR, NPY."""
 
 from pathlib import Path
 from typing import Any
@@ -19,14 +19,26 @@ Raw = tuple[NDArray[Any], NDArray[np.bool_]]  # values (H, W) as stored, and whi
 
 
 def read_depth(path: Path, *, depth_range: float | None, unit: float | None, camera: bool) -> NDArray[np.float32]:
-    """Depth (H, W), metres, row 0 at the top, +inf where there is none.
+    """Read the depths of an image, in metres.
 
-    depth_range: metres from white (0 m) to black, for whole numbers where `unit` is None.
-    unit:        metres per count; floats without it are metres.
-    camera:      the depth is a distance from a camera.
+    A pixel has no depth where its value is NaN or beyond 1000 km, where it is transparent (PNG) or its alpha is 0 (PNG,
+    EXR); and where it is 0, which depth cameras write for "unknown", if `unit` is given or `camera` is set.
 
-    No depth is where a value is NaN or beyond 1000 km, transparent (PNG) or of alpha 0 (PNG, EXR); and where it is 0,
-    as depth cameras say "unknown", if `unit` is given or `camera` is set. Raises InputError.
+    Parameters
+    ----------
+    path : the file.
+    depth_range : metres between white (depth 0) and black, for whole numbers where `unit` is None.
+    unit : metres per unit of the file; None: floats are metres.
+    camera : whether depth is a distance from a camera, rather than below a plane.
+
+    Returns
+    -------
+    (H, W) float32, metres, row 0 at the top, +inf where a pixel has no depth.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, its numbers cannot be converted to metres, or no pixel has a depth.
     """
     values, valid = _read_raw(path)
     if min(values.shape) < 2:
@@ -71,7 +83,7 @@ def _read_npy(path: Path) -> Raw:
 
 
 def _read_exr(path: Path) -> Raw:
-    """Channel Z, else the only channel there is, of the first part; channel A, if there is one, tells what counts."""
+    """Return channel Z of the first part, or its only channel, and where its channel A, if any, is not 0."""
     import OpenEXR
 
     if not path.is_file():
@@ -89,7 +101,7 @@ def _read_exr(path: Path) -> Raw:
     alpha = channels.pop("A", None)
     values = channels.get("Z", next(iter(channels.values())) if len(channels) == 1 else None)
     if values is None or values.ndim != 2:
-        raise InputError(f"{path}: no channel Z among {', '.join(sorted(channels)) or 'none'}")
+        raise InputError(f"{path}: no channel Z; it has {', '.join(sorted(channels)) or 'none'}")
     return values, np.ones(values.shape, bool) if alpha is None else alpha > 0
 
 

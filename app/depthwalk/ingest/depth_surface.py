@@ -1,7 +1,7 @@
-"""What a depth image alone tells of its surface: how noisy it is, how it slopes, and where it is torn.
+"""Find out from a depth image alone how noisy it is, how its surface slopes, and where it is torn.
 
 `values` (H, W) are a quantity that is linear over the image for a plane: depth where the rays are parallel, inverse
-depth where they meet in a pinhole. NaN or infinite where there is no surface.
+depth where they meet in a pinhole. They are NaN or infinite where there is no surface.
 """
 
 import numpy as np
@@ -9,19 +9,20 @@ from numpy.typing import NDArray
 
 from depthwalk.types import Array
 
-STEEP = 4.0  # cells: a step of this depth between neighbours is always taken for a slope (76°)
+STEEP = 4.0  # texel widths: a step between neighbours of this depth is always taken for a slope (76°)
 _NOISE_MARGIN = 6.0  # standard deviations that a step between neighbours may have by noise alone
 _SLOPE_CHANGE = 0.5  # how much a slope may change, of itself, from one step to the next ones
 _SLOPE_LENGTH = 3  # steps that make a slope
 _WINDOW = 2  # texels on each side: normals are fitted over 5 × 5
-_LEVELS = 32  # different depths that tell how fine a file counts
+_COUNTED_DEPTHS = 32  # different depths from which the unit in which a file counts can be told
 _BLOCK = 256  # rows fitted at a time
 
 
 def noise(values: Array) -> float:
-    """Return the standard deviation of the noise.
+    """Return the standard deviation of the noise, in the unit of `values`.
 
-    The median second difference along rows and columns knows no slope and, being a median, no edges.
+    It is estimated from the median second difference along rows and columns, which slopes do not change, nor, because
+    it is a median, edges.
     """
     with np.errstate(invalid="ignore"):
         bends = np.concatenate([np.diff(values, 2, axis=axis).ravel() for axis in (0, 1)])
@@ -30,24 +31,41 @@ def noise(values: Array) -> float:
 
 
 def tolerance(values: Array, cell: Array | float) -> Array:
-    """Return the steps (H, W) between neighbours that need no explanation.
+    """Return the largest steps between neighbours that are always taken for one surface.
 
-    They are a slope of STEEP cells, noise, or two counts of the file, whichever is largest.
+    They are a slope of STEEP, what noise makes, or two units in which the file counts, whichever is largest.
 
-    cell: (H, W) or one number, what a step as deep as a texel is wide makes in `values`.
+    Parameters
+    ----------
+    values : (H, W) float.
+    cell : (H, W) or one number; how much `values` changes by a step in depth as large as a texel is wide.
+
+    Returns
+    -------
+    (H, W), in the unit of `values`.
     """
     levels = np.unique(values[np.isfinite(values)])
-    # Two or three depths in all are not a coarse file's stairs but so many surfaces.
-    count = float(np.diff(levels).min()) if len(levels) >= _LEVELS else 0.0
+    # A file with two or three depths does not count coarsely: it shows two or three surfaces.
+    count = float(np.diff(levels).min()) if len(levels) >= _COUNTED_DEPTHS else 0.0
     least = max(_NOISE_MARGIN * noise(values), 2 * count)
     return np.broadcast_to(np.maximum(STEEP * np.asarray(cell), least), values.shape)
 
 
 def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
-    """Whether the surface goes on from each texel to the next along `axis`: (H, W − 1) for 1, (H − 1, W) for 0.
+    """Return whether the surface continues from each texel to the next one along an axis.
 
-    allowed: (H, W) as of `tolerance`. A step beyond it is a slope if it is one of three alike in a row, and a tear if
-    not: one or two are an edge with a pixel between foreground and background on it, as depth cameras see edges.
+    A step larger than allowed is a slope if it is one of three similar ones in a row, else a tear: one or two such
+    steps are an edge with a pixel between foreground and background on it, which is what depth cameras make of edges.
+
+    Parameters
+    ----------
+    values : (H, W) float.
+    allowed : (H, W), the result of `tolerance`.
+    axis : 0 for steps between rows, 1 for steps between columns.
+
+    Returns
+    -------
+    (H − 1, W) bool for axis 0, (H, W − 1) bool for axis 1.
     """
     rows, limit = (np.moveaxis(array, axis, 1) for array in (values, allowed))
     with np.errstate(invalid="ignore"):
@@ -67,11 +85,20 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
 
 
 def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64], ...]:
-    """The plane a + b·Δi + c·Δj through each texel's 5 × 5 neighbourhood: a, b, c, each (H, W); i runs along rows, j
-    along columns. NaN where there is no surface.
+    """Fit the plane a + b·Δi + c·Δj to the 5 × 5 neighbourhood of every texel.
 
-    Neighbours weigh the less, the more their value differs from the texel's: beyond an edge is another surface. `cell`
-    as in `tolerance`; the noise is allowed for.
+    Neighbours weigh less the more their value differs from the texel's, beyond what noise makes, because beyond an edge
+    there is another surface.
+
+    Parameters
+    ----------
+    values : (H, W) float.
+    cell : (H, W) or one number, as in `tolerance`.
+
+    Returns
+    -------
+    a, b, c, each (H, W) float64: the value at the texel, and its change per column (Δi) and per row (Δj). NaN where
+    there is no surface.
     """
     scale = np.broadcast_to(np.maximum(np.maximum(cell, 3 * noise(values)), 1e-30), values.shape)
     padded = np.pad(np.where(np.isfinite(values), values, np.nan).astype(np.float64), _WINDOW, constant_values=np.nan)
@@ -83,7 +110,7 @@ def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64],
 
 
 def _fit_planes(padded: NDArray[np.float64], scale: Array) -> NDArray[np.float64]:
-    """`fit_planes` (3, h, W) of some rows, with _WINDOW more texels on all sides."""
+    """Return `fit_planes` (3, h, W) of a block of rows, given with _WINDOW more texels on all sides."""
     height, width = scale.shape
     centre = padded[_WINDOW:-_WINDOW, _WINDOW:-_WINDOW]
     moments = np.zeros((9, height, width))  # of 1, i, j, ii, ij, jj, d, di, dj

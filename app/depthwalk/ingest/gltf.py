@@ -1,4 +1,7 @@
-"""Return the JSON header of glTF files, and what trimesh would read wrongly without a word."""
+"""Read the JSON header of glTF files, and refuse what trimesh would silently misread.
+
+The header says which other files belong to the mesh, so that they are found without decoding any geometry.
+"""
 
 import json
 import struct
@@ -13,7 +16,7 @@ _UINT16, _FLOAT = 5123, 5126
 
 
 def read_header(data: bytes, path: Path) -> dict[str, Any]:
-    """The JSON header of a .gltf or .glb file. Raises InputError."""
+    """Return the JSON header of a .gltf or .glb file. Raises InputError where it is damaged."""
     if path.suffix.lower() == ".glb":
         if len(data) < 20 or data[:4] != b"glTF":
             raise InputError(f"{path}: not a GLB file")

@@ -1,10 +1,10 @@
-"""Picture files → arrays, and what a planar depth image is."""
+"""Read picture files into arrays, safely, and define what a planar depth image is."""
 
 import io
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,20 +18,25 @@ if TYPE_CHECKING:
 
 # Some of Pillow's other formats start programs (EPS) or reach for files of their own.
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "TGA", "GIF", "PPM", "DDS")
-IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
 
 # Reading damaged files raises nearly anything; these are what Pillow itself documents and what its plugins let through.
 BROKEN = (OSError, ValueError, TypeError, SyntaxError, ArithmeticError, LookupError, EOFError, MemoryError)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PlanarImage:
-    """A depth image over a rectangle: x right, y up, z toward the viewer, row 0 at the bottom (v upward).
+    """Hold a depth image over a rectangle, in its frame: x right, y up, z toward the viewer.
 
-    depth:  (H, W) float32, metres below the front plane z = 0 (positive is deeper); +inf where there is no surface.
-    colour: (H, W, 3) uint8, sRGB.
-    normal: (H, W, 3) float32, unit length, in the image's frame.
-    size:   (width, height) of the rectangle in metres.
+    Attributes
+    ----------
+    depth : (H, W) float32
+        Metres below the front plane z = 0 (positive is deeper), row 0 at the bottom; +inf where there is no surface.
+    colour : (H, W, 3) uint8
+        sRGB.
+    normal : (H, W, 3) float32
+        Unit length, in the image's frame.
+    size : (float, float)
+        Width and height of the rectangle, metres.
     """
 
     depth: NDArray[np.float32]
@@ -67,7 +72,10 @@ def check_size(image: "Image.Image", name: str) -> None:
 
 
 def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
-    """(H, W, 4) uint8, sRGB with alpha, row 0 at the top, from an image of any mode. Raises InputError."""
+    """Decode an image of any mode to (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
+
+    Raises InputError, `name: defect`, where it is damaged, too large or of a format that is not supported.
+    """
     from PIL import Image
 
     check_size(image, name)
@@ -85,16 +93,16 @@ def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
 
 
 def load_texture(path: Path) -> NDArray[np.uint8]:
-    """(H, W, 4) uint8, sRGB with alpha, row 0 at the top. Raises InputError."""
+    """Read a picture as (H, W, 4) uint8, sRGB with alpha, row 0 at the top. Raises InputError."""
     return decode_texture(read_bytes(path), path)
 
 
 def decode_texture(data: bytes, path: Path) -> NDArray[np.uint8]:
-    """As `load_texture`, from the bytes of the file `path`."""
+    """Return what `load_texture` returns, from the bytes `data` of the file `path`."""
     return rgba(open_image(data, str(path)), str(path))
 
 
-def _eight_bit(values: NDArray) -> NDArray[np.uint8]:
-    """16-bit integers (Pillow widens them to 32) or floats 0–1 as 8 bits."""
+def _eight_bit(values: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return 16-bit integers, which Pillow widens to 32 bits, or floats from 0 to 1 as 8 bits."""
     unit = np.nan_to_num(values) if values.dtype.kind == "f" else values / 65535.0
     return np.round(np.clip(unit, 0.0, 1.0) * 255.0).astype(np.uint8)

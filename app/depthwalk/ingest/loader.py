@@ -1,4 +1,7 @@
-"""Mesh file → `Mesh`: upright, scaled, standing on the origin, with normals, ready for the baker."""
+"""Load a mesh file as a `Mesh`: upright, scaled, standing on the origin, with normals, ready for the baker.
+
+`check_mesh` makes the same checks without the work that only drawing needs.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +20,7 @@ from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
 from depthwalk.ingest.sources import Sources
 
-LEVEL = 1e-6  # height over extent below which a mesh has none
+LEVEL = 1e-6  # height over extent below which a mesh counts as flat and horizontal
 SMALLEST, LARGEST = 1e-15, 1e15  # extents whose squares float32 can hold
 
 
@@ -31,13 +34,22 @@ def load_mesh(
 ) -> Mesh:
     """Read an OBJ, PLY, STL, GLB or glTF file into its asset frame: Y up, the base's centre on the origin.
 
-    texture: replaces the file's own textures and base colours; the file must have texture coordinates.
-    up: the file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
-    height: metres, to which the mesh is scaled uniformly; None keeps the file's units as metres.
-    sources: where all files are read from; those of `source_hash`, where the mesh must be of the bytes it hashed.
+    Normals are the file's where it has valid ones, else angle-weighted and split at creases of 60°. Faces without area
+    and vertices without a face are dropped.
 
-    Normals are the file's where it has valid ones, else angle-weighted and split at creases of 60°. Faces without
-    area and vertices without a face are dropped. Raises InputError, `path: defect`, for what cannot be drawn.
+    Parameters
+    ----------
+    path : the mesh file.
+    texture : a picture that replaces the file's own textures and base colours; needs texture coordinates.
+    up : the file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
+    height : metres, to which the mesh is scaled uniformly; None takes the file's units for metres.
+    sources : what files are read through. Pass the object that `source_hash` used where the mesh must be made of the
+        same bytes as the hash.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, where the file cannot be read or holds nothing that can be drawn.
     """
     path = Path(path)
     sources = sources or Sources()
@@ -107,11 +119,11 @@ def _solid_faces(soup: Soup, path: Path) -> NDArray[np.bool_]:
     kept = area > 1e-12 * longest
     if not kept.any():
         raise InputError(f"{path}: flat: none of its {len(kept)} faces has an area")
-    return kept
+    return np.asarray(kept)
 
 
 def _compacted(soup: Soup, path: Path) -> Soup:
-    """Without faces of zero area, and each distinct vertex that a face uses once."""
+    """Drop faces of zero area, vertices that no face uses, and duplicates of vertices."""
     kept = _solid_faces(soup, path)
     faces = soup.faces[kept]
     columns = np.nan_to_num(np.hstack([soup.positions, soup.normals, soup.colours, soup.uv]), posinf=0.0, neginf=0.0)
@@ -141,7 +153,7 @@ def _retextured(soup: Soup, texture: Path | None, path: Path, sources: Sources) 
 
 
 def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float | None) -> NDArray[np.float64]:
-    """(V, 3) float64 upright, scaled and with the centre of the bounding box's base on the origin."""
+    """Return positions (V, 3) float64 upright, scaled, with the centre of the bounding box's base on the origin."""
     if up == "z":
         positions = positions[:, [0, 2, 1]] * [1, 1, -1]
     low, high = positions.min(axis=0), positions.max(axis=0)
@@ -149,14 +161,14 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
         raise InputError(f"{path}: lies level: it cannot be given a height")
     base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
     scale = 1.0 if height is None else height / (high[1] - low[1])
-    placed = (positions - base) * scale
+    placed = np.asarray((positions - base) * scale)
     if not SMALLEST < (largest := float(np.ptp(placed, axis=0).max())) < LARGEST:
         raise InputError(f"{path}: its extent of {largest:g} m at that height is out of range")
     return placed
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raise InputError where `mesh`, of the file `path`, lies level: its depth images would have no side."""
+    """Raise InputError where `mesh`, of the file `path`, is flat and horizontal: it has no side to bake."""
     _check_upright(mesh.positions, path)
 
 
@@ -171,7 +183,7 @@ def _level(positions: NDArray[np.floating]) -> bool:
 
 
 def _vertices(soup: Soup) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """As `split_at_creases`, but with the file's normals where it has them."""
+    """Return what `split_at_creases` returns, but with the file's normals where it has them."""
     given = np.isfinite(soup.normals[:, 0])  # a row is NaN as a whole
     if given.all():
         return np.arange(len(soup.positions)), soup.faces, soup.normals

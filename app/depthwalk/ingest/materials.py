@@ -1,4 +1,4 @@
-"""Materials of MTL and glTF as the Phong terms the renderer draws with."""
+"""Convert the materials of MTL and glTF files to the Phong terms that the renderer draws with."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -69,12 +69,15 @@ def phong_from_mtl(terms: dict[str, Any], image: "Image.Image | None", name: str
 
 
 def _is_stand_in(material: "SimpleMaterial") -> bool:
-    """Whether it is the grey picture, read from no file, that trimesh gives texture coordinates without a material."""
+    """Return whether it is trimesh's own grey picture.
+
+    trimesh gives it to meshes with texture coordinates and without a material; it was read from no file.
+    """
     return material.image is not None and material.image.format is None
 
 
 def _from_pbr(material: "PBRMaterial", name: str) -> Material:
-    """Roughness r → the Phong exponent of a GGX lobe with α = r²; rough surfaces lose their highlight."""
+    """Return the Phong material whose lobe is as wide as that of GGX with α = roughness²; rough surfaces have none."""
     factor = material.baseColorFactor
     colour = WHITE if factor is None else _rgb((np.asarray(factor[:3], np.float64) / 255.0).tolist(), WHITE)
     roughness = min(max(_scalar(material.roughnessFactor, 1.0), 0.0), 1.0)
@@ -93,7 +96,7 @@ def _material(
 
 
 def _rgb(value: Any, default: tuple[float, float, float]) -> tuple[float, float, float]:
-    """`value` clipped to 0–1 where it is three finite numbers."""
+    """Return `value` clipped to 0–1 where it is three finite numbers, else the default."""
     try:
         red, green, blue = (min(max(float(term), 0.0), 1.0) for term in value)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""The data-only mesh that ingest hands to the baker and the renderer."""
+"""Define the mesh that ingest hands to the baker and the renderer: arrays only, no files."""
 
 from dataclasses import dataclass
 
@@ -10,11 +10,18 @@ MOST_LEVELS = 6  # of detail of a mesh, itself included
 
 @dataclass(frozen=True)
 class Material:
-    """How a run of faces looks.
+    """Describe how a run of faces looks, in the terms of Phong's model.
 
-    base_colour: (3,) float, linear RGB, multiplies texture and vertex colour.
-    texture: (H, W, 4) uint8, sRGB with alpha, row 0 at the top (v = 1), or None.
-    specular: 0–1, strength of the Phong highlight; shininess: its exponent, 1–1024.
+    Attributes
+    ----------
+    base_colour : (3,) float
+        Linear RGB; multiplies texture and vertex colour.
+    texture : (H, W, 4) uint8 or None
+        sRGB with alpha, row 0 at the top (v = 1).
+    specular : float
+        Strength of the highlight, 0 to 1.
+    shininess : float
+        Exponent of the highlight, 1 to 1024.
     """
 
     base_colour: tuple[float, float, float] = (0.8, 0.8, 0.8)
@@ -25,23 +32,33 @@ class Material:
 
 @dataclass(frozen=True)
 class Part:
-    """Faces `first_face` to `first_face + face_count − 1` share one material (an index into Mesh.materials)."""
+    """Say that faces `first_face` to `first_face + face_count − 1` share one material, an index into Mesh.materials."""
 
     first_face: int
     face_count: int
     material: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Mesh:
-    """A triangle mesh in its asset frame: metres, Y up, the bounding box's base centred on the origin.
+    """Hold a triangle mesh in its asset frame: metres, Y up, the bounding box's base centred on the origin.
 
-    positions: (V, 3) float32.
-    normals:   (V, 3) float32, unit length.
-    colours:   (V, 3) uint8, sRGB; white where the file has none.
-    uv:        (V, 2) float32, v upward; zeros where the file has none.
-    faces:     (F, 3) int32, counter-clockwise seen from outside, ordered by part.
-    parts:     the runs of faces, in order, covering all of them.
+    Attributes
+    ----------
+    positions : (V, 3) float32
+        Metres.
+    normals : (V, 3) float32
+        Unit length.
+    colours : (V, 3) uint8
+        sRGB; white where the file has none.
+    uv : (V, 2) float32
+        Texture coordinates, v upward; zeros where the file has none.
+    faces : (F, 3) int32
+        Indices of vertices, counter-clockwise seen from outside, ordered by part.
+    parts : tuple of Part
+        The runs of faces that share a material, in order; together they are all faces.
+    materials : tuple of Material
+        The materials that the parts refer to.
     """
 
     positions: NDArray[np.float32]
@@ -54,13 +71,13 @@ class Mesh:
 
     @property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Corners (3,), (3,) of the axis-aligned bounding box."""
+        """Return the lowest and the highest corner (3,), (3,) of the axis-aligned bounding box."""
         return self.positions.min(axis=0), self.positions.max(axis=0)
 
 
 @dataclass(frozen=True)
 class MeshLevel:
-    """A mesh that stands for a finer one. error: how far that one's surface is off at most, metres."""
+    """Hold a simplified mesh, and in `error` its largest distance from the surface of the original, metres."""
 
     mesh: Mesh
     error: float

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
+from depthwalk.ingest.formats import IMAGE_SUFFIXES
+from depthwalk.ingest.image import open_image
 from depthwalk.ingest.materials import phong_from_mtl
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.sources import Sources, find, read_libraries, texture_name

@@ -1,23 +1,34 @@
-"""Vertex normals: smooth where the surface is, split where it has a crease."""
+"""Compute vertex normals: smooth where the surface is smooth, split where it has a crease."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.triangles import doubled_areas, row_ids
+from depthwalk.types import Array, Ints
 
 CREASE_ANGLE = np.radians(60.0)
 
 
 def split_at_creases(
-    positions: NDArray, faces: NDArray, crease: float = CREASE_ANGLE
+    positions: Array, faces: Ints, crease: float = CREASE_ANGLE
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Angle-weighted vertex normals, with vertices doubled where the faces around them fold by more than `crease`.
+    """Compute angle-weighted vertex normals, and duplicate vertices at creases so that each side has its own.
 
-    positions: (V, 3) float64; faces: (F, 3) int64, none of zero area; crease: radians.
-    The corners of faces around one position are one smooth group as long as each shares an edge, folded by less than
-    `crease`, with the next; vertices at one position (texture seams) count as one. Linear in the number of faces.
+    The corners of faces at one position form a smooth group as long as each shares an edge, folded by less than
+    `crease`, with the next; vertices at the same position (texture seams) count as one. Takes time linear in the
+    number of faces, apart from sorting.
 
-    Returns source (N,): the old vertex each new one copies; (F, 3) new faces; (N, 3) unit normals.
+    Parameters
+    ----------
+    positions : (V, 3) float64.
+    faces : (F, 3) int64, none of zero area.
+    crease : angle between faces, radians, from which their edge stays sharp.
+
+    Returns
+    -------
+    source : (N,) int64, the old vertex that each new one copies.
+    faces : (F, 3) int64, the faces with new vertices.
+    normals : (N, 3) float64, unit length.
     """
     face_normals = doubled_areas(positions, faces)
     face_normals /= np.linalg.norm(face_normals, axis=1, keepdims=True)
@@ -38,8 +49,8 @@ def split_at_creases(
     return faces.ravel()[first], new.reshape(faces.shape), normals
 
 
-def _smooth_groups(welded: NDArray[np.int64], face_normals: NDArray, least_cosine: float) -> NDArray[np.int64]:
-    """(3F,) group number of every face corner: corners at one position, linked across smooth edges."""
+def _smooth_groups(welded: Ints, face_normals: Array, least_cosine: float) -> Ints:
+    """Return the group number (3F,) of every face corner: corners at one position, linked across smooth edges."""
     from scipy.sparse import coo_array  # a third of a second, for files without normals
     from scipy.sparse.csgraph import connected_components
 
@@ -58,13 +69,13 @@ def _smooth_groups(welded: NDArray[np.int64], face_normals: NDArray, least_cosin
     rows = np.concatenate([one, end[one]])
     columns = np.concatenate([np.where(opposite, end[other], other), np.where(opposite, other, end[other])])
     links = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
-    return connected_components(links, directed=False)[1].astype(np.int64)
+    return np.asarray(connected_components(links, directed=False)[1], np.int64)
 
 
-def _corner_angles(positions: NDArray, faces: NDArray) -> NDArray[np.float64]:
-    """(F, 3) angle in radians at each corner."""
+def _corner_angles(positions: Array, faces: Ints) -> NDArray[np.float64]:
+    """Return the angle (F, 3) at every corner of every face, radians."""
     corners = positions[faces]
     edges = np.roll(corners, -1, axis=1) - corners  # edge k leaves corner k
     back = -np.roll(edges, 1, axis=1)
     sine = np.linalg.norm(np.cross(edges, back), axis=2)
-    return np.arctan2(sine, np.einsum("fki,fki->fk", edges, back))
+    return np.asarray(np.arctan2(sine, np.einsum("fki,fki->fk", edges, back)))

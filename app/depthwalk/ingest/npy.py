@@ -1,4 +1,4 @@
-"""NPY files: one array each, mapped into memory."""
+"""Map NPY files, which hold one array each, into memory."""
 
 import warnings
 from pathlib import Path
@@ -11,10 +11,14 @@ from depthwalk.errors import InputError
 
 
 def map_npy(path: Path) -> NDArray[Any]:
-    """Map the array of an NPY file, read-only: a header that lies about its size allocates nothing.
+    """Map the array of an NPY file, read-only, so that a header with a wrong size allocates nothing.
 
-    `numpy.load` would not do: it also opens archives, pickles and whatever else it takes a file for. Raises InputError,
-    `path: defect`, where the file is missing, of another format, damaged or of objects.
+    `numpy.load` would not do: it also opens archives and pickles.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, where the file is missing, of another format, damaged, or holds Python objects.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file")

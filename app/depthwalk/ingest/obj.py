@@ -99,10 +99,12 @@ def parse_obj(data: bytes, path: Path) -> ObjMesh:
 
 
 class _Lines:
-    """The lines of a tidied text, told apart by their first word.
+    """Hold the lines of a tidied text, told apart by their first word.
 
-    starts, ends: (n,) int64, where each line begins, and where its newline stands. blanks: (n,) int64, how many blanks
-    each holds, which is one less than its words.
+    Attributes
+    ----------
+    starts, ends : (n,) int64, where each line begins, and where its newline stands.
+    blanks : (n,) int64, how many blanks each line holds, which is one less than its words.
     """
 
     def __init__(self, text: bytes, path: Path) -> None:
@@ -122,7 +124,7 @@ class _Lines:
             at = at[self.bytes[self.starts[at] + offset] == byte]
         mask[:] = False
         mask[at] = True
-        return mask
+        return np.asarray(mask)
 
     def joined(self, mask: Mask, key: bytes) -> bytes:
         """Return what follows `key` on the lines of `mask`, joined by single blanks."""
@@ -166,9 +168,9 @@ def _numbers(lines: _Lines, mask: Mask, key: bytes) -> Numbers:
     if values is None or len(values) != counts.sum():
         raise _bad_number(lines, mask, key)
     if (width := counts.min()) == counts.max():
-        return values.reshape(-1, width)
+        return np.asarray(values.reshape(-1, width))
     first = np.cumsum(counts) - counts
-    return values[first[:, None] + np.arange(width)]
+    return np.asarray(values[first[:, None] + np.arange(width)])
 
 
 def _parsed(text: bytes, dtype: type[np.float64] | type[np.int64]) -> NDArray[Any] | None:

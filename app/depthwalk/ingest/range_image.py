@@ -1,6 +1,10 @@
-"""Depth images and range images as assets: a file of depths, a picture, and normals, fitted where there are none."""
+"""Read depth images and range images: a file of depths, a picture, and a normal map.
 
-from dataclasses import dataclass
+A depth image is seen by parallel rays (a relief), a range image through a pinhole (a depth camera). Normals are fitted
+to the depth where no normal map is given.
+"""
+
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -12,13 +16,18 @@ from depthwalk.ingest.depth_file import read_depth
 from depthwalk.ingest.depth_surface import fit_planes
 from depthwalk.ingest.image import PlanarImage, load_texture
 
-_PLAIN = 204  # sRGB of what has no picture
+_PLAIN = 204  # sRGB, light grey: the colour of surfaces without a picture
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Intrinsics:
-    """A pinhole without distortion: focal lengths and principal point in pixels of the depth image, the centre of its
-    first pixel (top left in the file) at 0, 0."""
+    """Describe a pinhole camera without distortion, in pixels of the depth image.
+
+    Attributes
+    ----------
+    fx, fy : horizontal and vertical focal length.
+    cx, cy : principal point; 0, 0 is the centre of the first pixel, which is at the top left in files.
+    """
 
     fx: float
     fy: float
@@ -26,15 +35,20 @@ class Intrinsics:
     cy: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RangeImage:
-    """What a depth camera sees, in its frame: x right, y up, z toward the camera, which is at the origin; row 0 at the
-    bottom.
+    """Hold what a depth camera saw, in its frame: x right, y up, z toward the camera, which is at the origin.
 
-    depth:  (H, W) float32, metres along the camera's axis; +inf where nothing was measured.
-    colour: (H, W, 3) uint8, sRGB.
-    normal: (H, W, 3) float32, unit length.
-    lens:   as of the file, but `cy` counted from row 0 here.
+    Attributes
+    ----------
+    depth : (H, W) float32
+        Metres along the camera's axis, row 0 at the bottom; +inf where nothing was measured.
+    colour : (H, W, 3) uint8
+        sRGB.
+    normal : (H, W, 3) float32
+        Unit length.
+    lens : Intrinsics
+        Of the camera; `cy` is counted from row 0 here, which is at the bottom.
     """
 
     depth: NDArray[np.float32]
@@ -44,7 +58,7 @@ class RangeImage:
 
     @cached_property
     def points(self) -> NDArray[np.float32]:
-        """The point (H, W, 3) that each pixel saw, metres; z = −depth, and (0, 0, −inf) where nothing was measured."""
+        """Return the point (H, W, 3) that each pixel saw, metres; (0, 0, −inf) where nothing was measured."""
         rays = _rays(self.lens, (self.depth.shape[0], self.depth.shape[1]))
         known = np.isfinite(self.depth)[..., None]
         points = np.where(known, self.depth[..., None], 0) * rays
@@ -60,26 +74,34 @@ def load_depth_image(
     colour: Path | None = None,
     normal: Path | None = None,
 ) -> PlanarImage:
-    """A planar depth image, orthographic, from files whose row 0 is at the top, as everywhere on disk.
+    """Read an orthographic depth image from files, whose row 0 is at the top.
 
-    depth:  metres below the front plane: floats (NPY, EXR channel Z, TIFF), `unit` metres each, 1 by default; or grey
-            of 8 or 16 bits, `unit` metres per count with 0 for no surface, or, without `unit`, white at the plane and
-            black `depth_range` metres below it. See `read_depth` for what counts as empty.
-    size:   (width, height) in metres.
-    colour: sRGB picture, light grey where None. normal: RGB normal map, x right, y up, z toward the viewer; where None
-            the normals are fitted to the depth. Both are resampled to the depth's resolution.
+    Parameters
+    ----------
+    depth : the file of depths below the front plane: floats (NPY, EXR channel Z, TIFF) or grey of 8 or 16 bits. See
+        `read_depth` for what counts as empty.
+    size : width and height of the image, metres.
+    depth_range : metres between white, at the plane, and black, for grey without `unit`.
+    unit : metres per unit of the file, 0 being no surface in grey; None: floats are metres.
+    colour : sRGB picture, resampled to the depth's resolution; None: light grey.
+    normal : RGB normal map, x right, y up, z toward the viewer, resampled likewise; None: fitted to the depth.
 
-    Raises InputError.
+    Raises
+    ------
+    InputError
+        `path: defect`, where a file cannot be used or a number is not positive.
     """
     _check_positive(depth, size=min(size), range=depth_range, unit=unit)
     metres = read_depth(depth, depth_range=depth_range, unit=unit, camera=False)[::-1].copy()
     shape = (metres.shape[1], metres.shape[0])
     picture = _picture(colour, shape)
     if normal is not None:
-        return PlanarImage(metres, picture, _decoded_normals(_resampled(normal, shape)), size)
+        directions = _decoded_normals(_resampled(normal, shape))
+        return PlanarImage(depth=metres, colour=picture, normal=directions, size=size)
     cell = size[0] / shape[0], size[1] / shape[1]
     _, right, up = fit_planes(metres, max(cell))
-    return PlanarImage(metres, picture, _directions(right / cell[0], up / cell[1], np.ones(metres.shape)), size)
+    directions = _directions(right / cell[0], up / cell[1], np.ones(metres.shape))
+    return PlanarImage(depth=metres, colour=picture, normal=directions, size=size)
 
 
 def load_range_image(
@@ -90,27 +112,43 @@ def load_range_image(
     colour: Path | None = None,
     normal: Path | None = None,
 ) -> RangeImage:
-    """A range image from files whose row 0 is at the top: parameters as of `load_depth_image`, but that depth is
-    measured along the axis of a pinhole camera and 0 always means that nothing was. Raises InputError."""
+    """Read a range image, the picture of a depth camera, from files, whose row 0 is at the top.
+
+    Parameters
+    ----------
+    depth : the file of depths along the camera's axis, where 0 always means that nothing was measured.
+    lens : the camera, `cy` counted from the top.
+    unit, colour, normal : as `load_depth_image` takes them.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, where a file cannot be used or a number is not positive.
+    """
     _check_positive(depth, fx=lens.fx, fy=lens.fy, unit=unit)
     metres = read_depth(depth, depth_range=None, unit=unit, camera=True)[::-1].copy()
     height, width = metres.shape
-    lens = Intrinsics(lens.fx, lens.fy, lens.cx, height - 1 - lens.cy)
+    lens = replace(lens, cy=height - 1 - lens.cy)
     picture = _picture(colour, (width, height))
     if normal is not None:
-        return RangeImage(metres, picture, _decoded_normals(_resampled(normal, (width, height))), lens)
-    return RangeImage(metres, picture, _camera_normals(metres, lens), lens)
+        directions = _decoded_normals(_resampled(normal, (width, height)))
+    else:
+        directions = _camera_normals(metres, lens)
+    return RangeImage(depth=metres, colour=picture, normal=directions, lens=lens)
 
 
 def _rays(lens: Intrinsics, shape: tuple[int, int]) -> NDArray[np.float64]:
-    """The point (H, W, 3) at depth 1 that each pixel sees."""
+    """Return the point (H, W, 3) at depth 1 that each pixel sees."""
     height, width = shape
     x, y = (np.arange(width) - lens.cx) / lens.fx, (np.arange(height) - lens.cy) / lens.fy
     return np.stack(np.broadcast_arrays(x[None], y[:, None], -1.0), -1)
 
 
 def _camera_normals(metres: NDArray[np.float32], lens: Intrinsics) -> NDArray[np.float32]:
-    """A plane m · P = 1 has inverse depth m · ray, which is linear over the image: fitting that yields m."""
+    """Return normals (H, W, 3) fitted to depth.
+
+    A plane m · P = 1 has the inverse depth m · ray, which is linear over the image, so that fitting it yields m.
+    """
     inverse = 1 / metres.astype(np.float64)
     inverse[~np.isfinite(metres)] = np.nan
     centre, right, up = fit_planes(inverse, inverse / min(lens.fx, lens.fy))
@@ -121,16 +159,16 @@ def _camera_normals(metres: NDArray[np.float32], lens: Intrinsics) -> NDArray[np
 
 
 def _directions(x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Unit vectors (H, W, 3); toward the viewer where there are none."""
+    """Return unit vectors (H, W, 3) along x, y, z; toward the viewer where those are not finite."""
     vectors = np.stack([x, y, z], -1)
     vectors[~np.isfinite(vectors).all(-1)] = [0, 0, 1]
-    return (vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)).astype(np.float32)
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True), np.float32)
 
 
 def _decoded_normals(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
     directions = picture.astype(np.float32) * np.float32(2 / 255) - 1
     directions[..., 2] = np.maximum(directions[..., 2], 1e-3)  # a depth image has no surface that faces away
-    return directions / np.linalg.norm(directions, axis=-1, keepdims=True)
+    return np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True))
 
 
 def _picture(path: Path | None, shape: tuple[int, int]) -> NDArray[np.uint8]:
@@ -138,7 +176,7 @@ def _picture(path: Path | None, shape: tuple[int, int]) -> NDArray[np.uint8]:
 
 
 def _resampled(path: Path, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """(H, W, 3) uint8 at `shape` = (W, H), row 0 at the bottom."""
+    """Return a picture (H, W, 3) uint8, resampled to `shape` = (W, H), row 0 at the bottom."""
     from PIL import Image
 
     picture = Image.fromarray(np.ascontiguousarray(load_texture(path)[..., :3]))

@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import check_suffix
 from depthwalk.ingest.materials import WHITE
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.obj import Indices, ObjMesh, parse_obj
 from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals
-from depthwalk.ingest.sources import Sources, as_utf8, check_suffix, material_libraries
+from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:
@@ -63,7 +64,7 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
     count = len(row)
     uv, normals = np.full((count, 2), np.nan), np.full((count, 3), np.nan)
     if mesh.texture is not None and has_uv:
-        uv = np.where(texture[:, None] < 0, 0.0, mesh.texture[texture])  # of corners that have none among those that do
+        uv = np.where(texture[:, None] < 0, 0.0, mesh.texture[texture])  # 0 for corners without, where others have them
     if mesh.normals is not None and has_normals:
         normals = unit_normals(mesh.normals[normal])
     colours = np.full((count, 3), 255, np.uint8)
@@ -73,13 +74,23 @@ def _read_obj(data: bytes, path: Path, sources: Sources) -> Soup:
 
     triangles, group = _triangles(mesh)
     numbers, materials = _materials(mesh, data, path, sources)
-    return Soup(mesh.vertices[vertex] + 0.0, normals, colours, uv, faces[triangles], numbers[group], materials)
+    return Soup(
+        positions=mesh.vertices[vertex] + 0.0,
+        normals=normals,
+        colours=colours,
+        uv=uv,
+        faces=faces[triangles],
+        material=numbers[group],
+        materials=materials,
+    )
 
 
 def _split_vertices(columns: list[Indices]) -> tuple[Indices, Indices]:
-    """Number the distinct combinations of indices (C,) at the corners of polygons.
+    """Give numbers to the distinct combinations of indices (C,) at the corners of polygons.
 
-    Returns (V,) a corner of each combination, and (C,) the number of each corner's combination.
+    Returns
+    -------
+    (V,) a corner that has each combination, and (C,) the number of each corner's combination.
     """
     key = columns[0]
     for column in columns[1:]:
@@ -92,9 +103,11 @@ def _triangles(mesh: ObjMesh) -> tuple[Indices, Indices]:
     """Cut polygons into fans of triangles.
 
     The groups come last one first, and where a group has quadrangles only, their first halves before their second ones:
-    the order that depth images baked earlier rest on.
+    the order that depth images baked earlier depend on.
 
-    Returns (F, 3) the corners of each triangle, and (F,) its group.
+    Returns
+    -------
+    (F, 3) the corners of each triangle, and (F,) its group.
     """
     fans = mesh.sizes - 2
     polygon = np.repeat(np.arange(len(fans)), fans)

@@ -1,4 +1,4 @@
-"""The triangles of a mesh file as the file has them, before they are turned, scaled and given normals."""
+"""Define the triangles of a mesh file as the file has them, before they are turned, scaled and given normals."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from depthwalk.ingest.mesh import Material
 from depthwalk.limits import MAX_MESH_TRIANGLES
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Soup:
     """Hold the triangles of a file in its own frame and units.
 

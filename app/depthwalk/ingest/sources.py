@@ -1,4 +1,8 @@
-"""Which files make up a mesh, found without decoding any geometry, and their contents, each read once."""
+"""Find the files that make up a mesh without decoding any geometry, and read each of them once.
+
+A mesh names other files: material libraries, textures, buffers. Their bytes decide how it looks, so the key of its bake
+is a hash over all of them; and they may only lie in the mesh's own folder.
+"""
 
 import hashlib
 import logging
@@ -12,29 +16,6 @@ from depthwalk.ingest import gltf
 from depthwalk.limits import MAX_MESH_BYTES
 
 log = logging.getLogger(__name__)
-
-MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf")
-OTHER_MESH_SUFFIXES = (
-    ".3ds",
-    ".3mf",
-    ".blend",
-    ".dae",
-    ".fbx",
-    ".off",
-    ".usd",
-    ".usda",
-    ".usdc",
-    ".usdz",
-    ".wrl",
-    ".x3d",
-)
-
-
-def check_suffix(path: Path) -> None:
-    """Raise InputError where the file's name is not that of a mesh that can be read."""
-    suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
 
 
 class Sources:
@@ -67,10 +48,21 @@ class Sources:
 
 
 def source_files(path: Path, texture: Path | None = None, sources: Sources | None = None) -> tuple[Path, ...]:
-    """Every file that determines the mesh: itself, an explicit texture, and what the files name and the folder holds.
+    """Return every file that determines how a mesh looks: itself, what it names, and `texture`.
 
-    OBJ: material libraries and their colour textures. glTF, GLB: external buffers and images. PLY: its texture.
-    Names that lead outside the mesh's folder, or to nothing, are left out. Raises InputError where `path` is missing.
+    An OBJ file names material libraries, and they colour textures; a glTF or GLB file names buffers and images; a PLY
+    file its texture. Names that lead to no file, or out of the mesh's folder, are left out.
+
+    Parameters
+    ----------
+    path : the mesh file.
+    texture : a picture that replaces the file's own, the last one returned.
+    sources : what files are read through.
+
+    Raises
+    ------
+    InputError
+        Where `path` is missing or its header damaged.
     """
     sources = sources or Sources()
     data = sources.read(path)
@@ -95,7 +87,7 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
 
 
 def source_hash(path: Path, texture: Path | None = None, sources: Sources | None = None) -> str:
-    """SHA-256 in hex over the contents (not the names or dates) of `source_files`, in their order."""
+    """Return the SHA-256, in hex, of the contents (not the names or dates) of `source_files`, in their order."""
     sources = sources or Sources()
     whole = hashlib.sha256()
     for source in source_files(path, texture, sources):
@@ -126,7 +118,7 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
 
 
 def read_libraries(libraries: list[Path], sources: Sources) -> bytes:
-    """Their text one after the other, in UTF-8."""
+    """Return the text of material libraries one after the other, in UTF-8."""
     return b"\n".join(as_utf8(sources.read(library)) for library in libraries)
 
 
@@ -142,8 +134,8 @@ def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = N
     """
     root = folders[0].resolve()
     name = name.strip().replace("\\", "/")  # Windows exporters
-    names = dict.fromkeys([name, unquote(name), name.rsplit("/", 1)[-1]])
-    for path in (folder / each for each in names for folder in folders):
+    spellings = dict.fromkeys([name, unquote(name), name.rsplit("/", 1)[-1]])
+    for path in (folder / spelling for spelling in spellings for folder in folders):
         if sources.is_inside(path, root):
             return path
     if mesh is not None:
@@ -157,7 +149,7 @@ def text(raw: bytes) -> str:
 
 
 def as_utf8(data: bytes) -> bytes:
-    """Text that may be in Latin-1, as old exporters write names, in UTF-8."""
+    """Return text in UTF-8 that may be in Latin-1, as old exporters write it."""
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:

@@ -1,4 +1,4 @@
-"""Read PLY, STL, glTF and GLB files through trimesh, with everything it lets pass checked.
+"""Read PLY, STL, glTF and GLB files through trimesh, and check what trimesh does not.
 
 Imported only where such a file is read: trimesh takes most of a second to import.
 """
@@ -20,7 +20,8 @@ from trimesh.visual.texture import TextureVisuals
 from depthwalk.colour import srgb8_from_linear
 from depthwalk.errors import InputError
 from depthwalk.ingest import gltf
-from depthwalk.ingest.image import IMAGE_SUFFIXES, open_image
+from depthwalk.ingest.formats import IMAGE_SUFFIXES
+from depthwalk.ingest.image import open_image
 from depthwalk.ingest.materials import WHITE, convert_material
 from depthwalk.ingest.mesh import Material
 from depthwalk.ingest.soup import Soup, check_triangle_count, unit_normals
@@ -28,9 +29,7 @@ from depthwalk.ingest.sources import Sources, as_utf8, find, texture_name
 
 logging.getLogger("trimesh").setLevel(logging.ERROR)  # it warns with tracebacks of what is checked here
 
-_Piece = tuple[
-    NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8], NDArray[np.float64], NDArray[np.int64], int
-]  # positions, normals, colours, uv and faces as in Soup, and the number of their material
+_Placed = list[tuple[trimesh.Trimesh, NDArray[np.float64]]]  # meshes and their scene_from_mesh matrices (4, 4)
 
 
 def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
@@ -50,7 +49,10 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
 
 
 class _Folder(FilePathResolver):
-    """Serves the files that a mesh names, from its own folder only; trimesh swallows what this raises."""
+    """Serve the files that a mesh names to trimesh, from the mesh's own folder only.
+
+    trimesh swallows what `get` raises; errors about damaged pictures are therefore kept in `defects` as well.
+    """
 
     def __init__(self, path: Path, sources: Sources) -> None:
         super().__init__(str(path))
@@ -60,6 +62,7 @@ class _Folder(FilePathResolver):
         self.defects: list[InputError] = []
 
     def get(self, name: str) -> bytes:
+        """Return the contents of the file called `name`. Raises FileNotFoundError, and InputError for a bad picture."""
         path = find(texture_name(name), self.folders, self.sources, self.mesh)
         if path is None:
             raise FileNotFoundError(name)
@@ -99,7 +102,8 @@ def _read_scene(path: Path, data: bytes, folder: _Folder) -> trimesh.Scene:
 def _checked_stl(data: bytes, path: Path) -> bytes:
     """Return the file, in UTF-8 where it is text.
 
-    trimesh takes for text whatever has not the length of a binary one."""
+    trimesh takes every file for text whose length is not that of a binary one.
+    """
     if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):  # a header, 50 bytes a triangle
         return data
     if b"facet" not in data.lower():
@@ -107,9 +111,9 @@ def _checked_stl(data: bytes, path: Path) -> bytes:
     return as_utf8(data)
 
 
-def _placed(scene: trimesh.Scene, path: Path) -> list[tuple[trimesh.Trimesh, NDArray[np.float64]]]:
-    """Every use of a triangle mesh in the scene graph, with its scene_from_mesh matrix (4, 4)."""
-    placed = []
+def _placed(scene: trimesh.Scene, path: Path) -> _Placed:
+    """Return every use of a triangle mesh in the scene graph, checked."""
+    placed: _Placed = []
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         mesh = scene.geometry[name]
@@ -136,7 +140,7 @@ def _check(mesh: trimesh.Trimesh, path: Path) -> None:
 
 
 def _check_ply_element(name: str, element: dict[str, Any], path: Path) -> None:
-    """trimesh pads nothing and reports nothing where an ASCII file ends early."""
+    """Raise InputError where an ASCII file ends early, which trimesh does not notice."""
     data = element.get("data")
     columns = data.values() if isinstance(data, dict) else [] if data is None else [data]
     found = min(map(len, columns), default=0)
@@ -146,7 +150,7 @@ def _check_ply_element(name: str, element: dict[str, Any], path: Path) -> None:
 
 @dataclass
 class _Palette:
-    """Materials in the order of their first use, each converted once."""
+    """Collect materials in the order of their first use, and convert each once."""
 
     path: Path
     materials: list[Material] = field(default_factory=list)
@@ -166,20 +170,26 @@ class _Palette:
         return self.numbers[key]
 
 
-def _joined(placed: list[tuple[trimesh.Trimesh, NDArray[np.float64]]], path: Path, *, linear_colours: bool) -> Soup:
+def _joined(placed: _Placed, path: Path, *, linear_colours: bool) -> Soup:
+    """Return all meshes as one, in the frame of the scene."""
     palette = _Palette(path)
-    pieces = []
-    first = 0
-    for mesh, matrix in placed:
-        piece = _piece(mesh, matrix, palette, linear_colours)
-        pieces.append((*piece[:4], piece[4] + first, np.full(len(piece[4]), piece[5])))
-        first += len(piece[0])
-    positions, normals, colours, uv, faces, material = (np.concatenate(column) for column in zip(*pieces, strict=True))
-    return Soup(positions, normals, colours, uv, faces, material, tuple(palette.materials))
+    pieces = [_piece(mesh, matrix, palette, linear_colours) for mesh, matrix in placed]
+    ends = np.cumsum([len(piece.positions) for piece in pieces])
+    return Soup(
+        positions=np.concatenate([piece.positions for piece in pieces]),
+        normals=np.concatenate([piece.normals for piece in pieces]),
+        colours=np.concatenate([piece.colours for piece in pieces]),
+        uv=np.concatenate([piece.uv for piece in pieces]),
+        faces=np.concatenate(
+            [piece.faces + (end - len(piece.positions)) for piece, end in zip(pieces, ends, strict=True)]
+        ),
+        material=np.concatenate([piece.material for piece in pieces]),
+        materials=tuple(palette.materials),
+    )
 
 
-def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette, linear_colours: bool) -> _Piece:
-    """positions, normals, colours, uv, faces and material number of one placed mesh, as in Soup."""
+def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette, linear_colours: bool) -> Soup:
+    """Return one mesh, placed by the matrix (4, 4); its materials are left to the palette."""
     positions, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     visual: Any = mesh.visual
     normals, uv = _file_normals(mesh), _file_uv(mesh)
@@ -195,11 +205,19 @@ def _piece(mesh: trimesh.Trimesh, matrix: NDArray[np.float64], palette: _Palette
     if (turn := np.linalg.det(linear)) < 0:
         faces = faces[:, ::-1]  # a mirror turns the faces inside out
     normals = normals @ np.linalg.inv(linear) if turn else np.full_like(normals, np.nan)
-    return positions @ linear.T + matrix[:3, 3], normals, colours, uv, faces, number
+    return Soup(
+        positions=positions @ linear.T + matrix[:3, 3],
+        normals=normals,
+        colours=colours,
+        uv=uv,
+        faces=faces,
+        material=np.full(len(faces), number),
+        materials=(),
+    )
 
 
 def _file_normals(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
-    """(V, 3) as the file has them, NaN where absent, zero or not finite."""
+    """Return the normals (V, 3) of the file, NaN where they are absent, zero or not finite."""
     # The property would compute absent ones; only the cache tells which were given.
     if "vertex_normals" not in mesh._cache.cache:
         return np.full((len(mesh.vertices), 3), np.nan)
@@ -207,6 +225,7 @@ def _file_normals(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
 
 
 def _file_uv(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
+    """Return the texture coordinates (V, 2) of the file, NaN where it has none."""
     count = len(mesh.vertices)
     uv = getattr(mesh.visual, "uv", None)
     vertex = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
@@ -220,7 +239,7 @@ def _file_uv(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
 
 
 def _file_colours(mesh: trimesh.Trimesh, linear: bool) -> NDArray[np.uint8] | None:
-    """(V, 3) uint8, sRGB, or None. glTF's colours are linear, everybody else's sRGB."""
+    """Return the vertex colours (V, 3) uint8, sRGB, or None. Those of glTF are `linear`, of all other formats sRGB."""
     visual: Any = mesh.visual
     if isinstance(visual, TextureVisuals):
         values = visual.vertex_attributes.get("color", mesh.vertex_attributes.get("color"))

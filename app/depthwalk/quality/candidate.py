@@ -165,7 +165,15 @@ def _grid_mesh(model: BakedModel) -> Mesh:
     first = np.cumsum([0, *map(len, positions)])
     every = np.concatenate([part + start for part, start in zip(faces, first, strict=False)])
     none = np.zeros((0, 3), np.float32)
-    return Mesh(np.concatenate(positions), none, none.astype(np.uint8), none, every.astype(np.int32), (), ())
+    return Mesh(
+        positions=np.concatenate(positions),
+        normals=none,
+        colours=none.astype(np.uint8),
+        uv=none,
+        faces=every.astype(np.int32),
+        parts=(),
+        materials=(),
+    )
 
 
 def _grid_triangles(baked: BakedObject) -> tuple[NDArray[np.float32], NDArray[np.int64]]:

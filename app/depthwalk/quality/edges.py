@@ -117,7 +117,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 def _cost(edges: EdgeAdjacency, sphere: Sphere, count: int, size: tuple[int, int]) -> Cost:
     """Measure `count` objects at one place, over the views `FEW`."""
-    creases = None, float(np.radians(GpaaParams().crease))
+    creases = None, float(np.radians(GpaaParams().crease_angle))
     lines, rims, seconds = np.zeros(2), 0.0, np.full((len(FEW), 2), np.inf)
     for viewpoint, least in zip(FEW, seconds, strict=True):
         view = view_of(sphere, viewpoint, size)

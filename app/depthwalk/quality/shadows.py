@@ -110,7 +110,7 @@ def _stage(sphere: Sphere) -> Scene:
     shadows = {"enabled": True, "cascades": 1, "distance": 100 * sphere.radius}  # beyond all that is seen
     settings = RenderSettings.model_validate({"shadows": shadows})
     below = sphere.centre[1] - (1 + RISE) * sphere.radius
-    ground = {"colour": (1.0, 1.0, 1.0), "height": below, "size": 100 * sphere.radius}
+    ground = {"colour": (1.0, 1.0, 1.0), "height": below, "half_size": 100 * sphere.radius}
     sun = {"colour": (1.0, 1.0, 1.0)}
     return one_object_scene(
         settings, Environment.model_validate({"ground": ground, "sun": sun, "ambient": {"intensity": 0.0}})

@@ -146,8 +146,17 @@ def one_object_scene(settings: RenderSettings, environment: Environment) -> Scen
     return Scene(
         path=Path(),
         assets=(),  # the library has it
-        objects=Objects(one, place, upright, np.ones(1, np.float32), dpci),
-        nodes=Nodes((), none, none, none, none, none, identities(0), identities(0)),  # nothing moves
+        objects=Objects(asset=one, position=place, rotation=upright, scale=np.ones(1, np.float32), representation=dpci),
+        nodes=Nodes(
+            name=(),
+            parent=none,
+            depth=none,
+            end=none,
+            first_object=none,
+            object_count=none,
+            local=identities(0),
+            world=identities(0),
+        ),  # nothing moves
         instances=identities(1, np.float32),
         owner=one,
         environment=environment,

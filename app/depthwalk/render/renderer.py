@@ -156,7 +156,7 @@ class Renderer:
         if view.near is not None and view.far is not None:
             return view
         ground = self.scene.environment.ground
-        seen_ground = ground_range(view, ground.height, ground.size) if ground is not None else None
+        seen_ground = ground_range(view, ground.height, ground.half_size) if ground is not None else None
         near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
         return replace(view, near=near, far=far)
 

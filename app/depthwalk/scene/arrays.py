@@ -1,4 +1,4 @@
-"""The scene's objects as a structure of arrays: what every stage after the loader works on."""
+"""Define the objects of a scene as a structure of arrays, which every later stage works on, and its camera."""
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -11,31 +11,38 @@ from depthwalk.geometry.soa import Takes
 
 
 class Representation(IntEnum):
-    """How an object is drawn; the values are stored in `Objects.representation`."""
+    """Say how an object is drawn; the values are stored in `Objects.representation`."""
 
     MESH = 0  # its triangles
     DPCI = 1  # depth images warped onto a plane (the paper)
     DMESH = 2  # the same depth samples warped straight to the screen (3-D warp)
-    MESH_LOD = 3  # its triangles, or fewer where nobody sees the difference
+    MESH_LOD = 3  # a simplified mesh, as coarse as the error on the screen allows
 
     @property
     def label(self) -> str:
-        """The name in scene files and on the command line."""
+        """Return the name in scene files and on the command line."""
         return self.name.lower().replace("_", "-")
 
 
 MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as polygons
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Objects(Takes):
-    """n placed objects. world point = position + scale · rotate(rotation, asset point).
+    """Hold n placed objects: world point = position + scale · rotate(rotation, asset point).
 
-    asset:          (n,) int32, index into Scene.assets.
-    position:       (n, 3) float32, metres, world: the centre of the base of the asset's bounding box.
-    rotation:       (n, 4) float32, unit quaternion (x, y, z, w).
-    scale:          (n,) float32, > 0.
-    representation: (n,) uint8, a Representation.
+    Attributes
+    ----------
+    asset : (n,) int32
+        Index into Scene.assets.
+    position : (n, 3) float32
+        Metres, world: where the centre of the base of the asset's bounding box is.
+    rotation : (n, 4) float32
+        Unit quaternion (x, y, z, w), world from asset.
+    scale : (n,) float32
+        Size relative to the asset, > 0.
+    representation : (n,) uint8
+        A Representation.
     """
 
     asset: NDArray[np.int32]
@@ -49,8 +56,9 @@ class Objects(Takes):
 
     @property
     def polygonal(self) -> NDArray[np.bool_]:
-        """Which (n,) are drawn as `MESHES`."""
-        return (self.representation == Representation.MESH) | (self.representation == Representation.MESH_LOD)
+        """Return which objects (n,) are drawn as polygons."""
+        mesh, mesh_lod = (self.representation == kind for kind in MESHES)
+        return np.asarray(mesh | mesh_lod)
 
 
 @dataclass(frozen=True)

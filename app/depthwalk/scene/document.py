@@ -1,4 +1,8 @@
-"""YAML text as plain values that remember where they stand, so that every complaint can cite line and column."""
+"""Read YAML text into plain values that remember where they stand, so that every error can cite line and column.
+
+ruamel.yaml composes the text into nodes, which know their place; the values are made here, because a scene file needs
+few of YAML's types, and because what aliases and nesting may take is limited here.
+"""
 
 import math
 import warnings
@@ -13,7 +17,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.sources import MESH_SUFFIXES
+from depthwalk.ingest.formats import MESH_SUFFIXES
 from depthwalk.limits import MAX_GROUP_DEPTH, MAX_SCENE_BYTES
 
 Loc = tuple[str | int, ...]
@@ -31,38 +35,52 @@ _TEXT_TAGS = {_TAG + name for name in ("str", "timestamp", "merge", "value")}  #
 
 @dataclass(frozen=True)
 class Document:
-    """A parsed YAML file. name: the path as the user gave it; value: None, bool, int, float, str, list or dict."""
+    """Hold a parsed YAML file: its values, and where in the text each of them stands.
+
+    Attributes
+    ----------
+    name : the path as the user gave it; errors cite it.
+    root : ruamel's node of the whole text.
+    value : None, bool, int, float, str, list or dict, nested.
+    """
 
     name: str
     root: Node
     value: Any
 
     def holds(self, loc: Loc) -> bool:
-        """Whether the text itself holds a value at `loc`."""
+        """Return whether the text itself holds a value at `loc`."""
         return len(list(_nodes_along(self.root, loc))) == len(loc) + 1
 
-    def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """The complaint about the value at `loc` (with `at_key`, about its key), or about its nearest parent."""
+    def where(self, loc: Loc, *, at_key: bool = False) -> str:
+        """Return `file:line:column` of the value at `loc`, or of its nearest parent; of its key with `at_key`."""
         key, value = list(_nodes_along(self.root, loc))[-1]
         nothing = isinstance(value, ScalarNode) and value.value == ""  # `key:` alone: YAML puts it on the next line
-        return _located_value(self.name, key if key is not None and (at_key or nothing) else value, loc, message)
+        return _where(self.name, key if key is not None and (at_key or nothing) else value)
+
+    def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
+        """Return the error `file:line:column: loc: message`, located as `where` does."""
+        return _labelled(self.where(loc, at_key=at_key), loc, message)
 
 
 def label(loc: Loc) -> str:
-    """`objects[3].scale` for ("objects", 3, "scale")."""
+    """Return `objects[3].scale` for ("objects", 3, "scale")."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{_printable(part)}" for part in loc).removeprefix(".")
     return text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL // 2]}...{text[-_LONGEST_LABEL // 2 :]}"
 
 
 def located(name: str, line: int, column: int, message: str) -> InputError:
-    """The complaint about a place given by its line and column, both counted from 0."""
+    """Return the error about a place in a file, given by its line and column, both counted from 0."""
     return InputError(f"{name}:{line + 1}:{column + 1}: {message}")
 
 
 def read_document(path: Path) -> Document:
     """Parse a YAML file.
 
-    Raises InputError, located, where it cannot be read or is not plain YAML of a modest size.
+    Raises
+    ------
+    InputError
+        With line and column, where the file cannot be read, is not YAML, or is larger or nested deeper than the limits.
     """
     return parse_document(_read_text(path), str(path))
 
@@ -138,7 +156,7 @@ def _one_line(text: object) -> str:
 
 
 def _nodes_along(root: Node, loc: Loc) -> Iterator[tuple[Node | None, Node]]:
-    """(key node, value node) from the root towards `loc`, as far as the text holds it."""
+    """Yield (key node, value node) from the root towards `loc`, as far as the text holds it."""
     key: Node | None = None
     node = root
     yield key, node
@@ -156,7 +174,7 @@ def _nodes_along(root: Node, loc: Loc) -> Iterator[tuple[Node | None, Node]]:
 
 
 class _Reader:
-    """Turns nodes into plain values; what a scene file has no use for is an error at its place."""
+    """Turn nodes into plain values. Raises a located InputError for what a scene file has no use for."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -165,7 +183,7 @@ class _Reader:
         self.aliased = 0
 
     def error(self, node: Node, loc: Loc, message: str) -> InputError:
-        return _located_value(self.name, node, loc, message)
+        return _labelled(_where(self.name, node), loc, message)
 
     def value(self, node: Node, loc: Loc) -> Any:
         if len(loc) > MAX_YAML_DEPTH:  # an alias may hold itself
@@ -186,6 +204,7 @@ class _Reader:
 
     def mapping(self, node: MappingNode, loc: Loc) -> dict[str, Any]:
         values: dict[str, Any] = {}
+        lines: dict[str, int] = {}
         for key_node, child in node.value:
             if not isinstance(key_node, ScalarNode) or str(key_node.tag) not in _TEXT_TAGS:
                 raise self.error(key_node, loc, "a key must be text; put it in quotes")
@@ -193,7 +212,8 @@ class _Reader:
             if not key.isprintable():
                 raise self.error(key_node, loc, f"the key {key!r} is not printable")
             if key in values:
-                raise self.error(key_node, (*loc, key), "duplicate key")
+                raise self.error(key_node, (*loc, key), f"duplicate key; it is in line {lines[key]} too")
+            lines[key] = key_node.start_mark.line + 1
             values[key] = self.value(child, (*loc, key))
         return values
 
@@ -221,9 +241,12 @@ class _Reader:
         return value
 
 
-def _located_value(name: str, node: Node, loc: Loc, message: str) -> InputError:
-    mark = node.start_mark
-    return located(name, mark.line, mark.column, f"{label(loc)}: {message}" if loc else message)
+def _where(name: str, node: Node) -> str:
+    return f"{name}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
+
+
+def _labelled(where: str, loc: Loc, message: str) -> InputError:
+    return InputError(f"{where}: {label(loc)}: {message}" if loc else f"{where}: {message}")
 
 
 def _printable(text: str) -> str:

@@ -1,5 +1,7 @@
-"""What surrounds the objects: `environment:`, `camera:` and `walk:` of the scene file. Colours in sRGB, angles in
-degrees."""
+"""Declare what surrounds the objects: `environment:`, `camera:` and `walk:` of the scene file.
+
+Colours are sRGB from 0 to 1, lengths metres, angles degrees, as in the file.
+"""
 
 from typing import Annotated, Literal, Self
 
@@ -22,64 +24,72 @@ Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
 class SkyParams(FileParams):
-    """A sky that fades from the horizon to the zenith, or that of a clear day with the sun where it stands."""
+    """A sky: two colours that blend from the horizon to the zenith, or a clear daylight sky around the sun."""
 
     model: Literal["gradient", "preetham"] = param(
         "gradient",
-        "Two colours, or daylight in air: `sun` is then the sun above the air, which dims and reddens it, and the sky "
-        "is as bright beside it as it is",
+        "Two colours (gradient), or daylight scattered in air (Preetham et al. 1999); with the latter, `sun` is the "
+        "sun above the air, which dims and reddens it, and gives the sky its brightness",
     )
-    zenith: Colour = param((0.25, 0.46, 0.78), "Colour overhead of `gradient`", unit="sRGB")
-    horizon: Colour = param((0.80, 0.87, 0.93), "Colour at the horizon of `gradient`", unit="sRGB")
-    turbidity: float = param(2.5, "Haze of `preetham`: 2 very clear, 3 clear, 6 hazy, 10 thin fog", ge=2, le=10)
-    sun_size: float = param(0.0, "Diameter of the sun's disc, in truth 0.53; 0: not drawn", unit="degrees", ge=0, le=20)
-    light: bool = param(False, "The scene is lit by this sky, and by the ground below it, in place of `ambient`")
+    zenith: Colour = param((0.25, 0.46, 0.78), "Colour overhead, of `gradient`", unit="sRGB")
+    horizon: Colour = param((0.80, 0.87, 0.93), "Colour at the horizon, of `gradient`", unit="sRGB")
+    turbidity: float = param(2.5, "Haze of `preetham`: 2 is very clear, 3 clear, 6 hazy, 10 close to fog", ge=2, le=10)
+    sun_size: float = param(
+        0.0, "Diameter of the visible sun, which is 0.53 in reality; 0 draws none", unit="degrees", ge=0, le=20
+    )
+    light: bool = param(False, "Light the scene by this sky and by what the ground reflects of it, not by `ambient`")
 
 
 class FogParams(FileParams):
-    """Fog that thins with the height."""
+    """Fog that gets thinner with height."""
 
-    density: float = param(0.01, "Part of the light that is lost per metre", unit="1/m", ge=0, le=1)
-    height: Coordinate = param(0.0, "The y up to which it is that dense", unit="m")
-    falloff: float = param(20.0, "Rise over which it thins to 1/e above that", unit="m", ge=0.1, le=10_000)
-    colour: Colour | None = param(None, "Its colour; absent: that of the sky at the horizon", unit="sRGB")
+    density: float = param(0.01, "Fraction of the light that is lost per metre", unit="1/m", ge=0, le=1)
+    height: Coordinate = param(0.0, "y up to which the fog has its full density", unit="m")
+    falloff: float = param(
+        20.0, "Height above that over which the density falls to 1/e (37 %)", unit="m", ge=0.1, le=10_000
+    )
+    colour: Colour | None = param(None, "Colour; left out: that of the sky at the horizon", unit="sRGB")
 
 
 class GroundParams(FileParams):
-    """A level square centred on the origin."""
+    """A horizontal square centred on the origin."""
 
-    height: Coordinate = param(0.0, "Its y", unit="m")
-    colour: Colour = param((0.45, 0.47, 0.40), "Colour, multiplies the texture", unit="sRGB")
-    texture: FilePath | None = param(None, "Image repeated over it; after loading, an absolute path")
+    height: Coordinate = param(0.0, "y of the ground", unit="m")
+    colour: Colour = param((0.45, 0.47, 0.40), "Colour; multiplies the texture", unit="sRGB")
+    texture: FilePath | None = param(None, "Image that is repeated over the ground, a path relative to the scene file")
     tile: Length = param(2.0, "Side of one repetition of the texture", unit="m")
-    size: Length = param(500.0, "Half the square's side", unit="m")
+    half_size: Length = param(500.0, "Half the side of the square", unit="m")
 
 
 class SunParams(FileParams):
     """A directional light."""
 
-    direction: Direction = param((-0.4, -0.8, -0.6), "Where its light goes")
-    colour: Colour = param((1.0, 0.96, 0.90), "Its colour", unit="sRGB")
-    intensity: float = param(1.0, "Its strength", ge=0, le=100)
+    direction: Direction = param((-0.4, -0.8, -0.6), "Direction in which the light travels, of any length")
+    colour: Colour = param((1.0, 0.96, 0.90), "Colour of the light", unit="sRGB")
+    intensity: float = param(1.0, "Strength; 1 lights a white surface that faces the sun to white", ge=0, le=100)
 
 
 class AmbientParams(FileParams):
-    """Light from everywhere."""
+    """Light that comes evenly from all directions."""
 
-    colour: Colour = param((0.85, 0.92, 1.0), "Its colour", unit="sRGB")
-    intensity: float = param(0.35, "Its strength", ge=0, le=100)
+    colour: Colour = param((0.85, 0.92, 1.0), "Colour of the light", unit="sRGB")
+    intensity: float = param(0.35, "Strength", ge=0, le=100)
 
 
 class LampParams(FileParams):
-    """A lamp: it shines everywhere, or with `direction` as a spot light."""
+    """A lamp: a point light, or with `direction` a spot light."""
 
-    position: Vector = param(..., "Where it hangs, world", unit="m")
-    colour: Colour = param((1.0, 0.85, 0.65), "Its colour", unit="sRGB")
-    intensity: float = param(1.0, "Its strength at 1 m, as the sun's; falls with the square", ge=0, le=10_000)
-    range: Length = param(10.0, "Distance at which it ends", unit="m")
-    direction: Direction | None = param(None, "Where a spot light shines; absent: everywhere")
-    angle: float = param(60.0, "Of a spot light's cone, from edge to edge", unit="degrees", ge=1, le=180)
-    shadow: bool = param(False, f"Objects in a spot light's cone, of {MAX_SHADOW_ANGLE}° at most, cast shadows")
+    position: Vector = param(..., "Position in the world", unit="m")
+    colour: Colour = param((1.0, 0.85, 0.65), "Colour of the light", unit="sRGB")
+    intensity: float = param(
+        1.0, "Strength at a distance of 1 m, in the unit of the sun's; it falls with the square", ge=0, le=10_000
+    )
+    range: Length = param(10.0, "Distance at which the light ends", unit="m")
+    direction: Direction | None = param(None, "Direction of a spot light; left out: a point light")
+    angle: float = param(60.0, "Full opening angle of a spot light's cone", unit="degrees", ge=1, le=180)
+    shadow: bool = param(
+        False, f"Let a spot light cast shadows; its cone may then be {MAX_SHADOW_ANGLE} degrees wide at most"
+    )
 
     @model_validator(mode="after")
     def _shadow_in_cone(self) -> Self:
@@ -91,23 +101,25 @@ class LampParams(FileParams):
 
 
 class Environment(FileParams):
-    """Sky, ground and lights. Without it in the file: neither sky nor ground, one default sun."""
+    """Sky, ground and lights. A file without it has neither sky nor ground, and the default sun."""
 
-    background: Colour = param((0.18, 0.19, 0.21), "What is behind everything where there is no sky", unit="sRGB")
-    sky: SkyParams | None = param(None, "Present: a sky is drawn")
-    ground: GroundParams | None = param(None, "Present: a ground is drawn")
-    sun: SunParams = Field(default_factory=SunParams, description="The directional light")
-    ambient: AmbientParams = Field(default_factory=AmbientParams, description="Light from everywhere")
-    lights: Annotated[list[LampParams], Field(max_length=MAX_LIGHTS)] = param([], "Lamps; groups hold none")
-    fog: FogParams | None = param(None, "Present: there is fog")
+    background: Colour = param((0.18, 0.19, 0.21), "Colour behind everything where there is no sky", unit="sRGB")
+    sky: SkyParams | None = param(None, "Sky; left out: none is drawn")
+    ground: GroundParams | None = param(None, "Ground; left out: none is drawn")
+    sun: SunParams = Field(default_factory=SunParams, description="Directional light")
+    ambient: AmbientParams = Field(default_factory=AmbientParams, description="Light from all directions")
+    lights: Annotated[list[LampParams], Field(max_length=MAX_LIGHTS)] = param(
+        [], "Lamps, in world coordinates; groups cannot hold any"
+    )
+    fog: FogParams | None = param(None, "Fog; left out: none")
 
 
 class CameraParams(FileParams):
     """A pinhole camera."""
 
-    position: Vector = param(..., "Where it stands", unit="m")
-    target: Vector = param(..., "What it looks at", unit="m")
-    fov: float = param(60.0, "Vertical angle of view", unit="degrees", ge=MIN_FOV, le=MAX_FOV)
+    position: Vector = param(..., "Position of the camera", unit="m")
+    target: Vector = param(..., "Point it looks at, in the middle of the picture", unit="m")
+    fov: float = param(60.0, "Vertical field of view", unit="degrees", ge=MIN_FOV, le=MAX_FOV)
 
     @model_validator(mode="after")
     def _looks_somewhere(self) -> Self:
@@ -117,11 +129,11 @@ class CameraParams(FileParams):
 
 
 class WalkParams(FileParams):
-    """How the window's viewer moves."""
+    """Walking in the window."""
 
     speed: float | None = param(
         None,
-        "Speed at the start; absent: 3 m/s, unless crossing the objects would take less than 5 s or more than 2 min",
+        "Walking speed at the start; left out: 3 m/s, or another that takes 5 s to 2 min to cross the objects",
         unit="m/s",
         ge=MIN_SPEED,
         le=MAX_SPEED,

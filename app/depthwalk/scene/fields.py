@@ -1,4 +1,4 @@
-"""Field types that the scene and path files share: numbers with sane ranges, vectors, colours."""
+"""Define the types of values that scene and path files share: numbers in sane ranges, vectors, colours."""
 
 import re
 from collections.abc import Sequence
@@ -15,13 +15,13 @@ MIN_SCALE, MAX_SCALE = 1e-4, 1e4
 
 
 class FileParams(Params):
-    """A group of keys of a file: no text for numbers, no `true` for 1."""
+    """Keys of a file, more strictly typed than `Params`: no text for numbers, no `true` for 1."""
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 def numbers(*names: str) -> BeforeValidator:
-    """Check the length first: pydantic would report a short list as missing fields."""
+    """Return a check that a value is a list of as many numbers as `names`; pydantic would tell of missing fields."""
 
     def check(value: Any) -> Any:
         if not isinstance(value, list | tuple) or len(value) != len(names):

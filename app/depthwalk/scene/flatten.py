@@ -1,4 +1,7 @@
-"""The scene graph as arrays: a row per item of the file, then every instance at once, with no loop over instances."""
+"""Flatten the scene graph into arrays.
+
+Python loops over the items of the file only; the objects of an item, millions for a grid, are placed all at once.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -33,14 +36,22 @@ MAX_WORLD_COORDINATE = 1e7  # metres
 MIN_WORLD_SCALE, MAX_WORLD_SCALE = 1e-6, 1e6
 
 Spec = ObjectParams | GridParams | PlacesParams | ScatterParams | GroupParams
-Places = Mapping[Loc, Similarity]  # what the files of `places` items hold, by where those stand in the scene file
+Places = Mapping[Loc, Similarity]  # transforms from the files of `places` items, by the place of the item
 
 _BY_LABEL = {kind.label: kind for kind in Representation}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
-    """One item of the file: where it stands there, what it says, the row of the group that holds it, its depth."""
+    """Hold one item of the file's scene graph.
+
+    Attributes
+    ----------
+    loc : where it stands in the file.
+    spec : what the file says of it.
+    parent : the row of the group that holds it, −1 at the top.
+    depth : how many groups hold it.
+    """
 
     loc: Loc
     spec: Spec
@@ -48,9 +59,9 @@ class Row:
     depth: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Flat:
-    """What a scene graph flattens into; see Scene."""
+    """Hold what a scene graph flattens into; the attributes are those of `Scene`."""
 
     objects: Objects
     nodes: Nodes
@@ -59,7 +70,10 @@ class Flat:
 
 
 def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
-    """The items of the file in its order, groups before their members. Raises InputError where they nest too deep."""
+    """Return the items of the file in its order, groups before their members.
+
+    Raises InputError where groups nest too deep.
+    """
     rows: list[Row] = []
     stack: list[Iterator[tuple[Loc, ItemParams, int]]] = [_members(("objects",), items, -1)]
     while stack:
@@ -71,34 +85,45 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
         loc, spec = _unwrap(loc, item)
         if len(stack) > MAX_GROUP_DEPTH + 1:
             raise source.error(loc, f"groups nest deeper than {MAX_GROUP_DEPTH}")
-        rows.append(Row(loc, spec, parent, len(stack) - 1))
+        rows.append(Row(loc=loc, spec=spec, parent=parent, depth=len(stack) - 1))
         if isinstance(spec, GroupParams):
             stack.append(_members((*loc, "objects"), spec.objects, len(rows) - 1))
     return rows
 
 
 def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source: Source) -> list[InputError]:
-    """Complaints about assets that do not exist and representations that their asset lacks."""
+    """Return errors about assets that do not exist and representations that their asset does not have."""
     errors = []
     for row in rows:
         if isinstance(row.spec, GroupParams):
             continue
         asset, wanted = assets.get(row.spec.asset), row.spec.representation
         if asset is None:
-            hint = suggest(row.spec.asset, list(assets))
+            hint = suggest(row.spec.asset, list(assets)) or "; 'assets' has none of that name"
             errors.append(source.error((*row.loc, "asset"), f"unknown asset {row.spec.asset!r}{hint}"))
-        elif wanted is not None and wanted not in _representations(asset):
+        elif wanted is not None and wanted not in (possible := _representations(asset)):
             lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
-            message = f"{wanted!r} is not possible, asset {row.spec.asset!r} has {lack}"
+            choice = " or ".join(map(repr, possible))
+            message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} has {lack}"
             errors.append(source.error((*row.loc, "representation"), message))
     return errors
 
 
 def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, source: Source) -> Flat:
-    """Nodes and objects of the rows.
+    """Return the nodes and objects of the rows.
 
-    Raises InputError, before anything is allocated, where there are too many objects; where a scatter finds no room;
-    where nested transforms leave the range of the arrays.
+    Parameters
+    ----------
+    rows : the items of the file, as `list_rows` returns them.
+    assets : the assets by name, which all exist (see `reference_errors`).
+    places : for each `places` item, the transforms that its file lists.
+    source : where values came from, to locate errors.
+
+    Raises
+    ------
+    InputError
+        Where there are too many objects (before memory is allocated), where a scatter finds no room, and where nested
+        transforms leave the range of the arrays.
     """
     own = _own_counts(rows, places, source)
     nodes = _nodes(rows, own)
@@ -119,7 +144,7 @@ def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, 
     far = np.flatnonzero(np.abs(objects.position).max(axis=1, initial=0) > MAX_WORLD_COORDINATE)
     if len(far):
         raise source.error(rows[owner[far[0]]].loc, f"reaches farther than {MAX_WORLD_COORDINATE:g} m from the origin")
-    return Flat(objects, nodes, instances, owner)
+    return Flat(objects=objects, nodes=nodes, instances=instances, owner=owner)
 
 
 def _members(loc: Loc, items: list[ItemParams], parent: int) -> Iterator[tuple[Loc, ItemParams, int]]:
@@ -140,14 +165,14 @@ def _unwrap(loc: Loc, item: ItemParams) -> tuple[Loc, Spec]:
 
 
 def _representations(asset: AssetParams) -> tuple[str, ...]:
-    """What an asset can be drawn as, the default first."""
+    """Return what an asset can be drawn as, the default first."""
     if isinstance(asset, DepthImageAssetParams):
         return "dpci", "dmesh"
     return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.dpci else ("mesh", "mesh-lod")
 
 
 def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
-    """Asset index and Representation of each row; 0 for groups, which own no objects."""
+    """Return the asset index and Representation of each row; 0 for groups, which own no objects."""
     index = {name: i for i, name in enumerate(assets)}
     asset, representation = np.zeros(len(rows), np.int32), np.zeros(len(rows), np.uint8)
     for i, row in enumerate(rows):
@@ -159,7 +184,7 @@ def _looks(rows: list[Row], assets: Mapping[str, AssetParams]) -> tuple[NDArray[
 
 
 def _own_counts(rows: list[Row], places: Places, source: Source) -> list[int]:
-    """Objects that each row holds itself."""
+    """Return how many objects each row holds itself."""
     counts, total = [], 0
     for row in rows:
         match row.spec:
@@ -225,12 +250,12 @@ def _scattered(loc: Loc, spec: ScatterParams, source: Source) -> Similarity:
     if spec.count <= room_for(spec.area, spec.spacing):
         placed = scatter_instances(spec.count, spec.area, spec.spacing, spec.scale, spec.seed)
     if placed is None or len(placed) < spec.count:
-        raise source.error((*loc, "count"), f"{spec.count} objects find no room {spec.spacing:g} m apart in the area")
+        raise source.error((*loc, "count"), f"{spec.count} objects {spec.spacing:g} m apart do not fit in the area")
     return placed
 
 
 def _check_range(world: Similarity, rows: list[Row], source: Source) -> None:
-    """Nested transforms multiply: stay far from the ends of float32."""
+    """Raise InputError where transforms, multiplied through nested groups, come near the ends of float32."""
     scale_fits = (world.scale >= MIN_WORLD_SCALE) & (world.scale <= MAX_WORLD_SCALE)
     if not scale_fits.all():
         i = int(np.argmin(scale_fits))

@@ -1,4 +1,7 @@
-"""The JSON schema of scene files, for completion in editors; `python -m depthwalk.scene.json_schema` writes it."""
+"""Make the JSON schema of scene files, which gives completion and checks in editors.
+
+`python -m depthwalk.scene.json_schema [FILE]` writes it.
+"""
 
 import json
 import sys
@@ -13,18 +16,19 @@ FILE_NAME = "scene.schema.json"
 
 
 def scene_json_schema() -> dict[str, Any]:
-    """JSON schema (draft 2020-12) of a scene file."""
+    """Return the JSON schema (draft 2020-12) of a scene file."""
     schema = SceneFile.model_json_schema()
     schema.update({"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "depthwalk scene"})
     return schema
 
 
 def scene_json_text() -> str:
-    """The schema as the shipped file holds it."""
+    """Return the schema as the shipped file holds it."""
     return json.dumps(scene_json_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
 def main() -> None:
+    """Write the schema to the file given as argument, else in the place of the shipped one."""
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else scene_root() / FILE_NAME
     write_bytes(target, scene_json_text().encode())
 

@@ -1,42 +1,54 @@
-"""Loading a scene file: read, override, check, find its files, flatten."""
+"""Load a scene file: parse it, apply overrides, check it, find the files it names, and flatten its scene graph.
 
+No mesh and no picture is opened here, so that loading takes no longer for large models.
+"""
+
+import json
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import is_mesh_file
+from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.document import Loc, read_document
+from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
-from depthwalk.scene.files import FileFinder, make_finder
 from depthwalk.scene.flatten import flatten, list_rows, reference_errors
-from depthwalk.scene.lone_mesh import is_mesh_file, mesh_document
 from depthwalk.scene.places import read_places
 from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset, Scene
 from depthwalk.scene.schema import AssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
-from depthwalk.scene.validate import check_model, raise_all
+from depthwalk.scene.validate import Source, check_model, raise_all
 
 
 def load_scene(
     path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
-    """Load a scene file, or a mesh as a scene of its own (`lone_mesh`).
+    """Load a scene file, or a mesh as a scene that holds nothing else.
 
-    Opens no asset, only files of places, but makes sure that each is there.
+    Of the files that the scene names, only the lists of positions of `places` items are opened; of all others it is
+    made sure that they exist.
 
-    path:        the file; errors cite it as given.
-    asset_roots: folders besides the scene's own in which its files may lie; the program's own assets come last.
-    overrides:   dotted path in the file → YAML text of the value, as `--set` gives them.
-    Raises InputError with one located line per mistake.
+    Parameters
+    ----------
+    path : the scene file or mesh; errors cite it as given.
+    asset_roots : folders besides the scene's own in which its files may lie; the program's own assets come last.
+    overrides : dotted path in the file → YAML text of the value, as `--set` gives them.
+
+    Raises
+    ------
+    InputError
+        With one located line per mistake.
     """
     path = Path(path)
-    lone = is_mesh_file(path)
-    document = mesh_document(path) if lone else read_document(path)
+    is_mesh = is_mesh_file(path)
+    document = _mesh_document(path) if is_mesh else read_document(path)
     if document.holds(("keyframes",)):
-        raise InputError(f"{path}: is a camera path, not a scene; --path takes it")
+        raise InputError(f"{path}: is a camera path, not a scene; give it as --path")
     file, source = check_model(document, SceneFile, overrides)
     rows = list_rows(file.objects, source)
-    finder = make_finder(path.resolve() if lone else path, asset_roots, source)
+    finder = _finder(path.resolve() if is_mesh else path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder)
     named = {
@@ -60,8 +72,80 @@ def load_scene(
 
 
 def camera_from(params: CameraParams) -> Camera:
-    """The camera of a file, its angle in radians."""
+    """Return the camera that a file describes, its field of view in radians."""
     return Camera(params.position, params.target, math.radians(params.fov))
+
+
+@dataclass
+class FileFinder:
+    """Look up the files that a scene names: in its folder, in the asset roots, and among the program's own assets.
+
+    Errors are collected, not raised, so that all of a scene are reported at once.
+
+    Attributes
+    ----------
+    source : where the scene's values came from, to locate errors.
+    roots : the folders to search, in this order, absolute and without symbolic links.
+    errors : what was found wrong so far.
+    """
+
+    source: Source
+    roots: tuple[Path, ...]
+    errors: list[InputError] = field(default_factory=list)
+
+    def find(self, loc: Loc, name: Path) -> Path:
+        """Return the absolute path of the file that the scene names at `loc`.
+
+        Where it is none, the path returned has no meaning, and `errors` grows.
+        """
+        if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
+            return self._complain(loc, name, "is absolute; paths are relative to the scene file")
+        try:
+            return self._find(loc, name)
+        except (OSError, ValueError, RuntimeError):  # a name too long, a null character, a loop of links
+            return self._complain(loc, name, "is not a usable path")
+
+    def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
+        """Return what `find` returns, or None where the scene names no file."""
+        return None if name is None else self.find(loc, name)
+
+    def _find(self, loc: Loc, name: Path) -> Path:
+        candidates = [(root / name).resolve() for root in self.roots]
+        inside = [path for path in candidates if any(path.is_relative_to(root) for root in self.roots)]
+        shipped = (asset_root() / name).resolve()
+        for path in [*inside, shipped] if shipped.is_relative_to(asset_root()) else inside:
+            if path.is_file():
+                return path
+        if not inside:
+            return self._complain(loc, name, "leaves the scene's folder and every asset root")
+        is_folder = any(path.is_dir() for path in inside)
+        return self._complain(loc, name, "is a folder, not a file" if is_folder else "not found")
+
+    def _complain(self, loc: Loc, name: Path, problem: str) -> Path:
+        self.errors.append(self.source.error(loc, f"file {str(name)!r} {problem}"))
+        return name
+
+
+def _finder(scene: Path, asset_roots: Sequence[Path | str], source: Source) -> FileFinder:
+    """Return what finds the files of `scene`. Raises InputError for an asset root that is no folder."""
+    for root in asset_roots:
+        if not Path(root).is_dir():
+            raise InputError(f"--asset-root {root}: no such folder")
+    return FileFinder(source, tuple(Path(root).resolve() for root in (scene.parent, *asset_roots)))
+
+
+def _mesh_document(path: Path) -> Document:
+    """Return the scene file that one would write to look at a mesh: its depth images, and nothing around.
+
+    Its asset is called `model`, so that `--set assets.model.…` reaches it; links are followed, so that the file lies in
+    the scene's folder. Raises InputError where there is no such file.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+    name = json.dumps(path.resolve().name, ensure_ascii=False)
+    return parse_document(
+        f"{{version: 1, assets: {{model: {{mesh: {name}, dpci: {{}}}}}}, objects: [{{asset: model}}]}}", str(path)
+    )
 
 
 def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:

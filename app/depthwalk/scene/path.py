@@ -32,21 +32,23 @@ _ROUNDING = 1e-9  # a frame's time k / fps may miss its keyframe by this
 class KeyframeParams(CameraParams):
     """Describe the camera at one moment."""
 
-    time: float = param(..., "When", unit="s", ge=0, le=1e6)
+    time: float = param(..., "Time of the keyframe", unit="s", ge=0, le=1e6)
 
 
 class PathFile(FileParams):
     """Describe a path file as it is written."""
 
-    version: Version = param(..., "Version of the format")
+    version: Version = param(..., "Version of the file format")
     fps: float = param(30.0, "Frames per second", unit="1/s", ge=0.001, le=1000)
-    interpolation: Literal["smooth", "step"] = param("smooth", "Between keyframes: a smooth curve, or hold")
+    interpolation: Literal["smooth", "step"] = param(
+        "smooth", "Between keyframes: a smooth curve, or the camera of the last keyframe until the next"
+    )
     keyframes: Annotated[list[KeyframeParams], Field(min_length=1, max_length=MAX_KEYFRAMES)] = param(
-        ..., "The camera over time"
+        ..., "The camera at different times, in order"
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CameraPath:
     """Hold a camera over time, by k keyframes.
 
@@ -127,7 +129,7 @@ def load_path(path: Path) -> CameraPath:
         raise source.error(("fps",), f"the path has {count} frames; the limit is {MAX_FRAMES}")
     views = np.array([(*key.position, *key.target) for key in file.keyframes])
     fovs = np.radians([key.fov for key in file.keyframes])
-    return CameraPath(file.fps, file.interpolation, times, views, fovs)
+    return CameraPath(fps=file.fps, interpolation=file.interpolation, times=times, views=views, fovs=fovs)
 
 
 def is_path_file(path: Path) -> bool:

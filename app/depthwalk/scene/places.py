@@ -1,4 +1,4 @@
-"""Files of places, as other programs export them: where the instances of a `places` item stand within their node."""
+"""Read lists of positions, as other programs export them, for the `places` items of a scene."""
 
 import csv
 import re
@@ -20,10 +20,21 @@ _LIMITS |= {"y": _LIMITS["x"], "z": _LIMITS["x"]}
 
 
 def read_places(path: Path) -> Similarity:
-    """The instances (n,), float32, of a file: `.npy`, an array (n, 3 to 5) of x y z yaw scale, or text whose first line
-    names the columns, `x,y,z,yaw,scale` in any order, yaw and scale where they are wanted.
+    """Read the positions of objects within their node.
 
-    Raises InputError with the line, or the row of an array, before more than MAX_INSTANCES are read.
+    Parameters
+    ----------
+    path : `.npy`, an array (n, 3 to 5) of x, y, z, yaw, scale; or CSV text whose first line names those columns, in any
+        order, yaw and scale being optional. Metres and degrees.
+
+    Returns
+    -------
+    n transforms, float32.
+
+    Raises
+    ------
+    InputError
+        `path:line: defect`, or with the row of an array, counted from 0; also for more than MAX_INSTANCES rows.
     """
     if path.stat().st_size > MAX_PLACES_BYTES:
         raise InputError(f"{path}: too large: the limit is {MAX_PLACES_BYTES} bytes")
@@ -44,7 +55,7 @@ def read_places(path: Path) -> Similarity:
 
 
 def _read_npy(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
-    """The columns' names, the values (n, columns), and what the first row is called in a complaint."""
+    """Return the columns' names, the values (n, columns), and the number of the first row in error messages."""
     values = map_npy(path)
     if values.ndim != 2 or not 3 <= values.shape[1] <= len(_COLUMNS) or values.dtype.kind not in "fiu":
         raise InputError(f"{path}: must be numbers of shape (n, 3 to 5), not {values.dtype} of {values.shape}")
@@ -53,7 +64,7 @@ def _read_npy(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
 
 
 def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
-    """As `_read_npy`."""
+    """Return what `_read_npy` returns, of a CSV file."""
     try:
         head, _, body = path.read_text("utf-8-sig").partition("\n")
     except (OSError, ValueError):
@@ -71,7 +82,7 @@ def _read_text(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64], int]:
 
 
 def _numbers(path: Path, lines: list[str], columns: int) -> NDArray[np.float64]:
-    """The second line of the file and all that follow as (n, columns)."""
+    """Return the numbers (n, columns) on the second and all later lines of the file."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # there are no lines
         try:

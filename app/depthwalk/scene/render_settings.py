@@ -1,4 +1,8 @@
-"""The render settings, typed: `render:` of the scene file. They know nothing of OpenGL, so that a scene is read without it."""
+"""Declare the render settings: what may stand under `render:` in a scene file, with defaults, units, ranges and help.
+
+They are typed, and import neither OpenGL nor the renderer, so that a scene can be read and checked without a GPU. The
+panel of the window, `--set render.…` and docs/parameters.md are made from the same declarations.
+"""
 
 import re
 from typing import Annotated, Any, Literal
@@ -9,11 +13,12 @@ from depthwalk.params import Params, param
 
 
 class MeshLodParams(Params):
-    """How coarse meshes may be."""
+    """Level of detail of meshes."""
 
     error: float = param(
         1.0,
-        "How far the surface of a simplified mesh (mesh-lod) may be off, seen from where its bounds are nearest",
+        "Largest geometric error of a simplified mesh (mesh-lod) on the screen, measured at the point of the object's "
+        "bounds that is nearest to the camera",
         unit="pixels",
         ge=0,
         le=1000,
@@ -21,194 +26,271 @@ class MeshLodParams(Params):
 
 
 class MeshParams(MeshLodParams):
-    wireframe: bool = param(False, "Draw triangles as lines")
+    """Drawing of polygon meshes."""
+
+    wireframe: bool = param(False, "Draw the edges of the triangles only")
 
 
 class FxaaParams(Params):
-    contrast: float = param(0.125, "Part of the brightness around by which it must differ to be an edge", ge=0, le=1)
+    """Fast approximate anti-aliasing, in effect with `render.aa: fxaa`."""
+
+    edge_threshold: float = param(
+        0.125,
+        "Smallest difference in brightness that counts as an edge, as a fraction of the brightest pixel around it",
+        ge=0,
+        le=1,
+    )
 
 
 class CompositeParams(Params):
-    parallax: int = param(
+    """Drawing of the impostors, the images that depth images were warped into."""
+
+    parallax_steps: int = param(
         1,
-        "Steps by which the surface is sought along the rays of a viewer who moved since the warp; 0: flat",
+        "Steps of the search for the surface along each view ray when the camera has moved since an impostor was "
+        "warped; 0 draws the impostor as a flat picture",
         ge=0,
         le=8,
     )
-    show_tiles: bool = param(False, "Paint each intermediate image in a colour of its own")
+    show_tiles: bool = param(False, "Tint each impostor with a colour of its own")
 
 
 class GpaaParams(Params):
+    """Geometric anti-aliasing, in effect with `render.aa: gpaa` and `gpaa-edge`."""
+
     samples: int = param(
-        2, "Samples per pixel, along either axis: where leaves share pixels, lines do not help", ge=1, le=2
+        2,
+        "Samples per pixel along either axis; 2 also smooths foliage, where several leaves share a pixel and blending "
+        "along edges does not help",
+        ge=1,
+        le=2,
     )
-    crease: float = param(
-        30.0, "Fold from which an edge between two visible faces is smoothed too", unit="degrees", ge=0, le=180
+    crease_angle: float = param(
+        30.0,
+        "Smallest angle between two visible faces at which the edge between them is smoothed, as outlines are",
+        unit="degrees",
+        ge=0,
+        le=180,
     )
 
 
 class TileParams(Params):
-    """Layout of the intermediate images, and how long they are kept."""
+    """Layout and reuse of the impostors."""
 
-    tiles: Literal["screen", "plane"] = param("screen", "Texels: the screen's pixels, or squares on the plane (paper)")
-    tile_scale: float = param(1.0, "Texels of an intermediate image per pixel of the screen", ge=0.1, le=4)
+    tile_mapping: Literal["screen", "plane"] = param(
+        "screen",
+        "What an impostor's texels are aligned with: the pixels of the screen, or squares on the impostor's plane as "
+        "in the paper",
+    )
+    tile_scale: float = param(1.0, "Texels of an impostor per pixel of the screen, along either axis", ge=0.1, le=4)
     cluster_pixels: float = param(
         16.0,
-        "Far neighbours that are smaller than this share an intermediate image; 0: never",
+        "Far neighbouring objects that are smaller than this on the screen share an impostor; 0 gives every object its "
+        "own",
         unit="pixels",
         ge=0,
         le=256,
     )
     reuse_error: float = param(
         1.0,
-        "Where somebody walks, intermediate images are kept while no point is farther off than this; 0: never kept",
+        "Reuse an impostor from an earlier frame while its parallax error stays below this many pixels; 0 re-warps "
+        "every frame",
         unit="pixels",
         ge=0,
         le=16,
     )
-    budget: int = param(
+    triangle_budget: int = param(
         200_000,
-        "What is warped anew in a frame; images past reuse_error wait, up to four times that error",
+        "Most triangles that are warped again in one frame; impostors beyond it wait for a later frame, until their "
+        "error is four times reuse_error",
         unit="triangles",
         ge=0,
     )
 
 
 class WarpParams(TileParams):
+    """Warping of depth images into impostors."""
+
     order: Literal["depth", "epipole"] = param(
         "depth",
-        "What decides which sample of an image is in front: the depth buffer, or the order of drawing (paper; a draw "
-        "call per object)",
+        "What decides which sample is in front: the depth buffer, or the drawing order of the paper, which needs a "
+        "draw call per object",
     )
-    wireframe: bool = param(False, "Draw the warped grids as lines")
+    wireframe: bool = param(False, "Draw the edges of the warped grids only")
 
 
 class LightParams(Params):
+    """Lighting."""
+
     mode: Literal["deferred", "forward"] = param(
         "deferred",
-        "Where depth images are lit: with everything else, or as in the paper where they are shaded, in their own "
-        "space, by sun and ambient light alone",
+        "Light depth images together with everything else after all is drawn (deferred), or while they are shaded, by "
+        "sun and ambient light only, as in the paper (forward)",
     )
 
 
 class LodParams(Params):
-    """Which resolution and which depth images an object is warped with."""
+    """Level of detail of depth images: with which resolution an object is drawn, and from which of its images."""
 
     mode: Literal["error", "paper"] = param(
-        "error", "What chooses the geometry: how far it is off, or the distance as in the paper (Iter_step)"
+        "error", "Choose the geometry by its error on the screen, or by distance as in the paper (Iter_step)"
     )
     error: float = param(
-        0.5, "How far geometry may be off, seen from where its bounds are nearest", unit="pixels", ge=0, le=100
+        0.5,
+        "Largest geometric error on the screen, measured at the point of the object's bounds that is nearest to the "
+        "camera",
+        unit="pixels",
+        ge=0,
+        le=100,
     )
     bias: float = param(
         0.0,
-        "Added to the level of detail: +1 doubles the error, or halves the grid's resolution",
+        "Added to the level of detail: each +1 doubles the error that is allowed, or halves the resolution of the "
+        "grid, and so makes drawing faster and coarser",
         unit="levels",
         ge=-4,
         le=8,
     )
-    max_step: int = param(64, "Coarsest Iter_step, where that chooses", unit="texels", ge=1, le=64)
+    max_step: int = param(
+        64, "Coarsest grid step (Iter_step) that the mode `paper` may choose", unit="texels", ge=1, le=64
+    )
     triangles_per_pixel: float = param(
-        8.0, "Grids are coarsened until they have no more triangles than this per pixel of their object", ge=0.1, le=1e6
+        8.0,
+        "Most triangles per pixel that an object covers; finer grids are replaced by coarser ones",
+        ge=0.1,
+        le=1e6,
     )
     magnification: float = param(
         1.0,
-        "Objects that are so near that a texel may cover more than this are drawn as their meshes, into shadow maps as "
-        "well; 0: never",
+        "Draw an object as its mesh, in shadow maps too, when it is so near that one texel of its depth images could "
+        "cover more than this; 0 never does",
         unit="pixels",
         ge=0,
         le=1e6,
     )
-    freeze: bool = param(False, "Keep the steps and cases of the moment it was switched on")
+    freeze: bool = param(
+        False, "Keep the level of detail of the moment this was switched on, to look at it from elsewhere"
+    )
     meso_fade: float = param(
-        1.0, "Meso-structure whose height covers fewer pixels is shading only", unit="pixels", ge=0, le=1000
+        1.0,
+        "Show meso-structure by shading only when its height covers fewer pixels than this",
+        unit="pixels",
+        ge=0,
+        le=1000,
     )
     cases: Literal["complete", "paper"] = param(
         "complete",
-        "What is left out: the top, the bottom and parts of the side of which a viewer sees nothing (complete), or the "
-        "top and the bottom by the viewer's height alone (paper)",
+        "What of an object is left out: the top, the bottom and those parts of the side that cannot be seen "
+        "(complete), or the top or the bottom by the camera's height alone (paper)",
     )
 
 
 class SmaaParams(Params):
-    contrast: float = param(0.05, "Difference of perceived brightness that makes an edge", ge=0, le=1)
-    longest: int = param(32, "How far an edge is followed either way", unit="pixels", ge=1, le=256)
+    """Enhanced subpixel morphological anti-aliasing, in effect with `render.aa: smaa`."""
+
+    edge_threshold: float = param(
+        0.05, "Smallest difference in perceived brightness that counts as an edge", ge=0, le=1
+    )
+    max_search_distance: int = param(
+        32, "How far an edge is followed in either direction to find its ends", unit="pixels", ge=1, le=256
+    )
 
 
 NEAREST_FOCUS, FARTHEST_FOCUS = 0.5, 10000.0  # metres; the former is beyond any focal length
 
 
 class DofParams(Params):
-    """A thin lens, behind which the sensor is as high as the camera's angle of view asks."""
+    """Depth of field of a thin lens. The height of its sensor follows from the focal length and the camera's `fov`."""
 
     mode: Literal["none", "paper", "gather", "accumulate"] = param(
         "none",
-        "Depth of field: blurred pictures and 13 taps (paper), rays through the depth buffer (gather), a frame from "
-        "each point of the lens (accumulate)",
+        "Depth of field: none; blurred copies of the picture, mixed by 13 samples (paper); rays traced through the "
+        "depth buffer (gather); the average of many frames, one from each point of the lens (accumulate)",
     )
-    focal_length: float = param(
-        50.0, "Focal length; over the f-number, the diameter of the lens", unit="mm", ge=1, le=400
+    focal_length: float = param(50.0, "Focal length of the lens; longer lenses blur more", unit="mm", ge=1, le=400)
+    f_number: float = param(
+        2.8, "Focal length divided by the diameter of the aperture; smaller numbers blur more", ge=0.5, le=64
     )
-    f_number: float = param(2.8, "Focal length over the diameter of the lens", ge=0.5, le=64)
     focus_distance: float = param(
-        5.0, "Where it is sharp, along the view axis", unit="m", ge=NEAREST_FOCUS, le=FARTHEST_FOCUS
+        5.0,
+        "Distance along the view axis at which the picture is sharp",
+        unit="m",
+        ge=NEAREST_FOCUS,
+        le=FARTHEST_FOCUS,
     )
-    samples: int = param(64, "Points on the lens: frames of accumulate, most rays of a pixel of gather", ge=1, le=1024)
-    largest: float = param(
+    samples: int = param(
+        64, "Points on the lens: frames to average (accumulate), most rays of a pixel (gather)", ge=1, le=1024
+    )
+    max_blur: float = param(
         8.0,
-        "Largest circle of confusion, its diameter, of paper and gather",
+        "Largest diameter of the circle of confusion, of `paper` and `gather`",
         unit="% of the picture's height",
         ge=0.5,
         le=25,
     )
-    autofocus: bool = param(False, "In the window: keep sharp what is in its middle")
+    autofocus: bool = param(False, "In the window: focus on what is in the middle of the picture")
 
 
 class OutputParams(Params):
-    tone: Literal["none", "reinhard", "aces", "agx"] = param(
-        "none", "How light of any strength becomes what a screen shows: cut off at white, or by a curve"
+    """Conversion of the lit picture to what a screen can show."""
+
+    tone_mapping: Literal["none", "reinhard", "aces", "agx"] = param(
+        "none", "Curve that brings light of any strength into the range of a screen; none clips it at white"
     )
-    exposure: float = param(0.0, "Light is doubled so many times before that", unit="EV", ge=-16, le=16)
+    exposure: float = param(
+        0.0, "Brightens the picture before tone mapping; each +1 doubles its light", unit="EV", ge=-16, le=16
+    )
 
 
-MAX_SHADOW_LAMPS = 16  # with a map at a time
+MAX_SHADOW_LAMPS = 16  # lamps that can have a shadow map at a time
 
-WORST_ERROR = 4.0  # times the error that is asked for: so far is taken to be off what has no more triangles than it may
+WORST_ERROR = 4.0  # times `ShadowParams.error`: the error to expect where the limit on triangles coarsens casters more
 
-MAX_CASCADES = 4  # cascades
+MAX_CASCADES = 4
 
 
 class ShadowParams(Params):
-    """Shadows that the sun casts, and lamps with `shadow: true`."""
+    """Shadows of the sun, and of lamps with `shadow: true`."""
 
-    enabled: bool = param(False, "Objects cast shadows of the sun on each other and on the ground")
-    cascades: int = param(3, "Shadow maps, each for a part of the distance", ge=1, le=MAX_CASCADES)
-    resolution: int = param(1024, "Width and height of a shadow map", unit="texels", ge=64, le=8192)
-    distance: float = param(80.0, "How far from the viewer there are shadows", unit="m", ge=0.01, le=1e6)
-    split: float = param(
-        0.75, "Where cascades end: 0, at even distances; 1, each as many times as far as the one before", ge=0, le=1
+    enabled: bool = param(False, "Let the sun cast shadows of objects on each other and on the ground")
+    cascades: int = param(
+        3, "Shadow maps of the sun, each for a range of distances from the camera", ge=1, le=MAX_CASCADES
     )
-    filter_width: int = param(3, "How wide edges of shadows are smoothed", unit="texels", ge=2, le=8)
+    resolution: int = param(1024, "Width and height of each shadow map of the sun", unit="texels", ge=64, le=8192)
+    distance: float = param(80.0, "Distance from the camera at which the sun's shadows end", unit="m", ge=0.01, le=1e6)
+    split: float = param(
+        0.75,
+        "How the distance is divided among the cascades: 0 evenly, 1 logarithmically (each reaches the same number of "
+        "times as far as the one before), between them a blend of both",
+        ge=0,
+        le=1,
+    )
+    filter_width: int = param(3, "Width over which the edges of shadows are blurred", unit="texels", ge=2, le=8)
     error: float = param(
         0.125,
-        "How far the geometry that casts them may be off, where that does not take too many triangles",
+        "Largest geometric error of what casts shadows, as far as triangles_per_texel allows",
         unit="texels",
         ge=0,
         le=100,
     )
     triangles_per_texel: float = param(
         10.0,
-        "Grids are coarsened until they have no more triangles than this per texel of their object, a quarter in each "
-        "map after the first",
+        "Most triangles per texel that an object covers in a shadow map, a quarter of this in each map after the "
+        "first; finer grids are replaced by coarser ones",
         ge=0.01,
         le=1e6,
     )
-    lamps: int = param(8, "Shadow maps of lamps, the brightest in sight first", ge=0, le=MAX_SHADOW_LAMPS)
+    lamps: int = param(
+        8, "Most lamps that cast shadows at a time; the brightest in view come first", ge=0, le=MAX_SHADOW_LAMPS
+    )
     lamp_resolution: int = param(512, "Width and height of a lamp's shadow map", unit="texels", ge=64, le=4096)
 
     @property
     def worst_error(self) -> float:
-        """Texels by which geometry is taken to be off, as all that `error` asks for may be too many triangles."""
+        """Return the geometric error to expect of shadow casters, texels.
+
+        It is larger than `error`, which `triangles_per_texel` may not allow.
+        """
         return WORST_ERROR * self.error
 
 
@@ -216,23 +298,27 @@ DEFAULT_BUDGET = 2 << 30  # bytes: with pictures and atlas at 4K, half of what c
 
 
 class PictureParams(Params):
-    """What concerns the picture as a whole."""
+    """Settings of the picture as a whole."""
 
     aa: Literal["none", "coverage", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"] = param(
         "none",
-        "Anti-aliasing: by what of a pixel depth images cover, by the hardware's four samples per pixel (MSAA), by "
-        "edges of brightness (FXAA, SMAA), by all edges of polygons or those alone that may be outlines (GPAA, with "
-        "coverage), by twice the width and height (SSAA)",
+        "Anti-aliasing: none; by the part of a pixel that depth images cover (coverage); by four samples per pixel in "
+        "hardware (msaa); along edges of brightness (fxaa, smaa); along all edges of polygons (gpaa) or their "
+        "outlines only (gpaa-edge), both with coverage; by drawing at twice the width and height (ssaa)",
     )
 
 
 class CullingParams(Params):
-    """What is not drawn."""
+    """Leaving out what cannot be seen."""
 
     min_pixels: float = param(
-        0.5, "Objects are left out whose bounding sphere is smaller across than this", unit="pixels", ge=0, le=64
+        0.5,
+        "Leave out objects whose bounding sphere is smaller than this on the screen, in diameter",
+        unit="pixels",
+        ge=0,
+        le=64,
     )
-    occlusion: bool = param(True, "Objects hidden behind others are left out")
+    occlusion: bool = param(True, "Leave out objects that are hidden behind others")
 
 
 _UNITS = {"B": 1} | {
@@ -241,7 +327,7 @@ _UNITS = {"B": 1} | {
 
 
 def _bytes(value: Any) -> Any:
-    """A number of bytes, or text such as `2 GiB`, as a number."""
+    """Return a number of bytes, given as such or as text such as `2 GiB`."""
     found = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) ?([A-Za-z]+)", value) if isinstance(value, str) else None
     if found and found[2] in _UNITS:
         return int(float(found[1]) * _UNITS[found[2]])
@@ -261,8 +347,8 @@ Bytes = Annotated[
 class RenderSettings(PictureParams):
     """Everything that changes the picture but not the scene: `render:` of the scene file.
 
-    Besides what concerns the picture as a whole, it has a group for the level of detail, for culling, and for each pass
-    that has parameters, by the name of the pass. The panel's sections and `--set render.…` follow it.
+    Besides the settings of the picture as a whole, there is a group for the level of detail, one for culling, and one
+    for each pass that has parameters, under the name of the pass.
     """
 
     lod: LodParams = Field(default_factory=LodParams)
@@ -278,5 +364,7 @@ class RenderSettings(PictureParams):
     dof: DofParams = Field(default_factory=DofParams)
     output: OutputParams = Field(default_factory=OutputParams)
     gpu_memory: Bytes = param(
-        DEFAULT_BUDGET, "GPU memory for depth images, `2 GiB` or bytes; those not seen for longest make room"
+        DEFAULT_BUDGET,
+        "Most GPU memory for depth images and meshes, as `2 GiB` or as a number of bytes; when it is full, "
+        "what has not been seen for longest is removed",
     )

@@ -1,4 +1,4 @@
-"""Where the instances of a `grid` or a `scatter` stand within their node."""
+"""Place the objects of a `grid` or a `scatter` item within their node."""
 
 import math
 from typing import TYPE_CHECKING
@@ -16,7 +16,18 @@ _IDLE_ROUNDS = 40  # rounds of darts without a hit after which the area counts a
 
 
 def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: float) -> Similarity:
-    """nx · nz instances in rows along x and z, centred on the origin; x runs fastest. float32."""
+    """Return a rectangular grid of objects, centred on the origin.
+
+    Parameters
+    ----------
+    count : objects along x and along z.
+    spacing : metres between neighbours along x and along z.
+    scale : size of every object.
+
+    Returns
+    -------
+    count[0] · count[1] transforms, float32, x running fastest.
+    """
     instances = identities(count[0] * count[1], np.float32)
     x, z = ((np.arange(n) - (n - 1) / 2) * step for n, step in zip(count, spacing, strict=True))
     instances.position[:, 0] = np.tile(x, count[1])
@@ -28,9 +39,19 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
 def scatter_instances(
     count: int, area: tuple[float, float], spacing: float, scale: tuple[float, float], seed: int
 ) -> Similarity:
-    """Instances at random places of a rectangle centred on the origin, with random yaw and scale. float32.
+    """Return objects at random positions in a rectangle centred on the origin, with random yaw and scale.
 
-    At least `spacing` metres lie between any two. There may be fewer than `count`: as many as found room.
+    Parameters
+    ----------
+    count : objects wanted.
+    area : sides of the rectangle along x and z, metres.
+    spacing : smallest distance between two objects, metres.
+    scale : lowest and highest size.
+    seed : of the random numbers; the same seed gives the same objects.
+
+    Returns
+    -------
+    Transforms, float32; fewer than `count` where no more found room.
     """
     random = np.random.default_rng(seed)
     places = _spaced_places(random, count, np.asarray(area), spacing)
@@ -42,7 +63,7 @@ def scatter_instances(
 
 
 def room_for(area: tuple[float, float], spacing: float) -> float:
-    """An upper bound on how many points `spacing` apart fit the rectangle: discs in their densest packing."""
+    """Return an upper bound on how many points `spacing` apart fit the rectangle: discs in their densest packing."""
     if spacing == 0:
         return math.inf
     return _DENSEST * (area[0] + spacing) * (area[1] + spacing) / (math.pi / 4 * spacing**2)
@@ -51,7 +72,7 @@ def room_for(area: tuple[float, float], spacing: float) -> float:
 def _spaced_places(
     random: np.random.Generator, count: int, area: NDArray[np.float64], spacing: float
 ) -> NDArray[np.float64]:
-    """Dart throwing (Poisson discs), many darts a round. (≤ count, 2) float64."""
+    """Return up to `count` points (n, 2) float64 by dart throwing (Cook 1986), many darts a round."""
     if spacing == 0:
         return (random.random((count, 2)) - 0.5) * area
     places = np.empty((0, 2))

@@ -1,4 +1,7 @@
-"""A loaded scene: assets, the node table, and the objects it flattens into."""
+"""Define a loaded scene: its assets, the table of its nodes, and the objects that they flatten into.
+
+Nodes form a tree, as in the file. Moving one (`set_node_transform`) recomputes the objects below it, and nothing else.
+"""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,9 +17,18 @@ from depthwalk.scene.schema import DpciParams, IntrinsicsParams
 from depthwalk.scene.similarity import Similarity, compose, quaternions
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MeshAsset:
-    """A mesh file. height: metres, None keeps the file's size; dpci: the depth images to bake, or None."""
+    """Describe an asset that is read from a mesh file.
+
+    Attributes
+    ----------
+    name : of the asset in the scene file.
+    mesh, texture : absolute paths; the texture replaces the mesh file's own.
+    up : the file's upward axis.
+    height : metres, to which the asset is scaled; None keeps the file's size.
+    dpci : how to bake its depth images; None: it has none.
+    """
 
     name: str
     mesh: Path
@@ -26,12 +38,18 @@ class MeshAsset:
     dpci: DpciParams | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DepthImageAsset:
-    """A relief, or what a depth camera saw: the one has a size, the other intrinsics.
+    """Describe an asset that is read from a depth image: a relief, which has a size, or a range image (intrinsics).
 
-    size: width and height, metres; range: metres between white (in front) and black; unit: metres per count of the
-    file. None where the scene does not say.
+    Attributes
+    ----------
+    name : of the asset in the scene file.
+    depth, colour, normal : absolute paths.
+    size : width and height of a relief, metres.
+    range : metres between white, in front, and black.
+    unit : metres per unit of the depth file.
+    intrinsics : the camera of a range image.
     """
 
     name: str
@@ -47,17 +65,28 @@ class DepthImageAsset:
 Asset = MeshAsset | DepthImageAsset
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Nodes:
-    """m nodes in the order of the file, a group before what it holds: a subtree is one run of nodes and of objects.
+    """Hold m nodes in the order of the file, a group before its members.
 
-    name:         m names, "" where the file gives none.
-    parent:       (m,) int32, −1 at the top.
-    depth:        (m,) int32, 0 at the top.
-    end:          (m,) int32, one past the last node of the subtree.
-    first_object: (m,) int32, and object_count: (m,) int32: the subtree's slice of the objects.
-    local:        m transforms float64: the node in its parent.
-    world:        m transforms float64: the node in the world, kept by `set_node_transform`.
+    A subtree is therefore one run of nodes, and its objects are one run of objects.
+
+    Attributes
+    ----------
+    name : m strings
+        "" where the file gives none.
+    parent : (m,) int32
+        The group that holds the node, −1 at the top.
+    depth : (m,) int32
+        How many groups hold the node.
+    end : (m,) int32
+        One past the last node of the subtree.
+    first_object, object_count : (m,) int32
+        The run of objects of the subtree.
+    local : m transforms, float64
+        The node in its parent.
+    world : m transforms, float64
+        The node in the world, kept up to date by `set_node_transform`.
     """
 
     name: tuple[str, ...]
@@ -73,13 +102,34 @@ class Nodes:
         return len(self.name)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Everything a scene file says, checked and resolved; its arrays change through `set_node_transform` only.
+    """Hold everything that a scene file says, checked and resolved.
 
-    path:      the scene file, as the user gave it.
-    instances: n transforms float32: each object in its node; owner: (n,) int32, that node.
-    camera:    the first view, or None: the renderer frames the objects, whose bounds it knows.
+    Its arrays change through `set_node_transform` only.
+
+    Attributes
+    ----------
+    path : Path
+        The scene file, as the user gave it.
+    assets : tuple of Asset
+        The models; objects refer to them by index.
+    objects : Objects
+        The n objects, in the world.
+    nodes : Nodes
+        The m nodes that hold them.
+    instances : n transforms, float32
+        Each object in its node.
+    owner : (n,) int32
+        The node of each object.
+    environment : Environment
+        Sky, ground, lights and fog.
+    camera : Camera or None
+        The first view; None: one that shows all objects, whose bounds the renderer knows.
+    render : RenderSettings
+        How the picture is made.
+    walk : WalkParams
+        How the camera of the window moves.
     """
 
     path: Path
@@ -97,11 +147,26 @@ class Scene:
 def set_node_transform(
     scene: Scene, node: int, position: tuple[float, float, float], yaw: float, scale: float
 ) -> slice:
-    """Place a node in its parent and recompute what hangs below it, and nothing else, in place.
+    """Move a node within its parent, and recompute the nodes and objects below it, in place.
 
-    position: metres; yaw: radians about +Y; scale: > 0.
-    Returns the slice of `scene.objects` that changed. Raises IndexError for a node that is none, ValueError for
-    values that are not finite or a scale that is not positive.
+    Parameters
+    ----------
+    scene : the scene, which changes.
+    node : index of the node in `scene.nodes`.
+    position : metres, in the parent.
+    yaw : radians about +Y, counter-clockwise seen from above.
+    scale : size relative to the parent, > 0.
+
+    Returns
+    -------
+    The slice of `scene.objects` that changed.
+
+    Raises
+    ------
+    IndexError
+        Where there is no such node.
+    ValueError
+        Where a value is not finite, or the scale not positive; the scene is then unchanged.
     """
     if not 0 <= node < len(scene.nodes):
         raise IndexError(f"no node {node}: the scene has {len(scene.nodes)}")
@@ -117,18 +182,20 @@ def set_node_transform(
 
 
 def place_nodes(nodes: Nodes, first: int, end: int) -> None:
-    """Recompute the world transforms of the nodes `first` to `end − 1`, whole subtrees, level by level."""
+    """Recompute the world transforms of the nodes `first` to `end − 1`, whole subtrees, one depth after the other."""
     depth = nodes.depth[first:end]
-    for level in range(int(depth.min(initial=0)), int(depth.max(initial=-1)) + 1):
-        here = first + np.flatnonzero(depth == level)
-        local = nodes.local[here]
-        nodes.world[here] = compose(nodes.world[nodes.parent[here]], local) if level else local
+    if not len(depth):
+        return
+    for groups_above in range(int(depth.min()), int(depth.max()) + 1):
+        rows = first + np.flatnonzero(depth == groups_above)
+        local = nodes.local[rows]
+        nodes.world[rows] = compose(nodes.world[nodes.parent[rows]], local) if groups_above else local
 
 
 def place_objects(
     objects: Objects, nodes: Nodes, instances: Similarity, owner: NDArray[np.int32], which: slice
 ) -> None:
-    """Recompute position, rotation and scale of a slice of the objects from their nodes."""
+    """Recompute position, rotation and scale of the slice `which` of the objects from their nodes."""
     world = compose(nodes.world[owner[which]], instances[which])
     objects.position[which] = world.position
     objects.rotation[which] = quaternions(world.yaw)

@@ -1,4 +1,8 @@
-"""The scene file, version 1: what may stand in it, with defaults, units and ranges. Degrees, metres, sRGB."""
+"""Declare the scene file, version 1: its keys, with defaults, units, ranges and help.
+
+Angles are degrees, lengths metres, colours sRGB, as in the file. pydantic checks files against these classes; the JSON
+schema for editors and docs/scene-file.md are made from them. `environment` and `render_settings` declare the rest.
+"""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -70,27 +74,43 @@ Axis = Annotated[AxisName | Vector, BeforeValidator(_axis)]
 
 
 class MesoParams(FileParams):
-    """Meso-structure: a relief that is repeated all over an object, with true silhouettes."""
+    """Meso-structure: a small relief that is repeated all over an object and changes its silhouette too."""
 
-    depth: FilePath = param(..., "Seamless depth image, white on the surface, black `height` below it")
-    normal: FilePath | None = param(None, "Normal map of the relief; absent derives it from the depth")
+    depth: FilePath = param(..., "Seamless depth image: white is on the surface, black `height` below it")
+    normal: FilePath | None = param(None, "Normal map of the relief; left out: computed from the depth")
     height: Length = param(..., "Depth between white and black", unit="m")
-    tile: ImageSize = param(..., "Width and height of one repetition, the width measured on the cylinder", unit="m")
+    tile: ImageSize = param(
+        ..., "Width and height of one repetition, the width measured along the cylinder's circumference", unit="m"
+    )
 
 
 class DpciParams(FileParams):
-    """How an asset is baked to depth images."""
+    """Baking of an asset to depth images on a cylinder: one around its side, one for its top, one for its bottom."""
 
     resolution: int = param(
-        512, "Width and height of the side image", unit="texels", ge=MIN_DPCI_RESOLUTION, le=MAX_DPCI_RESOLUTION
+        512,
+        "Width and height of the depth image of the side",
+        unit="texels",
+        ge=MIN_DPCI_RESOLUTION,
+        le=MAX_DPCI_RESOLUTION,
     )
     layers: Layers = param(
-        3, "Depth layers peeled along each ray; 1 with six-view; auto: as many as hold what can be seen"
+        3,
+        "Depth layers: surfaces kept along each ray, from the outside inward; auto: as many as hold what can be seen; "
+        "six-view has 1",
     )
-    method: BakeMethod = param("raycast", "How surfaces are sampled: by rays, or by six views warped on the GPU")
-    parts: Parts = param(1, "Objects that share the mesh, at most; auto: as many as it takes to sample it well")
-    axis: Axis = param("y", "Of the cylinder, or of each part's: x, y, z, [x, y, z], or auto: what samples it best")
-    meso: MesoParams | None = param(None, "Relief laid over the depth images when they are drawn; changes no bake")
+    method: BakeMethod = param(
+        "raycast", "How surfaces are sampled: by casting rays, or from six orthographic views that the GPU draws"
+    )
+    parts: Parts = param(
+        1,
+        "Most parts the mesh may be divided into, each with depth images of its own; auto: as many as sample it well",
+    )
+    axis: Axis = param(
+        "y",
+        "Axis of the cylinder, or of each part's: x, y, z, a direction [x, y, z], or auto: the one that samples best",
+    )
+    meso: MesoParams | None = param(None, "Relief added when the depth images are drawn; needs no new bake")
 
     @model_validator(mode="before")
     @classmethod
@@ -105,39 +125,44 @@ class DpciParams(FileParams):
 class MeshAssetParams(FileParams):
     """An asset read from a mesh file."""
 
-    mesh: FilePath = param(..., "OBJ, PLY, STL, GLB or glTF file, relative to the scene file")
-    texture: FilePath | None = param(None, "Colour image, where the mesh file names none")
-    up: Literal["y", "z"] = param("y", "The file's upward axis")
-    height: Length | None = param(None, "Height the asset is scaled to; absent keeps the file's size", unit="m")
-    dpci: DpciParams | None = param(None, "Depth images to bake; absent draws the mesh itself")
+    mesh: FilePath = param(..., "OBJ, PLY, STL, GLB or glTF file, a path relative to the scene file")
+    texture: FilePath | None = param(None, "Colour image that replaces the textures of the mesh file")
+    up: Literal["y", "z"] = param("y", "Axis of the file that points upward")
+    height: Length | None = param(None, "Height to scale the asset to; left out: its size in the file", unit="m")
+    dpci: DpciParams | None = param(None, "Depth images to bake; left out: the mesh itself is drawn")
 
 
 class IntrinsicsParams(FileParams):
-    """The pinhole camera that took a range image, without distortion; 0, 0 is the centre of the top left pixel."""
+    """The pinhole camera of a range image, without distortion; 0, 0 is the centre of the top left pixel."""
 
     fx: Focal = param(..., "Horizontal focal length", unit="pixels")
     fy: Focal = param(..., "Vertical focal length", unit="pixels")
-    cx: Coordinate = param(..., "Column of the optical axis", unit="pixels")
-    cy: Coordinate = param(..., "Row of the optical axis, from the top", unit="pixels")
+    cx: Coordinate = param(..., "Column of the principal point", unit="pixels")
+    cy: Coordinate = param(..., "Row of the principal point, from the top", unit="pixels")
 
 
 class DepthImageParams(FileParams):
-    """An upright picture with a depth per pixel: a relief with `size`, or a range image with `intrinsics`."""
+    """An upright picture with a depth per pixel: a relief (with `size`) or a range image (with `intrinsics`)."""
 
-    depth: FilePath = param(..., "PNG, TIFF, EXR (channel Z) or NPY; whole numbers need `unit` or `range`")
-    colour: FilePath | None = param(None, "Colour image; absent is light grey")
-    normal: FilePath | None = param(None, "Normal map; absent derives normals from the depth")
+    depth: FilePath = param(..., "Depths: PNG, TIFF, EXR (channel Z) or NPY; whole numbers need `unit` or `range`")
+    colour: FilePath | None = param(None, "Colour image; left out: light grey")
+    normal: FilePath | None = param(None, "Normal map; left out: computed from the depth")
     size: ImageSize | None = param(None, "Width and height of a relief", unit="m")
-    intrinsics: IntrinsicsParams | None = param(None, "Camera of a range image, whose depth is along its axis")
-    range: Length | None = param(None, "Depth of black in a relief, white being in front", unit="m")
-    unit: Length | None = param(None, "Metres per count, 0 is empty; absent: floats are metres", unit="m")
+    intrinsics: IntrinsicsParams | None = param(
+        None, "Camera that took a range image; depth is measured along its axis"
+    )
+    range: Length | None = param(None, "Depth between white, in front, and black, of a relief", unit="m")
+    unit: Length | None = param(
+        None, "Metres per unit of the file, in which 0 means no surface; left out: floats are metres", unit="m"
+    )
 
     @model_validator(mode="after")
     def _one_of_each(self) -> Self:
         if (self.size is None) == (self.intrinsics is None):
             raise ValueError("needs exactly one of 'size', 'intrinsics'")
         if self.range is not None and (self.unit is not None or self.intrinsics is not None):
-            raise ValueError(f"'range' and '{'unit' if self.unit is not None else 'intrinsics'}' exclude each other")
+            other = "unit" if self.unit is not None else "intrinsics"
+            raise ValueError(f"needs 'range' or {other!r}, not both")
         return self
 
 
@@ -148,7 +173,7 @@ class DepthImageAssetParams(FileParams):
 
 
 def _kind(*keys: str) -> Discriminator:
-    """Decide a union's branch by the one key that only this branch has."""
+    """Return what decides a union's branch, by the one key that only this branch has."""
 
     def present(value: Any) -> str | None:
         found = [key for key in keys if isinstance(value, dict) and key in value]
@@ -165,11 +190,13 @@ AssetParams = Annotated[
 
 
 class PlacedParams(FileParams):
-    """What every node of the scene graph has."""
+    """Keys of every node of the scene graph."""
 
-    name: str | None = param(None, "Name of the node")
-    position: Vector = param((0.0, 0.0, 0.0), "Place in the parent; for an object, the centre of its base", unit="m")
-    yaw: float = param(0.0, "Turn about +Y, counter-clockwise seen from above", unit="degrees", ge=-36000, le=36000)
+    name: str | None = param(None, "Name, for programs that move the node")
+    position: Vector = param(
+        (0.0, 0.0, 0.0), "Position in the parent; an object stands on it with the centre of its base", unit="m"
+    )
+    yaw: float = param(0.0, "Rotation about +Y, counter-clockwise seen from above", unit="degrees", ge=-36000, le=36000)
 
 
 class ObjectParams(PlacedParams):
@@ -177,7 +204,9 @@ class ObjectParams(PlacedParams):
 
     asset: str = param(..., "Name of the asset")
     scale: Scale = param(1.0, "Size relative to the asset")
-    representation: RepresentationName | None = param(None, "How it is drawn; absent: dpci where the asset has it")
+    representation: RepresentationName | None = param(
+        None, "How it is drawn; left out: dpci if the asset has it, else mesh"
+    )
 
 
 class GridParams(PlacedParams):
@@ -187,35 +216,45 @@ class GridParams(PlacedParams):
     count: GridCount = param(..., "Objects along x and z")
     spacing: Extent = param(..., "Distance between neighbours along x and z", unit="m")
     scale: Scale = param(1.0, "Size of each object relative to the asset")
-    representation: RepresentationName | None = param(None, "How they are drawn; absent: dpci where the asset has it")
+    representation: RepresentationName | None = param(
+        None, "How they are drawn; left out: dpci if the asset has it, else mesh"
+    )
 
 
 class ScatterParams(PlacedParams):
-    """Objects of one asset strewn at random over a rectangle centred on `position`, each with a random yaw."""
+    """Objects of one asset at random positions in a rectangle centred on `position`, each with a random yaw."""
 
     asset: str = param(..., "Name of the asset")
     count: _Count = param(..., "Number of objects")
-    area: Extent = param(..., "Sides of the rectangle along x and z", unit="m")
-    seed: int = param(0, "The same seed gives the same places", ge=0, le=2**32 - 1)
-    spacing: float = param(0.0, "Least distance between two objects", unit="m", ge=0, le=MAX_COORDINATE)
-    scale: ScaleRange = param((1.0, 1.0), "Size of each object, or [low, high] to draw it from")
-    representation: RepresentationName | None = param(None, "How they are drawn; absent: dpci where the asset has it")
+    area: Extent = param(..., "Size of the rectangle along x and z", unit="m")
+    seed: int = param(0, "Start of the random numbers; the same seed gives the same positions", ge=0, le=2**32 - 1)
+    spacing: float = param(0.0, "Smallest distance between two objects", unit="m", ge=0, le=MAX_COORDINATE)
+    scale: ScaleRange = param(
+        (1.0, 1.0), "Size of each object relative to the asset, or [low, high] to choose it from at random"
+    )
+    representation: RepresentationName | None = param(
+        None, "How they are drawn; left out: dpci if the asset has it, else mesh"
+    )
 
 
 class PlacesParams(PlacedParams):
-    """Objects of one asset where a file says."""
+    """Objects of one asset at positions that a file lists."""
 
     asset: str = param(..., "Name of the asset")
-    file: FilePath = param(..., "CSV with the columns x, y, z and, if wanted, yaw, scale; or NPY of those, (n, 3 to 5)")
-    scale: Scale = param(1.0, "Size of each object relative to the asset, beside the file's")
-    representation: RepresentationName | None = param(None, "How they are drawn; absent: dpci where the asset has it")
+    file: FilePath = param(
+        ..., "CSV with the columns x, y, z and optionally yaw, scale; or NPY of shape (n, 3 to 5) in that order"
+    )
+    scale: Scale = param(1.0, "Multiplies the sizes in the file")
+    representation: RepresentationName | None = param(
+        None, "How they are drawn; left out: dpci if the asset has it, else mesh"
+    )
 
 
 class GroupParams(PlacedParams):
-    """Nodes that share a transform."""
+    """Nodes that move, turn and scale together."""
 
-    scale: Scale = param(1.0, "Scales everything in the group, distances included")
-    objects: list["ItemParams"] = param(..., "The nodes of the group")
+    scale: Scale = param(1.0, "Scales the objects of the group and the distances between them")
+    objects: list["ItemParams"] = param(..., "Nodes of the group")
 
 
 class GridItemParams(FileParams):
@@ -225,21 +264,21 @@ class GridItemParams(FileParams):
 
 
 class ScatterItemParams(FileParams):
-    """Objects at random places."""
+    """Objects at random positions."""
 
-    scatter: ScatterParams = param(..., "Objects at random places")
+    scatter: ScatterParams = param(..., "Objects at random positions")
 
 
 class PlacesItemParams(FileParams):
-    """Objects from a file of places."""
+    """Objects at positions that a file lists."""
 
-    places: PlacesParams = param(..., "Objects where a file says")
+    places: PlacesParams = param(..., "Objects at positions that a file lists")
 
 
 class GroupItemParams(FileParams):
     """A group of nodes."""
 
-    group: GroupParams = param(..., "Nodes that share a transform")
+    group: GroupParams = param(..., "Nodes that move, turn and scale together")
 
 
 ItemParams = Annotated[
@@ -255,10 +294,12 @@ ItemParams = Annotated[
 class SceneFile(FileParams):
     """A scene file as it is written."""
 
-    version: Version = param(..., "Version of the format")
-    assets: Annotated[dict[str, AssetParams], Field(max_length=MAX_ASSETS)] = Field({}, description="Models by name")
-    objects: list[ItemParams] = Field([], description="The nodes of the scene graph")
+    version: Version = param(..., "Version of the file format")
+    assets: Annotated[dict[str, AssetParams], Field(max_length=MAX_ASSETS)] = Field({}, description="Models, by name")
+    objects: list[ItemParams] = Field(
+        [], description="Nodes of the scene graph: objects, groups and other sets of objects"
+    )
     environment: Environment = Field(default_factory=Environment, description="Sky, ground and lights")
-    camera: CameraParams | None = param(None, "First view; absent frames the objects")
-    walk: WalkParams = Field(default_factory=WalkParams, description="How the window's viewer moves")
-    render: RenderSettings = Field(default_factory=RenderSettings, description="How the picture is made")
+    camera: CameraParams | None = param(None, "Camera at the start; left out: one that shows all objects")
+    walk: WalkParams = Field(default_factory=WalkParams, description="Walking in the window")
+    render: RenderSettings = Field(default_factory=RenderSettings, description="Render settings")

@@ -1,4 +1,7 @@
-"""Similarity transforms as arrays: turn about +Y, uniform scale, move. They compose in closed form."""
+"""Compute with arrays of similarity transforms: a rotation about +Y, a uniform scale, a translation.
+
+They are what nodes of a scene can do. Two of them compose to a third of the same kind, without matrices.
+"""
 
 from dataclasses import dataclass
 
@@ -8,11 +11,16 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Similarity:
-    """n transforms: point in the parent = position + scale · turn(yaw, point).
+    """Hold n transforms: point in the parent = position + scale · rotate(yaw, point).
 
-    position: (n, 3) float, metres.
-    yaw:      (n,) float, radians about +Y, counter-clockwise seen from above (+X turns to −Z).
-    scale:    (n,) float, > 0.
+    Attributes
+    ----------
+    position : (n, 3) float
+        Metres.
+    yaw : (n,) float
+        Radians about +Y, counter-clockwise seen from above (+X turns to −Z).
+    scale : (n,) float
+        > 0.
     """
 
     position: NDArray[np.floating]
@@ -30,12 +38,12 @@ class Similarity:
 
 
 def identities(count: int, dtype: type[np.floating] = np.float64) -> Similarity:
-    """`count` transforms that change nothing."""
+    """Return `count` transforms that change nothing."""
     return Similarity(np.zeros((count, 3), dtype), np.zeros(count, dtype), np.ones(count, dtype))
 
 
 def compose(outer: Similarity, inner: Similarity) -> Similarity:
-    """`outer @ inner`, element by element."""
+    """Return the transforms that apply `inner` first and then `outer`, pair by pair."""
     cos, sin = np.cos(outer.yaw), np.sin(outer.yaw)
     x, y, z = inner.position.T
     turned = np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=1)
@@ -47,7 +55,7 @@ def compose(outer: Similarity, inner: Similarity) -> Similarity:
 
 
 def quaternions(yaw: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Unit quaternions (n, 4) float32, x y z w, of turns about +Y by `yaw` (n,) radians."""
+    """Return unit quaternions (n, 4) float32, x y z w, of rotations about +Y by `yaw` (n,) radians."""
     rotation = np.zeros((len(yaw), 4), np.float32)
     rotation[:, 1], rotation[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
     return rotation

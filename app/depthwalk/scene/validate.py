@@ -1,5 +1,10 @@
-"""From a document to a checked pydantic model: overrides, and messages that say where and what."""
+"""Check a document against a pydantic model, with the `--set` options applied and every mistake located.
 
+pydantic finds the mistakes; this module says them in words that name the key as the file has it, its line and column
+or the `--set` option that gave the value, and what would be right.
+"""
+
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -9,32 +14,83 @@ from pydantic_core import ErrorDetails
 
 from depthwalk.errors import InputError, suggest
 from depthwalk.scene.document import Document, Loc, label, parse_document
+from depthwalk.scene.renamed_keys import Report, present_place, rename_keys
+
+log = logging.getLogger(__name__)
 
 KIND = "\x1f"  # starts the tag of a union's branch; in pydantic's locations only: no key may hold it
 MAX_MESSAGES = 20
+MAX_KEYS_NAMED = 8  # in the error about an unknown key
+
+_PLAIN_WORDS = {
+    "Input should be": "must be",
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
+    "a valid number": "a number",
+    "a valid integer": "a whole number",
+    "a valid boolean": "true or false",
+    "a valid string": "text",
+}
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a model's values came from: a document and the `--set` options laid over it."""
+    """Know where a model's values came from: a document and the `--set` options laid over it.
+
+    Attributes
+    ----------
+    document : the parsed file.
+    overrides : the key of each `--set` option as the user wrote it, by the place that it set.
+    renamed : the place of each key that the file has under a former name, by the place where its value is now.
+    """
 
     document: Document
-    overrides: dict[Loc, str] = field(default_factory=dict)  # place → the key as the user wrote it
+    overrides: dict[Loc, str] = field(default_factory=dict)
+    renamed: dict[Loc, Loc] = field(default_factory=dict)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """The complaint about the value at `loc`: cites the option that set it, else the file's line and column."""
+        """Return the error about the value at `loc`.
+
+        It cites the `--set` option that gave the value, else the file's line and column.
+        """
         for place, key in reversed(self.overrides.items()):
             if loc[: len(place)] == place:
                 rest = label(loc[len(place) :])
                 return InputError(f"--set {key}: {rest}: {message}" if rest else f"--set {key}: {message}")
-            if place[: len(loc)] == loc and not self.document.holds(loc):
+            if place[: len(loc)] == loc and not self.document.holds(self._as_written(loc)):
                 return InputError(f"--set {key}: {label(loc)}: {message}{self._beside(loc)}")
-        return self.document.error(loc, message, at_key=at_key)
+        return self.document.error(self._as_written(loc), message, at_key=at_key)
+
+    def rename_keys(self) -> None:
+        """Give the document's keys their present names, with a warning for each that has a former one.
+
+        Raises InputError where a key has both.
+        """
+
+        def report(former: Loc, present: Loc, taken: bool) -> None:
+            if taken:
+                raise self.error(former, f"is the former name of {label(present)}, which is there too", at_key=True)
+            self.renamed[present] = former
+            where = self.document.where(former, at_key=True)
+            log.warning("%s: %s is now called %s", where, label(former), label(present))
+
+        rename_keys(self.document.value, (), report)
+
+    def override(self, key: str, text: str) -> None:
+        """Set the value at the dotted path `key` of the document to YAML `text`, as `--set key=text` asks."""
+        self.overrides[_override(self.document.value, key, text)] = key
+
+    def _as_written(self, loc: Loc) -> Loc:
+        """Return where the value at `loc` stands in the file's text, which may have former names."""
+        for present, former in self.renamed.items():
+            if loc[: len(present)] == present:
+                return former + loc[len(present) :]
+        return loc
 
     def _beside(self, loc: Loc) -> str:
-        """Which key of the file's text somebody may have meant who made another at `loc`."""
+        """Return which key of the file's text may have been meant by an option that made another one at `loc`."""
         among = self.document.value
         for part in loc[:-1]:
             among = among[part]
@@ -45,16 +101,31 @@ class Source:
 def check_model(
     document: Document, model: type[Model], overrides: Mapping[str, str] | None = None
 ) -> tuple[Model, Source]:
-    """Override and check a document.
+    """Apply overrides to a document and check it.
 
-    overrides: dotted path in the document → YAML text of the value.
-    Raises InputError with one located line per mistake.
+    Keys under a former name get their present one, with a warning (see `renamed_keys`).
+
+    Parameters
+    ----------
+    document : the parsed file; its values are changed in place.
+    model : what the file must hold.
+    overrides : dotted path in the document → YAML text of the value.
+
+    Returns
+    -------
+    The model, and where its values came from, for errors that are found later.
+
+    Raises
+    ------
+    InputError
+        With one located line per mistake.
     """
     if not isinstance(document.value, dict):
         raise document.error((), f"the file must be a mapping of keys, not {shown(document.value)}")
     source = Source(document)
+    source.rename_keys()
     for key, text in (overrides or {}).items():
-        source.overrides[_override(document.value, key, text)] = key
+        source.override(key, text)
     try:
         return model.model_validate(document.value), source
     except ValidationError as error:
@@ -62,7 +133,7 @@ def check_model(
 
 
 def raise_all(errors: list[InputError]) -> None:
-    """Raise the collected complaints as one InputError, a line each; do nothing where there are none."""
+    """Raise the collected errors as one InputError of a line each; do nothing where there are none."""
     if errors:
         lines = list(dict.fromkeys(str(error) for error in errors))
         more = [f"... and {len(lines) - MAX_MESSAGES} more"] if len(lines) > MAX_MESSAGES else []
@@ -70,7 +141,7 @@ def raise_all(errors: list[InputError]) -> None:
 
 
 def shown(value: object) -> str:
-    """A value in a message: short, as the user wrote it."""
+    """Return a value as messages show it: short, as the user wrote it."""
     match value:
         case None:
             return "null"
@@ -87,22 +158,41 @@ def shown(value: object) -> str:
 
 
 def _override(value: dict[str, Any], key: str, text: str) -> Loc:
-    """Set the value at the dotted path `key`, making mappings on the way; returns its place."""
-    parts = key.replace("[", ".").replace("]", "").split(".")
+    """Set the value at the dotted path `key`, making mappings on the way; return its place."""
+    parts = tuple(key.replace("[", ".").replace("]", "").split("."))
     if not all(parts) or not key.isprintable():
-        raise InputError(f"--set {key}: a dotted path such as render.lod.bias is needed")
+        raise InputError(f"--set {key}: must be a dotted path such as render.lod.bias")
+    present = present_place(parts)
+    if present != parts:
+        log.warning("--set %s: %s is now called %s", key, ".".join(parts), ".".join(map(str, present)))
     here: Any = value
     place: list[str | int] = []
-    for part in parts[:-1]:
+    *groups, last = map(str, present)
+    for part in groups:
         index = _index(here, part, key, place)
         if isinstance(here, dict) and here.get(part) is None:
             here[part] = {}
         here = here[index]
         place.append(index)
-    index = _index(here, parts[-1], key, place)
+    index = _index(here, last, key, place)
     # A bare #rrggbb would be a YAML comment.
-    here[index] = text if text.startswith("#") else _override_value(text, key)
+    new = text if text.startswith("#") else _override_value(text, key)
+    rename_keys(new, (*place, index), _option_report(key))
+    here[index] = new
     return (*place, index)
+
+
+def _option_report(key: str) -> Report:
+    """Return what reports the former names of keys in the value of the option `--set key=…`."""
+
+    def report(former: Loc, present: Loc, taken: bool) -> None:
+        if taken:
+            raise InputError(
+                f"--set {key}: {label(former)}: is the former name of {label(present)}, which is there too"
+            )
+        log.warning("--set %s: %s is now called %s", key, label(former), label(present))
+
+    return report
 
 
 def _override_value(text: str, key: str) -> Any:
@@ -141,7 +231,7 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
     value = detail["input"]
     match detail["type"]:
         case "extra_forbidden":
-            return source.error(loc, f"unknown key{suggest(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
+            return source.error(loc, f"unknown key{_meant(str(loc[-1]), _keys_at(schema, loc[:-1]))}", at_key=True)
         case "missing":
             misspelt = _misspelt(value, loc[:-1], [str(loc[-1])], schema, source)
             return misspelt or source.error(loc[:-1], f"missing key {loc[-1]!r}")
@@ -158,15 +248,22 @@ def _complaint(detail: ErrorDetails, schema: dict[str, Any], source: Source) -> 
             return source.error(loc, f"must hold {bound}, not {len(value)}")
         case "value_error" | "assertion_error":
             return source.error(loc, detail["msg"].split(", ", 1)[1])
-    message = detail["msg"].split(", unable")[0].replace("Input should be", "must be")
-    message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
+    message = detail["msg"].split(", unable")[0]
+    for pydantics, plain in _PLAIN_WORDS.items():
+        message = message.replace(pydantics, plain)
     return source.error(loc, f"{message[0].lower()}{message[1:]}, not {shown(value)}")
+
+
+def _meant(key: str, known: list[str]) -> str:
+    """Return the hint of an unknown key: the known one that looks like it, else all of them where they are few."""
+    few = len(known) <= MAX_KEYS_NAMED
+    return suggest(key, known) or (f"; known here: {', '.join(map(repr, known))}" if known and few else "")
 
 
 def _misspelt(
     value: dict[str, Any], loc: Loc, meant: list[str], schema: dict[str, Any], source: Source
 ) -> InputError | None:
-    """The complaint about the first unknown key of mapping `value` at `loc` that looks like one of those `meant`."""
+    """Return the error about the first unknown key of mapping `value` at `loc` that looks like one of those `meant`."""
     known = _keys_at(schema, loc)
     for key in value:
         if key not in known and (hint := suggest(key, meant)):
@@ -175,7 +272,7 @@ def _misspelt(
 
 
 def _keys_at(schema: dict[str, Any], loc: Loc) -> list[str]:
-    """The keys that the JSON schema knows at `loc`, those of every branch where it has several."""
+    """Return the keys that the JSON schema knows at `loc`, those of every branch where it has several."""
     branches = list(_branches(schema, schema))
     for part in loc:
         branches = [leaf for branch in branches for child in _child(branch, part) for leaf in _branches(child, schema)]

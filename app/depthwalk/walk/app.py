@@ -8,10 +8,10 @@ from typing import Any
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
+from depthwalk.ingest.formats import is_mesh_file
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.lone_mesh import is_mesh_file
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import hud

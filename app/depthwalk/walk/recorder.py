@@ -94,7 +94,7 @@ def thinned(
     """
     chosen = np.array(sorted({0, len(times) - 1}))
     while True:
-        path = CameraPath(FPS, "smooth", times[chosen], views[chosen], fovs[chosen])
+        path = CameraPath(fps=FPS, interpolation="smooth", times=times[chosen], views=views[chosen], fovs=fovs[chosen])
         if len(chosen) == len(times):
             return path
         off = _distance(*path.curve(times), views, fovs, tolerance)

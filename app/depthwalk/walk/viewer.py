@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
+from depthwalk.ingest.formats import is_mesh_file
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.lone_mesh import is_mesh_file
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import orbit
 from depthwalk.walk.controls import HeldKeys, Walker, natural_speed

@@ -109,7 +109,7 @@ def test_only_the_object_that_turned_is_warped(walk):
 
 
 def test_the_budget_holds_until_tiles_are_too_far_off(walk):
-    steps = walk(budget=300)
+    steps = walk(triangle_budget=300)
     steps.frame((0, 1, 9), (0, 0.5, 0))
     worst = 0.0
     for k in range(1, 16):
@@ -158,7 +158,7 @@ def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps, aa):
     places = [(k % 2, (1.4 * k - 2.8, 0, -0.5 * k), 0.3 * k, 1.0) for k in range(5)]
     kept, fresh = (scene_of(*places) for _ in range(2))
     kept.render.warp.reuse_error = 1.0
-    kept.render.composite.parallax = steps
+    kept.render.composite.parallax_steps = steps
     kept.render.aa = fresh.render.aa = aa
     scope = gl_device.scope("test")
     screen = scope.framebuffer([scope.texture(SIZE, 4)])

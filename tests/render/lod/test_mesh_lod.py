@@ -87,7 +87,13 @@ def objects_at(distance, representation=Representation.MESH_LOD):
     position[:, 2] = -np.asarray(distance)
     rotation = np.tile(np.float32([0, 0, 0, 1]), (count, 1))
     scale = np.linspace(0.5, 2, count, dtype=np.float32)
-    return Objects(np.zeros(count, np.int32), position, rotation, scale, np.full(count, representation, np.uint8))
+    return Objects(
+        asset=np.zeros(count, np.int32),
+        position=position,
+        rotation=rotation,
+        scale=scale,
+        representation=np.full(count, representation, np.uint8),
+    )
 
 
 def test_the_level_is_the_coarsest_within_the_error():

@@ -31,7 +31,7 @@ def library():
     colour[..., 0], colour[..., 1] = (x > 0) * 200, (y > 0) * 200
     normal = np.zeros((96, 96, 3), np.float32)
     normal[..., 2] = 1
-    relief = bake_planar(PlanarImage(depth, colour, normal, (2.0, 2.0)), "relief")
+    relief = bake_planar(PlanarImage(depth=depth, colour=colour, normal=normal, size=(2.0, 2.0)), "relief")
     made = [bake(stack(), 128, 1), bake(sphere(0.6, 64, 32), 100, 1), bake(stack(), 128, 3), relief]
     return ShapeLibrary([None] * 4, made)
 

@@ -33,7 +33,7 @@ def picket(**dof):
         sky={},
         ground={"height": 0.0},
     )
-    settings = {"mode": "gather", "focal_length": 400, "f_number": 1.4, "focus_distance": 3.6, "largest": 20.0} | dof
+    settings = {"mode": "gather", "focal_length": 400, "f_number": 1.4, "focus_distance": 3.6, "max_blur": 20.0} | dof
     scene.render = RenderSettings.model_validate({"dof": settings})
     return scene
 

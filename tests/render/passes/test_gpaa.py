@@ -117,7 +117,7 @@ def test_nothing_but_outlines_is_touched(studio):
         # Texels of half a pixel in both pictures: what is left is the pass itself.
         scene.render.warp.tile_scale = 2.0
         scene.render.gpaa.samples = 1
-        scene.render.gpaa.crease = 180.0
+        scene.render.gpaa.crease_angle = 180.0
         before, metres, _ = studio.picture(scene, library, CAMERA, SIZE, depth=True)
         scene.render.aa = "gpaa-edge"
         after = studio.picture(scene, library, CAMERA, SIZE)
@@ -139,7 +139,7 @@ def test_folds_are_smoothed_from_the_angle_asked_for(studio):
     for crease in (30.0, 120.0):
         scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
         before = studio.picture(scene, library, camera, SIZE)
-        scene.render.aa, scene.render.gpaa.crease = "gpaa-edge", crease
+        scene.render.aa, scene.render.gpaa.crease_angle = "gpaa-edge", crease
         changed[crease] = (studio.picture(scene, library, camera, SIZE) != before).any(-1)
     assert (changed[30.0] & ~changed[120.0]).sum() > 40
     assert not (changed[120.0] & ~changed[30.0]).any()

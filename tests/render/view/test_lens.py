@@ -83,7 +83,7 @@ def test_blur_is_none_in_focus_negative_before_it_and_bounded_behind():
     lens = DofParams(focus_distance=5.0)
     near, sharp, far, infinite = circle_radius(lens, VIEW, np.array([1.0, 5.0, 50.0, np.inf]))
     assert near < 0 == sharp < far < infinite == pytest.approx(lens_radius(lens) * VIEW.focal_pixels / 5)
-    assert largest_radius(DofParams(largest=10.0), VIEW) == pytest.approx(10)  # half of a tenth of 200 pixels
+    assert largest_radius(DofParams(max_blur=10.0), VIEW) == pytest.approx(10)  # half of a tenth of 200 pixels
 
 
 def test_a_gaussian_blurs_without_darkening():

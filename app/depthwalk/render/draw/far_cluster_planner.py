@@ -128,7 +128,13 @@ def _impostors(
     dpci = np.full(count, Representation.DPCI, np.uint8)
     return ImpostorObjects(
         row=len(clusters.order) + numbers,
-        objects=Objects(typical.asset, bounds.centre, upright, np.ones(count, np.float32), dpci),
+        objects=Objects(
+            asset=typical.asset,
+            position=bounds.centre,
+            rotation=upright,
+            scale=np.ones(count, np.float32),
+            representation=dpci,
+        ),
         bounds=bounds,
         volumes=Volumes(
             radius=np.hypot(half[:, 0], half[:, 2]),

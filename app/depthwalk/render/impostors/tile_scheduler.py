@@ -135,7 +135,7 @@ class TileScheduler:
         shown_before = cache.shown_now
         if not continues:
             cache.frame += 1
-            self._budget = layout.budget
+            self._budget = layout.triangle_budget
         error = self._errors(view, impostors, layout)
         stale = due(error, impostors.triangles, self._budget)
         most_stale = _MOST_STALE * max(len(impostors), shown_before)
@@ -256,7 +256,7 @@ def _place(view: View, impostors: ImpostorObjects, number: Rows, layout: TilePar
     if not seen.visible.all():
         rows = np.flatnonzero(seen.visible)
         planes, seen, chosen, number = planes.take(rows), seen.take(rows), chosen.take(rows), number[rows]
-    if layout.tiles == "plane":
+    if layout.tile_mapping == "plane":
         planes, tiles = plane_tiles(planes, view.focal_pixels * layout.tile_scale, limit)
     else:
         nearest = (chosen.bounds.centre - view.position) @ view.axes[2] - chosen.bounds.bounding_radius

@@ -169,7 +169,13 @@ class MeshFallbacks:
         rotation = multiply(replaced.rotation, conjugate(self.turn[asset]).astype(np.float32))
         position = replaced.position - replaced.scale[:, None] * rotate(rotation, self.offset[asset])
         kind = np.full(len(rows), Representation.MESH_LOD, np.uint8)
-        return Objects(self.mesh[asset].astype(np.int32), position.astype(np.float32), rotation, replaced.scale, kind)
+        return Objects(
+            asset=self.mesh[asset].astype(np.int32),
+            position=position.astype(np.float32),
+            rotation=rotation,
+            scale=replaced.scale,
+            representation=kind,
+        )
 
 
 def _corners(baked: BakedObject) -> NDArray[np.float64]:

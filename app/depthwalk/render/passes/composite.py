@@ -34,7 +34,7 @@ class CompositePass(Pass[CompositeParams]):
         frame.targets.atlas_owner.use(1)
         self._instances.upload(records)
         # The number of steps is known to the compiler: with a loop software rasterisers take a tenth longer.
-        defines = (f"STEPS={params.parallax}", *frame.targets.defines)
+        defines = (f"STEPS={params.parallax_steps}", *frame.targets.defines)
         defines += ("PARTIAL",) if frame.common.aa.covering else ()
         # Unclamped, a plane may be nearer than the near plane while its object is not.
         with self.gl.state(into=frame.targets.visibility, depth_test=LESS, direct=(DEPTH_CLAMP,)):

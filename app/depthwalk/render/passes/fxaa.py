@@ -24,6 +24,6 @@ class FxaaPass(Pass[FxaaParams]):
     def draw(self, frame: Frame, params: FxaaParams) -> None:
         """Blur `lit` along edges."""
         frame.targets.lit_before().use(0)
-        self._program.set(lit_texture=0, contrast=params.contrast)
+        self._program.set(lit_texture=0, contrast=params.edge_threshold)
         with self.gl.state(into=frame.targets.lit):
             self._program.fill()

@@ -45,7 +45,7 @@ class GpaaPass(Pass[GpaaParams]):
         for unit, texture in enumerate((targets.lit_before(), targets.surface, targets.depth)):
             texture.use(unit)
         self._edge.set(lit_texture=0, surface_texture=1, depth_texture=2)
-        least_fold = float(np.cos(np.radians(params.crease)))
+        least_fold = float(np.cos(np.radians(params.crease_angle)))
         self._edge.set(least_fold=least_fold)
         self._lines.upload(lines)
         self._lines.bind(self._edge.array, 0)
@@ -54,7 +54,7 @@ class GpaaPass(Pass[GpaaParams]):
 
     def _silhouettes(self, frame: Frame, params: GpaaParams) -> NDArray[np.void]:
         """Return the LINE_RECORDs of all that is drawn as triangles. Depth images have `coverage` instead."""
-        least_fold = np.radians(params.crease) if frame.common.aa.mode == "gpaa-edge" else None
+        least_fold = np.radians(params.crease_angle) if frame.common.aa.mode == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
         for batch in frame.plan.mesh.groups:
             mesh = frame.assets.meshes.object(batch.asset, batch.level)

@@ -45,7 +45,7 @@ class GroundPass(Pass[Params]):
         self._program.set(
             ground_texture=0,
             height=ground.height,
-            half_size=ground.size,
+            half_size=ground.half_size,
             colour=tuple(linear_from_srgb(ground.colour).tolist()),
             mean=tuple(self._mean.tolist()),
             tile=ground.tile,

@@ -26,7 +26,7 @@ class OutputPass(Pass[OutputParams]):
         frame.targets.lit_texture.use(0)
         samples = frame.common.aa.samples
         # A loop over one sample costs software rasterisers four times as much as none.
-        defines = (params.tone.upper(), *(("SUPERSAMPLED",) if samples > 1 else ()))
+        defines = (params.tone_mapping.upper(), *(("SUPERSAMPLED",) if samples > 1 else ()))
         self._programs[defines].set(lit_texture=0, samples=samples, exposure=2.0**params.exposure)
         with self.gl.state(into=frame.targets.screen):
             self._programs[defines].fill()

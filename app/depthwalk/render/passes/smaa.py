@@ -42,8 +42,8 @@ class SmaaPass(Pass[SmaaParams]):
         for unit, texture in enumerate((frame.targets.lit_before(), *(texture for texture, _ in self._own))):
             texture.use(unit)
         find, weigh, blend = self._programs
-        find.set(lit_texture=0, contrast=params.contrast)
-        weigh.set(edge_texture=1, longest=params.longest)
+        find.set(lit_texture=0, contrast=params.edge_threshold)
+        weigh.set(edge_texture=1, longest=params.max_search_distance)
         blend.set(lit_texture=0, weight_texture=2)
         for _, own in self._own:
             own.clear()

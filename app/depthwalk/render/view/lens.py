@@ -52,7 +52,7 @@ def circle_radius(lens: DofParams, view: View, distance: NDArray[np.floating]) -
 
 def largest_radius(lens: DofParams, view: View) -> float:
     """Return the largest radius of a circle of confusion, pixels, in the modes that limit it."""
-    return lens.largest / 200 * view.size[1]
+    return lens.max_blur / 200 * view.size[1]
 
 
 def lens_points(count: int) -> NDArray[np.float64]:

@@ -100,7 +100,7 @@ def place_objects(
     moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
     position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
     rotation[moved] = multiply(rotation[moved], turn[number[moved]])
-    return Objects(number, position, rotation, scale, representation[row])
+    return Objects(asset=number, position=position, rotation=rotation, scale=scale, representation=representation[row])
 
 
 def placed_rows(

@@ -1,0 +1,40 @@
+"""Tell files apart by the ends of their names, without opening them or importing what reads them."""
+
+from pathlib import Path
+
+from depthwalk.errors import InputError
+
+MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf")
+OTHER_MESH_SUFFIXES = (
+    ".3ds",
+    ".3mf",
+    ".blend",
+    ".dae",
+    ".fbx",
+    ".off",
+    ".usd",
+    ".usda",
+    ".usdc",
+    ".usdz",
+    ".wrl",
+    ".x3d",
+)
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
+
+
+def check_suffix(path: Path) -> None:
+    """Raise InputError where the file's name is not that of a mesh that can be read."""
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
+
+
+def is_mesh_file(path: Path) -> bool:
+    """Return whether the file's name is that of a mesh.
+
+    Raises InputError for the name of a mesh format that cannot be read, rather than leave the file to be misread as
+    something else.
+    """
+    if path.suffix.lower() in OTHER_MESH_SUFFIXES:
+        check_suffix(path)
+    return path.suffix.lower() in MESH_SUFFIXES

@@ -1,0 +1,28 @@
+"""Files told apart by the ends of their names."""
+
+from pathlib import Path
+
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.formats import MESH_SUFFIXES, OTHER_MESH_SUFFIXES, check_suffix, is_mesh_file
+
+
+@pytest.mark.parametrize("suffix", MESH_SUFFIXES)
+def test_meshes(suffix: str) -> None:
+    for path in (Path(f"a{suffix}"), Path(f"a{suffix.upper()}")):
+        assert is_mesh_file(path)
+        check_suffix(path)
+
+
+@pytest.mark.parametrize("name", ["scene.yaml", "obj", ".obj", "model.obj.txt"])
+def test_what_is_no_mesh(name: str) -> None:
+    assert not is_mesh_file(Path(name))
+    with pytest.raises(InputError, match=r"is not a mesh format \(use \.obj"):
+        check_suffix(Path(name))
+
+
+@pytest.mark.parametrize("suffix", OTHER_MESH_SUFFIXES)
+def test_meshes_of_other_programs_are_refused_by_name(suffix: str) -> None:
+    with pytest.raises(InputError, match="is not a mesh format"):
+        is_mesh_file(Path(f"a{suffix}"))

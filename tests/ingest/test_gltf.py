@@ -1,0 +1,85 @@
+"""The headers of glTF files."""
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.gltf import check_header, external_uris, read_header
+
+GLTF, GLB = Path("a.gltf"), Path("a.glb")
+
+
+def glb(header: bytes, *, version: int = 2, kind: bytes = b"JSON", total: int | None = None) -> bytes:
+    whole = 20 + len(header) if total is None else total
+    return struct.pack("<4sIII4s", b"glTF", version, whole, len(header), kind) + header
+
+
+def mesh(**accessor: Any) -> dict[str, Any]:
+    """The smallest header with one primitive."""
+    position = {"bufferView": 0, "count": 3, "componentType": 5126} | accessor
+    return {"accessors": [position], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]}
+
+
+def test_both_kinds_of_files_have_one_header() -> None:
+    header = {"asset": {"version": "2.0"}}
+    text = json.dumps(header).encode()
+    assert read_header(text, GLTF) == read_header(glb(text), GLB) == header
+
+
+@pytest.mark.parametrize(
+    ("data", "path", "defect"),
+    [
+        (b"{", GLTF, "its glTF header is not JSON"),
+        (b"[]", GLTF, "its glTF header is not an object"),
+        (b"[" * 100_000, GLTF, "its glTF header is not JSON"),
+        (b"glTF", GLB, "not a GLB file"),
+        (glb(b"{}", version=1), GLB, "not a GLB file of version 2"),
+        (glb(b"{}", kind=b"BIN\0"), GLB, "not a GLB file of version 2"),
+        (glb(b"{}", total=100), GLB, "truncated: 22 of 100 bytes"),
+    ],
+)
+def test_damaged_headers(data: bytes, path: Path, defect: str) -> None:
+    with pytest.raises(InputError, match=defect):
+        read_header(data, path)
+
+
+def test_files_that_the_header_names() -> None:
+    header = {"buffers": [{"uri": "a.bin"}, {"uri": "data:,x"}, {}]}
+    assert external_uris(header, "buffers") == ["a.bin"]
+    assert external_uris(header, "images") == []
+
+
+def test_a_plain_mesh_passes() -> None:
+    check_header(mesh() | {"extensionsRequired": ["KHR_materials_unlit", "KHR_mesh_quantization"]}, GLTF)
+
+
+@pytest.mark.parametrize(
+    ("header", "defect"),
+    [
+        (
+            {"extensionsRequired": ["KHR_draco_mesh_compression"]},
+            "extension KHR_draco_mesh_compression is not supported",
+        ),
+        (mesh(sparse={}), r"accessors\[0\]: sparse"),
+        ({"accessors": [{"count": 3}]}, r"accessors\[0\]: sparse, compressed or empty"),
+        (mesh(count=0), r"accessors\[0\]: count 0 is out of range"),
+        (mesh(count=10**12), r"count 1000000000000 is out of range"),
+        (mesh(normalized=True), "normalised integer positions"),
+    ],
+)
+def test_what_trimesh_would_misread(header: dict[str, Any], defect: str) -> None:
+    with pytest.raises(InputError, match=defect):
+        check_header(header, GLTF)
+
+
+@pytest.mark.parametrize(("name", "kind", "defect"), [("TEXCOORD_0", 5123, "texture"), ("COLOR_0", 5123, "16-bit")])
+def test_attributes_of_other_kinds(name: str, kind: int, defect: str) -> None:
+    header = mesh()
+    header["accessors"].append({"bufferView": 1, "count": 3, "componentType": kind})
+    header["meshes"][0]["primitives"][0]["attributes"][name] = 1
+    with pytest.raises(InputError, match=defect):
+        check_header(header, GLTF)

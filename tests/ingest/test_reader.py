@@ -1,0 +1,58 @@
+"""Mesh files of every format as one list of triangles."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.ingest.reader import read_soup
+from depthwalk.ingest.sources import Sources
+
+QUADS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+def obj(folder: Path, text: str) -> Path:
+    path = folder / "a.obj"
+    path.write_text(text)
+    return path
+
+
+def test_polygons_become_fans(tmp_path: Path) -> None:
+    soup = read_soup(obj(tmp_path, QUADS + "v -1 0.5 0\nf 1 2 3 4 5\n"))
+    assert len(soup.faces) == 3 and len(soup.positions) == 5
+    first = soup.positions[soup.faces[:, 0]]
+    assert (first == first[0]).all()  # all begin at the polygon's first corner
+
+
+def test_corners_that_differ_in_texture_are_different_vertices(tmp_path: Path) -> None:
+    soup = read_soup(obj(tmp_path, QUADS + "vt 0 0\nvt 1 1\nf 1/1 2/1 3/1\nf 1/2 3/1 4/1\n"))
+    assert len(soup.positions) == 5 and np.isfinite(soup.uv).all()
+
+
+def test_what_the_file_has_not_is_nan_or_white(tmp_path: Path) -> None:
+    soup = read_soup(obj(tmp_path, QUADS + "f 1 2 3\n"))
+    assert np.isnan(soup.normals).all() and np.isnan(soup.uv).all() and (soup.colours == 255).all()
+
+
+def test_materials_are_shared_by_groups_without_one(tmp_path: Path) -> None:
+    (tmp_path / "a.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    text = QUADS + "mtllib a.mtl\nusemtl none\nf 1 2 3\nusemtl red\nf 1 3 4\nusemtl other\nf 1 2 4\n"
+    soup = read_soup(obj(tmp_path, text))
+    assert sorted(material.base_colour for material in soup.materials) == [(0.8, 0.8, 0.8), (1, 0, 0)]
+    red = [material.base_colour for material in soup.materials].index((1, 0, 0))
+    assert np.count_nonzero(soup.material == red) == 1
+
+
+def test_files_are_read_once(tmp_path: Path) -> None:
+    path, sources = obj(tmp_path, QUADS + "f 1 2 3\n"), Sources()
+    first = read_soup(path, sources)
+    path.write_text("f 1 2 3\n")
+    assert (read_soup(path, sources).positions == first.positions).all()
+
+
+@pytest.mark.parametrize(("name", "defect"), [("a.txt", "is not a mesh format"), ("a.stl", "empty file")])
+def test_what_cannot_be_read(tmp_path: Path, name: str, defect: str) -> None:
+    (tmp_path / name).touch()
+    with pytest.raises(InputError, match=defect):
+        read_soup(tmp_path / name)

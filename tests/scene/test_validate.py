@@ -1,0 +1,90 @@
+"""Mistakes of a document in words, and overrides."""
+
+from typing import Any
+
+import pytest
+
+from depthwalk.errors import InputError
+from depthwalk.params import Params, param
+from depthwalk.scene.document import parse_document
+from depthwalk.scene.validate import MAX_KEYS_NAMED, MAX_MESSAGES, check_model, raise_all, shown
+
+
+class Inner(Params):
+    size: float = param(1.0, "Size", ge=0, le=10)
+    name: str | None = param(None, "Name")
+
+
+class Outer(Params):
+    inner: Inner = param(Inner(), "Inner")
+    flags: list[bool] = param([], "Flags")
+    count: int = param(1, "Count")
+
+
+def told(text: str, overrides: dict[str, str] | None = None, model: type[Params] = Outer) -> list[str]:
+    with pytest.raises(InputError) as caught:
+        check_model(parse_document(text, "file"), model, overrides)
+    return str(caught.value).splitlines()
+
+
+def test_overrides_make_mappings_and_reach_into_lists() -> None:
+    document = parse_document("flags: [true, true]", "file")
+    model, source = check_model(document, Outer, {"inner.size": "3", "flags[1]": "false"})
+    assert (model.inner.size, model.flags) == (3, [True, False])
+    assert str(source.error(("inner", "size"), "is bad")) == "--set inner.size: is bad"
+    assert str(source.error(("flags", 0), "is bad")) == "file:1:9: flags[0]: is bad"
+
+
+def test_an_empty_override_is_null() -> None:
+    assert check_model(parse_document("inner: {name: x}", "file"), Outer, {"inner.name": " "})[0].inner.name is None
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("inner: {size: big}", "file:1:15: inner.size: must be a number, not 'big'"),
+        ("inner: {size: 11}", "file:1:15: inner.size: must be at most 10, not 11"),
+        ("inner: 3", "file:1:8: inner: must be a mapping of keys, not 3"),
+        ("flags: [maybe]", "file:1:9: flags[0]: must be true or false, not 'maybe'"),
+        ("count: many", "file:1:8: count: must be a whole number, not 'many'"),
+        ("inner: {name: [1]}", "file:1:15: inner.name: must be text, not a list"),
+        ("inner: {sise: 1}", "file:1:9: inner.sise: unknown key; did you mean 'size'?"),
+        ("inner: {xyz: 1}", "file:1:9: inner.xyz: unknown key; known here: 'size', 'name'"),
+    ],
+)
+def test_messages_are_in_plain_words(text: str, message: str) -> None:
+    assert told(text) == [message]
+
+
+def test_many_keys_are_not_listed() -> None:
+    fields: dict[str, Any] = {f"key{i}": (int, 0) for i in range(MAX_KEYS_NAMED + 1)}
+    from pydantic import create_model
+
+    model = create_model("Many", __base__=Params, **fields)
+    assert told("xyz: 1", model=model) == ["file:1:1: xyz: unknown key"]
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ("flags.2", "--set flags.2: flags has no item '2', it has 1"),
+        ("count.x", "--set count.x: count is 1, it has no keys"),
+        ("a..b", "--set a..b: must be a dotted path such as render.lod.bias"),
+    ],
+)
+def test_overrides_that_lead_nowhere(key: str, message: str) -> None:
+    assert told("flags: [true]\ncount: 1", {key: "1"}) == [message]
+
+
+def test_not_more_errors_than_fit_a_screen() -> None:
+    with pytest.raises(InputError) as caught:
+        raise_all([InputError(str(i)) for i in range(MAX_MESSAGES + 5)])
+    assert str(caught.value).splitlines()[-1] == "... and 5 more"
+    raise_all([])
+
+
+def test_values_are_shown_as_they_are_written() -> None:
+    assert [shown(value) for value in (None, True, {}, [], 0.5, "x")] == [
+        "null", "true", "a mapping", "a list", "0.5", "'x'",
+    ]  # fmt: skip
+    assert len(shown("x" * 100)) == 40
