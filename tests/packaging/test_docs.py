@@ -23,21 +23,10 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "app" / "depthwalk"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 TEXTS = {page.name: page.read_text(encoding="utf-8") for page in PAGES}
-STAGES = [
-    "scene",
-    "ingest",
-    "bake",
-    "assets",
-    "cook",
-    "gpu",
-    "geometry",
-    "render",
-    "reference",
-    "walk",
-    "quality",
-    "bench",
-    "commands",
-]
+STAGES = (
+    *("scene", "ingest", "bake", "assets", "cook", "gpu", "geometry"),
+    *("render", "reference", "walk", "quality", "bench", "commands"),
+)
 # Names in examples of what a user writes, and of what a command writes.
 EXAMPLES = {
     "vignette.frag",
