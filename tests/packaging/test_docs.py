@@ -35,7 +35,7 @@ EXAMPLES = {
     "shaders/vignette/",
     "common/x.glsl",
 }
-WRITTEN = {"depthwalk-demo/", "court.yaml", "examples/"}
+WRITTEN = {"depthwalk-demo/", "court.yaml"}
 
 
 def code_spans(text: str) -> list[str]:
