@@ -32,6 +32,7 @@ _SECONDS_TO_LOAD = 120
 
 
 def garden() -> None:
+    """Draw the garden."""
     render("garden")
 
 
@@ -41,6 +42,7 @@ def room() -> None:
 
 
 def night() -> None:
+    """Draw the court at night."""
     render("night")
 
 
@@ -160,6 +162,7 @@ MAKERS: dict[str, Callable[[], None]] = {
 
 
 def main() -> None:
+    """Make the named pictures, or all."""
     IMAGES.mkdir(exist_ok=True)
     for name in sys.argv[1:] or MAKERS:
         MAKERS[name]()

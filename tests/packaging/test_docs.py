@@ -109,7 +109,7 @@ def settings_accept(key: str, value: str | None) -> bool:
     return True
 
 
-@pytest.mark.parametrize("page", TEXTS)
+@pytest.mark.parametrize("page", [page for page in TEXTS if page != "api.md"])  # where `scene.…` is a variable's
 def test_named_modules_and_settings_exist(page):
     wrong = []
     for span in code_spans(TEXTS[page]):
