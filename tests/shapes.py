@@ -9,8 +9,10 @@ import numpy as np
 from tools.make_models.model import vertex_normals
 
 from depthwalk.bake.baker import BakeParams, bake_object
+from depthwalk.bake.division import Cell, part_faces
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
+from depthwalk.bake.parts import ModelParams, bake_model, submesh
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
@@ -169,3 +171,14 @@ def scene_of(*placed, representation=Representation.DPCI, **environment):
     )
     render = RenderSettings.model_validate({"lod": {"magnification": 0}})
     return SimpleNamespace(objects=objects, environment=Environment(**environment), render=render)
+
+
+def two_halves(mesh):
+    """`mesh` in two parts left and right of x = 0, about x."""
+    cells = Cell().cut(np.array([1.0, 0, 0, 0]))
+    pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
+    return BakedModel(
+        parts=tuple(
+            bake_model(piece, ModelParams(resolution=128, layers=1, axis="x"), "halves").parts[0] for piece in pieces
+        )
+    )

@@ -1,13 +1,18 @@
 """A renderer that tests ask what it found on its way to a picture."""
 
+import threading
+
 import numpy as np
 
+from depthwalk.errors import InputError
 from depthwalk.render.lod.selection import error_at_a_metre
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
+from shapes import ShapeLibrary
 
 SIZE = (240, 180)
+WALK_SIZE = 160, 120
 
 
 def view_of(position=(0.0, 1.6, 5.0), target=(0.0, 1.0, 0.0), far=60.0):
@@ -102,3 +107,45 @@ class Stage(OnScreen):
     def _atlas(self, lamps=False):
         held = next(each for each in self.renderer.passes if each.name == "shadows")
         return held._of_lamps if lamps else held._of_sun
+
+
+class Walk(OnScreen):
+    """One whose frames wait for nothing longer than `seconds`; None: for all."""
+
+    def __init__(self, device, scene, library, seconds):
+        super().__init__(device, scene, library, WALK_SIZE)
+        self.renderer.upload_seconds = seconds
+
+    def look(self, camera):
+        self.draw(View(camera, WALK_SIZE))
+
+
+class SlowLibrary(ShapeLibrary):
+    """Reads a mesh when it may, and not more than once."""
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        self.may, self.read, self.forgotten, self.broken = threading.Event(), [], [], False
+
+    def mesh(self, asset):
+        if threading.current_thread() is not threading.main_thread():
+            assert self.may.wait(20)
+            self.read.append(asset)
+            if self.broken:
+                raise InputError("ball.ply: has gone")
+        return super().mesh(asset)
+
+    def forget_mesh(self, asset):
+        self.forgotten.append(asset)
+
+
+NEAR, AWAY = Camera((0, 0.5, 1.2), (0, 0.5, 0), 0.9), Camera((0, 0.5, 40.0), (0, 0.5, 0), 0.9)
+
+
+def draws_until(walk, done):
+    for _ in range(2000):
+        walk.look(NEAR)
+        if done():
+            return
+        threading.Event().wait(0.005)
+    raise AssertionError("the mesh never came")

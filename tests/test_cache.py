@@ -162,7 +162,7 @@ def test_levels_that_cannot_be_drawn_are_passed_over(craft, caplog):
 def test_a_bake_takes_no_damaged_file(tiny_scene, tmp_path, caplog):
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))
-    key, out, params = library.baked(0).parts[0].key, tmp_path / "a.dpci.exr", ModelParams(64, 1)
+    key, out, params = library.baked(0).parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
     bake_once = lambda **how: dict(bake_all([Job(spec, params, out, **how)], 1, lambda *_: None))[0]  # noqa: E731
     flip(BAKED.file(key), -1000)
     assert isinstance(bake_once(), Baked)  # not copied
@@ -180,7 +180,7 @@ def test_force_heals_all_of_the_asset(tiny_scene, tmp_path):
     other = BAKED.file("0" * 64)
     shutil.copyfile(BAKED.file(baked.key), other)
     assert len(list(other.parent.iterdir())) == 4
-    job = Job(spec, ModelParams(64, 1), tmp_path / "a.dpci.exr", anew=True)
+    job = Job(spec, ModelParams(resolution=64, layers=1), tmp_path / "a.dpci.exr", anew=True)
     assert isinstance(dict(bake_all([job], 1, lambda *_: None))[0], Baked)
     assert list(other.parent.iterdir()) == [other]
 

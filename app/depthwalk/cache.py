@@ -6,6 +6,7 @@ models one over all pixels (`bake.file`), arrays the CRC-32 that a ZIP archive h
 """
 
 import contextlib
+import errno
 import io
 import logging
 import os
@@ -145,8 +146,10 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
             with zipfile.ZipFile(file) as archive:
                 wanted = [name.removesuffix(".npy") for name in archive.namelist()] if names is None else names
                 return {name: _parsed(archive.read(f"{name}.npy")) for name in wanted}
-        except OSError:
-            raise
+        except OSError as error:
+            if error.errno != errno.EINVAL:  # which a damaged archive causes by places outside the file
+                raise
+            raise ValueError("it points outside of itself") from error
         except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception's kin included
             raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
 

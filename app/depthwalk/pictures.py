@@ -1,15 +1,17 @@
-"""TODO docstring."""
+"""Pictures as files: PNG, JPEG and OpenEXR."""
 
 import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import OpenEXR
 from numpy.typing import NDArray
 
 from depthwalk.files import replacing
+
+if TYPE_CHECKING:
+    import OpenEXR
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ uniform mat3x4 colour_axes;             // what each component adds
 uniform isampler2DArray page_table;     // per block: what takes a texel to its place + which of its grains are stored
 uniform vec2 image_size;                // texels
 uniform int first_rows[MAX_MIP_TIERS];   // of each segment's blocks in the table
-uniform int last_segment;
+uniform int last_mip_tier;
 
 // Texels of an image as those of its segment `segment`, from half a grain before it on: each quarter begins so in the one
 // before, t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel where it is.
@@ -35,9 +35,9 @@ bool in_pages(int image, vec2 texel, int segment, out vec2 place) {
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
     // Lanes that draw nothing have any lod, and walk as far.
-    int segment = clamp(int(lod / float(MIP_TIER_LEVELS)), 0, last_segment);
+    int segment = clamp(int(lod / float(MIP_TIER_LEVELS)), 0, last_mip_tier);
     vec2 place;
-    while (!in_pages(image, texel, segment, place) && segment < last_segment) ++segment;
+    while (!in_pages(image, texel, segment, place) && segment < last_mip_tier) ++segment;
     return vec3(place, clamp(lod - float(MIP_TIER_LEVELS * segment), 0.0, float(MIP_TIER_LEVELS)));
 }
 

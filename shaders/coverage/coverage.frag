@@ -2,13 +2,13 @@
 // show of it.
 #include "common/distance.glsl"
 #include "common/visible.glsl"
-uniform usampler2D visible_texture;
+uniform usampler2D visibility_texture;
 uniform sampler2D lit_texture;      // as it was
 layout(location = 0) out vec4 lit;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    uvec2 visible = texelFetch(visible_texture, pixel, 0).xy;
+    uvec2 visible = texelFetch(visibility_texture, pixel, 0).xy;
     float uncovered = uncovered_of(visible), farthest = depth_of(behind(distance_of(visible), OUTLINE)), total = 0.0;
     vec4 behind_it = vec4(0.0);
     // A loop that most pixels never enter: software rasterisers run all of what is not in one.

@@ -6,7 +6,7 @@
 in vec2 uv;
 
 void main() {
-    uvec2 visible = texture(visible_texture, uv).xy;
+    uvec2 visible = texture(visibility_texture, uv).xy;
     gl_FragDepth = object_texel(object_of(visible), SURFACE_RECORD_LEVEL).x;
     if (uncovered_of(visible) > 0.0) gl_FragDepth -= FULL_COVERAGE;
 }

@@ -2,7 +2,7 @@
 #from depthwalk.gpu.instances import RECORDS_PER_ROW
 #from depthwalk.render.draw.material_depth import SURFACE_RECORD
 #include "common/visible.glsl"
-uniform usampler2D visible_texture;
+uniform usampler2D visibility_texture;
 uniform sampler2D objects;
 
 // part: which of the record's texels.

@@ -27,7 +27,7 @@ layout(location = 0) out vec4 out_albedo;
 layout(location = 1) out vec4 out_surface;
 
 void main() {
-    uvec2 visible = texture(visible_texture, uv).xy;
+    uvec2 visible = texture(visibility_texture, uv).xy;
     vec4 viewer = object_texel(object_of(visible), SURFACE_RECORD_VIEWER);     // w: the object's scale
     vec4 rotation = object_texel(object_of(visible), SURFACE_RECORD_ROTATION);
     vec3 from_viewer = ray * distance_of(visible);

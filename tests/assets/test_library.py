@@ -97,7 +97,7 @@ def test_a_mesh_replaced_after_it_was_read_poisons_no_key(tiny_scene, tmp_path, 
 def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monkeypatch):
     (spec,) = load_scene(tiny_scene).assets
     replace_ball(tiny_scene, 1.0)
-    key = mesh_key(spec, ModelParams(32, 1))
+    key = mesh_key(spec, ModelParams(resolution=32, layers=1))
     load_mesh = depthwalk.assets.batch_bake.load_mesh
 
     def replaced(*arguments, **options):
@@ -105,7 +105,7 @@ def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monke
         return load_mesh(*arguments, **options)
 
     monkeypatch.setattr(depthwalk.assets.batch_bake, "load_mesh", replaced)
-    job = Job(spec, ModelParams(32, 1), tmp_path / "ball.dpci.exr")
+    job = Job(spec, ModelParams(resolution=32, layers=1), tmp_path / "ball.dpci.exr")
     list(bake_all([job], 1, lambda *_: None))
     baked = read_baked(job.out)
     assert baked.key == key

@@ -10,7 +10,7 @@ from shapes import sphere
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    monkeypatch.setattr("depthwalk.bake.level_file.cache_folder", lambda: tmp_path / "baked")
+    monkeypatch.setattr("depthwalk.cache.cache_folder", lambda: tmp_path / "baked")
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from PIL import Image
 import depthwalk
 import shapes
 from depthwalk.bake.file import read_baked, read_header
-from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.reader import read_soup
 from files import write_ply
 
 
@@ -118,11 +118,11 @@ def test_check_bakes_nothing_and_keeps_no_mesh(run, tiny_scene, tmp_path, monkey
 
     def watched(*arguments, **options):
         assert not [mesh for mesh in alive if mesh() is not None]
-        mesh = load_mesh(*arguments, **options)
+        mesh = read_soup(*arguments, **options)
         alive.append(weakref.ref(mesh))
         return mesh
 
-    monkeypatch.setattr("depthwalk.assets.batch_bake.load_mesh", watched)
+    monkeypatch.setattr("depthwalk.ingest.loader.read_soup", watched)
     result = run("check", tiny_scene)
     assert (result.exit_code, len(alive)) == (0, 4), result.stderr
     assert not cache.exists()

@@ -53,7 +53,7 @@ from pathlib import Path
 from depthwalk.commands import walk
 root = Path(sys.argv.pop())
 walk.scene_root = lambda: root
-from depthwalk.cli import main
+from depthwalk.commands.cli import main
 main()
 """
 

@@ -137,7 +137,7 @@ def test_the_counts_tell_the_papers_step(studio):
     """Whatever chose the level: texels of the side image per pixel, rounded down to a power of two."""
     with OnScreen(studio.device, *table()) as stage:
         counts = stage.draw(View(Camera((0.0, 0.5, 80.0), (0.0, 0.5, 0.0), 0.5), (240, 180)))
-        placed = stage.renderer.placed
+        placed = stage.renderer.world
         texel = placed.table().texel[placed.objects().asset[0]]
     step = 2 * 80 * np.tan(0.25) / (180 * texel)
     assert step > 4

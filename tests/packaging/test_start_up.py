@@ -35,7 +35,7 @@ from depthwalk.scene.loader import load_scene
 load_scene({scene!r})
 """
 RUN = """
-from depthwalk.cli import app
+from depthwalk.commands.cli import app
 try:
     app({arguments!r})
 except SystemExit as end:

@@ -29,9 +29,9 @@ def test_a_moved_node_moves_in_the_picture(gl_device, tiny_scene, told):
 
     before = middle()
     changed = set_node_transform(scene, 1, (0.5, 0.0, 0.0), 0.0, 1.0)
-    renderer.placed.moved(changed if told else None)
+    renderer.world.moved(changed if told else None)
     after = middle()
-    objects, bounds = renderer.placed.objects(), renderer.placed.bounds()
+    objects, bounds = renderer.world.objects(), renderer.world.bounds()
     renderer.release()
     scope.release()
     focal = 120 / (2 * np.tan(np.radians(45) / 2))

@@ -20,7 +20,7 @@ def test_the_bust_agrees_with_its_mesh_at_every_pose(real_scenes):
         for time in path.frames():
             pictures = []
             for representation in (Representation.DPCI, Representation.MESH):
-                headless.renderer.placed.representation = representation
+                headless.renderer.world.representation = representation
                 headless.draw(View(path.sample(time), SIZE), transparent=True)
                 pictures.append(headless.pixels().astype(float) / 255)
             masks = [picture[..., 3] > 0 for picture in pictures]

@@ -15,7 +15,7 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 # What passes declare that they read or write: what there is of each of them, to be read, in `Targets`.
 TARGETS: dict[str, tuple[str, ...]] = {
     "atlas": ("atlas_owner", "atlas_depth"),
-    "visible": ("visible_texture",),
+    "visible": ("visibility_texture",),
     "albedo": ("albedo",),
     "surface": ("surface",),
     "depth": ("depth",),

@@ -118,7 +118,7 @@ class Both:
                 setattr(scene.render.warp, name, value)
         self.renderers = [Renderer(device, scene, library) for scene in scenes]
         for renderer in self.renderers:
-            renderer.placed.representation = representation
+            renderer.world.representation = representation
             renderer.remembers = "reuse_error" in warp
 
     def __enter__(self):

@@ -6,19 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_placed import two_halves
 
 import depthwalk.render.resources.mesh_store
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
-from depthwalk.errors import InputError
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency
 from depthwalk.scene.arrays import Camera, Representation
-from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
-from stage import OnScreen
+from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere, two_halves
+from stage import AWAY, NEAR, SlowLibrary, Walk, draws_until
 
 SIZE = 160, 120
 
@@ -110,48 +108,6 @@ def test_distances_from_cylinders():
     np.testing.assert_allclose(outside(viewer, np.zeros((4, 3)), 2 * ones, ones), [0, 2, 3, 5])
 
 
-class Walk(OnScreen):
-    """One whose frames wait for nothing longer than `seconds`; None: for all."""
-
-    def __init__(self, device, scene, library, seconds):
-        super().__init__(device, scene, library, SIZE)
-        self.renderer.upload_seconds = seconds
-
-    def look(self, camera):
-        self.draw(View(camera, SIZE))
-
-
-class SlowLibrary(ShapeLibrary):
-    """Reads a mesh when it may, and not more than once."""
-
-    def __init__(self, *args, **kwargs):
-        super().__init__(*args, **kwargs)
-        self.may, self.read, self.forgotten, self.broken = threading.Event(), [], [], False
-
-    def mesh(self, asset):
-        if threading.current_thread() is not threading.main_thread():
-            assert self.may.wait(20)
-            self.read.append(asset)
-            if self.broken:
-                raise InputError("ball.ply: has gone")
-        return super().mesh(asset)
-
-    def forget_mesh(self, asset):
-        self.forgotten.append(asset)
-
-
-NEAR, AWAY = Camera((0, 0.5, 1.2), (0, 0.5, 0), 0.9), Camera((0, 0.5, 40.0), (0, 0.5, 0), 0.9)
-
-
-def draws_until(walk, done):
-    for _ in range(2000):
-        walk.look(NEAR)
-        if done():
-            return
-        threading.Event().wait(0.005)
-    raise AssertionError("the mesh never came")
-
-
 def test_a_walk_does_not_wait_for_meshes(gl_device, ball):
     library = SlowLibrary([ball], [bake(ball, resolution=32, layers=1)])
     before = Counter(gl_device.live)
@@ -180,11 +136,11 @@ def test_a_frame_agrees_whether_a_mesh_has_come(gl_device, ball):
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=0.01) as walk:
         walk.look(NEAR)
         renderer, mesh = walk.renderer, np.array([0])
-        frame = FrameResidency(renderer.placed, renderer.assets, 0.01)
+        frame = FrameResidency(renderer.world, renderer.assets, 0.01)
         assert not frame.fallback_mesh(mesh).any()
         library.may.set()
         for _ in range(2000):
-            if FrameResidency(renderer.placed, renderer.assets, 0.01).fallback_mesh(mesh).all():
+            if FrameResidency(renderer.world, renderer.assets, 0.01).fallback_mesh(mesh).all():
                 break
             threading.Event().wait(0.005)
         else:

@@ -191,7 +191,7 @@ def test_a_full_disk_costs_nothing_but_time(tiny_scene, monkeypatch, caplog):
 
 def test_relief_has_no_levels():
     library = SceneLibrary((SimpleNamespace(),))  # neither kind of asset has to be read
-    library._meshes[0] = None
+    library.mesh = lambda asset: None
     assert library.mesh_levels(0) == ()
 
 

@@ -15,6 +15,7 @@ from depthwalk.render.passes.light import LightPass
 from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View, view_distance
+from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import LightParams, RenderSettings
@@ -58,6 +59,7 @@ def test_the_pass_lights_what_the_twin_lights(gl_device, count):
     view = View(Camera((1.0, 2.0, 13.0), (0, 1, -4), 0.9), SIZE, near=2.0, far=40.0)
     targets, light, scope = Targets(gl_device, SIZE), LightPass(), gl_device.scope("test")
     light.attach(gl_device)
+    ViewBlock(scope, PICTURE_VIEW).show(view)
     albedo = rng.integers(0, 256, (*SIZE[::-1], 4), np.uint8)
     surface = rng.integers(0, 65536, (*SIZE[::-1], 4), np.uint16)
     depth = rng.uniform(0.3, 0.98, SIZE[::-1]).astype(np.float32)

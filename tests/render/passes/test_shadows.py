@@ -204,7 +204,7 @@ def test_maps_are_redrawn_only_when_they_change(studio, library):
         assert (stage.share() == before).all()
         assert stage.draw(view_of((0.131, 1.601, 5.07), (0.001, 1.0, 0.0)))["shadow_maps"] == 0
         scene.objects.position[0, 0] += 0.3
-        stage.renderer.placed.moved(slice(0, 1))
+        stage.renderer.world.moved(slice(0, 1))
         assert stage.draw(view)["shadow_maps"] == 3
         assert (stage.share() != before).any()
         scene.environment.sun.direction = (0.1, -1.0, 0.2)
@@ -226,15 +226,15 @@ def test_far_maps_take_turns_where_frames_follow_one_another(studio, library):
         assert stage.draw(view)["shadow_maps"] == 4
         before = stage.share()
         scene.objects.position[0, 0] += 0.3
-        stage.renderer.placed.moved(slice(0, 1))
+        stage.renderer.world.moved(slice(0, 1))
         assert [stage.draw(view)["shadow_maps"] for _ in range(4)] == [2, 1, 1, 0]
         after, moved = stage.share(), scene.objects.position.copy()
         assert (after != before).any()
         scene.objects.position[0, 0] += 0.3
-        stage.renderer.placed.moved(slice(0, 1))
+        stage.renderer.world.moved(slice(0, 1))
         assert stage.draw(view_of((80.0, 1.6, 80.0), (70.0, 1.0, 80.0)))["shadow_maps"] == 4  # far from where they were
         scene.objects.position[:] = moved
-        stage.renderer.placed.moved(slice(0, 1))
+        stage.renderer.world.moved(slice(0, 1))
         stage.renderer.remembers = False
         assert stage.draw(view)["shadow_maps"] == 4
         assert (stage.share() == after).all()

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from test_placed import two_halves
-from test_stand_ins import NEAR, SlowLibrary, Walk, draws_until
 
 from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
@@ -11,8 +9,8 @@ from depthwalk.render.shadows.cascades import Cascade, light_axes
 from depthwalk.render.shadows.casters import shadow_map
 from depthwalk.render.shadows.spot_maps import Spot
 from depthwalk.scene.arrays import Representation
-from shapes import ShapeLibrary, bake, leaves, scene_of, sphere
-from stage import Stage, view_of
+from shapes import ShapeLibrary, bake, leaves, scene_of, sphere, two_halves
+from stage import NEAR, SlowLibrary, Stage, Walk, draws_until, view_of
 
 TO_SUN = np.array([0.5, 0.8, 0.3])
 GROUND = {"ground": {"height": 0.0}, "sun": {"direction": tuple(-TO_SUN)}}
@@ -56,7 +54,7 @@ def test_limits_are_texels_and_triangles(studio, library, kind):
     """Ever finer maps of the tree: a mesh casts as soon as a texel of the images covers two, and never where it has
     more triangles for its texels than images may have."""
     with Stage(studio, scene_of(TREE), library) as stage:
-        placed = stage.renderer.placed
+        placed = stage.renderer.world
         scene, table = placed.arrays(), placed.table()
         table.meshes.add(0, [MeshLevel(library.mesh(0), 0.0)])
         rule, finest = MeshFallbackRule(magnification=2.0, is_resident=all_have, error=0.125), 0.0
@@ -67,7 +65,7 @@ def test_limits_are_texels_and_triangles(studio, library, kind):
                     centre=(-0.8, 20.0, 0.0),
                     axes=light_axes(np.array([0.0, 1.0, 0.01])),
                     angle=0.7,
-                    bounding_radius=40.0,
+                    reach=40.0,
                     resolution=resolution,
                 )
             nearest, middle = (float(texel[0]) for texel in view.texels(placed.bounds()))

@@ -130,7 +130,7 @@ def test_maps_are_redrawn_only_when_something_in_their_cone_moves(studio, librar
         assert stage.draw(FROM_ABOVE)["shadow_maps"] == 0
         assert (stage.lit() == before).all()
         scene.objects.position[BALL, 0] += 0.2
-        stage.renderer.placed.moved(slice(0, 1))
+        stage.renderer.world.moved(slice(0, 1))
         assert stage.draw(FROM_ABOVE)["shadow_maps"] == 1
         assert (stage.lit() != before).any()
         scene.environment.lights[1].position = (8.0, 4.0, 0.1)

@@ -26,7 +26,7 @@ def test_a_sphere_that_shows_a_point_is_visible(centre, bounding_radius, eye, fo
 
 
 @pytest.mark.parametrize(
-    ("forward", "reach", "ground", "near", "far"),
+    ("forward", "bounding_radius", "ground", "near", "far"),
     [
         ([10.0], [1.0], None, 0.99 * 9, 1.01 * 11),
         ([10.0, 2000.0], [1.0, 500.0], None, 0.99 * 9, 1.01 * 2500),

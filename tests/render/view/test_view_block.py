@@ -60,8 +60,8 @@ def test_a_picture_is_described_as_its_view_says(view):
 @pytest.mark.parametrize(
     "seen",
     [
-        Cascade((1.0, 2.0, 3.0), 4.0, light_axes(np.array([0.3, 0.9, 0.1])), 256),
-        Spot((1.0, 2.0, 3.0), light_axes(np.array([0.3, 0.9, 0.1])), 1.0, 9.0, 256),
+        Cascade(centre=(1.0, 2.0, 3.0), half=4.0, axes=light_axes(np.array([0.3, 0.9, 0.1])), resolution=256),
+        Spot(centre=(1.0, 2.0, 3.0), axes=light_axes(np.array([0.3, 0.9, 0.1])), angle=1.0, reach=9.0, resolution=256),
     ],
     ids=["sun", "spot"],
 )

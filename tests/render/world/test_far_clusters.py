@@ -89,7 +89,7 @@ def test_what_moves_is_warped_anew(gl_device, library):
         before = stage.picture()
         assert stage.counts["warped"] == 0
         stage.scene.objects.position[700] += (0, 6, 0)
-        stage.renderer.placed.moved(slice(700, 701))
+        stage.renderer.world.moved(slice(700, 701))
         after = stage.picture()
         assert 0 < stage.counts["warped"] <= 4 * MEMBERS  # those of its cell
         assert (before != after).any(-1).sum() > 10

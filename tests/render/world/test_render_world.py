@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.bake.division import Cell, part_faces
-from depthwalk.bake.model import BakedModel
-from depthwalk.bake.parts import ModelParams, bake_model, submesh
+from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera, Representation
-from shapes import ShapeLibrary, box, joined, scene_of, sphere
+from shapes import ShapeLibrary, box, joined, scene_of, sphere, two_halves
 
 
 @pytest.fixture(scope="module")
@@ -18,17 +16,6 @@ def halves():
     """Two halves of a ball, and the ball."""
     mesh = sphere(0.5, columns=96, rows=48)
     return mesh, bake_model(mesh, ModelParams(resolution=128, layers=1), "whole"), two_halves(mesh)
-
-
-def two_halves(mesh):
-    """`mesh` in two parts left and right of x = 0, about x."""
-    cells = Cell().cut(np.array([1.0, 0, 0, 0]))
-    pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
-    return BakedModel(
-        parts=tuple(
-            bake_model(piece, ModelParams(resolution=128, layers=1, axis="x"), "halves").parts[0] for piece in pieces
-        )
-    )
 
 
 @pytest.mark.parametrize("axis", ["x", (1.0, 2.0, -0.5)])
@@ -65,15 +52,15 @@ def test_every_part_is_an_object_of_the_renderer(gl_device, halves):
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), (1, (3, 0, 0), 0.0, 1.0), (0, (6, 0, 0), 1.0, 2.0))
     renderer = Renderer(gl_device, scene, library)
     try:
-        objects, table = renderer.placed.objects(), renderer.placed.table()
+        objects, table = renderer.world.objects(), renderer.world.table()
         assert objects.asset.tolist() == [2, 3, 4, 2, 3] and len(table.texel) == 5
-        centres = renderer.placed.bounds().centre
+        centres = renderer.world.bounds().centre
         assert centres[0, 0] < 0 < centres[1, 0] and (np.abs(centres[[0, 1], 0]) < 0.5).all()
         assert np.linalg.norm(centres[[3, 4]].mean(0) - [6, 1, 0]) < 0.1
-        renderer.placed.representation = Representation.MESH
-        assert renderer.placed.objects().asset.tolist() == [0, 1, 0]
-        assert renderer.placed.bounds().centre[0] == pytest.approx([0, 0.5, 0], abs=1e-3)
-        renderer.placed.representation = Representation.DPCI
-        assert renderer.placed.objects().asset.tolist() == [2, 3, 4, 2, 3]
+        renderer.world.representation = Representation.MESH
+        assert renderer.world.objects().asset.tolist() == [0, 1, 0]
+        assert renderer.world.bounds().centre[0] == pytest.approx([0, 0.5, 0], abs=1e-3)
+        renderer.world.representation = Representation.DPCI
+        assert renderer.world.objects().asset.tolist() == [2, 3, 4, 2, 3]
     finally:
         renderer.release()

@@ -63,7 +63,7 @@ class MaterialResolvePass(Pass[Params]):
             defines += ("SHOW_TILES",)
         common = {
             "objects": 0,
-            "visible_texture": 1,
+            "visibility_texture": 1,
             **light,
         }
         columns = (each.tolist() for each in (shading.assets, levels, shading.low, shading.high))
