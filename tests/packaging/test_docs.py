@@ -7,10 +7,12 @@ import ast
 import importlib
 import json
 import re
+import runpy
 import shlex
 from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 import typer
@@ -169,3 +171,11 @@ def test_pages_that_the_code_names_exist():
         for page in re.findall(r"docs/([\w-]+\.(?:md|py))", source.read_text(encoding="utf-8"))
     }
     assert not [(source, page) for source, page in named if not (ROOT / "docs" / page).is_file()]
+
+
+@pytest.mark.parametrize("name", ["cylinder", "shift", "impostor", "cases"])
+def test_figures_are_up_to_date(name):
+    figures = runpy.run_path(str(ROOT / "docs" / "figures.py"))
+    drawn = (ROOT / "docs" / "images" / f"{name}.svg").read_text(encoding="utf-8")
+    assert drawn == figures[name](), f"run python docs/make_images.py {name}"
+    ElementTree.fromstring(drawn)
