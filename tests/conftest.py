@@ -15,6 +15,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-goldens", action="store_true", help="replace tests/images and write difference sheets")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what needs OpenGL by the fixture that it asks for; what makes a device in another way says so itself."""
+    for item in items:
+        if "gl_device" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.gl)
+
+
 @pytest.fixture(scope="session")
 def gl_device():
     """The headless device that all GL tests share; without one they are skipped, and say so."""

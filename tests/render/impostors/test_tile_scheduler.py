@@ -193,7 +193,7 @@ def test_a_full_atlas_lowers_the_resolution_and_says_so(walk):
 def test_what_was_hidden_gives_way(walk):
     """Two rounds of looking about, with room for everything and for a part of it."""
     roomy, tight = walk(count=8), walk(count=8)
-    tight.atlas = (512, 720)  # a quarter of what all tiles of a round take; 700 is a matter of luck in packing
+    tight.atlas = (512, 720)  # so little that tiles must give way; in 700 it is luck whether the gaps fit
     warped = []
     for steps in (roomy, tight):
         rounds = [2 * np.pi * k / 16 for k in range(16)] * 2

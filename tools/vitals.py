@@ -1,0 +1,138 @@
+"""Measure in two minutes what a user meets: `python -m tools.vitals` prints a row for docs/vitals.md.
+
+First picture: the whole process of `depthwalk render scenes/garden.yaml`, with an empty cache (cold) and with the one
+that it left (warm). Walk: the median frame of `depthwalk bench` along a path. Share: of the pixels that show objects, the
+part that depth images drew, over views along the paths. With `--against DIR`, another checkout is measured in turn, so
+that a ratio holds on a machine whose speed changes; it may be an older one: only the command line of both is used.
+"""
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+ROOT = Path(__file__).resolve().parents[1]
+SIZE = 1024, 768
+VIEWS = 5  # along a path, at which the share of depth images is taken
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walk:
+    """A scene with a path through it. name: of the row; scene, path: files."""
+
+    name: str
+    scene: Path
+    path: Path
+
+
+def walks(extra: Path | None) -> list[Walk]:
+    """Return the shipped walks, and the one through the plaza where the folder `extra` has it."""
+    found = [
+        Walk(name=name, scene=ROOT / f"scenes/{name}.yaml", path=ROOT / f"scenes/paths/{name}.yaml")
+        for name in ("garden", "room")
+    ]
+    if extra is not None and (extra / "plaza.yaml").is_file():
+        found.append(Walk(name="plaza", scene=extra / "plaza.yaml", path=extra / "stroll.yaml"))
+    return found
+
+
+def run(checkout: Path, cache: Path, *arguments: str) -> float:
+    """Run `depthwalk` of a checkout; return the seconds of the whole process. Raises CalledProcessError."""
+    environment = os.environ | {"PYTHONPATH": str(checkout / "app"), "XDG_CACHE_HOME": str(cache)}
+    begin = time.perf_counter()
+    subprocess.run([sys.executable, "-m", "depthwalk", *arguments], env=environment, check=True, capture_output=True)
+    return time.perf_counter() - begin
+
+
+def first_picture(checkout: Path, folder: Path) -> tuple[float, float]:
+    """Return the seconds to a picture of the garden, with an empty cache and with a full one."""
+    arguments = (
+        "render",
+        str(checkout / "scenes/garden.yaml"),
+        "-o",
+        str(folder / "garden.png"),
+        "--resolution",
+        "320,240",
+    )
+    cache = folder / f"cold-{time.time_ns()}"
+    return run(checkout, cache, *arguments), min(run(checkout, cache, *arguments) for _ in range(3))
+
+
+def walking(checkout: Path, cache: Path, walk: Walk, frames: int, folder: Path) -> float:
+    """Return the median milliseconds of a frame along the path."""
+    report = folder / "bench.json"
+    size = ",".join(map(str, SIZE))
+    options = "--path", str(walk.path), "--frames", str(frames), "--resolution", size, "--json", str(report)
+    run(checkout, cache, "bench", str(walk.scene), *options)
+    return float(json.loads(report.read_text())["runs"][0]["frame_ms"]["p50"])
+
+
+def share(walk: Walk) -> float:
+    """Return the part of the objects' pixels that depth images drew, 0 to 1, over views along the path."""
+    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.render.headless import HeadlessRenderer
+    from depthwalk.render.view.view import View
+    from depthwalk.scene.loader import load_scene
+    from depthwalk.scene.path import load_path
+
+    scene = load_scene(walk.scene)
+    scene.environment.ground = None  # it is a polygon, too, but no object
+    path = load_path(walk.path)
+    size = SIZE[0] // 2, SIZE[1] // 2
+    images = pixels = 0
+    with HeadlessRenderer(scene, SceneLibrary(scene.assets), size) as headless:
+        for moment in np.linspace(0, path.frames()[-1], VIEWS):
+            headless.draw(View(path.sample(float(moment)), size))
+            targets = headless.renderer.targets
+            assert targets is not None  # `draw` made them
+            with headless.device.context:
+                number = np.frombuffer(targets.visibility_texture.read(), np.uint32).reshape(-1, 2)[:, 0]
+                depth = np.frombuffer(targets.depth.read(), np.float32)
+            pixels += int((depth < 1).sum())
+            images += int(((depth < 1) & (number > 0)).sum())
+    return images / max(pixels, 1)
+
+
+def main(
+    against: Annotated[Path | None, typer.Option(help="Another checkout, measured in turn with this one")] = None,
+    rounds: Annotated[int, typer.Option(help="Of walks, whose medians are taken", min=1)] = 3,
+    frames: Annotated[int, typer.Option(help="Of each walk", min=2)] = 24,
+) -> None:
+    """Print what a user meets: first picture, walking time and share of depth images, as a row for docs/vitals.md."""
+    extra = Path(os.environ.get("DEPTHWALK_TEST_SCENES", ROOT.parent / "shared" / "scenes"))
+    checkouts = [ROOT] + ([against.resolve()] if against else [])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        first = {checkout: first_picture(checkout, folder) for checkout in checkouts}
+        cells = [date.today().isoformat(), *(f"{seconds:.1f} s" for seconds in first[ROOT])]
+        if against:
+            cells[1] += f" ({first[ROOT][0] / first[checkouts[1]][0]:.2f} ×)"
+            cells[2] += f" ({first[ROOT][1] / first[checkouts[1]][1]:.2f} ×)"
+        for walk in walks(extra):
+            times: dict[Path, list[float]] = {checkout: [] for checkout in checkouts}
+            for number in range(rounds + 1):  # the first one fills the caches
+                for checkout in checkouts:
+                    cache = folder / f"cache-{checkouts.index(checkout)}"
+                    time_of_frame = walking(checkout, cache, walk, frames if number else 2, folder)
+                    if number:
+                        times[checkout].append(time_of_frame)
+            cell = f"{walk.name} {statistics.median(times[ROOT]):.1f} ms"
+            if against:
+                ratios = [mine / other for mine, other in zip(*times.values(), strict=True)]
+                cell += f" ({statistics.median(ratios):.3f} ×)"
+            cells.append(f"{cell}, {share(walk):.1%} images")
+        print(" | ".join(cells))
+
+
+if __name__ == "__main__":
+    typer.run(main)
