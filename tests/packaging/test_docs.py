@@ -164,7 +164,7 @@ def test_command_lines_are_known(page):
 
 
 def test_pages_that_the_code_names_exist():
-    sources = [*PACKAGE.rglob("*.py"), *(ROOT / "shaders").rglob("*.*"), *(ROOT / "tools").rglob("*.py")]
+    sources = [*PACKAGE.rglob("*.py"), *(ROOT / "shaders").rglob("*.*")]
     named = {
         (source.name, page)
         for source in sources
