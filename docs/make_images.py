@@ -1,4 +1,8 @@
-"""Makes the pictures in docs/images: `python docs/make_images.py [NAME...]`. hud needs Xvfb and xdotool."""
+"""Make the pictures in docs/images: `python docs/make_images.py [NAME...]`.
+
+`hud` photographs the window and needs Xvfb and xdotool. The line figures come from docs/figures.py. `frame.svg` is not
+made here.
+"""
 
 import os
 import subprocess
@@ -7,8 +11,10 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
+import figures
 import numpy as np
 from PIL import Image
 
@@ -26,20 +32,22 @@ _SECONDS_TO_LOAD = 120
 
 
 def garden() -> None:
+    """Draw the garden."""
     render("garden")
 
 
 def room() -> None:
-    """The head as depth images, as near as it is."""
+    """Draw the room with the head as depth images, close as it is."""
     render("room", "--set", "render.lod.magnification=0")
 
 
 def night() -> None:
+    """Draw the court at night."""
     render("night")
 
 
 def render(name: str, *options: str) -> None:
-    """A shipped scene, seen by its own camera."""
+    """Render a shipped scene through its own camera."""
     scene, out = scene_root() / f"{name}.yaml", IMAGES / f"{name}.png"
     command = [*_DEPTHWALK, "render", str(scene), "-o", str(out), "--resolution", "1024,576", *options]
     subprocess.run(command, check=True)
@@ -47,13 +55,13 @@ def render(name: str, *options: str) -> None:
 
 
 def shrink(picture: Path, out: Path) -> None:
-    """The picture in fewer bytes: opaque, without its texts."""
+    """Write a picture in fewer bytes: without alpha and without its PNG texts."""
     with Image.open(picture) as image:
         image.convert("RGB").save(out, optimize=True)
 
 
 def dpci() -> None:
-    """Colour, depth and normals of the side image of a bust, layer 0."""
+    """Draw colour, depth and normals of layer 0 of a bust's side image."""
     mesh = load_mesh(asset_root() / "head_venus.ply")
     baked = bake_object(mesh, BakeParams(resolution=400, layers=1), key="")
     side = next(image for image in baked.images if image.face is Face.SIDE)
@@ -61,7 +69,10 @@ def dpci() -> None:
 
 
 def depth_image_picture(image: DepthImage) -> np.ndarray:
-    """Its parts side by side, (H, 3 W + gaps, 3) uint8, top row first: near is bright, empty is grey."""
+    """Return colour, depth and normals side by side.
+
+    The picture is (H, 3 W + gaps, 3) uint8 with its top row first. Near is bright; texels without surface are grey.
+    """
     solid = np.isfinite(image.depth)
     low, high = image.depth[solid].min(), image.depth[solid].max()
     nearness = np.where(solid, 1 - 0.9 * (image.depth - low) / (high - low), 0)
@@ -76,7 +87,7 @@ def depth_image_picture(image: DepthImage) -> np.ndarray:
 
 
 def hud() -> None:
-    """The window on the room, with figures and panel, photographed by its own F12."""
+    """Photograph the window on the room, with figures and panel, by its own F12."""
     with tempfile.TemporaryDirectory() as name, virtual_display() as display:
         environment = os.environ | {"DISPLAY": display}
         environment.pop("WAYLAND_DISPLAY", None)
@@ -90,7 +101,7 @@ def hud() -> None:
 
 
 def take_screenshot(folder: Path, environment: dict[str, str], walk: subprocess.Popen[bytes]) -> Path:
-    """Opens the panel of the window and presses F12 until a picture lies in `folder`."""
+    """Open the panel of the window and press F12 until a picture lies in `folder`; return its path."""
     end = time.monotonic() + _SECONDS_TO_LOAD
     opened = False
     while time.monotonic() < end and walk.poll() is None:
@@ -117,7 +128,7 @@ def take_screenshot(folder: Path, environment: dict[str, str], walk: subprocess.
 
 @contextmanager
 def virtual_display() -> Iterator[str]:
-    """The name of an X display without a screen."""
+    """Run an X server without a screen and yield the name of its display."""
     read, write = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x720x24"], pass_fds=[write])
     os.close(write)
@@ -129,10 +140,29 @@ def virtual_display() -> Iterator[str]:
         server.wait(10)
 
 
-MAKERS: dict[str, Callable[[], None]] = {"garden": garden, "room": room, "night": night, "dpci": dpci, "hud": hud}
+def draw(name: str, figure: Callable[[], str]) -> None:
+    """Write a line figure as SVG."""
+    (IMAGES / f"{name}.svg").write_text(figure(), encoding="utf-8", newline="\n")
+
+
+FIGURES: dict[str, Callable[[], str]] = {
+    "cylinder": figures.cylinder,
+    "shift": figures.shift,
+    "impostor": figures.impostor,
+    "cases": figures.cases,
+}
+MAKERS: dict[str, Callable[[], None]] = {
+    "garden": garden,
+    "room": room,
+    "night": night,
+    "dpci": dpci,
+    "hud": hud,
+    **{name: partial(draw, name, figure) for name, figure in FIGURES.items()},
+}
 
 
 def main() -> None:
+    """Make the named pictures, or all."""
     IMAGES.mkdir(exist_ok=True)
     for name in sys.argv[1:] or MAKERS:
         MAKERS[name]()

@@ -1,4 +1,4 @@
-// Warps depth samples in 3-D, straight to the clip space of a shadow map, see docs/conventions.md; the map's centre stands in
+// Warps depth samples in 3-D, straight to the clip space of a shadow map, see docs/algorithms.md; the map's centre stands in
 // for the viewer.
 #include "common/placed_samples.glsl"
 

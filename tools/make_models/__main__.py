@@ -26,7 +26,7 @@ from depthwalk.limits import MAX_ASSETS
 HEADER = """# Sources of the files in this folder
 
 Everything here is our own work, made by the code in `tools/make_models`; nothing was taken from elsewhere.
-`python -m tools.make_models assets` makes all of it anew, the same bytes each time.
+`python -m tools.make_models assets` makes all of it again, byte for byte.
 
 Meshes are binary PLY in metres, Y up, on y = 0, with sRGB vertex colours. Size is x × y × z.
 

@@ -1,4 +1,4 @@
-"""Which way an object's cylinder should stand, so that its images sample the surface best."""
+"""Choose the direction of an object's cylinder, so that its images sample the surface best."""
 
 from typing import Literal
 

@@ -42,7 +42,7 @@ Method = Literal["raycast", "six-view"]
 Layers = int | Literal["auto"]
 _LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a box face must sample better than others, to be worth the trouble
 _BATCH = 1 << 15  # samples at a time
-_OVERLAP = 3  # texels by which a box face goes on beyond what it samples better than others
+_OVERLAP = 3  # texels of overlap: a box face extends so far beyond what it samples better than the others
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +84,7 @@ class BakeParams:
     resolution
         Side of every image, texels.
     layers
-        Depth-peeled surfaces per image; auto: as many as there may be.
+        Depth-peeled surfaces per image; auto: as many as a file may hold.
     method
         How the surfaces are sampled: by rays, or by the paper's six views.
     refinements
@@ -146,21 +146,21 @@ def bake_object(
 
         progress("six views")
         seen = sample_six_views(mesh, cylinder, side)
-    with thread_map(workers) as each:
+    with thread_map(workers) as parallel_map:
         for face in tuple(seen) or (Face if refinements.box_faces else PAPER_FACES):
             progress(face.name.lower())
             if face not in seen:
-                seen[face] = cast_face(mesh, caster, grids[face], params, rivals, each)
-            layers = connect_face(caster, grids[face], seen[face], steps, refinements, each)
+                seen[face] = cast_face(mesh, caster, grids[face], params, rivals, parallel_map)
+            layers = connect_face(caster, grids[face], seen[face], steps, refinements, parallel_map)
             if layers:
                 rivals[face] = face_layers(grids[face], layers)
         images = [image for layers in rivals.values() for image in layers.images]
         if refinements.owners:
             progress("owners")
-            images = _owned(rivals, images, each)
+            images = _owned(rivals, images, parallel_map)
         progress("borders")
-        borders = trace_boundary_strips(caster, grids, seen, images, each) if refinements.borders else []
-        images, borders = trim(images, borders, each)
+        borders = trace_boundary_strips(caster, grids, seen, images, parallel_map) if refinements.borders else []
+        images, borders = trim(images, borders, parallel_map)
     return BakedObject(
         cylinder=cylinder,
         images=tuple(images),
@@ -171,14 +171,14 @@ def bake_object(
     )
 
 
-def _owned(rivals: Rivals, images: list[DepthImage], each: Map) -> list[DepthImage]:
+def _owned(rivals: Rivals, images: list[DepthImage], parallel_map: Map) -> list[DepthImage]:
     """Return all images, those of `rivals`, with their owners and with the triangles marked that others hold better."""
-    owners = assign_owners(rivals, each)
+    owners = assign_owners(rivals, parallel_map)
     owned = [replace(image, owner=owner) for image, owner in zip(images, owners, strict=True)]
     layers = {
         face: replace(rival, images=[image for image in owned if image.face is face]) for face, rival in rivals.items()
     }
-    return yield_triangles(layers, each)
+    return yield_triangles(layers, parallel_map)
 
 
 def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
@@ -197,7 +197,7 @@ def cast_face(
     grid: FaceGrid,
     params: BakeParams,
     rivals: Rivals | None = None,
-    each: Map = map,
+    parallel_map: Map = map,
 ) -> FaceSamples:
     """Sample what the rays of one face meet, less what nobody outside can see.
 
@@ -211,25 +211,25 @@ def cast_face(
         Says how many surfaces along a ray count.
     rivals
         Faces that were sampled before. A box face leaves out what these hold well enough.
-    each
+    parallel_map
         See `parallel.Map`.
     """
     origin, direction = (part.reshape(-1, 3) for part in grid.rays)
-    hits = caster.peel(origin, direction, peeled_layers(params, caster), grid.max_depth, each)
+    hits = caster.peel(origin, direction, peeled_layers(params, caster), grid.max_depth, parallel_map)
     found = np.isfinite(hits.distance)
     if grid.face in BOX_FACES and rivals:
         layer, ray = found.nonzero()
 
-        def worth_it(some: slice) -> Mask:
-            at = layer[some], ray[some]
+        def worth_it(batch: slice) -> Mask:
+            at = layer[batch], ray[batch]
             points = origin[at[1]] + hits.distance[at][:, None] * direction[at[1]]
             return worth_adding(rivals, grid, points, hits.normal[at])
 
         worth = np.zeros(found.shape, bool)
-        worth[found] = np.concatenate(list(each(worth_it, batches(len(layer), _BATCH))))
+        worth[found] = np.concatenate(list(parallel_map(worth_it, batches(len(layer), _BATCH))))
         found &= _spread(worth.reshape(-1, *grid.shape)).reshape(found.shape)
-    hits = prune_hidden(caster, (origin, direction), hits, grid.shape, found, each)
-    return face_samples(mesh, hits, grid.shape, each)
+    hits = prune_hidden(caster, (origin, direction), hits, grid.shape, found, parallel_map)
+    return face_samples(mesh, hits, grid.shape, parallel_map)
 
 
 def _spread(worth: Mask) -> Mask:
@@ -246,7 +246,7 @@ def connect_face(
     seen: FaceSamples,
     steps: int,
     refinements: Refinements = EVERYTHING,
-    each: Map = map,
+    parallel_map: Map = map,
 ) -> list[DepthImage]:
     """Build the layers of one face that see anything at all.
 
@@ -264,13 +264,13 @@ def connect_face(
         Number of grids, of steps 1, 2, … 2^(steps − 1).
     refinements
         Whether to cut, and whether to connect across layers.
-    each
+    parallel_map
         See `parallel.Map`.
     """
     depth = seen.samples.depth
     if not np.isfinite(depth).any():
         return []
-    cells = connect(caster, grid, depth, steps, refinements.cut, refinements.across_layers, each)
+    cells = connect(caster, grid, depth, steps, refinements.cut, refinements.across_layers, parallel_map)
     owner = np.full(grid.shape, grid.face, np.uint8)
     return [
         DepthImage(
@@ -291,7 +291,7 @@ def trace_boundary_strips(
     grids: Mapping[Face, FaceGrid],
     seen: Mapping[Face, FaceSamples],
     images: Sequence[DepthImage],
-    each: Map = map,
+    parallel_map: Map = map,
 ) -> list[BoundaryStrip]:
     """Trace the boundary strips of `images`, level by level and face by face.
 
@@ -307,4 +307,4 @@ def trace_boundary_strips(
 
     steps = len(images[0].cells) if images else 0
     faces = dict.fromkeys(image.face for image in images)
-    return list(each(trace, product(range(steps), faces)))
+    return list(parallel_map(trace, product(range(steps), faces)))

@@ -1,9 +1,9 @@
 """The surface between the last samples of a depth image and its true edge.
 
 A grid triangle needs three samples of one surface, so on its own a grid ends up to a cell before every silhouette and
-every cut, and thin things (a leaf, a finger) fall through it. From each sample whose neighbour does not continue its
-surface, the surface is followed along the grid's edge until it ends; the triangles between samples and end points
-complete the cells, as marching triangles complete an isosurface at a boundary.
+every discontinuity cut, and thin things (a leaf, a finger) fall through it. From each sample whose neighbour does not
+continue its surface, the surface is followed along the grid's edge until it ends; the triangles between samples and end
+points complete the cells, as marching triangles complete an isosurface at a boundary.
 """
 
 from dataclasses import dataclass
@@ -77,10 +77,15 @@ def trace_boundary_strip(
     texels = rows * width + columns
     free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
     begins = (free & wanted.reshape(layers, -1).take(texels, 1)).any(0)
-    some = np.unique(np.flatnonzero(begins) // 3)
-    free, columns, rows, texels = free.take(some, 1), columns.take(some, 0), rows.take(some, 0), texels.take(some, 0)
+    selected = np.unique(np.flatnonzero(begins) // 3)
+    free, columns, rows, texels = (
+        free.take(selected, 1),
+        columns.take(selected, 0),
+        rows.take(selected, 0),
+        texels.take(selected, 0),
+    )
     # Unwrapped, so that an edge across the seam is a short one.
-    unwrapped = np.where(columns < np.tile(corners[0], 2)[some, None], columns + width, columns)
+    unwrapped = np.where(columns < np.tile(corners[0], 2)[selected, None], columns + width, columns)
     layer, triangle, corner = free.nonzero()
     start = layer * height * width + texels[triangle, corner]  # sample numbers
     position = np.stack([(unwrapped + 0.5) / width, (rows + 0.5) / height], -1)  # (triangles, 3, 2) u, v
@@ -134,7 +139,7 @@ def _free_corners(
 ) -> NDArray[np.bool_]:
     """Return which samples (L, triangles, 3) at the corners `texels` (triangles, 3) no triangle on them uses.
 
-    solid: (L, H·W), there is a sample.
+    solid: (L, H·W), True where a texel holds a sample.
     """
     free = solid.take(texels, 1)
     for anchor, code in enumerate(codes):
@@ -158,7 +163,8 @@ def _follow(
     """Follow the surface of samples `start` (n,) from (u, v) `begin` (n, 2) toward `end` (n, 2).
 
     Each advance must meet the mesh within a slack of the tangent plane at the last point; where it does not, the stride
-    is halved. Returns the part of the way (n,) in [0, 1] that the surface goes on, and the depth (n,) there, metres.
+    is halved. Returns the part of the way (n,) in [0, 1] along which the surface continues, and the depth (n,) at its
+    end, metres.
     """
     depth = samples.depth.take(start)
     normal = samples.facing.reshape(-1, 3).take(start, 0)

@@ -1,4 +1,4 @@
-"""Baked models are made once: kept in the user's cache folder, or shipped beside the mesh, found by their key."""
+"""Find and keep baked models: in the user's cache folder, or shipped beside the mesh, by their key."""
 
 import hashlib
 import json
@@ -60,13 +60,13 @@ def read_model(path: Path, key: str) -> BakedModel | None:
 def find_baked(mesh: Path, key: str) -> BakedModel | None:
     """Find the model of `key` beside the mesh or in the cache.
 
-    A stale or damaged file is passed over, since baking again replaces it. Returns None where there is no other.
+    A stale or damaged file is passed over, since baking again replaces it. Returns None where no other is found.
     """
     return read_model(sidecar(mesh), key) or find_cached(key)
 
 
 def find_cached(key: str) -> BakedModel | None:
-    """Return the model of `key` in the cache, None where there is none."""
+    """Return the model of `key` in the cache, or None."""
     return BAKED.find(key, lambda path: _read(path, key))
 
 

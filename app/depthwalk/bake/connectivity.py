@@ -1,7 +1,7 @@
-"""Which grid triangles lie on the surface: the cut, made to work across layers (docs/baking.md).
+"""Decide which grid triangles lie on the surface: the discontinuity cut, across layers (docs/baking.md).
 
 A depth image is a height field only in part: next to a silhouette its nearest surface jumps, and the surface behind
-goes on one layer deeper. So each corner of a triangle is taken from the layer whose depth continues the others', and
+continues one layer deeper. So each corner of a triangle is taken from the layer whose depth continues the others', and
 what remains is tested against the mesh with rays.
 """
 
@@ -39,7 +39,7 @@ def connect(
     steps: int,
     cut: bool = True,
     across_layers: bool = True,
-    each: Map = map,
+    parallel_map: Map = map,
 ) -> list[list[NDArray[np.uint16]]]:
     """Connect the samples of a face to triangles and drop those that do not lie on the mesh.
 
@@ -57,7 +57,7 @@ def connect(
         Whether to drop triangles off the mesh; otherwise every triangle counts as surface.
     across_layers
         Whether a triangle's corners may be on different layers.
-    each
+    parallel_map
         See `parallel.Map`.
 
     Returns
@@ -70,16 +70,16 @@ def connect(
     solid = np.isfinite(depths[0])  # samples fill the first layers
 
     def work(task: tuple[int, slice]) -> None:
-        level, some = task
-        i0, j0, i1, j1 = here = [axis[some] for axis in corners[level]]
+        level, batch = task
+        i0, j0, i1, j1 = batch_corners = [axis[batch] for axis in corners[level]]
         samples = np.sum([solid[j, i] for j in (j0, j1) for i in (i0, i1)], axis=0)
         filled = np.flatnonzero(samples >= 3)
-        cells = [axis[filled] for axis in here]
+        cells = [axis[filled] for axis in batch_corners]
         found = _connect_cells(caster, grid, depths, cells, level, cut, across_layers)
-        codes[level][:, some.start + filled] = found
+        codes[level][:, batch.start + filled] = found
 
-    tasks = [(level, some) for level, cells in enumerate(corners) for some in batches(cells[0].size, _BATCH)]
-    list(each(work, tasks))
+    tasks = [(level, batch) for level, cells in enumerate(corners) for batch in batches(cells[0].size, _BATCH)]
+    list(parallel_map(work, tasks))
     return [[level[layer] for level in codes] for layer in range(len(depths))]
 
 
@@ -92,7 +92,7 @@ def _connect_cells(
     cut: bool,
     across_layers: bool,
 ) -> NDArray[np.uint16]:
-    """Return the codes (L, cells) of some cells of one level; corners: theirs, as `grid_cells` returns them."""
+    """Return the codes (L, cells) of a batch of cells of one level; corners: as `grid_cells` returns them."""
     layers, height, width = depths.shape
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(grid.face, *corners))  # (triangles, 3)
     texels = (rows * width + columns).T
@@ -128,13 +128,13 @@ def _continue_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...
     nearest = np.zeros_like(alone)
     parts = [(nearest, alone, nearest, nearest)]
     for layers in range(2, depths.shape[1] + 1):
-        some = np.flatnonzero(deepest == layers)
-        first, second, third = depths[:, :layers, some]
+        selected = np.flatnonzero(deepest == layers)
+        first, second, third = depths[:, :layers, selected]
         to_second, to_third, between = _mutual(first, second), _mutual(first, third), _mutual(second, third)
-        complete = (to_second >= 0) & (to_third >= 0) & (between[to_second, np.arange(len(some))] == to_third)
+        complete = (to_second >= 0) & (to_third >= 0) & (between[to_second, np.arange(len(selected))] == to_third)
         anchor, triangle = complete.nonzero()
-        parts.append((anchor, some[triangle], to_second[anchor, triangle], to_third[anchor, triangle]))
-    anchor, triangle, second, third = (np.concatenate(each) for each in zip(*parts, strict=True))
+        parts.append((anchor, selected[triangle], to_second[anchor, triangle], to_third[anchor, triangle]))
+    anchor, triangle, second, third = (np.concatenate(column) for column in zip(*parts, strict=True))
     return anchor, triangle, second, third
 
 
@@ -144,13 +144,15 @@ def _single_layers(depths: NDArray[np.float32]) -> tuple[NDArray[np.intp], ...]:
     return layer, triangle, layer, layer
 
 
-def _mutual(here: NDArray[np.float32], there: NDArray[np.float32]) -> NDArray[np.intp]:
-    """Return for each sample of `here` (L, n) the layer of its partner in `there` (L, n), or −1."""
+def _mutual(first: NDArray[np.float32], second: NDArray[np.float32]) -> NDArray[np.intp]:
+    """Return for each sample of `first` (L, n) the layer of its partner in `second` (L, n), or −1."""
     with np.errstate(invalid="ignore"):
-        gap = np.fmin(np.abs(here[:, None] - there[None]), np.float32(np.inf))  # (L here, L there, n); not NaN
+        gap = np.fmin(
+            np.abs(first[:, None] - second[None]), np.float32(np.inf)
+        )  # (L of first, L of second, n); not NaN
     forth, back = gap.argmin(1), gap.argmin(0)
-    columns = np.arange(here.shape[1])[None]
-    layers = np.arange(len(here))[:, None]
+    columns = np.arange(first.shape[1])[None]
+    layers = np.arange(len(first))[:, None]
     mutual = (back[forth, columns] == layers) & np.isfinite(gap.min(1))
     return np.where(mutual, forth, -1)
 
@@ -181,13 +183,13 @@ def _on_surface(
     """
     spread = depth.max(-1) - depth.min(-1)
     kept = spread <= limit
-    some = np.flatnonzero(~kept)
-    steep = _triangles(grid, u.take(some, 0), v.take(some, 0), depth.take(some, 0), spread[some])
+    selected = np.flatnonzero(~kept)
+    steep = _triangles(grid, u.take(selected, 0), v.take(selected, 0), depth.take(selected, 0), spread[selected])
     met = _meets(caster, grid, steep, _MIDDLE, limit, layers)
     for weights in _NEAR_CORNERS:
         long = np.flatnonzero(met & (steep.spread > _LONG * limit))
         met[long] = _meets(caster, grid, steep.take(long), weights, limit, layers)
-    kept[some] = met
+    kept[selected] = met
     return np.asarray(kept)
 
 
@@ -211,8 +213,8 @@ def _meets(
     with np.errstate(divide="ignore", invalid="ignore"):
         expected = np.einsum("ni,ni->n", points[:, 0] - origin, normal) / np.einsum("ni,ni->n", direction, normal)
         allowed = CUT_TOLERANCE * triangles.spread
-        reach = np.fmin(expected + 1.01 * allowed, grid.max_depth)  # what is met farther does not matter
-        hits = caster.peel(origin, direction, layers, reach)
+        max_distance = np.fmin(expected + 1.01 * allowed, grid.max_depth)  # what is met farther does not matter
+        hits = caster.peel(origin, direction, layers, max_distance)
         # What is met must also lie as the triangle does: where surfaces are many, some are at any depth by chance.
         aligned = np.abs(np.einsum("lni,ni->ln", hits.normal, normal)) >= _LEAST_ALIGNMENT
         met = ((np.abs(hits.distance - expected) <= allowed) & aligned).any(0)

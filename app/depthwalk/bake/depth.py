@@ -1,4 +1,4 @@
-"""How deep rays must go, so that the images of an object hold what of it can be seen."""
+"""Choose how many layers the images of an object need to hold everything that can be seen of it."""
 
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,7 @@
-"""Which parts a mesh is split into: planes cut it until every part's own images sample it well.
+"""Split a mesh into parts: planes cut it until every part's own images sample it well.
 
-What is wrong with one cylinder around a tree or a coil are surfaces that no ray reaches within so many layers, or only
-edge on. The cut is looked for that leaves the least of them, part by part, the worst first.
+One cylinder around a tree or a coil leaves surfaces that no ray meets within the layers of a file, or only edge-on. The
+worst part is cut first, by the plane that leaves the least of such surface.
 """
 
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""The texels of one face of a cylinder in space: their rays, and which texel a point falls on.
+"""The texels of one face of a cylinder in space: their rays, and the texel that a point falls on.
 
 A depth image holds depths alone; what they mean follows from its face and its size (Liu, Liu and Wu 2007, §2 for planar
 images and §3.1 for the cylinder's). Texel (row, column) is at u = (column + 0.5) / W and v = (row + 0.5) / H; u runs
@@ -30,7 +30,7 @@ class Projection(Takes):
     u, v
         (n,), position on the face, in [0, 1] within its bounds.
     origin, direction
-        (n, 3) float32, the rays there: metres on the face, and unit vectors inward.
+        (n, 3) float32, the rays at those texels: metres on the face, and unit vectors inward.
     """
 
     point: Array

@@ -2,8 +2,8 @@
 
 Of each object, one part per image (`side.0`, `top.1`, …) with channels R G B (half, linear), specular (half), Z (float,
 metres), N.x N.y N.z (half), owner and cells.0 … cells.3 (uint; two grid levels each). Geometry and the source key
-stand in the header of every part. The borders of each face and level are two more parts, lists folded to 1024 columns.
-Where a model has several objects, names say which one a part is of: `part1.side.0`, `part2.side.0`.
+are in the header of every part. The boundary strips of each face and level are two more parts, lists folded to 1024
+columns. Where a model has several objects, names say which one a part is of: `part1.side.0`, `part2.side.0`.
 EXR counts rows from the top; ours count from the bottom, so rows are flipped here and nowhere else.
 """
 
@@ -220,7 +220,7 @@ def _border_lists(border: BoundaryStrip, samples: int) -> dict[str, Channels]:
     """Return a boundary strip as two lists in the shape of images, vertices and triangles, as small numbers.
 
     Starts and first corners are differences to the one before; second and third corners are counted from the first
-    corner, or from the first boundary vertex that starts there.
+    corner, or from the first boundary vertex that starts at it.
     """
     if not len(border.triangles):
         return {}
@@ -271,7 +271,7 @@ def _used(name: str, used: NDArray[np.uint32]) -> int:
 
 
 def _folded(lists: Channels) -> Channels:
-    """Fold lists (n,) to images of `_LIST_WIDTH` columns, integers as uint; `used` is 1 where there is an entry."""
+    """Fold lists (n,) to images of `_LIST_WIDTH` columns, integers as uint; `used` is 1 where a list has an entry."""
     lists = lists | {"used": np.ones(len(next(iter(lists.values()))), np.uint32)}
     rows = max(-(-len(lists["used"]) // _LIST_WIDTH), 1)  # an image without rows cannot be written
     padding = rows * _LIST_WIDTH - len(lists["used"])

@@ -17,7 +17,7 @@ def usable_steps(shape: tuple[int, int]) -> int:
 def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
     """Return the texel indices of the nodes along one axis at `step`.
 
-    They are every step-th texel, and the last one unless the axis wraps, so that a coarse grid still reaches the edge.
+    They are every step-th texel, and the last one unless the axis wraps, so that a coarse grid still ends at the edge.
     """
     nodes = np.arange(0, count, step)
     return nodes if wraps or nodes[-1] == count - 1 else np.append(nodes, count - 1)

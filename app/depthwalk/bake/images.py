@@ -93,7 +93,7 @@ def enclosing_cylinder(points: Array) -> Cylinder:
 def with_margins(cylinder: Cylinder, rows: int) -> Cylinder:
     """Return `cylinder` made higher by one texel, of images with `rows` rows, at either end.
 
-    Grid cells reach from centre to centre of the first and last row of texels. Without the margin, upright walls would
+    Grid cells extend from centre to centre of the first and last row of texels. Without the margin, upright walls would
     end half a texel early. The numbers are rounded to single precision, as files hold them.
     """
     margin = cylinder.height / (rows - 2)

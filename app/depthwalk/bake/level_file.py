@@ -1,4 +1,4 @@
-"""Simplified meshes are made once and kept in the user's cache folder, found by their key; any NumPy reads them."""
+"""Keep simplified meshes in the user's cache folder, found by their key, as NumPy archives."""
 
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ def keep_levels(levels: tuple[MeshLevel, ...], key: str) -> Path:
 
 
 def _read(path: Path, mesh: Mesh) -> list[MeshLevel]:
-    """The levels of `mesh` in a file. Raises OSError; ValueError or KeyError where they cannot be drawn."""
+    """Read the levels of `mesh` from a file. Raises OSError; ValueError or KeyError where they cannot be drawn."""
     stored = read_arrays(path)
     error = stored["error"]
     if error.ndim != 1 or error.dtype.kind != "f" or len(error) >= MOST_LEVELS:

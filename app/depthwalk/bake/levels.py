@@ -1,4 +1,4 @@
-"""Coarser versions of a mesh, to be drawn from afar: what a polygon renderer has in place of depth images.
+"""Coarser versions of a mesh, drawn from afar: what a polygon renderer has in place of depth images.
 
 Quadric decimation moves points and knows nothing else. So normals, colours and texture coordinates are those of the
 nearest vertex of the original, materials those of its nearest face; where a texture has a seam, coarse levels smear it.
@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 RATIOS = tuple(4**level for level in range(1, MOST_LEVELS))  # the mesh's triangles over a level's
 FEWEST = 50  # triangles of a level, about
 
-# A patient pass keeps the shape twice as well as a hasty one, but stops above what was asked for: the next one goes on.
+# A patient pass keeps the shape twice as well as a hasty one, but may stop above the number of triangles that is asked
+# for: then the next one continues.
 _HASTE = (3, 5, 7)
 _WORTH = 0.9  # of the finer level's triangles: with more than that it is no level of its own
 _PROBES, _DISCS = 20_000, 200_000  # points of the mesh, and of a level, that tell how far apart they are
-_INWARD = 0.1  # of the way from a corner to the middle of its face: there it is on its own side of a seam
+_INWARD = 0.1  # of the way from a corner to the middle of its face, which is on the corner's own side of a seam
 
 
 def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
@@ -57,7 +58,7 @@ def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
 def _distance(points: Array, corners: Array) -> float:
     """Return the largest distance of points (n, 3) from triangles (m, 3, 3), metres.
 
-    Discs that just overlap stand for the triangles. That is right within a disc's radius beside the nearest one, and
+    Discs that just overlap replace the triangles. That is right within a disc's radius beside the nearest one, and
     exact above it.
     """
     from scipy.spatial import cKDTree

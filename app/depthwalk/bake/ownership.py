@@ -1,6 +1,6 @@
-"""Which face samples a piece of surface best, so that it is drawn once, by that one, where several faces are drawn.
+"""Find the face that samples a piece of surface best, its owner, which alone draws it.
 
-A sample's footprint is the distance on the surface to its neighbour sample: the spacing of the rays there over the
+A sample's footprint is the distance on the surface to its neighbour sample: the spacing of the rays over the
 cosine between ray and surface.
 """
 
@@ -20,7 +20,7 @@ from depthwalk.types import Array, Mask
 _GRAZING = 1e-3  # cosine below which a face is taken to see nothing
 _CORNERS = 6  # triangles around a texel that is inside its surface, not at its boundary
 # A box face takes over only where its footprint is smaller by this factor: each takes a surface apart a little more.
-_FLANK_GAIN = 1.3
+_BOX_FACE_GAIN = 1.3
 _OVERLAP_GAIN = 2.0  # a triangle with corners of two owners is left to the other where that is better by this factor
 _BATCH = 1 << 15  # triangles at a time
 _WALL = 0.5  # cosine between a triangle and the surface at its corners, below which it is no part of that surface
@@ -54,7 +54,7 @@ def face_layers(grid: FaceGrid, images: Sequence[DepthImage]) -> FaceLayers:
     return FaceLayers(grid=grid, images=images, inner=inner_texels(images))
 
 
-def assign_owners(rivals: Rivals, each: Map = map) -> list[NDArray[np.uint8]]:
+def assign_owners(rivals: Rivals, parallel_map: Map = map) -> list[NDArray[np.uint8]]:
     """Choose for each texel the face that samples its surface with the smallest footprint.
 
     Returns
@@ -81,7 +81,7 @@ def assign_owners(rivals: Rivals, each: Map = map) -> list[NDArray[np.uint8]]:
         owner[solid] = winner
         return owner
 
-    return list(each(assign, [(layers, image) for layers in rivals.values() for image in layers.images]))
+    return list(parallel_map(assign, [(layers, image) for layers in rivals.values() for image in layers.images]))
 
 
 def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) -> Mask:
@@ -108,7 +108,7 @@ def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) ->
     return worth
 
 
-def yield_triangles(rivals: Rivals, each: Map = map) -> list[DepthImage]:
+def yield_triangles(rivals: Rivals, parallel_map: Map = map) -> list[DepthImage]:
     """Mark the triangles that another face holds better, whoever owns their corners.
 
     A wall spans what no ray samples between two samples (the tread of a step between two risers). It lies on another
@@ -120,10 +120,10 @@ def yield_triangles(rivals: Rivals, each: Map = map) -> list[DepthImage]:
     list
         The images of all of `rivals`, in order, with bits 14 and 15 of their `cells` set.
     """
-    return [image for face in rivals for image in _yield_face(rivals, face, each)]
+    return [image for face in rivals for image in _yield_face(rivals, face, parallel_map)]
 
 
-def _yield_face(rivals: Rivals, face: Face, each: Map) -> list[DepthImage]:
+def _yield_face(rivals: Rivals, face: Face, parallel_map: Map) -> list[DepthImage]:
     grid, layers = rivals[face].grid, rivals[face].images
     points = np.concatenate([grid.points(layer.depth).reshape(-1, 3) for layer in layers])
     normals = np.concatenate([layer.normal.reshape(-1, 3) for layer in layers])
@@ -138,20 +138,20 @@ def _yield_face(rivals: Rivals, face: Face, each: Map) -> list[DepthImage]:
         across /= np.maximum(lengths(across), np.float32(1e-20))[:, None]
         wall = (np.einsum("cni,ni->cn", normals.take(corner, 0), across) < _WALL).any(0)
         mixed = (owners != face).any(0) & (owners == face).any(0)
-        some = np.flatnonzero(wall | mixed)
-        gain = np.where(wall[some], 1.0, _OVERLAP_GAIN)
+        selected = np.flatnonzero(wall | mixed)
+        gain = np.where(wall[selected], 1.0, _OVERLAP_GAIN)
         held = np.zeros(len(cell), bool)
-        held[some] = _held_better(rivals, face, corners.take(some, 1).mean(0), across.take(some, 0), gain)
+        held[selected] = _held_better(rivals, face, corners.take(selected, 1).mean(0), across.take(selected, 0), gain)
         return held
 
     places = [(image, level, *triangle_places(image, level)) for image in layers for level in range(len(image.cells))]
     tasks = [
-        (image, level, half[some], cell[some])
+        (image, level, half[batch], cell[batch])
         for image, level, half, cell in places
-        for some in batches(len(cell), _BATCH)
+        for batch in batches(len(cell), _BATCH)
     ]
     cells = [[codes.copy() for codes in image.cells] for image in layers]
-    for (image, level, half, cell), held in zip(tasks, each(yielded, tasks), strict=True):
+    for (image, level, half, cell), held in zip(tasks, parallel_map(yielded, tasks), strict=True):
         np.bitwise_or.at(cells[image.layer][level], cell[held], (1 << 14 + half[held]).astype(np.uint16))
     return [replace(image, cells=tuple(codes)) for image, codes in zip(layers, cells, strict=True)]
 
@@ -174,7 +174,7 @@ def _held_better(rivals: Rivals, face: Face, point: Array, normal: Array, gain: 
 
 def _handicap(face: Face) -> float:
     """Return the factor on a face's footprints where faces compete: box faces must be better by it to win."""
-    return _FLANK_GAIN if face in BOX_FACES else 1.0
+    return _BOX_FACE_GAIN if face in BOX_FACES else 1.0
 
 
 def footprints(grid: FaceGrid, seen_from: Projection, normal: Array) -> NDArray[np.float64]:
@@ -187,7 +187,7 @@ def footprints(grid: FaceGrid, seen_from: Projection, normal: Array) -> NDArray[
     seen_from
         n points as `grid` projects them.
     normal
-        (n, 3) unit normals of the surface there, object frame.
+        (n, 3) unit normals of the surface at those points, object frame.
 
     Returns
     -------
@@ -216,9 +216,9 @@ def _holds(rival: FaceLayers, seen_from: Projection, normal: Array, footprint: A
     for image, inner in zip(rival.images, rival.inner, strict=True):
         with np.errstate(invalid="ignore"):
             same = np.abs(image.depth.take(texel) - depth) < 1.5 * footprint
-        some = np.flatnonzero(same & inner.take(texel))
-        normals = image.normal.reshape(-1, 3).take(texel[some], 0)
-        seen[some] |= np.einsum("ni,ni->n", normals, normal.take(some, 0)) > 0.5
+        selected = np.flatnonzero(same & inner.take(texel))
+        normals = image.normal.reshape(-1, 3).take(texel[selected], 0)
+        seen[selected] |= np.einsum("ni,ni->n", normals, normal.take(selected, 0)) > 0.5
     return seen
 
 

@@ -1,4 +1,4 @@
-"""A mesh as one baked object, or as several where one would sample it badly: parts with a cylinder each."""
+"""Bake a mesh as one object, or as several where one would sample it badly: parts with a cylinder each."""
 
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -21,7 +21,7 @@ from depthwalk.limits import MAX_DPCI_PARTS, MIN_DPCI_RESOLUTION
 
 _PROBES = 1000
 _DEPTH_PROBES = 4000  # a layer is worth a thousandth of the surface
-_RIM = 2.0  # texels of surface beyond a cut that a part holds besides its own
+_OVERLAP = 2.0  # texels of surface beyond a cut that a part holds besides its own
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +89,7 @@ def bake_model(
         texel = extent(upright) / params.resolution
         cells = divide(mesh, caster, params, texel, None if params.parts == "auto" else params.parts)
         if len(cells) > 1:
-            pieces = (submesh(mesh, part_faces(mesh, cell, _RIM * texel)) for cell in cells)
+            pieces = (submesh(mesh, part_faces(mesh, cell, _OVERLAP * texel)) for cell in cells)
             baked = (_bake_placed(piece, params, key, progress, workers, texel, caster.two_sided) for piece in pieces)
             return BakedModel(parts=tuple(baked))
     return BakedModel(parts=(_bake_placed(mesh, params, key, progress, workers),))

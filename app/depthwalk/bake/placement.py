@@ -1,4 +1,4 @@
-"""Where a cylinder stands in its asset: its axis, and the smallest circle about it."""
+"""Place a cylinder in its asset: its axis, and the smallest circle about it."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations

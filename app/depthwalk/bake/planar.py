@@ -20,8 +20,9 @@ from depthwalk.limits import MIN_DPCI_RESOLUTION
 
 _MATERIAL = Material((1.0, 1.0, 1.0))
 _UPRIGHT = (float(np.sqrt(0.5)), 0.0, 0.0, float(np.sqrt(0.5)))  # a quarter turn about x: +Y to +Z, −Z to +Y
-# Past the edge of a near thing a camera sees what, seen in parallel, lies behind that thing. An open mesh gets twice as
-# many layers: one for it, one for what it hides; a third would hold 1 in 100 samples of a head before a wall.
+# Past the edge of a near object a camera sees surface that, seen in parallel, lies behind it. An open mesh gets
+# twice as many layers: one for the object, one for what it hides; a third would hold 1 in 100 samples of a head before
+# a wall.
 _RANGE_LAYERS = 1
 _MAX_RANGE_TEXELS = 2048  # a side
 
@@ -59,8 +60,8 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
 
     The renderer's planes are seen in parallel, a camera's pixels are not. So the pixels become a mesh, torn where the
     image is, and rays are cast at that as at any mesh: the second layer keeps what only the camera's perspective
-    uncovered, and cuts and boundary strips are exact. A texel is as large as what the median pixel saw; the nearest
-    point lies on the front plane.
+    uncovered, and discontinuity cuts and boundary strips are exact. A texel is as large as what the median pixel saw;
+    the nearest point lies on the front plane.
 
     Raises
     ------
@@ -120,8 +121,8 @@ def range_mesh(image: RangeImage) -> Mesh:
 def connect_texels(depth: NDArray[np.float32], cell: float, steps: int) -> tuple[NDArray[np.uint16], ...]:
     """Connect the texels of a planar image, judged from the image alone.
 
-    A triangle of step 2^k is kept if the surface goes on, texel by texel, along its two legs: no grid, however coarse,
-    spans a tear, and a slope that the finest grid has is in all of them.
+    A triangle of step 2^k is kept if the surface continues, texel by texel, along its two legs. So no grid, however
+    coarse, spans a tear, and a slope that the finest grid has is in all of them.
 
     Parameters
     ----------
@@ -154,7 +155,7 @@ def connect_texels(depth: NDArray[np.float32], cell: float, steps: int) -> tuple
 
 
 def _triangles(values: NDArray[np.floating], allowed: NDArray[np.floating]) -> tuple[NDArray[np.bool_], ...]:
-    """Return which lower and upper triangles (H − 1, W − 1) lie on the surface: it goes on along their two legs."""
+    """Return which lower and upper triangles (H − 1, W − 1) lie on the surface: it continues along their two legs."""
     along, up = continues(values, allowed, 1), continues(values, allowed, 0)
     return along[:-1] & up[:, :-1], along[1:] & up[:, 1:]
 

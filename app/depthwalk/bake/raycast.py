@@ -20,9 +20,9 @@ class Hits:
     Attributes
     ----------
     distance
-        (L, n) float32, metres along the ray, +inf where there is none.
+        (L, n) float32, metres along the ray, +inf without a hit.
     face
-        (L, n) int32, the triangle that was hit, −1 where there is none.
+        (L, n) int32, the triangle that was hit, −1 without a hit.
     u, v
         (L, n) float32, barycentric weights of the triangle's second and third corner.
     normal
@@ -94,22 +94,22 @@ class RayCaster:
         return FirstHits(distance=distance, normal=normal, flipped=flipped)
 
     def escapes(
-        self, origin: NDArray[np.floating], direction: NDArray[np.floating], each: Map = map
+        self, origin: NDArray[np.floating], direction: NDArray[np.floating], parallel_map: Map = map
     ) -> NDArray[np.bool_]:
         """Return which rays (n,) meet nothing; origins (n, 3), metres, and directions (n, 3)."""
 
-        def escapes(some: slice) -> NDArray[np.bool_]:
-            return np.asarray(self._scene.run(_single(origin[some]), _single(direction[some]), query="OCCLUDED") < 0)
+        def escapes(batch: slice) -> NDArray[np.bool_]:
+            return np.asarray(self._scene.run(_single(origin[batch]), _single(direction[batch]), query="OCCLUDED") < 0)
 
-        return np.concatenate(list(each(escapes, batches(len(origin), _BATCH))))
+        return np.concatenate(list(parallel_map(escapes, batches(len(origin), _BATCH))))
 
     def peel(
         self,
         origin: NDArray[np.float32],
         direction: NDArray[np.float32],
         layers: int,
-        reach: float | NDArray[np.floating],
-        each: Map = map,
+        max_distance: float | NDArray[np.floating],
+        parallel_map: Map = map,
     ) -> Hits:
         """Peel the first surfaces along rays: those that face the ray's origin, and of an open mesh the others as well.
 
@@ -121,17 +121,17 @@ class RayCaster:
             (n, 3) float32, metres and unit vectors.
         layers
             How many surfaces along each ray to find, at most.
-        reach
+        max_distance
             How far the rays go, metres; (n,) or the same for all.
-        each
+        parallel_map
             See `parallel.Map`.
         """
-        limit = np.broadcast_to(np.asarray(reach, np.float32), len(origin))
+        limit = np.broadcast_to(np.asarray(max_distance, np.float32), len(origin))
 
-        def peel(some: slice) -> Hits:
-            return self._peel(origin[some], direction[some], layers, limit[some])
+        def peel(batch: slice) -> Hits:
+            return self._peel(origin[batch], direction[batch], layers, limit[batch])
 
-        parts = list(each(peel, batches(len(origin), _BATCH)))
+        parts = list(parallel_map(peel, batches(len(origin), _BATCH)))
         if len(parts) == 1:
             return parts[0]
         names = [field.name for field in fields(Hits)]

@@ -31,7 +31,7 @@ class FaceSamples:
     albedo: NDArray[np.float32]
 
 
-def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], each: Map = map) -> FaceSamples:
+def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: Map = map) -> FaceSamples:
     """Return the samples of hits (L, H · W) on `mesh`, which are those of a face's texels, row by row.
 
     Parameters
@@ -42,11 +42,11 @@ def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], each: Map = map
         What the ray of each texel met.
     shape
         Height H and width W of the face's images.
-    each
+    parallel_map
         See `parallel.Map`.
     """
     layers = (len(hits), *shape)
-    normal, albedo = surface_at(mesh, hits, each)
+    normal, albedo = surface_at(mesh, hits, parallel_map)
     samples = Samples(
         depth=hits.distance.reshape(layers),
         facing=hits.normal.reshape(*layers, 3),

@@ -1,4 +1,4 @@
-"""How well depth images would sample a surface, judged before any is made, by points that are spread over it."""
+"""Predict how well depth images would sample a surface, by points that are spread over it, before any image is made."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ from depthwalk.types import Array
 
 _DIRECTIONS = 64  # in which it is tried whether a point can be seen
 _WORST = 256.0  # texels²: what no image holds counts as so large a footprint
-_SAME = 1e-3  # radii: how far a hit may be from a probe that lies there
+_SAME = 1e-3  # radii: how far a hit may be from a probe that counts as hit
 
 
 @dataclass(frozen=True, kw_only=True)

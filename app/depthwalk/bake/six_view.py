@@ -40,21 +40,21 @@ _CHANNELS = (3, 4, 8, 11)  # where normal, depth, albedo, facing and front (±1,
 class _View:
     """Describe an orthographic camera on a side of the box around the cylinder.
 
-    Texel (u, v) in [0, 1]² looks from origin + u · across + v · up along `inward`, unit, as far as `reach` metres. All
-    are (3,) float64, object frame, metres.
+    Texel (u, v) in [0, 1]² looks from origin + u · across + v · up along `inward`, unit, as far as `max_depth` metres.
+    All are (3,) float64, object frame, metres.
     """
 
     origin: NDArray[np.float64]
     across: NDArray[np.float64]
     up: NDArray[np.float64]
     inward: NDArray[np.float64]
-    reach: float
+    max_depth: float
 
     @property
     def clip_from_object(self) -> NDArray[np.float64]:
         """Matrix (4, 4) from the object's frame to clip space."""
         rows = np.stack([self.across / (self.across @ self.across), self.up / (self.up @ self.up),
-                         self.inward / self.reach])  # fmt: skip
+                         self.inward / self.max_depth])  # fmt: skip
         matrix = np.eye(4)
         matrix[:3, :3] = 2 * rows
         matrix[:3, 3] = -2 * rows @ self.origin - 1
@@ -94,7 +94,7 @@ def sample_six_views(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, Fa
     Returns
     -------
     dict
-        The samples of each face: one layer, and in the side image less than rays meet, where no view sees it.
+        The samples of each face: one layer, and in the side image less than rays meet, where no view sees the surface.
 
     Raises
     ------
@@ -141,11 +141,11 @@ def _views(cylinder: Cylinder) -> Iterator[tuple[Face, _View]]:
         origin = radius * (outward - across) + cylinder.bottom * y
         yield (
             Face.SIDE,
-            _View(origin=origin, across=2 * radius * across, up=height * y, inward=-outward, reach=2 * radius),
+            _View(origin=origin, across=2 * radius * across, up=height * y, inward=-outward, max_depth=2 * radius),
         )
     for face, level, inward in ((Face.TOP, cylinder.top, -y), (Face.BOTTOM, cylinder.bottom, y)):
         corner = np.array([-radius, level, -radius])
-        yield face, _View(origin=corner, across=2 * radius * x, up=2 * radius * z, inward=inward, reach=height)
+        yield face, _View(origin=corner, across=2 * radius * x, up=2 * radius * z, inward=inward, max_depth=height)
 
 
 class _ViewCamera:

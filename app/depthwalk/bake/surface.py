@@ -1,4 +1,4 @@
-"""What a ray sees where it hits: normal and albedo of the mesh at barycentric positions."""
+"""Look up what a ray sees where it hits: normal and albedo of the mesh at barycentric positions."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from depthwalk.parallel import Map, batches
 _BATCH = 1 << 15  # hits at a time
 
 
-def surface_at(mesh: Mesh, hits: Hits, each: Map = map) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Look up what the mesh looks like at each hit.
 
     Parameters
@@ -21,22 +21,22 @@ def surface_at(mesh: Mesh, hits: Hits, each: Map = map) -> tuple[NDArray[np.floa
         What was hit.
     hits
         L hits along each of n rays.
-    each
+    parallel_map
         See `parallel.Map`.
 
     Returns
     -------
     normal
-        (L, n, 3) float32, unit, interpolated, turned as the hit's; zero where there is no hit.
+        (L, n, 3) float32, unit, interpolated, turned as the hit's; zero without a hit.
     albedo
-        (L, n, 4) float32, linear RGB and specular strength; zero where there is no hit.
+        (L, n, 4) float32, linear RGB and specular strength; zero without a hit.
     """
     normal = np.zeros((*hits.face.shape, 3), np.float32)
     albedo = np.zeros((*hits.face.shape, 4), np.float32)
     layer, ray = (hits.face >= 0).nonzero()
 
-    def look(some: slice) -> None:
-        at = layer[some], ray[some]
+    def look(batch: slice) -> None:
+        at = layer[batch], ray[batch]
         face, u, v = hits.face[at], hits.u[at], hits.v[at]
         corners = mesh.faces.take(face, 0)  # (hits, 3)
         weights = np.stack([1 - u - v, u, v], -1)
@@ -47,7 +47,7 @@ def surface_at(mesh: Mesh, hits: Hits, each: Map = map) -> tuple[NDArray[np.floa
         uv = np.einsum("nk,nkc->nc", weights, mesh.uv.take(corners, 0))
         albedo[at] = _apply_materials(mesh, face, colour, uv)
 
-    list(each(look, batches(len(ray), _BATCH)))
+    list(parallel_map(look, batches(len(ray), _BATCH)))
     return normal, albedo
 
 

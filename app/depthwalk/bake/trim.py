@@ -1,4 +1,4 @@
-"""What is never drawn of an image, left out: samples and triangles of caps and box faces that another face owns.
+"""Leave out what is never drawn of an image: samples and triangles of caps and box faces that another face owns.
 
 The side keeps all it sees, for the paper's cases, which draw it alone.
 """
@@ -15,7 +15,7 @@ from depthwalk.parallel import Map
 
 
 def trim(
-    images: list[DepthImage], borders: list[BoundaryStrip], each: Map = map
+    images: list[DepthImage], borders: list[BoundaryStrip], parallel_map: Map = map
 ) -> tuple[list[DepthImage], list[BoundaryStrip]]:
     """Leave out what is never drawn: samples and triangles of caps and box faces that another face owns.
 
@@ -30,7 +30,7 @@ def trim(
         edges = [border for border in borders if border.face is face]
         return _trim_face(face, layers, edges) if layers and face is not Face.SIDE else (layers, edges)
 
-    trimmed, left = zip(*each(trim_face, Face), strict=True)
+    trimmed, left = zip(*parallel_map(trim_face, Face), strict=True)
     return list(chain(*trimmed)), list(chain(*left))
 
 

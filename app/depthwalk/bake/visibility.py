@@ -1,4 +1,4 @@
-"""Which samples can be seen at all: what lies in a closed cavity, or on the inside of a closed shell, never is."""
+"""Find the samples that can be seen at all: those in a closed cavity, or inside a closed shell, never are."""
 
 from dataclasses import dataclass, fields
 
@@ -30,15 +30,15 @@ class _Behind:
     normal: NDArray[np.floating]
     shape: tuple[int, int, int]
 
-    def marked(self, some: NDArray[np.intp]) -> Mask:
-        """Return the images, True at the samples `some`."""
+    def marked(self, selected: NDArray[np.intp]) -> Mask:
+        """Return the images, True at the samples `selected`."""
         images = np.zeros(self.shape, bool)
-        images.reshape(len(images), -1)[self.layer[some], self.texel[some]] = True
+        images.reshape(len(images), -1)[self.layer[selected], self.texel[selected]] = True
         return images
 
-    def without(self, some: NDArray[np.intp], images: Mask) -> NDArray[np.intp]:
-        """Return those of the samples `some` at which `images` are False."""
-        return some[~images.reshape(len(images), -1)[self.layer[some], self.texel[some]]]
+    def without(self, selected: NDArray[np.intp], images: Mask) -> NDArray[np.intp]:
+        """Return those of the samples `selected` at which `images` are False."""
+        return selected[~images.reshape(len(images), -1)[self.layer[selected], self.texel[selected]]]
 
 
 def prune_hidden(
@@ -47,7 +47,7 @@ def prune_hidden(
     hits: Hits,
     shape: tuple[int, int],
     found: NDArray[np.bool_],
-    each: Map = map,
+    parallel_map: Map = map,
 ) -> Hits:
     """Drop samples that nobody outside can see: what lies in a closed cavity or on the inside of a closed shell.
 
@@ -63,7 +63,7 @@ def prune_hidden(
         Height H and width W of the image; n = H · W.
     found
         (L, n) bool: the hits that may stay. The first of each ray always does.
-    each
+    parallel_map
         See `parallel.Map`.
 
     Returns
@@ -84,27 +84,30 @@ def prune_hidden(
         normal=normal,
         shape=(len(found) - 1, *shape),
     )
-    seen = _seen(caster, behind, each).reshape(len(found) - 1, -1)
+    seen = _seen(caster, behind, parallel_map).reshape(len(found) - 1, -1)
     return _compacted(hits, found & np.concatenate([np.ones_like(seen[:1]), seen]))
 
 
-def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Mask:
+def _seen(caster: RayCaster, behind: _Behind, parallel_map: Map) -> Mask:
     """Return where samples are that rays in random directions tell to be seen from outside.
 
-    A first ray that escapes speaks for what is near. What is still in doubt casts a second one. Through a narrow
-    opening one in hundreds escapes, so they are counted over a wide neighbourhood: if each spoke but for what is near,
-    what is seen would be as frayed as chance has it. A share is asked for, as a stray ray slips out of any scan.
+    A first ray that escapes decides for the samples around it. What is still in doubt casts a second one. Through a
+    narrow opening one in hundreds escapes, so they are counted over a wide neighbourhood: if every ray decided only for
+    its own surroundings, the border of what is kept would be frayed at random. A minimum share of escaping rays is
+    required, because a stray ray slips out of any scan.
     """
     from scipy.ndimage import maximum_filter
 
     random = np.random.default_rng(0)
 
-    def escaping(some: NDArray[np.intp]) -> Mask:
-        direction = behind.normal.take(some, 0) + 0.98 * _unit(random.normal(size=(len(some), 3)))  # cosine-weighted
-        return behind.marked(some[caster.escapes(behind.start.take(some, 0), _unit(direction), each)])
+    def escaping(selected: NDArray[np.intp]) -> Mask:
+        direction = behind.normal.take(selected, 0) + 0.98 * _unit(
+            random.normal(size=(len(selected), 3))
+        )  # cosine-weighted
+        return behind.marked(selected[caster.escapes(behind.start.take(selected, 0), _unit(direction), parallel_map)])
 
     def spread(escaped: Mask) -> Mask:
-        return np.stack(list(each(lambda image: maximum_filter(image, _NEAR), escaped)))
+        return np.stack(list(parallel_map(lambda image: maximum_filter(image, _NEAR), escaped)))
 
     seen = np.zeros(behind.shape, bool)
     doubtful = np.arange(len(behind.layer))
@@ -113,7 +116,7 @@ def _seen(caster: RayCaster, behind: _Behind, each: Map) -> Mask:
         seen |= spread(escaping(doubtful[quarter[doubtful] == number]))
         doubtful = behind.without(doubtful, seen)
     escaped = escaping(doubtful)
-    free, cast = (np.stack(list(each(_density, images))) for images in (escaped, behind.marked(doubtful)))
+    free, cast = (np.stack(list(parallel_map(_density, images))) for images in (escaped, behind.marked(doubtful)))
     return seen | spread(escaped) | (free >= _LEAST_SHARE * cast)
 
 

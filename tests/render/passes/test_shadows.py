@@ -97,7 +97,7 @@ def test_casters_are_all_that_may_shadow_the_map():
 
 
 def test_the_suns_view_is_the_limit_of_a_far_viewers():
-    """λ tells nothing, and the shift is linear in depth, straight up on the side's plane (docs/conventions.md)."""
+    """λ tells nothing, and the shift is linear in depth, straight up on the side's plane (docs/algorithms.md)."""
     rng = np.random.default_rng(6)
     one = np.ones(200)
     volumes = Volumes(
