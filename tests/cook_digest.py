@@ -3,7 +3,7 @@
     python tests/cook_digest.py
 
 records the digest of today's code for today's COOK_VERSION in `cook_digest.txt`. It covers every definition that
-`cook_object` can reach, in whatever module of the package it is, but no comments, docstrings, layout or names of modules.
+`cook_object` can reach, in whatever module it is, but no comments, docstrings, layout or names of modules.
 """
 
 import ast

@@ -8,7 +8,7 @@ from PIL import Image
 
 FOLDER = Path(__file__).parent / "images"
 SHEETS = Path(__file__).parent.parent / "out" / "goldens"
-MEAN, MAX_CASCADES = 0.004, 0.02  # of full scale: mean difference, and the part of pixels that differ by more than 0.1
+MEAN, MAX_WRONG = 0.004, 0.02  # of full scale: mean difference, and the part of pixels that differ by more than 0.1
 PART = 0.25  # mean difference, of that which a pass makes
 
 
@@ -33,6 +33,6 @@ def compare(name: str, pixels: np.ndarray, update: bool, software: bool, without
     assert path.exists(), f"no golden picture {name}: run pytest --update-goldens"
     wrong = (difference.max(-1) > 0.1).mean()
     mean = MEAN if without is None else min(MEAN, PART * np.abs(golden / 255 - without[..., :3]).mean())
-    assert difference.mean() < mean and wrong < MAX_CASCADES, (
+    assert difference.mean() < mean and wrong < MAX_WRONG, (
         f"{name} differs: see {SHEETS / name}.png (golden, found, 4 × both)"
     )

@@ -135,7 +135,7 @@ class ShapeLibrary:
     def has_mesh(self, asset):
         return self._meshes[asset] is not None
 
-    def cook_object(self, assets):
+    def bake_missing(self, assets):
         """All is there."""
 
     def key(self, asset):

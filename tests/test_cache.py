@@ -183,7 +183,7 @@ def test_force_heals_all_of_the_asset(tiny_scene, tmp_path):
     other = BAKED.file("0" * 64)
     shutil.copyfile(BAKED.file(baked.key), other)
     assert len(list(other.parent.iterdir())) == 4
-    job = Job(spec=spec, params=ModelParams(resolution=64, layers=1), out=tmp_path / "a.dpci.exr", anew=True)
+    job = Job(spec=spec, params=ModelParams(resolution=64, layers=1), out=tmp_path / "a.dpci.exr", force=True)
     assert isinstance(dict(bake_all([job], 1, lambda *_: None))[0], Baked)
     assert list(other.parent.iterdir()) == [other]
 

@@ -17,7 +17,7 @@ def test_threads_do_not_show():
     """Past 2^15 texels every stage has several batches."""
     mesh = joined(sphere(0.7, 48, 24), box(0.3, 1, 0.9, (0.5, 1.2, 0)), box(1.2, 0.1, 0.1, (0, 0.9, 0.3)))
     alone, shared = (bake_object(mesh, BakeParams(resolution=192, layers=2), "", workers=workers) for workers in (1, 3))
-    for name in ("images", "borders"):
+    for name in ("images", "boundary_strips"):
         assert len(getattr(alone, name)) == len(getattr(shared, name)) > 5
         for one, other in zip(getattr(alone, name), getattr(shared, name), strict=True):
             for field in fields(one):

@@ -62,7 +62,7 @@ MAX_DPCI_LAYERS = 8
 MAX_DPCI_PARTS = 16
 """Parts that a mesh is divided into: each has depth images and impostors of its own."""
 
-MAX_BORDER_ENTRIES = 1 << 28
+MAX_BOUNDARY_STRIP_ENTRIES = 1 << 28
 """Vertices and triangles of all borders in a baked file: two thirds of the most texels that it can hold, which borders,
 lying along outlines, never reach."""
 

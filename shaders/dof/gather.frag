@@ -3,7 +3,7 @@
 // it meets the surface that has the circle c there. From the nearest on: what is in front hides what is behind. Twin:
 // reference/dof.py.
 #include "dof/circle.glsl"
-#from depthwalk.render.view.lens import GOLDEN_ANGLE, SHARP, STRIDE, DENSITY, FEWEST
+#from depthwalk.render.view.lens import GOLDEN_ANGLE, SHARP_RADIUS, RAY_STRIDE, RAY_DENSITY, MIN_RAYS
 uniform sampler2D lit_texture;      // as it was, linear filter
 uniform sampler2D range_texture;    // the least and the greatest circle that may reach into a tile
 uniform int tile_side;
@@ -17,7 +17,7 @@ vec2 middle_of(ivec2 pixel) { return vec2(pixel) + 0.5; }
 
 // Where in the picture a ray ends, pixels. own: the circle at `pixel`, where all rays that meet nothing before it end.
 vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
-    float stride = STRIDE / max(length(lens), 0.05);
+    float stride = RAY_STRIDE / max(length(lens), 0.05);
     float before = ceil((own - range.x) / stride), after = ceil((range.y - own) / stride);
     float last = -2.0 * largest, deepest = last;
     ivec2 end = pixel;
@@ -25,11 +25,11 @@ vec2 traced(ivec2 pixel, vec2 lens, float own, vec2 range) {
         float circle = own + (k < 0.0 ? (own - range.x) * k / before : (range.y - own) * k / max(after, 1.0));
         ivec2 at = beside(pixel, circle * lens);
         float found = circle_at(at);
-        if (found <= circle + SHARP && found >= last - SHARP) {
+        if (found <= circle + SHARP_RADIUS && found >= last - SHARP_RADIUS) {
             // Met since the last step, unless the ray came out from behind another surface.
             ivec2 met = beside(pixel, found * lens);
-            if (abs(circle_at(met) - found) <= 2.0 * SHARP)
-                return mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP - 1.0, 0.0, 1.0));
+            if (abs(circle_at(met) - found) <= 2.0 * SHARP_RADIUS)
+                return mix(middle_of(met), middle_of(pixel) + found * lens, clamp(abs(found) / SHARP_RADIUS - 1.0, 0.0, 1.0));
         }
         if (found > deepest) {
             deepest = found;
@@ -45,8 +45,8 @@ void main() {
     vec2 range = texelFetch(range_texture, pixel / tile_side, 0).xy;
     float own = circle_at(pixel);
     float radius = max(-range.x, own);
-    if (radius < SHARP) discard;
-    int count = clamp(int(DENSITY * radius * radius), min(FEWEST, samples), samples);
+    if (radius < SHARP_RADIUS) discard;
+    int count = clamp(int(RAY_DENSITY * radius * radius), min(MIN_RAYS, samples), samples);
     vec2 size = vec2(textureSize(lit_texture, 0));
     vec4 sum = vec4(0.0);
     for (int k = 0; k < count; ++k) {

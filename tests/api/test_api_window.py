@@ -20,7 +20,7 @@ def test_the_window_gets_the_scene(tmp_path, monkeypatch):
 
 def test_no_display_is_an_error(tmp_path, monkeypatch):
     def refuse(*_, **__):
-        raise walk.NoDisplay("cannot open a window: no")
+        raise walk.NoDisplayError("cannot open a window: no")
 
     monkeypatch.setattr(walk, "run", refuse)
     with pytest.raises(dw.GpuError, match="cannot open a window: no"):

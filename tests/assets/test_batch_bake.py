@@ -55,7 +55,7 @@ def test_what_is_baked_already_is_left(meshes, processes):
     assert again[0] == Kept(jobs[0].out, cached=False)
     assert isinstance(again[1], Baked) and isinstance(again[2], Baked)
     assert jobs[0].out.stat().st_mtime_ns == written[0] and jobs[1].out.stat().st_mtime_ns > written[1]
-    forced = dict(bake_all(jobs_of(meshes, anew=True), processes, ignore))
+    forced = dict(bake_all(jobs_of(meshes, force=True), processes, ignore))
     assert all(isinstance(outcome, Baked) for outcome in forced.values())
 
 
@@ -78,7 +78,7 @@ def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch
     tiny_scene.with_name("bad.ply").write_text("ply\n")
     assets, told = load_scene(tiny_scene).assets, []
     library = SceneLibrary(assets, lambda name, stage: told.append(name), processes=2)
-    library.cook_object([0, 1, 2, 3])
+    library.bake_missing([0, 1, 2, 3])
     assert set(told) == {"b1", "b2", "bad"}
     assert sorted(path.name.count(".") for path in (tmp_path / "cache").rglob("*.exr")) == [2, 2]
     monkeypatch.setattr("depthwalk.assets.library.bake_model", None)  # baking once more would fail

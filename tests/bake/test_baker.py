@@ -198,7 +198,7 @@ def border_area(baked, face, level):
     """Surface covered by one face's triangles, border included."""
     images = images_of(baked, face)
     points = np.concatenate([FaceGrid.of(baked.cylinder, image).points(image.depth).reshape(-1, 3) for image in images])
-    border = next(border for border in baked.borders if (border.face, border.level) == (face, level))
+    border = next(border for border in baked.boundary_strips if (border.face, border.level) == (face, level))
     points = np.concatenate([points, FaceGrid.of(baked.cylinder, images[0]).border_points(images, border)[0]])[
         border.triangles
     ]
@@ -219,7 +219,7 @@ def test_thin_things_do_not_fall_through_the_grid():
     rod = joined(box(1.0, 0.02, 0.015, (0, 0.5, 0.011)), box(1.0, 0.1, 1.0, (0, 0.05, 0)))
     baked = bake(rod, resolution=64, layers=2)
     images = images_of(baked, Face.TOP)
-    border = next(border for border in baked.borders if (border.face, border.level) == (Face.TOP, 0))
+    border = next(border for border in baked.boundary_strips if (border.face, border.level) == (Face.TOP, 0))
     _, depth = FaceGrid.of(baked.cylinder, images[0]).border_points(images, border)
     on_rod = depth < 0.1
     assert on_rod.sum() > 2 * 64 / 2**0.5

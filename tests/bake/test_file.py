@@ -67,7 +67,7 @@ def identical(one, other):
 
 def with_border(baked, **changes):
     """`baked` with its first border changed."""
-    return replace(baked, borders=(replace(baked.borders[0], **changes), *baked.borders[1:]))
+    return replace(baked, boundary_strips=(replace(baked.boundary_strips[0], **changes), *baked.boundary_strips[1:]))
 
 
 def test_a_name_that_no_file_may_have_is_the_systems_error(tmp_path, baked):
@@ -87,8 +87,8 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, bake
     border = BoundaryStrip(
         face=Face.TOP, level=0, start=np.zeros(0, np.int32), offset=nothing, rise=nothing[:, 0], triangles=triangles
     )
-    write_baked(tmp_path / "x.dpci.exr", model_of(replace(baked, borders=(border,))))
-    np.testing.assert_array_equal(read_baked(tmp_path / "x.dpci.exr").parts[0].borders[0].triangles, triangles)
+    write_baked(tmp_path / "x.dpci.exr", model_of(replace(baked, boundary_strips=(border,))))
+    np.testing.assert_array_equal(read_baked(tmp_path / "x.dpci.exr").parts[0].boundary_strips[0].triangles, triangles)
 
 
 def test_borders_past_their_limit_are_neither_written_nor_read(path, baked, monkeypatch):
@@ -240,21 +240,23 @@ def test_texels_of_no_face_are_refused(tmp_path, baked):
 
 @pytest.mark.parametrize("place", [(0, 0), (0, 1), (-1, 2)])
 def test_border_triangles_outside_their_face_are_refused(tmp_path, baked, place):
-    triangles = baked.borders[0].triangles.copy()
+    triangles = baked.boundary_strips[0].triangles.copy()
     triangles[place] = 1 << 20
     write_baked(tmp_path / "x.dpci.exr", model_of(with_border(baked, triangles=triangles[np.argsort(triangles[:, 0])])))
     refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 points outside its face")
 
 
 def test_border_vertices_outside_their_face_are_refused(tmp_path, baked):
-    start = baked.borders[0].start.copy()
+    start = baked.boundary_strips[0].start.copy()
     start[-1] = 1 << 20
     write_baked(tmp_path / "x.dpci.exr", model_of(with_border(baked, start=start)))
     refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 points outside its face")
 
 
 def test_border_places_that_are_no_numbers_are_refused(tmp_path, baked):
-    write_baked(tmp_path / "x.dpci.exr", model_of(with_border(baked, rise=np.full_like(baked.borders[0].rise, np.nan))))
+    write_baked(
+        tmp_path / "x.dpci.exr", model_of(with_border(baked, rise=np.full_like(baked.boundary_strips[0].rise, np.nan)))
+    )
     refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 holds places that are not numbers")
 
 

@@ -114,7 +114,7 @@ def test_a_file_holds_all_parts(tmp_path, model):
         assert [image.name for image in new.images] == [image.name for image in old.images]
         for one, other in zip(old.images, new.images, strict=True):
             np.testing.assert_array_equal(one.depth, other.depth)
-        triangles = [sum(len(border.triangles) for border in part.borders) for part in (old, new)]
+        triangles = [sum(len(border.triangles) for border in part.boundary_strips) for part in (old, new)]
         assert triangles[0] == triangles[1] > 0
     assert read_header(path)["name"].startswith("part1.")
     shown = CliRunner().invoke(app, ["info", str(path)]).stdout

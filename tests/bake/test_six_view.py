@@ -125,7 +125,7 @@ def test_a_baked_object_is_complete(tmp_path):
     stages = []
     mesh = sphere(columns=128, rows=64)
     baked = bake_object(mesh, BakeParams(resolution=64, layers=1, method="six-view"), "key", stages.append)
-    assert stages == ["six views", "top", "side", "bottom", "owners", "borders"]
+    assert stages == ["six views", "top", "side", "bottom", "owners", "boundary strips"]
     assert [image.name for image in baked.images] == ["top.0", "side.0", "bottom.0"]
     cast = bake_object(mesh, BakeParams(resolution=64, layers=1, refinements=Refinements(box_faces=False)), "key")
     for image, other in zip(baked.images, (each for each in cast.images if each.layer == 0), strict=True):

@@ -57,11 +57,11 @@ def test_each_row_adds_one_step():
 
 def test_each_refinement_can_be_left_out(posts):
     whole = bake_without(posts)
-    uncut, apart = bake_without(posts, "cut"), bake_without(posts, "across_layers")
+    uncut, apart = bake_without(posts, "discontinuity_cut"), bake_without(posts, "across_layers")
     assert len(corner_layers(uncut)) > len(corner_layers(whole))
     assert (np.ptp(corner_layers(whole), axis=1) > 0).any()
     assert (np.ptp(corner_layers(apart), axis=1) == 0).all()
-    assert whole.borders and not bake_without(posts, "borders").borders
+    assert whole.boundary_strips and not bake_without(posts, "boundary_strips").boundary_strips
     assert any((image.owner != image.face).any() for image in whole.images)
     assert all((image.owner == image.face).all() for image in bake_without(posts, "owners").images)
     bare = bake_without(posts, "box_faces")

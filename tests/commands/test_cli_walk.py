@@ -25,7 +25,7 @@ def garden(tiny_scene, tmp_path, monkeypatch):
 
     def no_window(scene, library, **options):
         calls.append((scene, options))
-        raise depthwalk.walk.NoDisplay(REASON)
+        raise depthwalk.walk.NoDisplayError(REASON)
 
     monkeypatch.setattr(depthwalk.walk, "run", no_window)
     return calls

@@ -44,7 +44,7 @@ def test_drawing_knows_the_object_before_it_is_loaded(ball, cooked):
     assert cooked.footprint == pytest.approx(0.5, rel=0.05)
     assert cooked.bytes > geometry.vertices.nbytes + texture.normals.nbytes
     outline = cooked.outline
-    assert outline.cylinder == ball.cylinder and not outline.borders
+    assert outline.cylinder == ball.cylinder and not outline.boundary_strips
     assert [image.depth.shape for image in outline.images] == [image.depth.shape for image in ball.images]
 
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 
 
 @dataclass(frozen=True)
-class Balls(Takes):
+class Balls(StructOfArrays):
     centre: np.ndarray
     radius: np.ndarray
 

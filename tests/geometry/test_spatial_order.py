@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.geometry.spatial_order import morton, neighbours, runs, within_runs
+from depthwalk.geometry.spatial_order import kd_tree_order, morton_codes, runs, within_runs
 
 
 def mean_extent(points, order, size):
@@ -22,7 +22,7 @@ def test_runs_hold_the_members_of_cells():
 
 def test_both_orders_keep_neighbours_together():
     points = np.random.default_rng(1).random((512, 3))
-    tree, curve = neighbours(points, 8), np.argsort(morton(points), kind="stable")
+    tree, curve = kd_tree_order(points, 8), np.argsort(morton_codes(points), kind="stable")
     for order in tree, curve:
         assert sorted(order.tolist()) == list(range(512))
         assert mean_extent(points, order, 8) < 0.6 * mean_extent(points, np.arange(512), 8)
@@ -30,9 +30,9 @@ def test_both_orders_keep_neighbours_together():
 
 
 def test_morton_codes_rise_from_corner_to_corner_octant_by_octant():
-    codes = morton(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1.0], [1, 1, 1]]))
+    codes = morton_codes(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1.0], [1, 1, 1]]))
     assert (np.diff(codes.astype(np.int64)) > 0).all() and codes[0] == 0 and codes[-1] == (1 << 30) - 1
 
 
 def test_no_points_have_no_codes():
-    assert len(morton(np.zeros((0, 3)))) == 0
+    assert len(morton_codes(np.zeros((0, 3)))) == 0

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from depthwalk.geometry.support_function import DIRECTIONS, box_footprint, footprint, support
+from depthwalk.geometry.support_function import DIRECTIONS, box_support_values, support, support_values
 
 clouds = arrays(np.float64, (20, 3), elements=st.floats(-3, 3, width=16))
 angles = st.floats(-7, 7)
@@ -14,7 +14,7 @@ angles = st.floats(-7, 7)
 @given(clouds, angles)
 def test_nothing_reaches_beyond_the_bound(points, angle):
     way = np.array([np.cos(angle), np.sin(angle)])
-    assert support(footprint(points)[None], way[None])[0] >= (points[:, [0, 2]] @ way).max() - 1e-12
+    assert support(support_values(points)[None], way[None])[0] >= (points[:, [0, 2]] @ way).max() - 1e-12
 
 
 @given(clouds, angles)
@@ -23,7 +23,7 @@ def test_the_bound_is_nearly_reached(points, angle):
     way = np.array([np.cos(angle), np.sin(angle)])
     across = np.vstack([points[:, [0, 2]], [[0.0, 0.0]]])
     farthest = np.linalg.norm(across, axis=1).max()
-    assert support(footprint(points)[None], way[None])[0] <= (across @ way).max() + farthest * np.tan(
+    assert support(support_values(points)[None], way[None])[0] <= (across @ way).max() + farthest * np.tan(
         np.pi / DIRECTIONS
     )
 
@@ -32,5 +32,5 @@ def test_the_bound_is_nearly_reached(points, angle):
 def test_a_box_is_as_wide_as_its_corners(half_width, half_depth, angle):
     way = np.array([[np.cos(angle), np.sin(angle)]])
     exact = np.abs(way) @ np.array([half_width, half_depth])
-    found = support(box_footprint(np.array([half_width]), np.array([half_depth])), way)
+    found = support(box_support_values(np.array([half_width]), np.array([half_depth])), way)
     assert exact <= found + 1e-12 and found <= exact * 1.0049

@@ -39,8 +39,8 @@ def caps_only(model):
         image if image.face in caps else replace(image, cells=tuple(np.zeros_like(level) for level in image.cells))
         for image in baked.images
     ]
-    kept = tuple(border for border in baked.borders if border.face in caps)
-    return shapes.model_of(replace(baked, images=tuple(bare), borders=kept))
+    kept = tuple(border for border in baked.boundary_strips if border.face in caps)
+    return shapes.model_of(replace(baked, images=tuple(bare), boundary_strips=kept))
 
 
 def quality(psnr, viewpoint=LEVEL, **values):

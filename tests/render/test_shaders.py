@@ -10,7 +10,7 @@ from depthwalk.bake.planar import bake_planar
 from depthwalk.colour import linear_from_srgb, srgb_from_linear
 from depthwalk.cook.lod_geometry import BORDER, EASE
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD
-from depthwalk.geometry.support_function import box_footprint
+from depthwalk.geometry.support_function import box_support_values
 from depthwalk.gpu.device import GpuError
 from depthwalk.gpu.program import Program, Source
 from depthwalk.ingest.image import PlanarImage
@@ -33,7 +33,7 @@ def test_pass_one_matches_its_twin(gl_device):
         radius=0.8 * one,
         bottom=-0.5 * one,
         top=1.5 * one,
-        footprint=box_footprint(0.8 * one, 0.8 * one),
+        footprint=box_support_values(0.8 * one, 0.8 * one),
         has_side=one > 0,
     )
     direction = rng.normal(size=(count, 3))

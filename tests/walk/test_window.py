@@ -27,7 +27,7 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
-from depthwalk.walk import NoDisplay
+from depthwalk.walk import NoDisplayError
 from depthwalk.walk.window import open_window
 
 missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
@@ -448,5 +448,5 @@ def test_multisampling_and_none_where_the_driver_has_too_few(start, scene_file, 
 def test_without_a_display_the_reason_is_told(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(NoDisplay, match=r"cannot open a window: .*DISPLAY"):
+    with pytest.raises(NoDisplayError, match=r"cannot open a window: .*DISPLAY"):
         open_window("none", (64, 64))

@@ -88,7 +88,9 @@ def bake_mesh(
         else:
             log.info("%s: %s", spec.mesh.name, name)
 
-    with closing(bake_all([Job(spec=spec, params=params, out=file, anew=force)], processes=1, stage=stage)) as outcomes:
+    with closing(
+        bake_all([Job(spec=spec, params=params, out=file, force=force)], processes=1, stage=stage)
+    ) as outcomes:
         for _, outcome in outcomes:
             if isinstance(outcome, InputError):
                 raise outcome

@@ -75,8 +75,8 @@ def _mesh_objects(meshes: DrawList, view: View, objects: Objects) -> NDArray[np.
 
 def _records_by_asset(meshes: DrawList) -> Iterator[tuple[int, Rows]]:
     """Yield each asset with the rows of its records."""
-    asset = np.repeat([batch.asset for batch in meshes.groups], [batch.count for batch in meshes.groups])
-    row = np.concatenate([np.arange(batch.first, batch.first + batch.count) for batch in meshes.groups])
+    asset = np.repeat([batch.asset for batch in meshes.batches], [batch.count for batch in meshes.batches])
+    row = np.concatenate([np.arange(batch.first, batch.first + batch.count) for batch in meshes.batches])
     for number in np.unique(asset).tolist():
         yield number, row[asset == number]
 

@@ -37,5 +37,5 @@ def view(
     camera_path = None if path is None else load_path(Path(path))
     try:
         walk.run(loaded, SceneLibrary(loaded.assets), path=camera_path, size=size, fullscreen=fullscreen)
-    except walk.NoDisplay as error:
+    except walk.NoDisplayError as error:
         raise GpuError(str(error)) from None

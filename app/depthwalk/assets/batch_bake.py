@@ -47,14 +47,14 @@ class Job:
         How it is baked.
     out
         The file, which is replaced where it exists.
-    anew
+    force
         Whether to bake although the file, or one in the cache, is up to date; the cache then forgets the mesh, too.
     """
 
     spec: MeshAsset
     params: ModelParams
     out: Path
-    anew: bool = False
+    force: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,7 +150,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     source = source_hash(job.spec.mesh, job.spec.texture, sources)
     key = mesh_key(job.spec, job.params, source)
     check_folder(job.out)
-    if job.anew:
+    if job.force:
         forget(key)
         forget(levels_key(job.spec, source))
     elif read_model(job.out, key) is not None:  # read as a whole: its pixels may be damaged though its header is not

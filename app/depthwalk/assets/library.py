@@ -123,7 +123,7 @@ class SceneLibrary:
             return self._planar(spec) if spec.intrinsics is None else self._range_model(asset, spec)
         return None if spec.dpci is None else self._mesh_model(asset, spec)
 
-    def cook_object(self, assets: Sequence[int]) -> None:
+    def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake into the cache, several at a time, what is missing of the depth images of `assets`.
 
         Where the library bakes one at a time, or no more than one is missing, nothing is done: `baked` will do it. So

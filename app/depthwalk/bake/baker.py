@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from depthwalk.bake.border import trace_boundary_strip
+from depthwalk.bake.boundary_strip import trace_boundary_strip
 from depthwalk.bake.connectivity import connect
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import usable_steps
@@ -53,21 +53,21 @@ class Refinements:
 
     Attributes
     ----------
-    cut
+    discontinuity_cut
         Drop triangles that do not lie on the mesh, tested by rays.
     across_layers
         Let a triangle's corners be on different layers.
-    borders
+    boundary_strips
         Add boundary strips, which complete the grids up to the edges of their surfaces.
     owners
         Draw each piece of surface from the face that samples it best.
-    flanks
+    box_faces
         Add images of the upright faces of the box around the cylinder.
     """
 
-    cut: bool = True
+    discontinuity_cut: bool = True
     across_layers: bool = True
-    borders: bool = True
+    boundary_strips: bool = True
     owners: bool = True
     box_faces: bool = True
 
@@ -158,13 +158,15 @@ def bake_object(
         if refinements.owners:
             progress("owners")
             images = _owned(rivals, images, parallel_map)
-        progress("borders")
-        borders = trace_boundary_strips(caster, grids, seen, images, parallel_map) if refinements.borders else []
+        progress("boundary strips")
+        borders = (
+            trace_boundary_strips(caster, grids, seen, images, parallel_map) if refinements.boundary_strips else []
+        )
         images, borders = trim(images, borders, parallel_map)
     return BakedObject(
         cylinder=cylinder,
         images=tuple(images),
-        borders=tuple(borders),
+        boundary_strips=tuple(borders),
         shininess=mean_shininess(mesh),
         steps=steps,
         key=key,
@@ -270,7 +272,7 @@ def connect_face(
     depth = seen.samples.depth
     if not np.isfinite(depth).any():
         return []
-    cells = connect(caster, grid, depth, steps, refinements.cut, refinements.across_layers, parallel_map)
+    cells = connect(caster, grid, depth, steps, refinements.discontinuity_cut, refinements.across_layers, parallel_map)
     owner = np.full(grid.shape, grid.face, np.uint8)
     return [
         DepthImage(

@@ -14,7 +14,7 @@ from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.grid import cell_triangles, grid_cells
 from depthwalk.bake.images import Face
 from depthwalk.bake.raycast import RayCaster
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array
@@ -158,7 +158,7 @@ def _mutual(first: NDArray[np.float32], second: NDArray[np.float32]) -> NDArray[
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Triangles(Takes):
+class _Triangles(StructOfArrays):
     """Hold n triangles of samples.
 
     u, v, depth: (n, 3), of their corners; spread: (n,), how much the depths differ; points: (n, 3, 3), the corners,

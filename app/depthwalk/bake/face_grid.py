@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.images import INWARD, BakedObject, BoundaryStrip, Cylinder, DepthImage, Face, plane_axes
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.vectors import lengths
 from depthwalk.types import Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class Projection(Takes):
+class Projection(StructOfArrays):
     """Hold where n points fall on a face.
 
     Attributes

@@ -105,7 +105,7 @@ def read_header(path: Path) -> dict[str, Any]:
 def _contents(baked: BakedObject) -> dict[str, Channels]:
     """Return the parts of one object, by name."""
     contents = {image.name: _channels(image) for image in baked.images}
-    for border in baked.borders:
+    for border in baked.boundary_strips:
         for kind, lists in _border_lists(border, _samples(baked.images, border.face)).items():
             contents[f"{kind}.{border.face.name.lower()}.{border.level}"] = lists
     return contents
@@ -124,7 +124,7 @@ def _object(stored: dict[str, Channels], header: Header) -> BakedObject:
     return BakedObject(
         cylinder=header.cylinder,
         images=tuple(images),
-        borders=tuple(borders),
+        boundary_strips=tuple(borders),
         shininess=header.shininess,
         steps=header.steps,
         key=header.key,

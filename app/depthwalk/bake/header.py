@@ -198,9 +198,9 @@ def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[H
 
 def check_entries(path: Path, entries: int) -> None:
     """Raise InputError where the lists of all boundary strips hold more `entries` than a file may."""
-    if entries > limits.MAX_BORDER_ENTRIES:
+    if entries > limits.MAX_BOUNDARY_STRIP_ENTRIES:
         raise InputError(
-            f"{path}: borders of {entries} entries; at most {limits.MAX_BORDER_ENTRIES} are allowed: "
+            f"{path}: borders of {entries} entries; at most {limits.MAX_BOUNDARY_STRIP_ENTRIES} are allowed: "
             "bake at a lower resolution or with fewer layers"
         )
 

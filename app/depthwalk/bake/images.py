@@ -176,7 +176,7 @@ class BakedObject:
         The volume that the images enclose, object frame.
     images
         All images, ordered by face, then layer, and all of one size.
-    borders
+    boundary_strips
         The boundary strips of some faces and levels.
     shininess
         Phong exponent.
@@ -193,7 +193,7 @@ class BakedObject:
 
     cylinder: Cylinder
     images: tuple[DepthImage, ...]
-    borders: tuple[BoundaryStrip, ...]
+    boundary_strips: tuple[BoundaryStrip, ...]
     shininess: float
     steps: int
     key: str

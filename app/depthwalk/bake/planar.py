@@ -190,7 +190,7 @@ def _upright(
     return BakedObject(
         cylinder=cylinder,
         images=images,
-        borders=borders,
+        boundary_strips=borders,
         shininess=_MATERIAL.shininess,
         steps=steps,
         key=key,

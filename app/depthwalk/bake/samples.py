@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.border import Samples
+from depthwalk.bake.boundary_strip import Samples
 from depthwalk.bake.raycast import Hits
 from depthwalk.bake.surface import surface_at
 from depthwalk.ingest.mesh import Mesh

@@ -11,7 +11,7 @@ from depthwalk.bake.images import BOX_FACES, Cylinder, Face
 from depthwalk.bake.ownership import footprints
 from depthwalk.bake.placement import Placement
 from depthwalk.bake.raycast import Hits, RayCaster
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.triangles import sample_triangles, spread_directions
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
@@ -23,7 +23,7 @@ _SAME = 1e-3  # radii: how far a hit may be from a probe that counts as hit
 
 
 @dataclass(frozen=True, kw_only=True)
-class Probes(Takes):
+class Probes(StructOfArrays):
     """Hold n points spread evenly over a surface.
 
     Attributes

@@ -15,7 +15,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.border import Samples
+from depthwalk.bake.boundary_strip import Samples
 from depthwalk.bake.face_grid import FaceGrid, texel_centres
 from depthwalk.bake.images import Cylinder, Face
 from depthwalk.bake.raycast import Hits, facing_normals

@@ -102,10 +102,16 @@ def setups() -> Iterator[Setup]:
     nothing = Refinements(**dict.fromkeys((field.name for field in fields(Refinements)), False))
     setup = Setup(title="the paper's method", layers=1, refinements=nothing, cases="paper", tiles="plane")
     yield setup
-    yield (setup := replace(setup, title="discontinuity cut", refinements=replace(setup.refinements, cut=True)))
+    yield (
+        setup := replace(
+            setup, title="discontinuity cut", refinements=replace(setup.refinements, discontinuity_cut=True)
+        )
+    )
     yield (setup := replace(setup, title=f"{LAYERS} layers", layers=LAYERS))
     yield (setup := replace(setup, title="across layers", refinements=replace(setup.refinements, across_layers=True)))
-    yield (setup := replace(setup, title="boundary strips", refinements=replace(setup.refinements, borders=True)))
+    yield (
+        setup := replace(setup, title="boundary strips", refinements=replace(setup.refinements, boundary_strips=True))
+    )
     yield (setup := replace(setup, title="caps in every view", cases="complete"))
     yield (setup := replace(setup, title="owners", refinements=replace(setup.refinements, owners=True)))
     yield (setup := replace(setup, title="box faces", refinements=replace(setup.refinements, box_faces=True)))

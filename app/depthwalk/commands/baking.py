@@ -89,7 +89,7 @@ def bake_meshes(
         What is wrong with the meshes that failed; it has been logged.
     """
     failures: list[InputError] = []
-    jobs = [Job(spec=spec, params=params, out=file, anew=force) for spec, file in zip(specs, files, strict=True)]
+    jobs = [Job(spec=spec, params=params, out=file, force=force) for spec, file in zip(specs, files, strict=True)]
     with contextlib.ExitStack() as stack:
         display = stack.enter_context(_progress([spec.mesh.name for spec in specs]))
         for number, outcome in stack.enter_context(contextlib.closing(bake_all(jobs, processes, display.stage))):

@@ -55,7 +55,7 @@ def main(
     library = SceneLibrary(scene.assets, processes=None)
     try:
         walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=wanted)
-    except walk.NoDisplay as error:
+    except walk.NoDisplayError as error:
         print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
         render_tour(scene, tour, frames, size, wanted)
 

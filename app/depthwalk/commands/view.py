@@ -76,7 +76,7 @@ def main(
             first_camera=camera.apply,
             read=read,
         )
-    except walk.NoDisplay as error:
+    except walk.NoDisplayError as error:
         typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
         raise typer.Exit(FAILURE) from None
 

@@ -45,9 +45,9 @@ BOTTOM_PIECE = 1 + _DIRECTIONS * _SLOPES
 PIECES = BOTTOM_PIECE + 1  # that make up the whole object
 # Index ranges that follow the pieces: what the side image samples, but other faces better. The paper's cases draw these
 # where they leave the other face out. There the box faces' own triangles and the side's own are pieces of the side.
-SIDE_OF_TOP, SIDE_OF_FLANKS, SIDE_OF_BOTTOM = range(PIECES, PIECES + 3)
+SIDE_OF_TOP, SIDE_OF_BOX_FACES, SIDE_OF_BOTTOM = range(PIECES, PIECES + 3)
 RANGES = PIECES + 3
-PAPER_FLANKS, PAPER_SIDE = 1, 2
+PAPER_BOX_FACES, PAPER_SIDE = 1, 2
 
 ALL_PIECES = (1 << PIECES) - 1
 SIDE_PIECES = ALL_PIECES & ~(1 << TOP_PIECE | 1 << BOTTOM_PIECE)
@@ -75,9 +75,9 @@ def _bits(*ranges: int) -> int:
 # What the paper draws in each case, as bit masks of index ranges.
 PAPER_PIECES = np.array(
     [
-        _bits(PAPER_SIDE, SIDE_OF_TOP, SIDE_OF_FLANKS, SIDE_OF_BOTTOM),
-        _bits(PAPER_SIDE, TOP_PIECE, SIDE_OF_FLANKS, SIDE_OF_BOTTOM),
-        _bits(PAPER_SIDE, SIDE_OF_TOP, SIDE_OF_FLANKS, BOTTOM_PIECE),
+        _bits(PAPER_SIDE, SIDE_OF_TOP, SIDE_OF_BOX_FACES, SIDE_OF_BOTTOM),
+        _bits(PAPER_SIDE, TOP_PIECE, SIDE_OF_BOX_FACES, SIDE_OF_BOTTOM),
+        _bits(PAPER_SIDE, SIDE_OF_TOP, SIDE_OF_BOX_FACES, BOTTOM_PIECE),
         ALL_PIECES,
     ]
 )

@@ -31,7 +31,7 @@ from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.virtual_texture import VirtualTexture, build_virtual_texture
-from depthwalk.geometry.support_function import footprint
+from depthwalk.geometry.support_function import support_values
 from depthwalk.types import Array, Ints
 
 # Part of the names of cached files: raise it with every change of what `cook_object` yields. A test compares the code
@@ -95,8 +95,8 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
     texture = build_virtual_texture(baked, geometry)
     relief = 0.0 if baked.meso is None else baked.meso.height
     return CookedObject(
-        outline=replace(baked, images=tuple(map(_bare, baked.images)), borders=()),
-        footprint=footprint(geometry.positions) + relief,
+        outline=replace(baked, images=tuple(map(_bare, baked.images)), boundary_strips=()),
+        footprint=support_values(geometry.positions) + relief,
         first=geometry.first,
         count=geometry.count,
         horizon=geometry.horizon,

@@ -85,7 +85,7 @@ def _from_file(path: Path, number: int, header: dict[str, Any], stored: dict[str
     outline = BakedObject(
         cylinder=Cylinder(**dict(zip((field.name for field in fields(Cylinder)), header["cylinder"], strict=True))),
         images=tuple(bare_image(Face(face), layer, tuple(shape)) for face, layer, *shape in header["images"]),
-        borders=(),
+        boundary_strips=(),
         shininess=header["shininess"],
         steps=header["steps"],
         key=header["key"],

@@ -17,7 +17,7 @@ from depthwalk.geometry.indexed_triangles import (
     drop_unused,
     normals_and_areas,
 )
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints, Mask
@@ -42,7 +42,7 @@ class _Live:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Edges(Takes):
+class _Edges(StructOfArrays):
     """Hold m edges that may be collapsed.
 
     start, end: (m,) vertices; target: (m, 3), where these would come to lie, metres; quadric (m, 10) and weight (m,) of

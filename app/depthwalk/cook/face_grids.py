@@ -32,7 +32,7 @@ class Run(IntEnum):
     BOX_FACES = 0  # their own
     TOP = 1  # the top cap's own
     SIDE_OF_TOP = 2  # on the side image, but better on the top cap
-    SIDE_OF_FLANKS = 3
+    SIDE_OF_BOX_FACES = 3
     SIDE = 4
     SIDE_OF_BOTTOM = 5
     BOTTOM = 6
@@ -41,7 +41,7 @@ class Run(IntEnum):
 _DRAWN = Run.BOX_FACES, Run.TOP, Run.SIDE, Run.BOTTOM  # unless for the paper's cases
 _RUN_OF_OWNER = {  # of a triangle on the side image
     Face.SIDE: Run.SIDE, Face.TOP: Run.SIDE_OF_TOP, Face.BOTTOM: Run.SIDE_OF_BOTTOM
-} | dict.fromkeys(BOX_FACES, Run.SIDE_OF_FLANKS)  # fmt: skip
+} | dict.fromkeys(BOX_FACES, Run.SIDE_OF_BOX_FACES)  # fmt: skip
 _OWN_RUN = {Face.TOP: Run.TOP, Face.BOTTOM: Run.BOTTOM} | dict.fromkeys(BOX_FACES, Run.BOX_FACES)
 
 
@@ -79,7 +79,7 @@ def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cas
     images = [image for image in baked.images if image.face is face]
     present = {image.face for image in baked.images}
     shape = images[0].depth.shape
-    borders = {border.level: border for border in baked.borders if border.face is face}
+    borders = {border.level: border for border in baked.boundary_strips if border.face is face}
     # Meso-structure needs every vertex, however smooth the surface below it is.
     metres = tolerance * square_texel(baked) if baked.meso is None else -np.inf
     grid = FaceGrid.of(baked.cylinder, images[0])

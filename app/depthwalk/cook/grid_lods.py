@@ -11,12 +11,12 @@ from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.cases import (
     BOTTOM_PIECE,
-    PAPER_FLANKS,
+    PAPER_BOX_FACES,
     PAPER_SIDE,
     PIECES,
     RANGES,
     SIDE_OF_BOTTOM,
-    SIDE_OF_FLANKS,
+    SIDE_OF_BOX_FACES,
     SIDE_OF_TOP,
     TOP_PIECE,
     piece_horizons,
@@ -32,7 +32,7 @@ _TOLERANCE = 0.07
 # Texels: about how far samples between those of step 2 are off its triangles; step s has s − 1 times that.
 _STEP_ERROR = 0.25
 _PAPER_RANGES = np.array(  # of `cook.cases`, by Run
-    [PAPER_FLANKS, TOP_PIECE, SIDE_OF_TOP, SIDE_OF_FLANKS, PAPER_SIDE, SIDE_OF_BOTTOM, BOTTOM_PIECE]
+    [PAPER_BOX_FACES, TOP_PIECE, SIDE_OF_TOP, SIDE_OF_BOX_FACES, PAPER_SIDE, SIDE_OF_BOTTOM, BOTTOM_PIECE]
 )
 
 

@@ -10,7 +10,7 @@ from depthwalk.cook.cases import RANGES, piece_horizons, piece_numbers
 from depthwalk.cook.index_chunks import MOST_VERTICES
 from depthwalk.cook.lod_geometry import POSITION_STEPS, LodGeometry, vertex_positions
 from depthwalk.cook.view_selection import NOWHERE
-from depthwalk.geometry.spatial_order import morton
+from depthwalk.geometry.spatial_order import morton_codes
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.parallel import batches
 from depthwalk.types import Array, Ints
@@ -42,7 +42,7 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
         placed = vertex_positions(position.reshape(-1, 3), grid.box_low, grid.box_size).reshape(-1, 3, 3)
         piece = piece_numbers(placed)
         # Neighbours together: a vertex is shaded once for all its triangles.
-        order = np.lexsort((morton(corners.mean(1)), piece))
+        order = np.lexsort((morton_codes(corners.mean(1)), piece))
         order = order[view[order] != NOWHERE]
         counts.append(3 * np.bincount(piece[order], minlength=RANGES))
         horizons.append(piece_horizons(placed[order], piece[order]))

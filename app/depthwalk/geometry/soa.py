@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Takes:
+class StructOfArrays:
     """Give a data class of arrays with one row per thing the operations of a table.
 
     A subclass is a data class all of whose fields are arrays of the same length. Work over thousands of objects then

@@ -38,7 +38,7 @@ def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
     return np.asarray(np.arange(int(counts.sum())) + np.repeat(first[cells] - ends + counts, counts))
 
 
-def neighbours(points: Array, size: int) -> Rows:
+def kd_tree_order(points: Array, size: int) -> Rows:
     """Return an order (n,) of points (n, 3) in which each run of `size` is a leaf of a balanced k-d tree.
 
     Each run of twice, four times … `size` is an inner node. The boxes around such runs have a third of the volume of
@@ -61,7 +61,7 @@ def neighbours(points: Array, size: int) -> Rows:
     return order
 
 
-def morton(points: Array) -> NDArray[np.uint32]:
+def morton_codes(points: Array) -> NDArray[np.uint32]:
     """Return the places (n,) of points (n, 3) on a Morton curve through the cube around them."""
     if not len(points):
         return np.zeros(0, np.uint32)

@@ -14,13 +14,13 @@ _STEP = 2 * np.pi / DIRECTIONS
 _SAMPLED = np.stack([np.cos(_STEP * np.arange(DIRECTIONS)), np.sin(_STEP * np.arange(DIRECTIONS))], -1)  # x and z
 
 
-def footprint(points: Array) -> Array:
+def support_values(points: Array) -> Array:
     """Return the support function (DIRECTIONS,) of points (n, 3) and of the axis, in metres; object frame."""
     across = points[:, [0, 2]].astype(np.float64)
     return np.array([(across @ direction).max(initial=0.0) for direction in _SAMPLED])
 
 
-def box_footprint(half_width: Array, half_depth: Array) -> Array:
+def box_support_values(half_width: Array, half_depth: Array) -> Array:
     """Return the support functions (n, DIRECTIONS) of boxes about their axes.
 
     Parameters

@@ -20,7 +20,7 @@ from depthwalk.quality.rows import Row, side_by_side
 from depthwalk.reference.dof import ranges
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes.dof import TILE
-from depthwalk.render.view.lens import SHARP, circle_radius, largest_radius
+from depthwalk.render.view.lens import SHARP_RADIUS, circle_radius, largest_radius
 from depthwalk.render.view.view import View
 from depthwalk.scene.render_settings import FARTHEST_FOCUS, NEAREST_FOCUS, DofParams
 from depthwalk.scene.scene import Scene
@@ -87,7 +87,7 @@ def _focus(headless: HeadlessRenderer, view: View, lens: DofParams) -> NDArray[n
     lens.focus_distance = float(np.clip(distance[height // 2, width // 2], NEAREST_FOCUS, FARTHEST_FOCUS))
     largest = largest_radius(lens, view)
     circles = np.clip(circle_radius(lens, view, distance), -largest, largest)  # as the shaders have them
-    return np.asarray((np.abs(circles) < SHARP) & (ranges(circles[::-1], TILE)[0, ::-1] > -SHARP))
+    return np.asarray((np.abs(circles) < SHARP_RADIUS) & (ranges(circles[::-1], TILE)[0, ::-1] > -SHARP_RADIUS))
 
 
 def _draw(headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, name: str, report: Report) -> Shot:

@@ -113,7 +113,7 @@ class _OneObject:
     def has_mesh(self, asset: int) -> bool:
         return True
 
-    def cook_object(self, assets: Sequence[int]) -> None:
+    def bake_missing(self, assets: Sequence[int]) -> None:
         """Do nothing: the depth images are baked."""
 
     def key(self, asset: int) -> str:

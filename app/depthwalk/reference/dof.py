@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from depthwalk.render.view.lens import DENSITY, FEWEST, GAUSSIAN_RADIUS, GOLDEN_ANGLE, SHARP, STRIDE
+from depthwalk.render.view.lens import GAUSSIAN_RADIUS, GOLDEN_ANGLE, MIN_RAYS, RAY_DENSITY, RAY_STRIDE, SHARP_RADIUS
 from depthwalk.types import Array
 
 _Pixels = NDArray[np.intp]
@@ -73,9 +73,9 @@ def gather(lit: Array, circles: Array, spread: Array, samples: int) -> Array:
     y, x = (grid.ravel() for grid in np.mgrid[:height, :width])
     own, (low, high) = circles[y, x], spread[:, y, x]
     radius = np.maximum(-low, own)
-    count = np.clip((DENSITY * radius**2).astype(int), min(FEWEST, samples), samples)
+    count = np.clip((RAY_DENSITY * radius**2).astype(int), min(MIN_RAYS, samples), samples)
     picture, out = np.asarray(lit, float), np.array(lit, float)
-    blurred = radius >= SHARP
+    blurred = radius >= SHARP_RADIUS
     out[y[blurred], x[blurred]] = 0
     for ray in range(int(count[blurred].max(initial=0))):
         rows = np.flatnonzero(blurred & (ray < count))
@@ -116,7 +116,7 @@ def _ray_ends(
         x, y = (np.clip(at, 0, end) for at, end in zip(moved, last_pixel, strict=True))
         return x, y
 
-    stride = STRIDE / np.maximum(np.linalg.norm(lens, axis=1), 0.05)
+    stride = RAY_STRIDE / np.maximum(np.linalg.norm(lens, axis=1), 0.05)
     before, after = np.ceil((own - low) / stride), np.ceil((high - own) / stride)
     end = np.stack(pixel[::-1]).astype(float)
     last, deepest = np.full(len(own), -np.inf), np.full(len(own), -np.inf)
@@ -128,12 +128,12 @@ def _ray_ends(
         x, y = beside(own + part)
         found = circles[y, x]
         met_x, met_y = beside(found)
-        met = running & (found <= own + part + SHARP) & (found >= last - SHARP)
-        met &= np.abs(circles[met_y, met_x] - found) <= 2 * SHARP
+        met = running & (found <= own + part + SHARP_RADIUS) & (found >= last - SHARP_RADIUS)
+        met &= np.abs(circles[met_y, met_x] - found) <= 2 * SHARP_RADIUS
         deeper = running & ~met & (found > deepest)
         moved = np.stack(pixel[::-1]) + found * lens[:, ::-1].T
         met_at = np.stack([met_y, met_x]) * 1.0
-        met_at += np.clip(np.abs(found) / SHARP - 1, 0, 1) * (moved - met_at)
+        met_at += np.clip(np.abs(found) / SHARP_RADIUS - 1, 0, 1) * (moved - met_at)
         end = np.select([met, deeper], [met_at, np.stack([y, x])], end)
         deepest = np.where(deeper, found, deepest)
         last = np.where(running, own + part, last)

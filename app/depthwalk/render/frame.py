@@ -70,7 +70,7 @@ class Frame:
     assets : the assets that are on the GPU.
     targets : for a pass, those that it declares.
     transparent : whether alpha is 0 where nothing is, instead of sky or background.
-    shading : the depth-image objects that may be visible, for `material_resolve`; None for passes that draw objects.
+    materials : the depth-image objects that may be visible, for `material_resolve`; None for passes that draw objects.
     shadows : what the shadow maps of sun and lamps are to show; empty for passes that draw objects.
     lens_point : the number of this frame among those that make up one picture (see `Pass.views`).
     sample : the number of the sample of each pixel that the G-buffer holds, where the targets have several.
@@ -84,7 +84,7 @@ class Frame:
     assets: AssetStore
     targets: Targets
     transparent: bool = False
-    shading: MaterialRecords | None = None
+    materials: MaterialRecords | None = None
     shadows: Shadows = field(default_factory=Shadows)
     lens_point: int = 0
     sample: int = 0

@@ -217,7 +217,11 @@ class OcclusionPhases:
 
     def _plan(self, frame: _FrameInputs, rows: Rows, before: FrameDrawLists | None) -> FrameDrawLists:
         """Plan the phase that draws the objects `rows` (m,). before: the plan of the phase before."""
-        scene, settings, is_resident = self._world.arrays(), self._plan_settings(frame), frame.residency.fallback_mesh
+        scene, settings, is_resident = (
+            self._world.arrays(),
+            self._plan_settings(frame),
+            frame.residency.is_mesh_resident,
+        )
         first_object_id = 1 if before is None else before.next_object_id
         with self._timers.measure_cpu("plan"):
             return self._planner.plan(
@@ -235,7 +239,7 @@ class OcclusionPhases:
             before.counts["occluded"] += int(clusters.sizes(numbers[hidden]).sum())
             numbers = numbers[~hidden]
         with self._timers.measure_cpu("upload"):
-            numbers = numbers[clusters.resident(numbers, frame.residency.there)]
+            numbers = numbers[clusters.resident(numbers, frame.residency.resident)]
         settings = self._plan_settings(frame)
         with self._timers.measure_cpu("plan"):
             return self._cluster_planner.plan(frame.view, numbers, settings, before.next_object_id)
@@ -251,7 +255,7 @@ class OcclusionPhases:
     def _resident(self, frame: _FrameInputs, rows: Rows) -> Rows:
         """Return those of the objects `rows` (m,) whose assets are on the GPU."""
         with self._timers.measure_cpu("upload"):
-            resident = frame.residency.there(rows)
+            resident = frame.residency.resident(rows)
             return rows if resident.all() else rows[resident]
 
     def _cylinders(self, rows: Rows) -> Cylinders:

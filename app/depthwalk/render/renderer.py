@@ -20,7 +20,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import AntiAliasing, hardware_samples, sample_views
 from depthwalk.render.draw.draw_lists import FrameDrawLists
-from depthwalk.render.draw.material_depth import MaterialRecords, shading
+from depthwalk.render.draw.material_depth import MaterialRecords, material_records
 from depthwalk.render.frame import Frame, Pass, common
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
@@ -133,7 +133,7 @@ class Renderer:
             plans.append(plan)
             self._draw([pass_ for pass_ in self.passes if pass_.draws_objects], frame_of(plan=plan))
         self.plan, self.view = FrameDrawLists.joined(plans), view
-        frame = frame_of(plan=self.plan, shading=self._shading(view, self.plan))
+        frame = frame_of(plan=self.plan, materials=self._materials(view, self.plan))
         frame = replace(frame, shadows=self._shadow_maps(frame, residency))
         self._draw_samples([pass_ for pass_ in self.passes if not pass_.draws_objects], frame)
         self.plan.counts["assets"] = self.assets.depth_count
@@ -160,11 +160,11 @@ class Renderer:
         near, far = depth_range(in_sight.forward, in_sight.bounding_radius, seen_ground)
         return replace(view, near=near, far=far)
 
-    def _shading(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
+    def _materials(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
         """Return what `material_resolve` looks up of the depth-image objects of `plan`."""
         with self.timers.measure_cpu("plan"):
             objects, bounds = self.world.objects().take(plan.numbered), self.world.bounds().take(plan.numbered)
-            return shading(view, objects, bounds, plan.tiled)
+            return material_records(view, objects, bounds, plan.tiled)
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""

@@ -9,7 +9,7 @@ from depthwalk.render.lighting.irradiance import Lighting
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
 from depthwalk.render.shadows.cascades import fit_cascades
 from depthwalk.render.shadows.casters import MapView, Shadows, find_casters, shadow_map
-from depthwalk.render.shadows.spot_maps import assign_tiles, shadowing, spot_of
+from depthwalk.render.shadows.spot_maps import assign_tiles, choose_shadow_lamps, lamp_spot
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.render_settings import ShadowParams
@@ -60,19 +60,21 @@ class ShadowPlanner:
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
             cascades = fit_cascades(view, light.to_sun, params) if by_sun else ()
-            chosen = shadowing(view, lamps)
+            chosen = choose_shadow_lamps(view, lamps)
             self._warn_of_lamps(len(chosen), params.lamps)
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)
-            spots = [spot_of(lamps[number], params.lamp_resolution) for number in tiles]
+            spots = [lamp_spot(lamps[number], params.lamp_resolution) for number in tiles]
             views: list[MapView] = [*cascades, *spots]
             found = [find_casters(map_view, self._world.bounds()) for map_view in views]
         with self._timers.measure_cpu("upload"):
-            casters = [rows[uploads.there(rows)] for rows in found]
+            casters = [rows[uploads.resident(rows)] for rows in found]
         with self._timers.measure_cpu("plan"):
             scene = self._world.arrays()
             # Far from the viewer edges are small, so that farther maps of the sun may have fewer triangles.
             fraction = [4.0**-k for k in range(len(cascades))] + [1.0] * len(spots)
-            rule = MeshFallbackRule(magnification=magnification, is_resident=uploads.fallback_mesh, error=params.error)
+            rule = MeshFallbackRule(
+                magnification=magnification, is_resident=uploads.is_mesh_resident, error=params.error
+            )
             maps = [
                 shadow_map(map_view, rows, scene, rule, params.triangles_per_texel * part)
                 for map_view, rows, part in zip(views, casters, fraction, strict=True)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 
 
 class Representation(IntEnum):
@@ -28,7 +28,7 @@ MESHES = (Representation.MESH, Representation.MESH_LOD)  # what is drawn as poly
 
 
 @dataclass(kw_only=True)
-class Objects(Takes):
+class Objects(StructOfArrays):
     """Hold n placed objects: world point = position + scale · rotate(rotation, asset point).
 
     Attributes

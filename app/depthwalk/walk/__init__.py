@@ -1,6 +1,6 @@
-"""Walk through a scene in a window: `run` opens it, and raises `NoDisplay` where it cannot."""
+"""Walk through a scene in a window: `run` opens it, and raises `NoDisplayError` where it cannot."""
 
 from depthwalk.walk.app import run
-from depthwalk.walk.window import NoDisplay
+from depthwalk.walk.window import NoDisplayError
 
-__all__ = ["NoDisplay", "run"]
+__all__ = ["NoDisplayError", "run"]

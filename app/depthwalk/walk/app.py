@@ -65,7 +65,7 @@ def run(
 
     Raises
     ------
-    NoDisplay
+    NoDisplayError
         Where no window can be opened.
     InputError
         Where an asset cannot be used.

@@ -22,7 +22,7 @@ with warnings.catch_warnings():
 Window = glfw_window.Window
 
 
-class NoDisplay(Exception):
+class NoDisplayError(Exception):
     """No window can be opened here; the message says why in one line."""
 
 
@@ -40,7 +40,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
 
     Raises
     ------
-    NoDisplay
+    NoDisplayError
         Where no window can be opened.
     """
     with warnings.catch_warnings(record=True) as notes:  # GLFW gives its reasons as warnings
@@ -50,7 +50,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
         except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
             reasons = [" ".join(str(note.message).split()) for note in notes] or [str(error)]
             reason = re.sub(r"^\(\d+\) b?'(.*)'$", r"\1", reasons[-1])  # GLFW's: a number and bytes
-            raise NoDisplay(f"cannot open a window: {reason}") from error
+            raise NoDisplayError(f"cannot open a window: {reason}") from error
         if fullscreen:
             window.fullscreen = True
         else:

@@ -39,7 +39,9 @@ def test_batches_hold_the_indices_of_their_pieces():
 
 def test_runs_of_one_asset_come_together():
     batches = draw_batches(table(), np.array([0, 0, 2]), np.array([0, 1, 0]))
-    found = [(asset, [b.first for b in run]) for asset, run in DrawList(records=np.zeros(3), groups=batches).by_asset()]
+    found = [
+        (asset, [b.first for b in run]) for asset, run in DrawList(records=np.zeros(3), batches=batches).by_asset()
+    ]
     assert found == [(0, [0, 1]), (2, [2])]
 
 
@@ -47,7 +49,7 @@ def phase(numbered, aligned, occluded, resolution):
     """A phase that draws so many objects by tiles, and two directly."""
     count = len(numbered)
     batches = draw_batches(table(), np.array([1, 1]))
-    direct = DrawList(records=np.arange(2), groups=batches)
+    direct = DrawList(records=np.arange(2), batches=batches)
     return FrameDrawLists(
         warp=direct,
         composite=ImpostorQuads(records=np.asarray(numbered), aligned=aligned),
@@ -65,7 +67,7 @@ def test_phases_are_joined_by_what_their_counts_mean():
     assert joined.counts == {"objects": 9, "occluded": 5, "tile_resolution": 0.5}
     assert joined.composite.records.tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
     assert joined.numbered.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
-    assert [batch.first for batch in joined.dmesh.groups] == [0, 2]
+    assert [batch.first for batch in joined.dmesh.batches] == [0, 2]
 
 
 def test_one_phase_is_the_frame():

@@ -38,7 +38,7 @@ def test_every_object_is_drawn_once(arrays):
 
 def test_what_the_viewer_is_within_is_drawn_whole(arrays):
     plan = Planner().plan(view_of(), arrays, np.array([4]), SETTINGS)
-    assert not plan.tiled.any() and plan.dmesh.groups[0].pieces == ALL_PIECES
+    assert not plan.tiled.any() and plan.dmesh.batches[0].pieces == ALL_PIECES
 
 
 def test_meshes_are_neither_numbered_nor_warped(arrays):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from depthwalk.geometry.support_function import box_footprint
+from depthwalk.geometry.support_function import box_support_values
 from depthwalk.reference.warp import warp
 from depthwalk.render.impostors.reprojection_error import coarseness, due, parallax
 from depthwalk.render.impostors.tile_mapping import Tiles
@@ -23,7 +23,7 @@ def test_no_point_is_shown_farther_off_than_the_bound():
     one = np.ones(count)
     half = rng.uniform(0.2, 0.7, (2, count))
     volumes = Volumes(
-        radius=0.7 * one, bottom=-0.2 * one, top=1.9 * one, footprint=box_footprint(*half), has_side=one > 0
+        radius=0.7 * one, bottom=-0.2 * one, top=1.9 * one, footprint=box_support_values(*half), has_side=one > 0
     )
     there = rng.normal(size=(count, 3))
     there *= (rng.uniform(2.4, 30, count) / np.linalg.norm(there, axis=1))[:, None]

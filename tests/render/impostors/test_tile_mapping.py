@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from depthwalk.geometry.support_function import box_footprint
+from depthwalk.geometry.support_function import box_support_values
 from depthwalk.render.impostors.tile_mapping import plane_tiles, screen_tiles
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes, crop_to_frustum
 from stage import view_of
@@ -14,7 +14,7 @@ def planes_for(view):
     """The plane of a cylinder about the origin."""
     one = np.ones(1)
     volumes = Volumes(
-        radius=0.5 * one, bottom=0 * one, top=2 * one, footprint=box_footprint(one / 2, one / 2), has_side=one > 0
+        radius=0.5 * one, bottom=0 * one, top=2 * one, footprint=box_support_values(one / 2, one / 2), has_side=one > 0
     )
     return choose_planes(view.position[None], volumes)
 

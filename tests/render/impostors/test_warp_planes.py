@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from depthwalk.bake.images import Face
-from depthwalk.geometry.support_function import box_footprint, footprint
+from depthwalk.geometry.support_function import box_support_values, support_values
 from depthwalk.reference.warp import table, unwarp, warp
 from depthwalk.render.impostors.warp_planes import (
     Planes,
@@ -28,7 +28,7 @@ R, Y0, Y1 = 0.7, -0.2, 1.9
 def cylinder(count=1):
     one = np.ones(count)
     return Volumes(
-        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=box_footprint(R * one, R * one), has_side=one > 0
+        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=box_support_values(R * one, R * one), has_side=one > 0
     )
 
 
@@ -62,7 +62,7 @@ def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer, points):
     points[:, 1] += 0.85
     one = np.ones(1)
     volumes = Volumes(
-        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=footprint(points)[None], has_side=one > 0
+        radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=support_values(points)[None], has_side=one > 0
     )
     planes = choose_planes(viewer[None], volumes)
     many = Planes(**{each.name: np.repeat(getattr(planes, each.name), len(points), 0) for each in fields(Planes)})

@@ -10,7 +10,7 @@ from depthwalk.reference.fog import fog_before_sky, fog_density, fog_through
 from depthwalk.reference.tone import TONES
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lighting.irradiance import lighting, polynomials
-from depthwalk.render.lighting.sky import daylight, sky_of, sunlight
+from depthwalk.render.lighting.sky import daylight, environment_sky, sunlight
 from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera
@@ -50,7 +50,10 @@ def drawn(gl_device, fragment, defines, view, **values):
 @pytest.mark.parametrize("environment", [Environment(), Environment(sky={}), sun_at(4), sun_at(50, turbidity=6.0)])
 @pytest.mark.parametrize("azimuth", [20, 200])
 def test_the_sky_is_its_twins(gl_device, environment, azimuth):
-    sky, view = sky_of(environment), View(Camera((0, 0, 0), tuple(toward(25, azimuth)), 1.5), SIZE, near=0.1, far=10.0)
+    sky, view = (
+        environment_sky(environment),
+        View(Camera((0, 0, 0), tuple(toward(25, azimuth)), 1.5), SIZE, near=0.1, far=10.0),
+    )
     found, rays = drawn(gl_device, "light/sky.frag", sky.defines, view, **sky.uniforms())
     expected = sky.radiance(rays / np.linalg.norm(rays, axis=1, keepdims=True))
     np.testing.assert_allclose(found[:, :3], expected, rtol=2e-3, atol=1e-5)
@@ -61,7 +64,7 @@ def test_daylight_is_of_the_brightness_that_is_measured():
     unit = 128 / np.pi
     for elevation, low, high in ((30, 2.0, 6.0), (60, 4.0, 20.0)):
         environment = sun_at(elevation, turbidity=3.0, light=True)
-        zenith = sky_of(environment).radiance(np.array([[0.0, 1, 0]]))[0] @ LUMINANCE
+        zenith = environment_sky(environment).radiance(np.array([[0.0, 1, 0]]))[0] @ LUMINANCE
         level = (polynomials(np.array([[0.0, 1, 0]])) @ lighting(environment).ambient)[0] @ LUMINANCE
         assert low < zenith * unit < high
         assert 5 < level * 128 < 35
@@ -73,7 +76,7 @@ def test_a_low_sun_is_red_and_one_that_set_leaves_night():
     assert (high > 0.5).all() and high[2] > 0.7 * high[0]
     assert red[0] < 0.5 * high[0] and red[2] < 0.1 * red[0]
     up = np.array([toward(70)])
-    brightness = [sky_of(each).radiance(up).max() for each in (low, dusk, night)]
+    brightness = [environment_sky(each).radiance(up).max() for each in (low, dusk, night)]
     assert brightness[0] > 4 * brightness[1] > 0 and brightness[2] < 1e-5 * brightness[0]
     assert np.isfinite(daylight(np.array([0.0, -1, 0]), 3, 1).radiance(up)).all()
 
@@ -152,7 +155,7 @@ def test_dense_fog_is_all_there_is_and_shows_the_horizon(sky):
         colour = headless.linear_image().colour
         headless.draw(View(camera, SIZE), transparent=True)
         alpha = headless.linear_image().colour
-    horizon = sky_of(scene.environment).radiance(np.array([[0.0, 0, -1]]))[0]
+    horizon = environment_sky(scene.environment).radiance(np.array([[0.0, 0, -1]]))[0]
     assert (colour[..., 3] == 1).all()
     assert colour[:, SIZE[0] // 2, :3] == pytest.approx(np.tile(horizon, (SIZE[1], 1)), rel=0.03)
     nothing = alpha[..., 3] == 0

@@ -125,7 +125,7 @@ def test_a_walk_does_not_wait_for_meshes(gl_device, ball):
         walk.renderer.settings.gpu_memory = 1  # what is not needed goes
         for _ in range(3):
             walk.look(AWAY)
-        assert library.forgotten == [0] and walk.renderer.assets.meshes.stand_in_bytes == 0
+        assert library.forgotten == [0] and walk.renderer.assets.meshes.fallback_bytes == 0
         draws_until(walk, lambda: walk.counts["mesh_fallbacks"] == 1)
     assert +gl_device.live == +before
 
@@ -137,15 +137,15 @@ def test_a_frame_agrees_whether_a_mesh_has_come(gl_device, ball):
         walk.look(NEAR)
         renderer, mesh = walk.renderer, np.array([0])
         frame = FrameResidency(renderer.world, renderer.assets, 0.01)
-        assert not frame.fallback_mesh(mesh).any()
+        assert not frame.is_mesh_resident(mesh).any()
         library.may.set()
         for _ in range(2000):
-            if FrameResidency(renderer.world, renderer.assets, 0.01).fallback_mesh(mesh).all():
+            if FrameResidency(renderer.world, renderer.assets, 0.01).is_mesh_resident(mesh).all():
                 break
             threading.Event().wait(0.005)
         else:
             raise AssertionError("the mesh never came")
-        assert not frame.fallback_mesh(mesh).any()
+        assert not frame.is_mesh_resident(mesh).any()
 
 
 def test_a_mesh_that_cannot_be_read_is_told_of_once(gl_device, ball, caplog):

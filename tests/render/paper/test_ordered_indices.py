@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from depthwalk.geometry.support_function import box_footprint
+from depthwalk.geometry.support_function import box_support_values
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
 from depthwalk.render.paper.ordered_indices import viewer_of
@@ -15,7 +15,11 @@ def test_records_hold_the_viewer():
     planes = choose_planes(
         viewer,
         Volumes(
-            radius=0.5 * one, bottom=0 * one, top=one, footprint=box_footprint(0.5 * one, 0.5 * one), has_side=one > 0
+            radius=0.5 * one,
+            bottom=0 * one,
+            top=one,
+            footprint=box_support_values(0.5 * one, 0.5 * one),
+            has_side=one > 0,
         ),
     )
     records = np.zeros(50, WARP_RECORD)

@@ -39,7 +39,7 @@ def silhouette(alone):
 
 def test_a_pixel_shows_what_it_leaves_uncovered(silhouette):
     before = silhouette.lit()
-    silhouette.draw(shading=SHADING)
+    silhouette.draw(materials=SHADING)
     after = silhouette.lit()
     assert after[:, COLUMN, 0] == pytest.approx(1.0)
     assert after[:, COLUMN, 1] == pytest.approx(UNCOVERED, abs=2e-3)
@@ -51,6 +51,6 @@ def test_a_pixel_shows_what_it_leaves_uncovered(silhouette):
     ("aa", "assets", "expected"), [("coverage", 1, True), ("coverage", 0, False), ("none", 1, False)]
 )
 def test_it_is_asked_for_and_there_are_depth_images(silhouette, aa, assets, expected):
-    shading = SimpleNamespace(assets=np.arange(assets))
-    frame = silhouette.frame(settings=RenderSettings(aa=aa), shading=shading)
+    materials = SimpleNamespace(assets=np.arange(assets))
+    frame = silhouette.frame(settings=RenderSettings(aa=aa), materials=materials)
     assert silhouette.pass_.enabled(frame, silhouette.pass_.params) is expected

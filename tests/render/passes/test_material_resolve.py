@@ -41,7 +41,7 @@ def test_the_depth_buffer_suffices_for_one_asset_alone(alone, assets, meshes, en
 def test_without_depth_images_there_is_nothing_to_look_up(alone, shading, expected):
     resolve = alone(MaterialResolvePass())
     records = None if shading is None else SimpleNamespace(assets=np.arange(shading))
-    assert resolve.pass_.enabled(resolve.frame(shading=records), resolve.pass_.params) is expected
+    assert resolve.pass_.enabled(resolve.frame(materials=records), resolve.pass_.params) is expected
 
 
 @pytest.mark.parametrize("mode", ["deferred", "forward"])

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from depthwalk.reference.shadows import lifted, light_share
 from depthwalk.render.lighting.light_clusters import visible_lamps
 from depthwalk.render.shadows.casters import find_casters
-from depthwalk.render.shadows.spot_maps import NEAR, assign_tiles, shadowing, spot_of
+from depthwalk.render.shadows.spot_maps import NEAR, assign_tiles, choose_shadow_lamps, lamp_spot
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import matrix_array
 from depthwalk.scene.arrays import Representation
@@ -151,7 +151,7 @@ def test_what_a_stage_of_shadows_made_is_freed(studio, library):
 def test_casters_are_all_that_reach_into_the_pyramid():
     """Against points of random spheres; what is under a texel is left out."""
     rng = np.random.default_rng(4)
-    spot = spot_of(LampParams(**LAMP, shadow=True), 512)
+    spot = lamp_spot(LampParams(**LAMP, shadow=True), 512)
     bounds = Bounds(np.array(spot.centre) + rng.uniform(-20, 20, (4000, 3)), rng.choice([0.002, 0.5, 3.0], 4000))
     found = np.isin(np.arange(4000), find_casters(spot, bounds))
     direction = rng.normal(size=(4000, 200, 3))
@@ -186,7 +186,7 @@ def test_the_brightest_in_sight_come_first_and_keep_their_tiles():
     lamps = lamps_at((0, 3, 0), (0, 3, -8), (0, 3, 90), (2, 3, 2))
     lamps[1].intensity = 20.0
     lamps[3].shadow = False
-    assert shadowing(view_of(), lamps) == [1, 0]  # the third is behind the viewer
+    assert choose_shadow_lamps(view_of(), lamps) == [1, 0]  # the third is behind the viewer
     assert assign_tiles([1, 0], lamps, 3) == {0: 0, 1: 1}
     assert assign_tiles([1], lamps, 3) == {1: 1}
     assert sorted(assign_tiles([0, 1, 2], lamps, 3).values()) == [0, 1, 2]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.geometry.spatial_order import neighbours
+from depthwalk.geometry.spatial_order import kd_tree_order
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.world.far_clusters import MEMBERS, make_far_clusters
 from depthwalk.render.world.spatial_cells import sort_into_cells
@@ -46,7 +46,7 @@ def test_one_that_may_not_share_keeps_its_cell_from_it():
 @pytest.mark.parametrize("count", [0, 1, 64, 1000, 4096])
 def test_neighbours_lie_in_boxes_that_hardly_overlap(count):
     points = np.random.default_rng(count).uniform(0, 1, (count, 3)) * (1, 0, 1)
-    order = neighbours(points, 64)
+    order = kd_tree_order(points, 64)
     assert sorted(order) == list(range(count))
     if count:
         starts = np.arange(0, count, 64)

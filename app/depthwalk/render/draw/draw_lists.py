@@ -51,19 +51,19 @@ class DrawList:
     """Hold instance records, sorted so that each batch is one run of them, and the batches."""
 
     records: NDArray[np.void]
-    groups: list[DrawBatch] = field(default_factory=list)
+    batches: list[DrawBatch] = field(default_factory=list)
 
     def by_asset(self) -> Iterator[tuple[int, Iterator[DrawBatch]]]:
         """Yield runs of batches that share an asset, with its number: what all of them need is set once."""
-        return groupby(self.groups, attrgetter("asset"))
+        return groupby(self.batches, attrgetter("asset"))
 
     @classmethod
     def joined(cls, lists: Sequence["DrawList"]) -> "DrawList":
         """Return one list that draws what the `lists` draw, one after the other."""
         starts = np.cumsum([0] + [len(part.records) for part in lists]).tolist()
         parts = zip(starts, lists, strict=False)
-        batches = [replace(batch, first=start + batch.first) for start, part in parts for batch in part.groups]
-        return cls(records=np.concatenate([part.records for part in lists]), groups=batches)
+        batches = [replace(batch, first=start + batch.first) for start, part in parts for batch in part.batches]
+        return cls(records=np.concatenate([part.records for part in lists]), batches=batches)
 
 
 @dataclass(kw_only=True)

@@ -12,7 +12,7 @@ from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.geometry.quaternions import conjugate, rotate
 from depthwalk.geometry.spatial_order import within_runs
-from depthwalk.geometry.support_function import box_footprint
+from depthwalk.geometry.support_function import box_support_values
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
 from depthwalk.render.draw.frame_counts import phase_counts
 from depthwalk.render.draw.object_detail import choose_levels, lasting_pieces
@@ -140,7 +140,7 @@ def _impostors(
             radius=np.hypot(half[:, 0], half[:, 2]),
             bottom=-half[:, 1],
             top=half[:, 1],
-            footprint=box_footprint(half[:, 0], half[:, 2]),
+            footprint=box_support_values(half[:, 0], half[:, 2]),
             has_side=np.ones(count, bool),
         ),
         viewer=view.position - bounds.centre,
@@ -173,7 +173,7 @@ def _warp_list(
         viewer[order],
         within_runs(count)[order],
     )
-    return DrawList(records=records, groups=batches)
+    return DrawList(records=records, batches=batches)
 
 
 def member_records(

@@ -20,7 +20,7 @@ def phase_counts(
     work : tiles that are warped and drawn.
     step : (d,) the paper's Iter_step of each object that a tile shows, see `iter_step`.
     """
-    warped = sum(batch.count * length for batch in warp.groups + dmesh.groups for _, length in batch.indices) // 3
+    warped = sum(batch.count * length for batch in warp.batches + dmesh.batches for _, length in batch.indices) // 3
     drawn: Counts = {
         "objects": total,
         "occluded": 0,
@@ -33,7 +33,7 @@ def phase_counts(
         "shadow_triangles": 0,
         "warped": len(warp.records),
         "warped_triangles": warped,
-        "draw_batches": len(warp.groups),
+        "draw_batches": len(warp.batches),
     }
     levels = {f"level_{level}": int(n) for level, n in enumerate(np.bincount(work.level)) if n}
     halvings = np.floor(np.log2(step)).astype(np.int64)

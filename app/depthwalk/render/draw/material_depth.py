@@ -46,7 +46,7 @@ class MaterialRecords:
     high: Array
 
 
-def shading(view: View, objects: Objects, bounds: Bounds, tiled: Mask) -> MaterialRecords:
+def material_records(view: View, objects: Objects, bounds: Bounds, tiled: Mask) -> MaterialRecords:
     """Return the material records of n objects in the order of their numbers, the first of which is 1.
 
     Parameters

@@ -93,7 +93,7 @@ class Planner:
         counts = phase_counts(len(objects), warp, composite, dmesh, mesh, work, step)
         counts["mesh_fallbacks"] = len(fallbacks)
         counts["mesh_triangles"] = sum(
-            batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.groups
+            batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
         )
         numbered = seen.rows[np.concatenate([tiled[work.drawn], direct])]
         return FrameDrawLists(
@@ -188,7 +188,7 @@ def _warp_list(impostors: ImpostorObjects, work: TileWork, table: AssetTable, at
     order = np.lexsort((~work.whole, pieces, level, asset))
     batches = draw_batches(table, asset[order], level[order], pieces[order], ~work.whole[order])
     records = warp_records(work.planes, work.tiles, work.slots[:, :2], atlas_size).take(order)
-    return DrawList(records=records, groups=batches)
+    return DrawList(records=records, batches=batches)
 
 
 def _direct_list(view: View, seen: _Seen, too_near: Rows, table: AssetTable) -> tuple[Rows, DrawList]:
@@ -197,7 +197,7 @@ def _direct_list(view: View, seen: _Seen, too_near: Rows, table: AssetTable) -> 
     columns = seen.objects.asset, seen.level, seen.pieces
     direct = direct[np.lexsort([column[direct] for column in reversed(columns)])]
     batches = draw_batches(table, *(column[direct] for column in columns))
-    return direct, DrawList(records=placed_records(view.position, seen.objects.take(direct)), groups=batches)
+    return direct, DrawList(records=placed_records(view.position, seen.objects.take(direct)), batches=batches)
 
 
 def _mesh_list(view: View, meshes: Objects, table: AssetTable, polygons: MeshLodParams) -> DrawList:
@@ -213,7 +213,7 @@ def _mesh_list(view: View, meshes: Objects, table: AssetTable, polygons: MeshLod
     order = np.lexsort((level, asset))
     return DrawList(
         records=placed_records(view.position, meshes.take(order)),
-        groups=draw_batches(table, asset[order], level[order]),
+        batches=draw_batches(table, asset[order], level[order]),
     )
 
 

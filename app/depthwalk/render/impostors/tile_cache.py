@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.render.impostors.atlas_allocator import Atlas
 from depthwalk.render.impostors.tile_records import COMPOSITE_RECORD
 from depthwalk.types import Array, Mask, Rows
@@ -19,7 +19,7 @@ _SELDOM = 120  # frames from one packing of a fragmented atlas to the next: it c
 
 
 @dataclass(kw_only=True)
-class CachedTiles(Takes):
+class CachedTiles(StructOfArrays):
     """Hold n tiles of the atlas.
 
     Attributes

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.render.impostors.warp_planes import Planes, Seen, tile_sizes
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Rows
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tiles(Takes):
+class Tiles(StructOfArrays):
     """Hold the mappings of n tiles.
 
     Pass 1 stores 1 − nearest · λ / w, which is affine over the tile for a flat triangle, and 1 where nothing is.

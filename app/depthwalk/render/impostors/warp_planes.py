@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import Face
 from depthwalk.geometry.quaternions import matrices
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.geometry.support_function import support
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Mask
@@ -23,7 +23,7 @@ GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neigh
 
 
 @dataclass(frozen=True, kw_only=True)
-class Planes(Takes):
+class Planes(StructOfArrays):
     """Hold the planes of n objects, and rectangles on them. `right` × `up` = `normal`, which points to the viewer.
 
     Attributes
@@ -52,7 +52,7 @@ class Planes(Takes):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Volumes(Takes):
+class Volumes(StructOfArrays):
     """Hold the cylinders of n objects, whose axes are the y axes of the objects' frames.
 
     Attributes
@@ -154,7 +154,7 @@ def _rectangles(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Seen(Takes):
+class Seen(StructOfArrays):
     """Hold what the camera sees of n rectangles.
 
     Attributes

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from depthwalk.colour import linear_from_srgb
-from depthwalk.render.lighting.sky import Sky, Triple, direction_to_sun, sky_of, sunlight
+from depthwalk.render.lighting.sky import Sky, Triple, direction_to_sun, environment_sky, sunlight
 from depthwalk.types import Array
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def lighting(environment: "Environment") -> Lighting:
 
     It is done once per frame, for all passes.
     """
-    to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), sky_of(environment)
+    to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), environment_sky(environment)
     if environment.sky is not None and environment.sky.light:
         red, green, blue = (float(max(to_sun[1], 0)) * sun).tolist()  # on level ground
         return Lighting(to_sun=to_sun, sun=sun, ambient=skylight(sky, (red, green, blue)), sky=sky)

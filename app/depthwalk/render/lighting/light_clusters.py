@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.colour import linear_from_srgb
-from depthwalk.render.shadows.spot_maps import spot_of
+from depthwalk.render.shadows.spot_maps import lamp_spot
 from depthwalk.render.view.bounds import Bounds, extents
 from depthwalk.render.view.view import View
 from depthwalk.types import Array
@@ -103,7 +103,7 @@ def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int
     lists["numbers"].reshape(-1)[: len(numbers)] = numbers
     records = lamp_records(view, [lights[k] for k in seen.tolist()])
     for record, number in zip(records, seen[: mapped.sum()].tolist(), strict=False):
-        spot = spot_of(lights[number], 1)
+        spot = lamp_spot(lights[number], 1)
         record["shadow"] = *(spot.axes[0] / spot.tangent), tiles[number]
     return LightClusters(records=records, cells=cells, lists=lists, across=across)
 

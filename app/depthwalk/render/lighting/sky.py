@@ -142,7 +142,7 @@ def direction_to_sun(environment: "Environment") -> Array:
     return np.asarray(to_sun / np.linalg.norm(to_sun))
 
 
-def sky_of(environment: "Environment") -> Sky:
+def environment_sky(environment: "Environment") -> Sky:
     """Return the sky of an environment, which is seen behind everything; where it has none, its plain background."""
     sky = environment.sky
     if sky is None:

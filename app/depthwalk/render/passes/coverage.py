@@ -20,16 +20,16 @@ class CoveragePass(Pass[Params]):
 
     def enabled(self, frame: Frame, params: Params) -> bool:
         """Return whether the anti-aliasing asks for it and there are depth images."""
-        return frame.common.aa.covering and frame.shading is not None and len(frame.shading.assets) > 0
+        return frame.common.aa.covering and frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Blend the pixels of `lit` that `material_resolve` marked as covered in part."""
-        targets, shading = frame.targets, frame.shading
-        assert shading is not None  # as `enabled` found
+        targets, materials = frame.targets, frame.materials
+        assert materials is not None  # as `enabled` found
         for unit, texture in enumerate((targets.lit_before(), targets.visibility_texture, targets.depth)):
             texture.use(unit)
         self._program.set(lit_texture=0, visibility_texture=1, depth_texture=2)
-        self._program.set(depth=FULL_COVERAGE, low=tuple(shading.low.min(0)), high=tuple(shading.high.max(0)))
+        self._program.set(depth=FULL_COVERAGE, low=tuple(materials.low.min(0)), high=tuple(materials.high.max(0)))
         # In front of full coverage are the pixels that `material_resolve` marked as covered in part.
         with self.gl.state(into=targets.covered, depth_test=">", depth_write=False):
             self._program.rectangles()

@@ -34,7 +34,7 @@ class GpaaPass(Pass[GpaaParams]):
 
     def enabled(self, frame: Frame, params: GpaaParams) -> bool:
         """Return whether the anti-aliasing is geometric and anything is drawn as triangles."""
-        return frame.common.aa.geometric and len(frame.plan.mesh.groups) + len(frame.plan.dmesh.groups) > 0
+        return frame.common.aa.geometric and len(frame.plan.mesh.batches) + len(frame.plan.dmesh.batches) > 0
 
     def draw(self, frame: Frame, params: GpaaParams) -> None:
         """Blend pixels of `lit` along the lines of silhouettes and creases."""
@@ -56,12 +56,12 @@ class GpaaPass(Pass[GpaaParams]):
         """Return the LINE_RECORDs of all that is drawn as triangles. Depth images have `coverage` instead."""
         least_fold = np.radians(params.crease_angle) if frame.common.aa.mode == "gpaa-edge" else None
         lines = [np.zeros(0, LINE_RECORD)]
-        for batch in frame.plan.mesh.groups:
+        for batch in frame.plan.mesh.batches:
             mesh = frame.assets.meshes.object(batch.asset, batch.level)
             edges = self._edges_of(batch, mesh.shape)
             placed = frame.plan.mesh.records[batch.first : batch.first + batch.count]
             lines.append(silhouette_lines(edges, frame.view, placed, least_fold, mesh.look.solid))
-        for batch in frame.plan.dmesh.groups:
+        for batch in frame.plan.dmesh.batches:
             images = frame.assets.depth_object(batch.asset)
             edges = self._edges_of(batch, partial(images.shape, batch.indices))
             placed = frame.plan.dmesh.records[batch.first : batch.first + batch.count]

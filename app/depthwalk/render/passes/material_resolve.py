@@ -37,26 +37,26 @@ class MaterialResolvePass(Pass[Params]):
 
     def enabled(self, frame: Frame, params: Params) -> bool:
         """Return whether there are depth-image objects."""
-        return frame.shading is not None and len(frame.shading.assets) > 0
+        return frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Write the material depth, then draw the rectangle of each asset."""
-        shading = frame.shading
-        assert shading is not None  # as `enabled` found
-        self._objects.upload(shading.records)
+        materials = frame.materials
+        assert materials is not None  # as `enabled` found
+        self._objects.upload(materials.records)
         self._objects.use(0)
         frame.targets.visibility_texture.use(1)
-        if _alone(frame, shading):
-            self._resolve(frame, shading, frame.targets.gbuffer, ">", np.ones((1, 1)))
+        if _alone(frame, materials):
+            self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones((1, 1)))
             return
-        self._draw_material_depth(frame, shading)
-        full = shading.level
+        self._draw_material_depth(frame, materials)
+        full = materials.level
         depths = [full, full - FULL_COVERAGE] if frame.common.aa.covering else [full]
         target = frame.targets.shaded_lit if frame.common.forward else frame.targets.shaded
-        self._resolve(frame, shading, target, "==", np.stack(depths, -1))
+        self._resolve(frame, materials, target, "==", np.stack(depths, -1))
 
-    def _draw_material_depth(self, frame: Frame, shading: MaterialRecords) -> None:
-        low, high = shading.low.min(0), shading.high.max(0)
+    def _draw_material_depth(self, frame: Frame, materials: MaterialRecords) -> None:
+        low, high = materials.low.min(0), materials.high.max(0)
         self._material_depth.set(low=tuple(low), high=tuple(high), objects=0, visibility_texture=1)
         with self.gl.state(into=frame.targets.material_depth, depth_test=ALWAYS):
             self._material_depth.rectangles()
@@ -64,7 +64,7 @@ class MaterialResolvePass(Pass[Params]):
     def _resolve(
         self,
         frame: Frame,
-        shading: MaterialRecords,
+        materials: MaterialRecords,
         target: moderngl.Framebuffer,
         depth_test: str,
         depths: NDArray[np.floating],
@@ -74,7 +74,7 @@ class MaterialResolvePass(Pass[Params]):
         if frame.common.show_tiles:
             defines += ("SHOW_TILES",)
         uniforms = {"objects": 0, "visibility_texture": 1, **light}
-        columns = shading.assets.tolist(), depths.tolist(), shading.low.tolist(), shading.high.tolist()
+        columns = materials.assets.tolist(), depths.tolist(), materials.low.tolist(), materials.high.tolist()
         for number, asset_depths, low, high in zip(*columns, strict=True):
             asset = frame.assets.depth_object(number)
             program = self._programs[*asset.surface_defines, *defines]
@@ -97,11 +97,11 @@ def _light(frame: Frame) -> tuple[tuple[str, ...], dict[str, Any]]:
     return (*defines, "SHADOWS"), values | maps.use(7, frame.view, frame.common.lod)
 
 
-def _alone(frame: Frame, shading: MaterialRecords) -> bool:
+def _alone(frame: Frame, materials: MaterialRecords) -> bool:
     """Return whether all that is drawn is of one asset's depth images.
 
     Then its pixels are those in front of the far plane, and no material depth is needed.
     """
     polygons = len(frame.plan.mesh.records) > 0 or frame.environment.ground is not None
-    alone = len(shading.assets) == 1 and not polygons and not frame.common.forward
+    alone = len(materials.assets) == 1 and not polygons and not frame.common.forward
     return alone and not frame.common.aa.covering  # partial coverage is told by the material depth

@@ -45,7 +45,7 @@ class MeshPass(Pass[MeshParams]):
         self._instances.upload(drawn.records)
         distance = np.linalg.norm(drawn.records["origin"], axis=1)
         limit = np.partition(distance, _CULLED_OBJECTS)[_CULLED_OBJECTS] if len(distance) > _CULLED_OBJECTS else np.inf
-        for batch in drawn.groups:
+        for batch in drawn.batches:
             asset = frame.assets.meshes.object(batch.asset, batch.level)
             near = distance[batch.first : batch.first + batch.count] < limit
             culled = int(np.logical_and.accumulate(near).sum()) if asset.meshlets else 0  # the first are the nearest

@@ -73,7 +73,7 @@ class ObjectIdPass(Pass[Params]):
         target = self._target = self._target or self._make(frame.targets.size)
         target.framebuffer.clear(depth=1.0)
         self._instances.upload(frame.plan.mesh.records)
-        for batch in frame.plan.mesh.groups:
+        for batch in frame.plan.mesh.batches:
             mesh = frame.assets.meshes.object(batch.asset, batch.level)
             array = self._arrays.get((batch.asset, batch.level), mesh.vertices, mesh.indices)
             self._instances.bind(array, batch.first)

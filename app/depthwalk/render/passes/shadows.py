@@ -92,7 +92,7 @@ class ShadowsPass(Pass[ShadowParams]):
 
     def _draw_meshes(self, frame: Frame, shadow_map: ShadowMap) -> None:
         self._instances.upload(shadow_map.meshes.records)
-        for batch in shadow_map.meshes.groups:
+        for batch in shadow_map.meshes.batches:
             asset = frame.assets.meshes.object(batch.asset, batch.level)
             array = self._mesh_arrays.get((batch.asset, batch.level), asset.vertices, asset.indices)
             self._instances.bind(array, batch.first)

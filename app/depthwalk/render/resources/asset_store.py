@@ -41,7 +41,7 @@ class Library(MeshLibrary, Protocol):
         """Return whether an asset has a mesh, without reading it."""
         ...
 
-    def cook_object(self, assets: Sequence[int]) -> None:
+    def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake what is missing of the depth images of `assets`, several at a time if the library can."""
         ...
 
@@ -186,7 +186,7 @@ class AssetStore:
     @property
     def gpu_bytes(self) -> int:
         """Bytes of GPU memory that depth objects and fallback meshes take."""
-        return sum(self._prepared[number].bytes for number in self._depth) + self.meshes.stand_in_bytes
+        return sum(self._prepared[number].bytes for number in self._depth) + self.meshes.fallback_bytes
 
     @property
     def depth_count(self) -> int:
@@ -200,7 +200,7 @@ class AssetStore:
         unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted
         if unused or unwanted:
             self.before_release()
-        self.meshes.let_go(unwanted)
+        self.meshes.release_fallbacks(unwanted)
         excess = self.gpu_bytes + size - self.budget
         for number in unused:
             if excess <= 0:

@@ -134,7 +134,7 @@ class MeshStore:
         return {asset: self._fallbacks[asset].levels for asset in assets if asset in self._fallbacks}
 
     @property
-    def stand_in_bytes(self) -> int:
+    def fallback_bytes(self) -> int:
         """Bytes of GPU memory that the buffers of fallback meshes take."""
         levels = (level for asset in self._fallbacks for level in self._drawn.get(asset, {}).values())
         return sum(level.vertices.size + level.indices.size for level in levels)
@@ -144,7 +144,7 @@ class MeshStore:
         """Assets whose fallback meshes may go."""
         return self._fallbacks.keys() - self._wanted - self._wanted_before
 
-    def let_go(self, assets: set[int]) -> None:
+    def release_fallbacks(self, assets: set[int]) -> None:
         """Release the fallback meshes of `assets`. No pass may still hold vertex arrays over their buffers."""
         for asset in assets:
             for level in self._drawn.pop(asset, {}).values():

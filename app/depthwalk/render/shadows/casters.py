@@ -46,7 +46,7 @@ class ShadowMap:
     @property
     def triangles(self) -> int:
         """How many triangles of depth images are drawn into it."""
-        return sum(group.count * length for group in self.grids.groups for _, length in group.indices) // 3
+        return sum(group.count * length for group in self.grids.batches for _, length in group.indices) // 3
 
     def shows_same(self, other: "ShadowMap") -> bool:
         """Return whether drawing `other` would give the same map, so that this one need not be drawn."""
@@ -55,7 +55,7 @@ class ShadowMap:
             (mine.centre, mine.resolution) == (its.centre, its.resolution)
             and mine.clip_from_centre == its.clip_from_centre
             and all(
-                drawn.groups == before.groups and np.array_equal(drawn.records, before.records)
+                drawn.batches == before.batches and np.array_equal(drawn.records, before.records)
                 for drawn, before in ((self.grids, other.grids), (self.meshes, other.meshes))
             )
         )
@@ -137,11 +137,11 @@ def shadow_map(
         view=view,
         grids=DrawList(
             records=placed_records(centre, placed.take(grids)),
-            groups=draw_batches(table, placed.asset[grids], level[grids], pieces[grids]),
+            batches=draw_batches(table, placed.asset[grids], level[grids], pieces[grids]),
         ),
         meshes=DrawList(
             records=placed_records(centre, placed.take(meshes)),
-            groups=draw_batches(table, placed.asset[meshes], level[meshes]),
+            batches=draw_batches(table, placed.asset[meshes], level[meshes]),
         ),
     )
 

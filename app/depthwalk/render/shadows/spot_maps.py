@@ -84,7 +84,7 @@ class Spot:
         return self.texel * nearest, self.texel * np.maximum(distance, bounds.bounding_radius)
 
 
-def spot_of(lamp: "LampParams", resolution: int) -> Spot:
+def lamp_spot(lamp: "LampParams", resolution: int) -> Spot:
     """Return what the map of a spot light sees. lamp: has a `direction`; resolution: texels along an edge."""
     axes = light_axes(-np.array(lamp.direction, float))
     return Spot(
@@ -92,7 +92,7 @@ def spot_of(lamp: "LampParams", resolution: int) -> Spot:
     )
 
 
-def shadowing(view: View, lamps: Sequence["LampParams"]) -> list[int]:
+def choose_shadow_lamps(view: View, lamps: Sequence["LampParams"]) -> list[int]:
     """Choose the lamps that should have a shadow map in this frame.
 
     They are those that the scene wants to cast shadows, and whose cones `view` may see.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.geometry.soa import Takes
+from depthwalk.geometry.soa import StructOfArrays
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array
@@ -59,7 +59,7 @@ def cylinders(objects: Objects, centre: Array, half_height: Array, radius: Array
 
 
 @dataclass(frozen=True)
-class Bounds(Takes):
+class Bounds(StructOfArrays):
     """Hold bounding spheres of n objects, in single precision as the objects' positions.
 
     Attributes

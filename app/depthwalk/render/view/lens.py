@@ -20,10 +20,10 @@ DISC = (
 DISC_POINTS = len(DISC)
 GAUSSIAN_RADIUS = 6  # taps of the kernel beside its middle one
 # Of rays through the depth buffer (`gather`):
-SHARP = 0.5  # pixels: a radius that reaches no other pixel's middle
-STRIDE = 4.0  # pixels that a ray moves aside from step to step
-DENSITY = 1.0  # rays per square of the radius
-FEWEST = 16  # rays of a pixel
+SHARP_RADIUS = 0.5  # pixels: a radius that reaches no other pixel's middle
+RAY_STRIDE = 4.0  # pixels that a ray moves aside from step to step
+RAY_DENSITY = 1.0  # rays per square of the radius
+MIN_RAYS = 16  # rays of a pixel
 
 
 def lens_radius(lens: DofParams) -> float:

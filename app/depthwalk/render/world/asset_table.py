@@ -128,7 +128,7 @@ def _rows(
     imaged = ~np.isin(representation, MESHES)
     first, count = np.arange(len(library), dtype=np.int32), np.ones(len(library), np.int32)
     shown = np.unique(objects.asset[imaged]).tolist()
-    library.cook_object([asset for asset in shown if not store.knows(asset)])
+    library.bake_missing([asset for asset in shown if not store.knows(asset)])
     for asset in shown:
         numbers = store.depth_numbers(asset)
         first[asset], count[asset] = numbers.start, len(numbers)

@@ -140,7 +140,7 @@ class FrameResidency:
         self._absent: set[int] = set()
         assets.meshes.begin_frame()
 
-    def there(self, rows: Rows) -> Mask:
+    def resident(self, rows: Rows) -> Mask:
         """Return whether (m,) the assets of the objects `rows` (m,), nearest first, are resident on the GPU.
 
         First brings there what fits the time and the budget.
@@ -154,7 +154,7 @@ class FrameResidency:
             self._needed += nearest[new[nearest]].tolist()
         return self._assets.stream(self._needed, self._seconds)[asset]
 
-    def fallback_mesh(self, meshes: Rows) -> Mask:
+    def is_mesh_resident(self, meshes: Rows) -> Mask:
         """Return whether (n,) the `meshes` (n,), nearest first, may replace depth images; an `IsResident`.
 
         The others are being read. A mesh that is not resident when it is first asked for counts as absent for the whole

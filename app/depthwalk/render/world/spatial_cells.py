@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.geometry.spatial_order import neighbours, runs
+from depthwalk.geometry.spatial_order import kd_tree_order, runs
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Ints, Mask, Rows
@@ -136,7 +136,7 @@ class SpatialCells:
 def sort_into_cells(bounds: Bounds) -> SpatialCells:
     """Sort objects into cells of `_OBJECTS` neighbours each, and within these into runs of `_LEAF`."""
     count = len(bounds.bounding_radius)
-    order = neighbours(bounds.centre, _LEAF).astype(np.int32)
+    order = kd_tree_order(bounds.centre, _LEAF).astype(np.int32)
     first = np.append(np.arange(0, count, _OBJECTS), count)
     low, high, largest = enclosing_boxes(bounds.take(order), first[:-1])
     version = np.zeros(len(low), np.int64)
