@@ -1,0 +1,1 @@
+"""The renderer: what is seen of a scene, drawn pass by pass."""
