@@ -28,7 +28,7 @@ def plan(monkeypatch):
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
     world = SimpleNamespace(bounds=lambda: bounds, arrays=lambda: None)
-    uploads = SimpleNamespace(there=lambda rows: rows == 0, is_mesh_resident=None)
+    uploads = SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None)
     planner = shadow_planner.ShadowPlanner(world, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
 
     def planned(params, lamps=(), **environment):

@@ -76,13 +76,14 @@ def main(
 
     files = output_files(meshes, out)
     specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
+    chosen = parse_layers(layers), parse_parts(parts), parse_axis(axis)
     try:
         params = ModelParams(
             resolution=dpci_resolution,
-            layers=parse_layers(layers) or (1 if method is Method.SIX_VIEW else 3),
+            layers=chosen[0] or (1 if method is Method.SIX_VIEW else 3),
             method=method.value,
-            parts=parse_parts(parts) or 1,
-            axis=parse_axis(axis) or "y",
+            parts=chosen[1] or 1,
+            axis=chosen[2] or "y",
         )
     except InputError as error:
         raise InputError(f"--{error}") from None

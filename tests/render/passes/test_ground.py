@@ -16,7 +16,7 @@ def white(path):
 
 
 def draw(ground, **values):
-    environment = Environment(ground={"height": 0.0, "size": 20.0, **values})
+    environment = Environment(ground={"height": 0.0, "half_size": 20.0, **values})
     assets = SimpleNamespace(texture=white)
     ground.draw(environment=environment, assets=assets)
 

@@ -13,7 +13,7 @@ def test_linear_light_becomes_srgb(alone):
     output = alone(OutputPass())
     light = np.linspace(0, 1, 8 * 12 * 3).reshape(8, 12, 3)
     output.fill_lit(np.dstack([light, np.ones((8, 12))]))
-    output.draw(OutputParams(tone="none"))
+    output.draw(OutputParams(tone_mapping="none"))
     expected = 255 * srgb_from_linear(light.astype(np.float16).astype(float))
     assert np.abs(read_pixels(output.targets.screen)[::-1, :, :3] - expected).max() <= 1
 
@@ -21,7 +21,7 @@ def test_linear_light_becomes_srgb(alone):
 def test_exposure_doubles_light_per_stop(alone):
     output = alone(OutputPass())
     output.fill_lit((0.1, 0.2, 0.05, 1.0))
-    output.draw(OutputParams(tone="none", exposure=2.0))
+    output.draw(OutputParams(tone_mapping="none", exposure=2.0))
     expected = 255 * srgb_from_linear(np.array([0.4, 0.8, 0.2]))
     assert read_pixels(output.targets.screen)[0, 0, :3] == pytest.approx(expected, abs=1)
 
@@ -30,7 +30,7 @@ def test_a_transparent_picture_keeps_its_colours(alone):
     """Light is premultiplied, the picture is not."""
     output = alone(OutputPass())
     output.fill_lit((0.25, 0.1, 0.0, 0.5))
-    output.draw(OutputParams(tone="none"))
+    output.draw(OutputParams(tone_mapping="none"))
     *colour, alpha = read_pixels(output.targets.screen)[0, 0].astype(int).tolist()
     assert colour == pytest.approx(255 * srgb_from_linear(np.array([0.5, 0.2, 0.0])), abs=1)
     assert alpha == pytest.approx(127.5, abs=1)
@@ -45,6 +45,6 @@ def test_supersampled_it_is_the_mean_of_what_a_screen_can_show(alone):
     light[::2, ::2, :3] = 100.0
     output.fill_lit(light)
     output.targets.screen = output.scope.framebuffer([output.scope.texture((6, 4), 4)])
-    output.draw(OutputParams(tone="none"), settings=settings)
+    output.draw(OutputParams(tone_mapping="none"), settings=settings)
     expected = 255 * srgb_from_linear(np.full(3, 0.25))
     assert np.abs(read_pixels(output.targets.screen)[..., :3] - expected).max() <= 1

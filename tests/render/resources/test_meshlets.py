@@ -107,8 +107,8 @@ def test_pictures_do_not_change(studio, mesh, monkeypatch):
     library = ShapeLibrary([painted, shell, plain], [None] * 3)
     scene = scene_of(PLACED, (1, (-2, 0, 0), 1.0, 1.0), (2, (0, 0, -6), 2.0, 1.2), representation=Representation.MESH)
     drawn = []
-    for most in (mesh_pass._ONE_BY_ONE, 0):
-        monkeypatch.setattr(mesh_pass, "_ONE_BY_ONE", most)
+    for most in (mesh_pass._CULLED_OBJECTS, 0):
+        monkeypatch.setattr(mesh_pass, "_CULLED_OBJECTS", most)
         with OnScreen(studio.device, scene, library) as stage:
             for position in ((0, 1.6, 5), (-1, 1, 0.9), (-2, 1, 0), (0, 9, -3.1), (0, 1.6, 40)):
                 stage.draw(view_of(position, (-0.5, 1.0, -2.0)))
@@ -121,7 +121,7 @@ def test_pictures_do_not_change(studio, mesh, monkeypatch):
 def test_more_than_the_buffer_holds_is_drawn_whole(studio, mesh, monkeypatch):
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
     pictures = []
-    for room in (mesh_pass._ROOM, 100):
-        monkeypatch.setattr(mesh_pass, "_ROOM", room)
+    for room in (mesh_pass._MAX_CULLED_TRIANGLES, 100):
+        monkeypatch.setattr(mesh_pass, "_MAX_CULLED_TRIANGLES", room)
         pictures.append(studio.picture(scene, ShapeLibrary([mesh], [None]), Camera((0, 1, 4), (0, 1, 0), 0.7)))
     np.testing.assert_array_equal(*pictures)
