@@ -1,9 +1,10 @@
 """Measure in two minutes what a user meets: `python -m tools.vitals` prints a row for docs/vitals.md.
 
 First picture: the whole process of `depthwalk render scenes/garden.yaml`, with an empty cache (cold) and with the one
-that it left (warm). Walk: the median frame of `depthwalk bench` along a path. Share: of the pixels that show objects,
-the part that depth images drew, over views along the paths. With `--against DIR`, another checkout is measured in turn,
-so that a ratio holds on a machine whose speed changes; it may be an older one: only the command line is used of both.
+that it left (warm). Walk: the median frame of `depthwalk bench` along stretches of a path, 30 frames a second.
+Share: of the pixels that show objects, the part that depth images drew, over views along the paths. With `--against DIR`,
+another checkout is measured in turn, so that a ratio holds on a machine whose speed changes; it may be an older one: only
+the command line is used of both.
 """
 
 import json
@@ -24,6 +25,7 @@ import typer
 ROOT = Path(__file__).resolve().parents[1]
 SIZE = 1024, 768
 VIEWS = 5  # along a path, at which the share of depth images is taken
+STARTS = 3  # along a path, from which a stretch is walked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,12 +70,26 @@ def first_picture(checkout: Path, folder: Path) -> tuple[float, float]:
     return run(checkout, cache, *arguments), min(run(checkout, cache, *arguments) for _ in range(3))
 
 
+def stretches(walk: Walk, frames: int, folder: Path) -> Path:
+    """Write a path of `frames` steps at the walk's own speed, from `STARTS` places along it, and return its file."""
+    from depthwalk.scene.path import CameraPath, load_path, path_text
+
+    path = load_path(walk.path)
+    starts = np.linspace(0, path.frames()[-1], STARTS, endpoint=False)
+    cameras = [path.sample(float(start + k / 30)) for start in starts for k in range(frames // STARTS)]
+    file = folder / f"{walk.name}.yaml"
+    views = np.array([[*camera.position, *camera.target] for camera in cameras])
+    fovs = np.array([camera.fov for camera in cameras])
+    steps = CameraPath(times=np.arange(len(cameras)) / 30, views=views, fovs=fovs, fps=30.0, interpolation="step")
+    file.write_text(path_text(steps), encoding="utf-8")
+    return file
+
+
 def walking(checkout: Path, cache: Path, walk: Walk, frames: int, folder: Path) -> float:
-    """Return the median milliseconds of a frame along the path."""
-    report = folder / "bench.json"
+    """Return the median milliseconds of a frame along stretches of the path."""
+    report, path = folder / "bench.json", stretches(walk, frames, folder)
     size = ",".join(map(str, SIZE))
-    options = "--path", str(walk.path), "--frames", str(frames), "--resolution", size, "--json", str(report)
-    run(checkout, cache, "bench", str(walk.scene), *options)
+    run(checkout, cache, "bench", str(walk.scene), "--path", str(path), "--resolution", size, "--json", str(report))
     return float(json.loads(report.read_text())["runs"][0]["frame_ms"]["p50"])
 
 
@@ -106,7 +122,7 @@ def share(walk: Walk) -> float:
 def main(
     against: Annotated[Path | None, typer.Option(help="Another checkout, measured in turn with this one")] = None,
     rounds: Annotated[int, typer.Option(help="Of walks, whose medians are taken", min=1)] = 3,
-    frames: Annotated[int, typer.Option(help="Of each walk", min=2)] = 24,
+    frames: Annotated[int, typer.Option(help="Of each walk", min=2)] = 36,
 ) -> None:
     """Print what a user meets: first picture, walking time and share of depth images, as a row for docs/vitals.md."""
     extra = Path(os.environ.get("DEPTHWALK_TEST_SCENES", ROOT.parent / "shared" / "scenes"))
@@ -123,7 +139,7 @@ def main(
             for number in range(rounds + 1):  # the first one fills the caches
                 for checkout in checkouts:
                     cache = folder / f"cache-{checkouts.index(checkout)}"
-                    time_of_frame = walking(checkout, cache, walk, frames if number else 2, folder)
+                    time_of_frame = walking(checkout, cache, walk, frames if number else STARTS, folder)
                     if number:
                         times[checkout].append(time_of_frame)
             cell = f"{walk.name} {statistics.median(times[ROOT]):.1f} ms"
