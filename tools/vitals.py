@@ -1,10 +1,10 @@
 """Measure in two minutes what a user meets: `python -m tools.vitals` prints a row for docs/vitals.md.
 
 First picture: the whole process of `depthwalk render scenes/garden.yaml`, with an empty cache (cold) and with the one
-that it left (warm). Walk: the median frame of `depthwalk bench` along stretches of a path, 30 frames a second.
-Share: of the pixels that show objects, the part that depth images drew, over views along the paths. With `--against DIR`,
-another checkout is measured in turn, so that a ratio holds on a machine whose speed changes; it may be an older one: only
-the command line is used of both.
+that it left (warm). Walk: the median frame of `depthwalk bench` along stretches of a path, 30 frames a second. Share:
+of the pixels that show objects, the part that depth images drew, over views along the paths. With `--against DIR`,
+another checkout is measured in turn, so that a ratio holds on a machine whose speed changes. It may be an older one:
+only the command line is used of both.
 """
 
 import json

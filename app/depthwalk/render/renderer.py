@@ -74,6 +74,7 @@ class Renderer:
         self.remembers = False
         self.upload_seconds: float | None = None
         self.targets: Targets | None = None
+        self._declared: dict[Pass[Any], Targets] = {}  # the targets as each pass may use them
         self.plan: FrameDrawLists | None = None
         self.view: View | None = None
         self.timers = PassTimers(device)
@@ -144,6 +145,9 @@ class Renderer:
         if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
             self._release_targets()
             self.targets = Targets(self.device, size, samples)
+            self._declared = {
+                pass_: declared(self.targets, pass_.name, pass_.reads, pass_.writes) for pass_ in self.passes
+            }
             for pass_ in self.passes:
                 pass_.resize(size)
         # Only GPAA reads albedo and normals where nothing is.
@@ -187,7 +191,7 @@ class Renderer:
         self._view_block.show(frame.view)
         for pass_ in passes:
             params = pass_.params_in(self.settings)
-            own_frame = replace(frame, targets=declared(frame.targets, pass_.name, pass_.reads, pass_.writes))
+            own_frame = replace(frame, targets=self._declared[pass_])
             if pass_.enabled(own_frame, params):
                 with self.timers.measure(pass_.name):
                     pass_.draw(own_frame, params)
