@@ -33,6 +33,7 @@ else:
 """
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("name", ["a.mp4", "a.exr", "a.png"])
 @pytest.mark.parametrize("room", [0, 60_000])
 def test_a_full_disk_leaves_the_old_file(tmp_path, name, room):

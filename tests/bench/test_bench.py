@@ -20,6 +20,7 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+@pytest.mark.gl
 def test_json_is_the_public_contract(tiny_scene, tmp_path):
     out, page = tmp_path / "b.json", tmp_path / "b.html"
     walk = tiny_scene.with_name("walk.yaml")
@@ -49,6 +50,7 @@ def test_json_is_the_public_contract(tiny_scene, tmp_path):
     assert html.count("<polyline") == 2 and "http" not in html and html.endswith("</body></html>\n")
 
 
+@pytest.mark.gl
 def test_a_still_camera_needs_no_path(tiny_scene, tmp_path):
     out = tmp_path / "b.json"
     result = run("bench", tiny_scene, "--json", out, "--resolution", "32,32", "--frames", 2, "--warmup", 0)

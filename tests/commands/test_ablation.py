@@ -55,6 +55,7 @@ def test_each_row_adds_one_step():
         assert len(changed) == 1, changed
 
 
+@pytest.mark.gl
 def test_each_refinement_can_be_left_out(posts):
     whole = bake_without(posts)
     uncut, apart = bake_without(posts, "discontinuity_cut"), bake_without(posts, "across_layers")

@@ -65,6 +65,7 @@ def test_few_objects_are_those_on_the_way(crowd):
     assert most_seen(scene, walk, 9).tolist() == list(range(9))
 
 
+@pytest.mark.gl
 def test_rows_are_made_once(crowd, tmp_path):
     scene, path = crowd
     out = tmp_path / "table.json"
@@ -90,6 +91,7 @@ def test_rows_are_made_once(crowd, tmp_path):
     assert again.exit_code == 0 and "12345.67" in again.stdout
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -107,6 +109,7 @@ def test_the_table_refuses(crowd, arguments, message):
     assert result.stderr.startswith(message.format(**names))
 
 
+@pytest.mark.gl
 def test_a_table_of_something_else_is_not_mixed_in(crowd, tmp_path):
     out = tmp_path / "table.json"
     out.write_text(json.dumps({"rows": [], "resolution": [8, 8]}))

@@ -101,6 +101,7 @@ RENDER = {
 }
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("case", RENDER)
 def test_render_refuses(run, tiny_scene, case):
     folder = tiny_scene.parent
@@ -162,6 +163,7 @@ def test_compare_overwrites_nothing_of_the_mesh(run, linked, name):
     assert (result.exit_code, result.stderr) == (2, message)
 
 
+@pytest.mark.gl
 def test_a_missing_texture_is_warned_of_once(run, linked, tmp_path):
     linked.with_name("bark.png").unlink()
     result = run("render", linked, "-o", tmp_path / "a.png", "--resolution", "96,64")
@@ -169,6 +171,7 @@ def test_a_missing_texture_is_warned_of_once(run, linked, tmp_path):
     assert result.stderr.count("'bark.png' is missing") == 1
 
 
+@pytest.mark.gl
 def test_a_broken_mesh_is_the_users_input(run, tiny_scene, tmp_path):
     mesh = tiny_scene.with_name("ball.ply")
     mesh.write_bytes(b"no mesh")

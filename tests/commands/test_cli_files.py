@@ -22,6 +22,7 @@ def test_check_counts_what_good_files_hold(run, tiny_scene):
     assert result.stderr == ""
 
 
+@pytest.mark.gl
 def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
     ball, out = tiny_scene.with_name("ball.ply"), tmp_path / "ball.png"
     assert run("check", ball).stdout == f"{ball}: ok, 1 objects, 1 assets\n"
@@ -34,6 +35,7 @@ def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
     assert 40 <= height <= 48  # in the sphere about its cylinder, that just fits
 
 
+@pytest.mark.gl
 def test_what_lies_level_is_drawn_as_polygons(run, tmp_path):
     """And baked nowhere; what is flat and stands has depth images."""
     floor, out = tmp_path / "floor.obj", tmp_path / "floor.png"
@@ -82,6 +84,7 @@ def test_check_reads_the_meshes(run, tiny_scene):
     assert result.stderr.startswith(f"{mesh}: ")
 
 
+@pytest.mark.gl
 def test_check_reads_the_relief_of_an_asset(run, tiny_scene):
     relief = tiny_scene.with_name("bumps.png")
     relief.write_bytes(b"no picture")
@@ -152,6 +155,7 @@ def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
     assert read_baked(tmp_path / "ball.dpci.exr").parts[0].images[0].depth.shape == (64, 64)
 
 
+@pytest.mark.gl
 def test_a_scene_uses_what_bake_wrote_beside_the_mesh(run, tiny_scene, tmp_path, monkeypatch):
     mesh = tiny_scene.with_name("ball.ply")
     run("bake", mesh, "--dpci-resolution", 64, "--layers", 1)
@@ -204,6 +208,7 @@ def rows(text):
     return {line[:24].rstrip(): line[25:] for line in text.splitlines()}
 
 
+@pytest.mark.gl
 def test_info_names_versions_and_renderer(run):
     result = run("info")
     assert result.exit_code == 0

@@ -32,6 +32,7 @@ def test_a_command_imports_what_it_needs_and_no_other_command(environment, tiny_
         assert done.stdout.splitlines()[-1] == loaded
 
 
+@pytest.mark.gl
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a single process")
 def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(environment, tiny_scene, tmp_path):
     walk = tiny_scene.with_name("long.yaml")
@@ -60,6 +61,7 @@ main()
 """
 
 
+@pytest.mark.gl
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tmp_path, number, code):
@@ -85,6 +87,7 @@ def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tm
     assert sorted(path.name for path in out.iterdir()) == [f"garden-{k:02}.png" for k in range(6)]
 
 
+@pytest.mark.gl
 @pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
 def test_closed_streams_are_no_error(environment, tiny_scene, tmp_path, closed):

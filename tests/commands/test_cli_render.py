@@ -34,6 +34,7 @@ def ball_distance(width, height, fov, eye=4.0):
     return np.where(root >= 0, (eye - np.sqrt(np.maximum(root, 0))) / a, np.inf)
 
 
+@pytest.mark.gl
 def test_png_with_background_has_no_alpha(run, tiny_scene, tmp_path):
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", *SMALL)
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"{tmp_path / 'a.png'}\n", "")
@@ -42,6 +43,7 @@ def test_png_with_background_has_no_alpha(run, tiny_scene, tmp_path):
     assert listing(tmp_path) == ["a.png", "scene"]
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("name", ["a.jpg", "a.JPEG"])
 def test_a_jpeg_shows_the_same(run, tiny_scene, tmp_path, name):
     for each in ("a.png", name):
@@ -52,6 +54,7 @@ def test_a_jpeg_shows_the_same(run, tiny_scene, tmp_path, name):
     assert np.sqrt((off**2).mean()) < 3
 
 
+@pytest.mark.gl
 def test_png_without_background_is_clear_where_nothing_is(run, tiny_scene, tmp_path):
     run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
     mode, pixels = read_png(tmp_path / "a.png")
@@ -62,6 +65,7 @@ def test_png_without_background_is_clear_where_nothing_is(run, tiny_scene, tmp_p
     assert alpha[0, 0] == 0 and alpha[32, 48] == 255
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("representation", ["mesh", "dpci", "dmesh"])
 def test_exr_holds_distances_along_the_view_axis(run, tiny_scene, tmp_path, representation):
     out = tmp_path / "a.exr"
@@ -81,6 +85,7 @@ def test_exr_holds_distances_along_the_view_axis(run, tiny_scene, tmp_path, repr
     assert channel["R"].max() > 0.05
 
 
+@pytest.mark.gl
 def test_row_0_of_the_exr_is_the_top(run, tiny_scene, tmp_path):
     out = tmp_path / "a.exr"
     run("render", tiny_scene, "-o", out, "--camera-target", "0,3,0", *SMALL)  # the ball moves down
@@ -89,6 +94,7 @@ def test_row_0_of_the_exr_is_the_top(run, tiny_scene, tmp_path):
     assert near[32:].sum() > 10 * near[:32].sum()
 
 
+@pytest.mark.gl
 def test_camera_options_replace_the_scenes(run, tiny_scene, tmp_path):
     out = tmp_path / "a.exr"
     options = ("--camera-position", "8,1,0", "--camera-target", "0,1,0", "--camera-view-angle", "20")
@@ -100,6 +106,7 @@ def test_camera_options_replace_the_scenes(run, tiny_scene, tmp_path):
     assert np.mean(np.isfinite(z) == expected) > 0.98
 
 
+@pytest.mark.gl
 def test_a_scene_without_camera_is_framed(run, tiny_scene, tmp_path):
     text = tiny_scene.read_text()
     tiny_scene.write_text(text[: text.index("camera:")])
@@ -110,6 +117,7 @@ def test_a_scene_without_camera_is_framed(run, tiny_scene, tmp_path):
     assert not alpha[[0, -1]].any() and not alpha[:, [0, -1]].any()
 
 
+@pytest.mark.gl
 def test_stdout_takes_a_png_and_nothing_else(run, tiny_scene):
     result = run("render", tiny_scene, "-o", "-", *SMALL)
     assert result.exit_code == 0 and result.stderr == ""
@@ -117,6 +125,7 @@ def test_stdout_takes_a_png_and_nothing_else(run, tiny_scene):
     assert (picture.format, picture.size) == ("PNG", (96, 64))
 
 
+@pytest.mark.gl
 def test_a_path_gives_a_file_per_frame(run, tiny_scene, tmp_path):
     walk = tiny_scene.with_name("walk.yaml")
     out = tmp_path / "out"
@@ -129,6 +138,7 @@ def test_a_path_gives_a_file_per_frame(run, tiny_scene, tmp_path):
     assert np.abs(low - high).max() > 20
 
 
+@pytest.mark.gl
 def test_frames_limits_a_path(run, tiny_scene, tmp_path):
     walk = tiny_scene.with_name("walk.yaml")
     run("render", tiny_scene, "-o", tmp_path / "f{frame}.png", "--path", walk, "--frames", 2, *SMALL)
@@ -137,6 +147,7 @@ def test_frames_limits_a_path(run, tiny_scene, tmp_path):
     assert result.exit_code == 0 and (tmp_path / "single.png").is_file()
 
 
+@pytest.mark.gl
 def test_mp4_holds_the_paths_frames(run, tiny_scene, tmp_path):
     out = tmp_path / "a.mp4"
     result = run("render", tiny_scene, "-o", out, "--path", tiny_scene.with_name("walk.yaml"), *SMALL)
@@ -150,12 +161,14 @@ def test_mp4_holds_the_paths_frames(run, tiny_scene, tmp_path):
     assert listing(tmp_path) == ["a.mp4", "scene"]
 
 
+@pytest.mark.gl
 def test_an_existing_file_is_replaced(run, tiny_scene, tmp_path):
     (tmp_path / "a.png").write_bytes(b"old")
     run("render", tiny_scene, "-o", tmp_path / "a.png", *SMALL)
     assert read_png(tmp_path / "a.png")[1].shape == (64, 96, 3)
 
 
+@pytest.mark.gl
 def test_mp4_of_odd_sides_says_what_it_is_scaled_to(run, tiny_scene, tmp_path):
     out = tmp_path / "a.mp4"
     walk = tiny_scene.with_name("walk.yaml")
@@ -166,6 +179,7 @@ def test_mp4_of_odd_sides_says_what_it_is_scaled_to(run, tiny_scene, tmp_path):
     assert re.search(rb"Video: h264 .* 64x48, .* 1 fps", shown.stderr)
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("name", ["a.mp4", "a{frame}.png"])
 def test_an_error_on_the_way_leaves_no_partial_file(run, tiny_scene, tmp_path, monkeypatch, name):
     drawn = []

@@ -31,6 +31,7 @@ def garden(tiny_scene, tmp_path, monkeypatch):
     return calls
 
 
+@pytest.mark.gl
 def test_demo_without_display_renders_the_tour(run, garden, tmp_path):
     result = run("demo", "--resolution", "96,64")
     folder = tmp_path / "depthwalk-demo"
@@ -60,6 +61,7 @@ def test_view_passes_on_what_was_asked(run, garden):
     assert (given["size"], given["fullscreen"], given["representation"].name) == ((320, 200), True, "MESH")
 
 
+@pytest.mark.gl
 def test_without_a_camera_view_starts_where_render_stands(run, garden, tiny_scene, tmp_path, monkeypatch):
     scene = tiny_scene.with_name("garden.yaml")
     scene.write_text(scene.read_text().partition("camera:")[0])
@@ -75,6 +77,7 @@ def test_without_a_camera_view_starts_where_render_stands(run, garden, tiny_scen
     assert drawn[0].camera.position == (0, 2, 5) and drawn[0].camera.target == pytest.approx((0, 1, 0), abs=0.05)
 
 
+@pytest.mark.gl
 def test_demo_loads_its_assets_once(run, garden, monkeypatch):
     loaded = []
     monkeypatch.setattr(

@@ -41,6 +41,7 @@ def test_growth_is_told_from_noise():
     assert growth(memory=400).bytes_per_frame == pytest.approx(400, abs=1)
 
 
+@pytest.mark.gl
 def test_a_short_soak(tiny_scene, monkeypatch):
     walk = (str(tiny_scene), "--frames", "40", "--resolution", "32,24")
     assert soak.resident_bytes() > 10e6

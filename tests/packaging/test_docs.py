@@ -143,7 +143,8 @@ def command(words: list[str]) -> tuple[Any, list[str]] | None:
         return typer.main.get_command(app).commands[words[1]], words[2:]
     assert words[:2] == ["python", "-m"]
     if words[2].startswith("tools."):
-        assert (ROOT / words[2].replace(".", "/")).is_dir(), words[2]
+        tool = ROOT / words[2].replace(".", "/")
+        assert tool.is_dir() or tool.with_suffix(".py").is_file(), words[2]
         return None
     module = importlib.import_module(words[2])
     if len(words) == 3:

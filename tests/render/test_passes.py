@@ -107,6 +107,7 @@ def with_vignette(shader, params=None):
     return passes
 
 
+@pytest.mark.gl
 def test_a_pass_from_outside_changes_the_picture(library, shader):
     scene = still_life(background=(0.8, 0.8, 0.8))
     with HeadlessRenderer(scene, library, SIZE) as headless:

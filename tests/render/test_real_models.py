@@ -1,6 +1,7 @@
 """The real bust along its twelve poses: depth images against polygons, as the goals state them."""
 
 import numpy as np
+import pytest
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render.headless import HeadlessRenderer
@@ -12,6 +13,7 @@ from depthwalk.scene.path import load_path
 SIZE = (640, 480)
 
 
+@pytest.mark.gl
 def test_the_bust_agrees_with_its_mesh_at_every_pose(real_scenes):
     scene = load_scene(real_scenes / "bust.yaml", overrides={"render.lod.magnification": "0"})
     path = load_path(real_scenes / "poses.yaml")

@@ -58,6 +58,7 @@ def test_who_stands_or_goes_straight_needs_two_keyframes():
     assert len(thinned(times, views, np.ones(500), TOLERANCE).times) == 2
 
 
+@pytest.mark.gl
 @settings(deadline=None)  # on a busy machine an example takes as long as it takes
 @given(st.lists(st.floats(-100, 100), min_size=1, max_size=30), st.integers(0, 2**32 - 1))
 def test_any_samples_are_met_and_read_again(tmp_path_factory, places, seed):

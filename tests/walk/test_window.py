@@ -31,6 +31,7 @@ from depthwalk.walk import NoDisplayError
 from depthwalk.walk.window import open_window
 
 missing = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
+pytestmark = [pytest.mark.gl, pytest.mark.window]
 linux = pytest.mark.skipif(sys.platform != "linux", reason="X11")
 
 SCENE = """

@@ -59,6 +59,7 @@ def test_outlines_are_transparent_in_part_and_keep_their_colour(studio, library,
     assert smooth[part][:, 0].min() > darkest - 0.06
 
 
+@pytest.mark.gl
 def test_linear_pictures_have_their_size_whatever_the_samples(library):
     scene = crate("ssaa")
     with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
@@ -84,6 +85,7 @@ def test_it_may_change_from_frame_to_frame(studio, library):
     assert all(not np.array_equal(shown[0], each) for each in shown[1:-1])
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("aa", ALL)
 def test_nothing_of_an_earlier_picture_shows(aa):
     """Where nothing is, targets that nobody reads there are not cleared."""

@@ -145,6 +145,7 @@ def test_the_pass_fogs_as_its_twin(gl_device, fog, viewer_y):
     np.testing.assert_allclose(1 - found[:, 3], through, atol=2e-3)
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("sky", [{}, {"model": "preetham"}])
 def test_dense_fog_is_all_there_is_and_shows_the_horizon(sky):
     """Ground and sky alike; with alpha, fog is on surfaces only."""
@@ -162,6 +163,7 @@ def test_dense_fog_is_all_there_is_and_shows_the_horizon(sky):
     assert nothing.any() and not nothing.all() and (alpha[nothing] == 0).all()
 
 
+@pytest.mark.gl
 def test_fog_is_as_dense_whatever_the_samples_of_a_pixel():
     """On the ground, whose fog thickens with the distance, and before the sky."""
     scene = scene_of((0, (0, -5, 0), 0.0, 1.0), sky={}, ground={}, fog={"density": 0.1, "height": 0.5, "falloff": 2})
@@ -224,6 +226,7 @@ def test_tones_keep_black_order_and_grey(tone):
     assert shown[0].max() < 1e-3 and (np.diff(shown[:, 0]) > -1e-4).all()
 
 
+@pytest.mark.gl
 def test_exposure_doubles_what_is_shown():
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), background=(0.2, 0.3, 0.1))
     camera = Camera((0, 30, 8), (0, 30, 0), 0.8)

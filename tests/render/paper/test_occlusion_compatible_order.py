@@ -77,6 +77,7 @@ def test_the_wrong_order_is_seen(studio, library, monkeypatch):
     assert min(shares.values()) > 0.01
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("asset", [0, 3])
 def test_cells_that_a_ray_meets_come_far_to_near(library, asset):
     """Points along random rays, and the ranks of the cells they fall into."""

@@ -1,6 +1,7 @@
 """The viewer for whom index buffers are sorted; the pictures are tested with the order itself."""
 
 import numpy as np
+import pytest
 
 from depthwalk.geometry.support_function import box_support_values
 from depthwalk.render.impostors.tile_records import WARP_RECORD
@@ -8,6 +9,7 @@ from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
 from depthwalk.render.paper.ordered_indices import viewer_of
 
 
+@pytest.mark.gl
 def test_records_hold_the_viewer():
     rng = np.random.default_rng(8)
     one = np.ones(50)

@@ -133,6 +133,7 @@ def linear_picture(scene, library, camera, size=SIZE):
         return headless.linear_image()
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("away", [1.0, 2.0, 4.0])
 def test_light_falls_with_the_square_of_the_distance(away):
     """White ground straight below a lamp of strength 3."""
@@ -158,6 +159,7 @@ def test_the_light_of_an_even_sky_is_even(axis):
     assert (polynomials(normal) @ irradiance(smooth))[0] == pytest.approx(expected, abs=2e-3)
 
 
+@pytest.mark.gl
 def test_white_ground_under_an_even_sky_shows_the_sky():
     sky = {"zenith": (0.7, 0.8, 0.9), "horizon": (0.7, 0.8, 0.9), "light": True}
     scene = scene_of((0, (0, 0, 9), 0.0, 1.0), ground={"colour": WHITE}, sky=sky, sun={"intensity": 0.0})
@@ -168,6 +170,7 @@ def test_white_ground_under_an_even_sky_shows_the_sky():
     assert below == pytest.approx(above, rel=5e-3)
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
 def test_forward_and_deferred_agree(representation):
     """The paper's place for lighting: within the rounding of the G-buffer; what is in front of it is lit too."""
@@ -183,6 +186,7 @@ def test_forward_and_deferred_agree(representation):
     assert 0 < difference.mean() < 2e-3 and difference.max() < 0.02
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("aa", ["none", "msaa"])
 def test_forward_and_deferred_agree_in_shadow(aa):
     """Two boxes partly in the shadow of a ball of polygons: within rounding, but for pixels at its edge."""
@@ -203,6 +207,7 @@ def test_forward_and_deferred_agree_in_shadow(aa):
     assert ((pictures["forward", False] - pictures["forward", True])[on_box, 0] > 0.2).sum() > 100
 
 
+@pytest.mark.gl
 def test_forward_lighting_leaves_lamps_to_the_polygons():
     library = ShapeLibrary([sphere(0.7, 64, 32)], resolution=64)
     camera, lamp = Camera((0.3, 1.2, 3.0), (0.2, 0.6, 0), 0.8), {"position": (0, 2, 2), "intensity": 2.0}

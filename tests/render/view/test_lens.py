@@ -49,6 +49,7 @@ def test_what_is_out_of_focus_is_spread_over_its_circle_of_confusion(focus_dista
     assert np.hypot(*places.T).max() == pytest.approx(radius, abs=1e-6)  # one point is on the lens's rim
 
 
+@pytest.mark.gl
 @given(focus)
 def test_views_keep_their_direction_and_end_in_the_middle(focus_distance):
     lens = accumulated(focus_distance)
