@@ -94,7 +94,7 @@ class FarClusters:
     def resident(self, numbers: Rows, is_resident: Callable[[Rows], Mask]) -> Mask:
         """Return whether (m,) all objects of each of the clusters `numbers` (m,) are resident.
 
-        is_resident: which of given objects are on the GPU, see `FrameResidency.there`.
+        is_resident: which of given objects are on the GPU, see `FrameResidency.resident`.
         """
         rows, count = self.members(numbers)
         resident = is_resident(rows)
