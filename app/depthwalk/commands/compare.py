@@ -83,7 +83,8 @@ def main(
 ) -> None:
     """Measure how closely baked depth images resemble their mesh.
 
-    Bakes each mesh, whatever the cache holds, and compares pictures of depth images and mesh, seen from all around and from close by.
+    Bakes each mesh, whatever the cache holds, and compares pictures of depth images and mesh, seen from all around and
+    from close by.
     """
     refuse_reuse(settings)
     size = parse_resolution(resolution)
