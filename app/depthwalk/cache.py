@@ -85,6 +85,7 @@ class Cache:
             Where `read` raises InputError, ValueError, TypeError, LookupError or ArithmeticError. The file has then
             been named in a warning and removed.
         """
+        path.open("rb").close()  # what cannot be opened is not damaged
         try:
             return read(path)
         except _DAMAGE as error:
@@ -196,6 +197,8 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
             if error.errno != errno.EINVAL:  # which a damaged archive causes by places outside the file
                 raise
             raise ValueError("it points outside of itself") from error
+        except MemoryError:
+            raise
         except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception's kin included
             raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
 

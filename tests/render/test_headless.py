@@ -31,6 +31,12 @@ def shot(headless, view):
     return headless.pixels()
 
 
+def test_a_second_release_does_nothing(make):
+    with make() as headless:
+        headless.release()
+    headless.release()
+
+
 def test_two_renderers_do_not_disturb_each_other(make):
     with make(Representation.MESH) as alone:
         other = shot(alone, ASIDE)

@@ -55,6 +55,7 @@ class HeadlessRenderer:
     ) -> None:
         self.size = size
         self.device = headless_device()
+        self._released = False
         with ExitStack() as made:  # what a failing step leaves behind goes with the context
             made.callback(self.device.context.release)
             with self.device.context, ExitStack() as objects:
@@ -77,7 +78,10 @@ class HeadlessRenderer:
         self.release()
 
     def release(self) -> None:
-        """Free the renderer and its context."""
+        """Free the renderer and its context; a second call does nothing."""
+        if self._released:
+            return
+        self._released = True
         with self.device.context:
             self._objects.close()
         self.device.context.release()

@@ -144,10 +144,15 @@ class Renderer:
         """Return cleared targets of `size` pixels; those of the last frame where they fit."""
         if self.targets is None or (self.targets.size, self.targets.samples) != (size, samples):
             self._release_targets()
-            self.targets = Targets(self.device, size, samples)
-            self._declared = {
-                pass_: declared(self.targets, pass_.name, pass_.reads, pass_.writes) for pass_ in self.passes
-            }
+            targets = Targets(self.device, size, samples)
+            try:
+                self._declared = {
+                    pass_: declared(targets, pass_.name, pass_.reads, pass_.writes) for pass_ in self.passes
+                }
+            except BaseException:
+                targets.release()
+                raise
+            self.targets = targets
             for pass_ in self.passes:
                 pass_.resize(size)
         # Only GPAA reads albedo and normals where nothing is.

@@ -329,7 +329,7 @@ _UNITS = {"B": 1} | {
 def _bytes(value: Any) -> Any:
     """Return a number of bytes, given as such or as text such as `2 GiB`."""
     found = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) ?([A-Za-z]+)", value) if isinstance(value, str) else None
-    if found and found[2] in _UNITS:
+    if found and found[2] in _UNITS and len(found[1]) < 40:  # more digits than any size has may be infinite
         return int(float(found[1]) * _UNITS[found[2]])
     if type(value) is not int:
         raise ValueError(f"must be a size such as 2 GiB or 500 MB, or a number of bytes, not {value!r:.40}")

@@ -1,5 +1,7 @@
 """The detail of objects: levels and pieces by the renderer's rules and the paper's, and what freezing keeps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,6 +80,15 @@ def test_frozen_detail_stays_until_it_is_thawed(arrays):
         np.testing.assert_array_equal(frozen, before)
     thawed, _ = level_and_pieces(selector, far, arrays)
     assert (thawed > level).any()
+
+
+def test_frozen_detail_is_that_of_the_present_assets(arrays):
+    """Other assets have other levels: those of the ones before would be wrong or out of range."""
+    selector, near, far = DetailSelector(), view_of(), view_of((0.0, 1.6, 60.0), far=200.0)
+    level, _ = level_and_pieces(selector, near, arrays, freeze=True)
+    others = replace(arrays, table=replace(arrays.table))
+    found, _ = level_and_pieces(selector, far, others, freeze=True)
+    assert (found > level).any()
 
 
 def test_frozen_meshes_are_drawn_where_they_are_resident(arrays):

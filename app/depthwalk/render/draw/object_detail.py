@@ -27,9 +27,11 @@ _WORTH = 2000  # triangles from which on leaving out pieces of an object's side 
 class _FrozenDetail(NamedTuple):
     """Hold how all n objects are drawn while `lod.freeze` is on.
 
-    as_mesh: (n,), which are drawn as meshes, once these are resident. level, pieces: (n,), for the others.
+    table: the assets that levels and pieces are those of. as_mesh: (n,), which are drawn as meshes, once these are
+    resident. level, pieces: (n,), for the others.
     """
 
+    table: AssetTable
     as_mesh: Mask
     level: Ints
     pieces: Ints
@@ -46,11 +48,12 @@ class DetailSelector:
         objects, table, lod = scene.objects, scene.table, settings.lod
         if not lod.freeze:
             self._frozen = None
-        elif self._frozen is None or len(self._frozen.level) != len(objects):
+        elif self._frozen is None or self._frozen.table is not table or len(self._frozen.level) != len(objects):
             as_mesh = _near_enough_for_mesh(view, scene, np.arange(len(objects)), settings, _all_resident)
             viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
             level = choose_levels(view, objects, scene.bounds, viewer, table, lod)
-            self._frozen = _FrozenDetail(as_mesh, level, choose_pieces(objects.asset, level, viewer, table, lod))
+            pieces = choose_pieces(objects.asset, level, viewer, table, lod)
+            self._frozen = _FrozenDetail(table, as_mesh, level, pieces)
 
     def as_mesh(
         self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
