@@ -23,7 +23,7 @@ def within_runs(counts: Rows) -> Rows:
     return np.arange(int(counts.sum()), dtype=dtype) - np.repeat(np.cumsum(counts, dtype=dtype) - counts, counts)
 
 
-def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
+def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
     """Return the numbers of all members of `cells`, one cell after the other.
 
     Parameters

@@ -172,7 +172,7 @@ class Renderer:
     def _materials(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
         """Return what `material_resolve` looks up of the depth-image objects of `plan`."""
         with self.timers.measure_cpu("plan"):
-            objects, bounds = self.world.objects().take(plan.numbered), self.world.bounds().take(plan.numbered)
+            objects, bounds = self.world.objects().take(plan.object_rows), self.world.bounds().take(plan.object_rows)
             return material_records(view, objects, bounds, plan.tiled)
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:

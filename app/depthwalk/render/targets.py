@@ -200,15 +200,23 @@ class Targets:
         self.atlas_size = _atlas_size(size, device.max_texture_size)
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
+        self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        try:
+            self._create(device)
+        except BaseException:  # what was created before a texture is refused
+            self.gl.release()
+            raise
+
+    def _create(self, device: Device) -> None:
+        """Create the textures and framebuffers."""
         for target in ("atlas", "visibility", "albedo", "surface", "depth", "material_depth", "shadow"):
             for name, texture_format in TARGETS[target].textures.items():
-                texture_size = self.atlas_size if target == "atlas" else size
+                texture_size = self.atlas_size if target == "atlas" else self.size
                 setattr(self, name, _texture(self.gl, texture_size, texture_format))
-        self.lit_texture = _texture(self.gl, size, RGBA16F)
-        self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self.lit_texture = _texture(self.gl, self.size, RGBA16F)
         self.drawn, self.offsets = self._textures_of_samples(), np.zeros((1, 2))
-        if samples > 1:
-            self.offsets = sample_offsets(device, samples)
+        if self.samples > 1:
+            self.offsets = sample_offsets(device, self.samples)
         for name, framebuffer in FRAMEBUFFERS.items():
             if name != "screen":
                 setattr(self, name, self._framebuffer(framebuffer))

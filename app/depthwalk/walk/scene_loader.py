@@ -33,9 +33,11 @@ class SceneLoader:
     def clock_stopped(self) -> Iterator[None]:
         """Count the time that the block takes as loading, and clear the loading screen after it."""
         start = time.perf_counter()
-        yield
-        self._screen.end()
-        self.seconds += time.perf_counter() - start
+        try:
+            yield
+        finally:
+            self._screen.end()
+            self.seconds += time.perf_counter() - start
 
     def open(self, scene: Scene, library: SceneLibrary, representation: Representation | None) -> Renderer:
         """Return a renderer with the assets that the first frame needs.

@@ -99,8 +99,8 @@ class FrameDrawLists:
     mesh : polygon meshes, PLACED_RECORD.
     cleared : (n, 4) slots of the atlas (x, y, width, height) that pass 1 clears before it fills them.
     counts : numbers for HUD and benchmark.
-    numbered : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these passes
-        write for them.
+    object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these
+        passes write for them.
     tiled : (d,) which of these `composite` draws.
     first_object_id : the number of the first of them; 0 stands for no object.
     """
@@ -111,14 +111,14 @@ class FrameDrawLists:
     mesh: DrawList
     cleared: Rows
     counts: Counts
-    numbered: Rows
+    object_rows: Rows
     tiled: Mask
     first_object_id: int = 1
 
     @property
     def next_object_id(self) -> int:
         """The first number that the next phase may write for an object."""
-        return self.first_object_id + len(self.numbered)
+        return self.first_object_id + len(self.object_rows)
 
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
@@ -135,7 +135,7 @@ class FrameDrawLists:
         lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])
-            for name in ("cleared", "numbered", "tiled")
+            for name in ("cleared", "object_rows", "tiled")
         }
         return cls(**lists, **columns, counts=counts)
 

@@ -80,13 +80,13 @@ class FarClusterPlanner:
         work = self._tiles.plan(view, impostors, settings.layout, continues=True)
         warp = _warp_list(view, scene, clusters, numbers[work.warped], work, settings)
 
-        numbered, count = clusters.members(numbers[work.drawn])
+        object_rows, count = clusters.members(numbers[work.drawn])
         work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
         composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
         nothing = DrawList(records=placed_records(view.position, scene.objects.take(slice(0))))
         step = _iter_steps(view, scene, clusters, numbers, impostors)[work.drawn]
         counts = phase_counts(len(scene.objects), warp, composite, nothing, nothing, work, step)
-        counts |= {"dpci": len(numbered), "clusters": len(composite.records), "mesh_triangles": 0}
+        counts |= {"dpci": len(object_rows), "clusters": len(composite.records), "mesh_triangles": 0}
         return FrameDrawLists(
             warp=warp,
             composite=composite,
@@ -94,8 +94,8 @@ class FarClusterPlanner:
             mesh=nothing,
             cleared=work.slots,
             counts=counts,
-            numbered=numbered,
-            tiled=np.ones(len(numbered), bool),
+            object_rows=object_rows,
+            tiled=np.ones(len(object_rows), bool),
             first_object_id=first_object_id,
         )
 

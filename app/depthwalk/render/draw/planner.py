@@ -95,7 +95,7 @@ class Planner:
         counts["mesh_triangles"] = sum(
             batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
         )
-        numbered = seen.rows[np.concatenate([tiled[work.drawn], direct])]
+        object_rows = seen.rows[np.concatenate([tiled[work.drawn], direct])]
         return FrameDrawLists(
             warp=warp,
             composite=composite,
@@ -103,8 +103,8 @@ class Planner:
             mesh=mesh,
             cleared=work.slots,
             counts=counts,
-            numbered=numbered,
-            tiled=np.arange(len(numbered)) < len(composite.records),
+            object_rows=object_rows,
+            tiled=np.arange(len(object_rows)) < len(composite.records),
             first_object_id=first_object_id,
         )
 

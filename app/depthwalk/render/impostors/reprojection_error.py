@@ -42,8 +42,8 @@ def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> A
     ahead = np.einsum("ni,ni->n", moved, records["normal"][:, :3])
     away = np.maximum(distance + ahead, 1e-3 * distance)
     ratio = distance / away
-    low, high = np.stack([records["right"][:, 3], records["up"][:, 3]], -1), records["reach"][:, :2]
-    nearest, farthest = records["reach"][:, 2:].astype(float).T
+    low, high = np.stack([records["right"][:, 3], records["up"][:, 3]], -1), records["high"][:, :2]
+    nearest, farthest = records["high"][:, 2:].astype(float).T
 
     shift = -(ahead / distance)[:, None]
     across = np.maximum(np.abs(aside - shift * low), np.abs(aside - shift * high))

@@ -27,7 +27,7 @@ WARP_RECORD = np.dtype(
 # What composite.vert reads per object. Of its tile:
 # right, up, normal: the plane's axes, with the rectangle's low corner, and the distance of the viewer that the tile was
 #     warped for, in w;
-# reach: the rectangle's high corner, and λ of the object's nearest and farthest points;
+# high: the rectangle's high corner, and λ of the object's nearest and farthest points;
 # origin: the viewer that it was warped for, object frame, and the tile's nearest w / λ;
 # to_x, to_y, to_w: rows that map plane coordinates to its texels;
 # tile: where it lies in the atlas, texels; pixel: where it lies in the picture, see `Tiles`.
@@ -38,7 +38,7 @@ COMPOSITE_RECORD = np.dtype(
         ("right", "4f4"),
         ("up", "4f4"),
         ("normal", "4f4"),
-        ("reach", "4f4"),
+        ("high", "4f4"),
         ("origin", "4f4"),
         ("to_x", "3f4"),
         ("to_y", "3f4"),
@@ -88,7 +88,7 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
     records["up"] = np.column_stack([planes.up, planes.low[:, 1]])
     records["normal"] = np.column_stack([planes.normal, planes.distance])
     distance = planes.distance[:, None]
-    records["reach"] = np.column_stack([planes.high, distance / (distance + depths)])
+    records["high"] = np.column_stack([planes.high, distance / (distance + depths)])
     records["origin"] = np.column_stack([viewer, tiles.nearest])
     records["to_x"], records["to_y"], records["to_w"] = np.moveaxis(tiles.texel, 1, 0)
     records["tile"] = np.column_stack([corners, tiles.size])

@@ -50,7 +50,7 @@ class MaterialResolvePass(Pass[Params]):
             self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones((1, 1)))
             return
         self._draw_material_depth(frame, materials)
-        full = materials.level
+        full = materials.material_depth
         depths = [full, full - FULL_COVERAGE] if frame.common.aa.covering else [full]
         target = frame.targets.shaded_lit if frame.common.forward else frame.targets.shaded
         self._resolve(frame, materials, target, "==", np.stack(depths, -1))

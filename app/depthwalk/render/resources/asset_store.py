@@ -8,7 +8,7 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from depthwalk.render.resources.mesh_store import MeshLibrary, MeshStore
 from depthwalk.scene.render_settings import DEFAULT_BUDGET
 
 log = logging.getLogger(__name__)
+
+_Part = TypeVar("_Part", BakedObject, CookedObject)
 
 
 class Library(MeshLibrary, Protocol):
@@ -73,7 +75,7 @@ class AssetStore:
         Bytes of GPU memory for depth objects and fallback meshes, which `stream` keeps to.
     before_release
         Called before GL objects go, so that passes can release their vertex arrays over them.
-    form
+    cook_options
         How depth images are cooked; to be set while the store is empty.
     meshes
         The meshes.
@@ -84,11 +86,11 @@ class AssetStore:
         self.gl = device.scope("assets")
         self.budget = DEFAULT_BUDGET
         self.before_release: Callable[[], None] = lambda: None
-        self.form = CookOptions()
+        self.cook_options = CookOptions()
         self._library = library
         self._assets: list[int] = []  # the asset of each depth object
         self._numbers: dict[int, range] = {}  # of the depth objects of each asset
-        self._prepared: dict[int, CookedObject] = {}
+        self._cooked: dict[int, CookedObject] = {}
         self._depth: dict[int, DepthObject] = {}  # in the order in which they were used
         self._warned = False
         self.meshes = MeshStore(self.gl, library)
@@ -109,34 +111,34 @@ class AssetStore:
     def depth_numbers(self, asset: int) -> range:
         """Return the numbers of the depth objects that show `asset`, whose depth images are read and cooked for it."""
         if asset not in self._numbers:
-            objects, first = self._prepare(asset), len(self)
+            objects, first = self._find_or_cook(asset), len(self)
             self._assets += [asset] * len(objects)
             self._numbers[asset] = range(first, len(self))
-            self._prepared.update(zip(self._numbers[asset], objects, strict=True))
+            self._cooked.update(zip(self._numbers[asset], objects, strict=True))
         return self._numbers[asset]
 
-    def prepared(self, number: int) -> CookedObject:
+    def cooked(self, number: int) -> CookedObject:
         """Return depth object `number` as it was cooked, with its large arrays left in the cache."""
-        if number not in self._prepared:
+        if number not in self._cooked:
             asset = self.asset_of(number)
-            self._prepared.update(zip(self._numbers[asset], self._prepare(asset), strict=True))
-        return self._prepared[number]
+            self._cooked.update(self._by_number(asset, self._find_or_cook(asset)))
+        return self._cooked[number]
 
     def baked(self, number: int) -> BakedObject:
         """Return the depth images that depth object `number` was cooked of; they are read for it."""
         asset = self.asset_of(number)
-        return self._model(asset).parts[number - self._numbers[asset].start]
+        return self._part(self._model(asset).parts, number)
 
     def depth_object(self, number: int) -> DepthObject:
         """Return depth object `number`, uploaded if it was not."""
         if number not in self._depth:
-            prepared = self.prepared(number)
+            cooked = self.cooked(number)
             try:
-                grids, pages = prepared.load()
+                grids, pages = cooked.load()
             except OSError:  # the cache has lost it, or it was damaged, since it was found
-                prepared = self._cook_again(number)
-                grids, pages = prepared.load()
-            self._depth[number] = upload_depth(self.gl, prepared.outline, grids, pages)
+                cooked = self._cook_again(number)
+                grids, pages = cooked.load()
+            self._depth[number] = upload_depth(self.gl, cooked.outline, grids, pages)
         return self._depth[number]
 
     def _cook_again(self, number: int) -> CookedObject:
@@ -146,8 +148,28 @@ class AssetStore:
         """
         asset = self.asset_of(number)
         objects = self._cook(asset)
-        self._prepared.update(zip(self._numbers[asset], self._keep(asset, objects), strict=True))
-        return objects[number - self._numbers[asset].start]
+        self._cooked.update(self._by_number(asset, self._keep(asset, objects)))
+        return self._part(objects, number)
+
+    def _by_number(self, asset: int, objects: tuple[CookedObject, ...]) -> dict[int, CookedObject]:
+        """Return the cooked objects of an asset by the numbers of its depth objects, and warn unless there is one each.
+
+        The number of parts changes where the asset's file is replaced after numbers were given. The scene is drawn on
+        all the same, by `_part`.
+        """
+        numbers = self._numbers[asset]
+        if len(objects) != len(numbers):
+            log.warning(
+                "asset %d was replaced: it has %d parts now, not %d; open the scene again to show it as it is",
+                asset,
+                len(objects),
+                len(numbers),
+            )
+        return {number: self._part(objects, number) for number in numbers}
+
+    def _part(self, parts: Sequence[_Part], number: int) -> _Part:
+        """Return which of an asset's parts depth object `number` shows: the last one where too few are left."""
+        return parts[min(number - self._numbers[self.asset_of(number)].start, len(parts) - 1)]
 
     def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
         """Upload what a frame needs, and release what was not used for longest where the budget would not hold both.
@@ -176,7 +198,7 @@ class AssetStore:
                 continue
             if seconds is not None and time.perf_counter() - start > seconds:
                 break
-            self._make_room(self.prepared(number).bytes, set(needed))
+            self._make_room(self.cooked(number).bytes, set(needed))
             self.depth_object(number)
         self._make_room(0, set(needed))  # an earlier frame may have needed more than the budget
         resident = np.ones(len(self), bool)
@@ -186,7 +208,7 @@ class AssetStore:
     @property
     def gpu_bytes(self) -> int:
         """Bytes of GPU memory that depth objects and fallback meshes take."""
-        return sum(self._prepared[number].bytes for number in self._depth) + self.meshes.fallback_bytes
+        return sum(self._cooked[number].bytes for number in self._depth) + self.meshes.fallback_bytes
 
     @property
     def depth_count(self) -> int:
@@ -197,7 +219,7 @@ class AssetStore:
         """Release what is not `needed` until `size` more bytes fit into the budget, or nothing is left to release."""
         if self.gpu_bytes + size <= self.budget:
             return
-        unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted
+        unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted_fallbacks
         if unused or unwanted:
             self.before_release()
         self.meshes.release_fallbacks(unwanted)
@@ -206,7 +228,7 @@ class AssetStore:
             if excess <= 0:
                 return
             self.gl.free(*self._depth.pop(number).owned)
-            excess -= self._prepared[number].bytes
+            excess -= self._cooked[number].bytes
         if excess > 0 and not self._warned:
             self._warned = True
             log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
@@ -222,24 +244,24 @@ class AssetStore:
             raise LookupError(f"asset {asset} has no depth images")
         return model
 
-    def _prepare(self, asset: int) -> tuple[CookedObject, ...]:
+    def _find_or_cook(self, asset: int) -> tuple[CookedObject, ...]:
         """Return the cooked objects of an asset from the cache; cook them, and let the cache keep them, if need be."""
         key = self._library.key(asset)
-        objects = find_cooked(key, self.form) if key else None
+        objects = find_cooked(key, self.cook_options) if key else None
         return self._keep(asset, self._cook(asset)) if objects is None else objects
 
     def _cook(self, asset: int) -> tuple[CookedObject, ...]:
         """Cook the depth images of an asset, with all arrays in memory."""
-        return tuple(cook_object(part, self.form) for part in self._model(asset).parts)
+        return tuple(cook_object(part, self.cook_options) for part in self._model(asset).parts)
 
     def _keep(self, asset: int, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
         """Let the cache keep cooked objects; return them with their arrays there, or as they are where it cannot."""
         key = self._library.key(asset)  # another one if the asset's file was replaced before it was baked
         if key:
             try:
-                return keep_cooked(key, self.form, objects)
+                return keep_cooked(key, self.cook_options, objects)
             except OSError as error:  # then they stay in memory
-                log.warning("cannot keep what was prepared of depth images: %s", error)
+                log.warning("cannot keep cooked depth images in the cache: %s", error)
         return objects
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
@@ -251,5 +273,5 @@ class AssetStore:
         self.before_release()
         self.gl.release()
         self._depth.clear()
-        self._prepared.clear()
+        self._cooked.clear()
         self.meshes.forget()

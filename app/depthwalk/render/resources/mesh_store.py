@@ -140,7 +140,7 @@ class MeshStore:
         return sum(level.vertices.size + level.indices.size for level in levels)
 
     @property
-    def unwanted(self) -> set[int]:
+    def unwanted_fallbacks(self) -> set[int]:
         """Assets whose fallback meshes may go."""
         return self._fallbacks.keys() - self._wanted - self._wanted_before
 

@@ -144,7 +144,7 @@ def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32
     offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
     turn[:, 3] = 1
     for number in range(len(library), len(store)):
-        baked = store.prepared(number).outline
+        baked = store.cooked(number).outline
         offset[number], turn[number] = baked.position, baked.rotation
     return offset, turn
 
@@ -153,7 +153,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     """Return a table of all that `store` numbers, described where `objects` use it; other rows stay zero."""
     meshes = _used_meshes(objects, library)
     used = [number for number in np.unique(objects.asset).tolist() if number >= len(library)]
-    cooked = {number: store.prepared(number) for number in used}
+    cooked = {number: store.cooked(number) for number in used}
     volumes, texel = _volumes(len(store), cooked)
     fallbacks = _mesh_fallbacks(objects, library, store)
     enclosing = _Enclosing.empty(len(store))
@@ -278,7 +278,7 @@ def _mesh_fallbacks(objects: Objects, library: Library, store: AssetStore) -> Me
     imaged = np.unique(objects.asset[objects.asset >= store.first_depth])
     for asset in np.unique([store.asset_of(number) for number in imaged.tolist()]).astype(int).tolist():
         numbers = store.depth_numbers(asset)
-        outlines = [store.prepared(number).outline for number in numbers]
+        outlines = [store.cooked(number).outline for number in numbers]
         if library.has_mesh(asset) and all(outline.meso is None for outline in outlines):
             fallbacks.add(asset, numbers, outlines)
     return fallbacks

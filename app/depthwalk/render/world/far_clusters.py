@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.lod_geometry import IMAGE_BITS
-from depthwalk.geometry.spatial_order import runs, within_runs
+from depthwalk.geometry.spatial_order import cell_members, within_runs
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.render.world.spatial_cells import SpatialCells, enclosing_boxes
@@ -67,7 +67,7 @@ class FarClusters:
 
     def visible(self, view: View, cells: Rows) -> Rows:
         """Return the numbers of the clusters of `cells` (m,) that meet the view frustum, nearest first."""
-        numbers = runs(self.of_cell, cells)
+        numbers = cell_members(self.of_cell, cells)
         return numbers[self.bounds(numbers).visible(view)[0]]
 
     def bounds(self, numbers: Rows) -> Bounds:
@@ -85,7 +85,7 @@ class FarClusters:
 
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
         """Return the objects (n,) of the clusters `numbers` (m,), cluster by cluster, and how many each has (m,)."""
-        return self.order[runs(self.first, numbers)], self.sizes(numbers)
+        return self.order[cell_members(self.first, numbers)], self.sizes(numbers)
 
     def first_members(self, numbers: Rows) -> Rows:
         """Return the first object (m,) of each of the clusters `numbers` (m,)."""
@@ -112,7 +112,7 @@ class FarClusters:
         if not len(moved):
             return
         self.cell_version[moved] = cells.version[moved]
-        numbers = runs(self.of_cell, moved)
+        numbers = cell_members(self.of_cell, moved)
         rows, count = self.members(numbers)
         self.low[numbers], self.high[numbers], _ = enclosing_boxes(bounds.take(rows), np.cumsum(count) - count)
         self.version[numbers] += 1

@@ -59,9 +59,9 @@ class RenderWorld:
     def table(self) -> AssetTable:
         """Return bounds, cylinders and index ranges of the assets, which are loaded for it."""
         options = _cook_options(self._scene.render)
-        if self._assets.form != options:
+        if self._assets.cook_options != options:
             self._assets.release()
-            self._assets.form, self._table = options, None
+            self._assets.cook_options, self._table = options, None
         if self._table is None:
             self._table = asset_table(self.objects(), self._library, self._assets)
         return self._table

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.geometry.spatial_order import kd_tree_order, runs
+from depthwalk.geometry.spatial_order import cell_members, kd_tree_order
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Ints, Mask, Rows
@@ -67,7 +67,7 @@ class SpatialCells:
 
     def sample_objects(self, cells: Rows, count: int) -> Rows:
         """Return rows of about `count` of the objects of `cells` (k,), evenly spread; of all, where these are fewer."""
-        rows = runs(self.first, cells)
+        rows = cell_members(self.first, cells)
         return self.order[rows[:: max(1, len(rows) // count)]]
 
     def along(self, view: View, cells: Rows) -> tuple[Array, Array]:
@@ -95,7 +95,7 @@ class SpatialCells:
         -------
         (m,) rows of the objects, nearest first, and (m,) distances of their centres, metres.
         """
-        rows = self.order[runs(self.first, cells)]
+        rows = self.order[cell_members(self.first, cells)]
         near = bounds.take(rows)
         seen, forward = near.visible(view)
         if min_pixels:
@@ -126,7 +126,7 @@ class SpatialCells:
         rows : the objects that moved.
         """
         cells = np.unique(self._cell_of_row[rows])
-        of_cells = runs(self.first, cells)
+        of_cells = cell_members(self.first, cells)
         starts = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
         fitted = enclosing_boxes(bounds.take(self.order[of_cells]), starts)
         self.low[cells], self.high[cells], self.largest[cells] = fitted
