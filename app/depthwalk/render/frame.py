@@ -28,7 +28,7 @@ P = TypeVar("P", bound=Params)
 
 @dataclass(frozen=True, kw_only=True)
 class Common:
-    """Hold the settings that several passes go by; every other setting belongs to one pass.
+    """Hold the settings that several passes read; every other setting belongs to one pass.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Common:
 
 
 def common(settings: RenderSettings) -> Common:
-    """Return what several passes go by of `settings`."""
+    """Return those of the `settings` that several passes read."""
     return Common(
         aa=anti_aliasing(settings),
         lod=settings.lod,
@@ -66,10 +66,10 @@ class Frame:
     plan : the draw lists: of the current occlusion phase for passes that draw objects, of the whole frame for others.
     common : the settings that several passes go by.
     environment : sun, sky, ground, fog and lamps of the scene.
-    light : of sun and sky, derived once from the environment.
+    light : the light of sun and sky, derived once from the environment.
     assets : the assets that are on the GPU.
-    targets : for a pass, those that it declares.
-    transparent : whether alpha is 0 where nothing is, instead of sky or background.
+    targets : the textures to read and draw into; a pass reaches those that it declares.
+    transparent : whether alpha is 0 where nothing is drawn, instead of sky or background.
     materials : the depth-image objects that may be visible, for `material_resolve`; None for passes that draw objects.
     shadows : what the shadow maps of sun and lamps are to show; empty for passes that draw objects.
     lens_point : the number of this frame among those that make up one picture (see `Pass.views`).
@@ -182,7 +182,7 @@ class Pass(ABC, Generic[P]):
         self.params: P = cast(P, self.Params()) if params is None else params
 
     def attach(self, device: Device) -> None:
-        """Create what the pass needs on a device.
+        """Create what the pass needs on `device`.
 
         Raises
         ------
@@ -199,31 +199,37 @@ class Pass(ABC, Generic[P]):
             raise
 
     def params_in(self, settings: RenderSettings) -> P:
-        """Return the parameters that hold: those that it was made with, else its group in `settings`."""
+        """Return the parameters that hold: those that the pass was made with, else its group in `settings`."""
         group = getattr(settings, self.name, None)
         return cast(P, group) if isinstance(group, self.Params) and not self._has_own_params else self.params
 
     @abstractmethod
     def setup(self, gl: Scope) -> None:
-        """Create programs and buffers through `gl`."""
+        """Create programs and buffers through `gl`, which owns them and frees them when the pass is released."""
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop what depends on the size of the targets, width and height in pixels; nothing by default."""
+        """Drop what depends on the size of the targets, `size` (width, height) in pixels; by default, nothing."""
 
     def views(self, view: View, params: P) -> Iterable[View]:
-        """Return the views of the frames that make up one picture: `view` alone, unless the pass blends several."""
+        """Return the views of the frames that make up one picture: `view` alone, unless the pass blends several frames.
+
+        `params` are the parameters of the pass.
+        """
         return (view,)
 
     def enabled(self, frame: Frame, params: P) -> bool:
-        """Return whether there is anything to draw. If not, the pass costs nothing in this frame and has no timer."""
+        """Return whether there is anything to draw in `frame`, given the pass's own `params`.
+
+        If not, the pass costs nothing in this frame and has no timer.
+        """
         return True
 
     @abstractmethod
     def draw(self, frame: Frame, params: P) -> None:
-        """Draw into the targets of `writes`."""
+        """Draw `frame` into the targets of `writes`, as the pass's own `params` say."""
 
     def forget_assets(self) -> None:
-        """Drop what refers to assets, because they are about to be released; nothing by default."""
+        """Drop whatever refers to assets, because they are about to be released; by default, nothing."""
 
     def release(self) -> None:
         """Free what the pass has on its device, to which it then no longer belongs."""

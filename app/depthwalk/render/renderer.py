@@ -52,10 +52,11 @@ class Renderer:
     Attributes
     ----------
     settings : the render settings of the scene.
-    remembers : whether frames use what those before found, as impostor tiles and what was in sight. If not, no frame
-        depends on another.
-    upload_seconds : how long a frame may bring assets to the GPU; None: until all are there (see `AssetStore.stream`).
-    world : the objects in arrays, which is told when they move.
+    remembers : whether a frame uses what earlier frames found, such as impostor tiles and what was in sight. If not, no
+        frame depends on another.
+    upload_seconds : how long a frame may bring assets to the GPU; None: until all are resident (see
+        `AssetStore.stream`).
+    world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
     targets : the textures that passes draw into; None before the first frame.
     plan, view : the draw lists and the view of the frame drawn last, near and far plane fitted; None before the first.
@@ -96,9 +97,9 @@ class Renderer:
 
         Parameters
         ----------
-        view : the camera, and the size of `screen`. Supersampled, the passes before `output` see a larger size.
+        view : the camera, and the size of `screen`. With supersampling, the passes before `output` see a larger size.
         screen : the framebuffer to draw into.
-        transparent : whether alpha is 0 where nothing is, instead of sky or background.
+        transparent : whether alpha is 0 where nothing is drawn, instead of sky or background.
         """
         views = [view]
         for pass_ in self.passes:
@@ -202,7 +203,7 @@ class Renderer:
                     pass_.draw(own_frame, params)
 
     def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
-        """Return how far away is what the frame drawn last shows at a place. Waits for that frame.
+        """Return how far away the surface is that the frame drawn last shows at a place. Waits for that frame.
 
         Parameters
         ----------
@@ -221,7 +222,12 @@ class Renderer:
         return float(view_distance(depth, *self.view.depth_range)[0])
 
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
-        """Return the world point that the frame drawn last shows there; None where nothing is. See `distance_at`."""
+        """Return the world point, metres, that the frame drawn last shows at a place; None where that is the sky.
+
+        Parameters
+        ----------
+        across, down : the place, see `distance_at`.
+        """
         distance = self.distance_at(across, down)
         if self.view is None or np.isinf(distance):
             return None
@@ -234,7 +240,7 @@ class Renderer:
         ----------
         aspect : width over height of the picture.
         fov : vertical angle of view, radians.
-        away : the world direction, of any length, from the objects to the camera.
+        away : direction from the objects to the camera, world, of any length.
         """
         bounds = self.world.bounds()
         if not len(bounds.bounding_radius):
@@ -265,7 +271,7 @@ class Renderer:
 
 
 def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
-    """Return the picture (H, W, 4) uint8, top row first. Waits until it is drawn."""
+    """Return the picture (H, W, 4) uint8 in `framebuffer`, top row first. Waits until it is drawn."""
     width, height = framebuffer.size
     data = framebuffer.read(components=4, alignment=1)
     return np.frombuffer(data, np.uint8).reshape(height, width, 4)[::-1]

@@ -129,12 +129,12 @@ class Walker:
         if dt <= 0:
             return
         step = min(dt, LONGEST_STEP)
-        wanted = self._direction([min(held.get(move, 0.0), dt) / dt for move in Move])
-        wanted *= self.speed * (FAST if fast else 1.0)
+        target = self._direction([min(held.get(move, 0.0), dt) / dt for move in Move])
+        target *= self.speed * (FAST if fast else 1.0)
         decay = math.exp(-_RESPONSE * step)
-        excess = self.velocity - wanted  # fades: v(t) = wanted + excess · e^(−kt), and the path is its integral
-        self.position = self.position + wanted * step + excess * ((1 - decay) / _RESPONSE)
-        self.velocity = wanted + excess * decay
+        excess = self.velocity - target  # fades: v(t) = target + excess · e^(−kt), and the path is its integral
+        self.position = self.position + target * step + excess * ((1 - decay) / _RESPONSE)
+        self.velocity = target + excess * decay
         if self.walking:
             eye = ground + EYE_HEIGHT
             self.position.y = eye + (self.position.y - eye) * decay
@@ -143,8 +143,8 @@ class Walker:
         """Return the world direction, of length 1 at most, of moves that are held for these shares of the frame."""
         right, left, up, down, ahead, back = shares
         pitch, lift = (0.0, 0.0) if self.walking else (self.pitch, up - down)
-        wanted = orientation(self.yaw, pitch) * glm.dvec3(right - left, 0, back - ahead) + glm.dvec3(0, lift, 0)
-        return wanted / max(1.0, glm.length(wanted))
+        direction = orientation(self.yaw, pitch) * glm.dvec3(right - left, 0, back - ahead) + glm.dvec3(0, lift, 0)
+        return direction / max(1.0, glm.length(direction))
 
 
 def natural_speed(radius: float) -> float:

@@ -44,8 +44,8 @@ def dolly(camera: Camera, notches: float) -> Camera:
 
     The distance stays within DISTANCE_RANGE.
     """
-    wanted = glm.clamp(distance(camera) * CLOSER_PER_NOTCH**notches, *DISTANCE_RANGE)
-    return _from_target(camera, glm.normalize(camera.look) * wanted)
+    metres = glm.clamp(distance(camera) * CLOSER_PER_NOTCH**notches, *DISTANCE_RANGE)
+    return _from_target(camera, glm.normalize(camera.look) * metres)
 
 
 def with_distance(camera: Camera, metres: float) -> Camera:

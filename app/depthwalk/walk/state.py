@@ -103,10 +103,10 @@ class State(Viewer):
             self.pull.start(self.renderer.distance_at())
         self.pull.advance(lens, dt)
 
-    def represent(self, wanted: Representation | None) -> None:
+    def represent(self, representation: Representation | None) -> None:
         """Draw every object in a representation; None leaves it to the scene."""
-        self.renderer.world.representation = wanted
-        self.tell(f"Representation: {representation_name(wanted)}")
+        self.renderer.world.representation = representation
+        self.tell(f"Representation: {representation_name(representation)}")
 
 
 def representation_name(representation: Representation | None) -> str:

@@ -34,9 +34,9 @@ class MaterialRecords:
     Attributes
     ----------
     records : (1 + n,) SURFACE_RECORD by the object's number; number 0, no object, lies at the far plane.
-    assets : (a,) those that may be visible.
-    material_depth : (a,) the depth that stands for each, see `FULL_COVERAGE`.
-    low, high : (a, 2) corners of the part of the picture in which each may be, −1 to 1, y upward.
+    assets : (a,) numbers in `AssetStore` of the assets that may be visible.
+    material_depth : (a,) the depth that stands for each asset, see `FULL_COVERAGE`.
+    low, high : (a, 2) corners of the part of the picture in which each asset may be, −1 to 1, y upward.
     """
 
     records: NDArray[np.void]
@@ -47,11 +47,13 @@ class MaterialRecords:
 
 
 def material_records(view: View, objects: Objects, bounds: Bounds, tiled: Mask) -> MaterialRecords:
-    """Return the material records of n objects in the order of their numbers, the first of which is 1.
+    """Return what the pass `material_resolve` reads of n objects, in the order of their numbers.
 
     Parameters
     ----------
-    bounds : (n,) spheres of the objects, world.
+    view : the view of the picture.
+    objects : the n objects, the first of which has the number 1 in the visibility buffer.
+    bounds : (n,) bounding spheres of the objects, world.
     tiled : (n,) which of the objects are drawn by impostor tiles.
     """
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)

@@ -53,12 +53,18 @@ COMPOSITE_RECORD = np.dtype(
 
 
 def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[int, int]) -> NDArray[np.void]:
-    """Return the warp records of n tiles, with 0 as what is added to numbers of images.
+    """Return what pass 1 reads of n tiles, with 0 as the number that is added to those of images.
 
     Parameters
     ----------
+    planes : the planes of n objects.
+    tiles : how the planes map to texels.
     corners : (n, 2) where the tiles lie, texels of the atlas.
-    atlas_size : width and height, texels.
+    atlas_size : width and height of the atlas, texels.
+
+    Returns
+    -------
+    (n,) WARP_RECORD.
     """
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
@@ -75,13 +81,19 @@ def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[
 
 
 def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, corners: Rows) -> NDArray[np.void]:
-    """Return the composite records of n tiles, without what `place_tiles` adds of their objects.
+    """Return what pass 2 reads of n tiles, without what `place_tiles` adds of their objects.
 
     Parameters
     ----------
-    viewer : (n, 3) in the objects' frames, metres.
+    viewer : (n, 3) the viewer that the tiles are warped for, in the objects' frames, metres.
+    planes : the planes of n objects.
     depths : (n, 2) least and greatest depth of each object behind its plane, metres.
+    tiles : how the planes map to texels.
     corners : (n, 2) where the tiles lie, texels of the atlas.
+
+    Returns
+    -------
+    (n,) COMPOSITE_RECORD.
     """
     records = np.zeros(len(corners), COMPOSITE_RECORD)
     records["right"] = np.column_stack([planes.right, planes.low[:, 0]])
@@ -97,12 +109,14 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
 
 
 def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation: Array) -> None:
-    """Complete the composite records of n objects, in the order of their numbers.
+    """Write into the composite records of n tiles where their objects are now.
 
     Parameters
     ----------
+    records : (n,) COMPOSITE_RECORD in the order of the objects' numbers, which are written into.
     viewer : (n, 3) the present viewer in the objects' frames, metres.
-    scale, rotation : (n,) and (n, 4), of the objects.
+    scale : (n,) scale of each object.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
     """
     records["viewer"][:, :3], records["viewer"][:, 3] = viewer, scale
     records["rotation"] = rotation

@@ -16,7 +16,7 @@ def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
 
     Parameters
     ----------
-    viewer : (n, 3) in the frames of the objects, metres.
+    viewer : (n, 3) the viewer in the frames of the objects, metres.
     bottom, top : (n,) heights between which the cylinders lie, metres.
     """
     above, below = viewer[:, 1] > top, viewer[:, 1] < bottom
@@ -30,7 +30,7 @@ def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height:
 
     Parameters
     ----------
-    distance : (n,) D, from the viewer to the objects, metres.
+    distance : (n,) D, distance from the viewer to the objects, metres.
     texel : (n,) edge of a source texel, metres, world.
     tan_half_fov : tangent of half the vertical angle of view.
     screen_height : H, pixels.
@@ -39,11 +39,12 @@ def iter_step(distance: Array, texel: Array, tan_half_fov: float, screen_height:
 
 
 def paper_level(step: Array, bias: float, max_level: Rows) -> Ints:
-    """Return the level (n,) of the coarsest grid whose step 2^level does not exceed Iter_step, moved by `bias` levels.
+    """Return the coarsest grid level (n,) whose step 2^level does not exceed Iter_step, moved by `bias` levels.
 
     Parameters
     ----------
     step : (n,) Iter_step.
+    bias : how many levels coarser to draw; negative numbers are finer.
     max_level : (n,) coarsest level of each object.
     """
     level = np.floor(np.log2(step) + bias + 1e-9)

@@ -14,6 +14,11 @@ def error_at_a_metre(view: View, lod: LodParams) -> float:
     """Return how far geometry one metre from the viewer may be off, metres.
 
     Multiplied by an object's distance this is the geometric error that `lod.error` pixels allow for it.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    lod : the settings of detail.
     """
     return lod.error * 2**lod.bias / view.focal_pixels
 
@@ -24,19 +29,20 @@ def error_level(error: Array, allowed: Array) -> Ints:
     Parameters
     ----------
     error : (n, levels) geometric error, metres, rising with the level; +inf where there is no such level.
-    allowed : (n,) metres.
+    allowed : (n,) the error that each object may have, metres.
     """
     return np.asarray((error[:, 1:] <= allowed[:, None]).sum(1))
 
 
 def affordable_level(triangles: Rows, pixels: Array, per_pixel: float) -> Ints:
-    """Return the finest level (n,) that has no more than `per_pixel` triangles for each pixel of its object.
+    """Return the finest level (n,) with at most `per_pixel` triangles for each pixel that its object covers.
 
-    An error bound knows nothing of how much lies within a texel: the borders of foliage make many triangles there.
+    An error bound knows nothing of how much lies within a texel: the borders of foliage make many triangles in a texel.
 
     Parameters
     ----------
-    triangles : (n, levels), falling with the level.
-    pixels : (n,) that each object covers.
+    triangles : (n, levels) number of triangles, falling with the level.
+    pixels : (n,) how many pixels each object covers.
+    per_pixel : how many triangles a pixel may cost.
     """
     return np.asarray((triangles > per_pixel * pixels[:, None]).sum(1))

@@ -42,7 +42,7 @@ class _Target(NamedTuple):
 
 
 class ObjectIdPass(Pass[Params]):
-    """Draw the number of the mesh in front at each pixel, in frames for which `wanted` is set.
+    """Draw the number of the mesh in front at each pixel, in frames for which `requested` is set.
 
     Where pixels have several samples it draws the last one, which the depth buffer holds when the frame is done.
     """
@@ -52,7 +52,7 @@ class ObjectIdPass(Pass[Params]):
 
     def setup(self, gl: Scope) -> None:
         """Create what every frame may need; targets are made when they are first drawn into."""
-        self.wanted = False
+        self.requested = False
         self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
         self._arrays = AssetArrays(gl, self._program.gl, *POSITION_LAYOUT)
         self._instances = InstanceStream(gl, PLACED_RECORD)
@@ -66,7 +66,7 @@ class ObjectIdPass(Pass[Params]):
 
     def enabled(self, frame: Frame, params: Params) -> bool:
         """Return whether this frame is to tell meshes apart, and this is the last of its samples."""
-        return self.wanted and frame.sample == frame.targets.samples - 1
+        return self.requested and frame.sample == frame.targets.samples - 1
 
     def draw(self, frame: Frame, params: Params) -> None:
         """Draw the frame's polygons."""
@@ -83,7 +83,7 @@ class ObjectIdPass(Pass[Params]):
 
     def read(self) -> FrontMeshes | None:
         """Return what the frame drawn last shows, row 0 at the bottom; None where it did not ask."""
-        if self._target is None or not self.wanted:
+        if self._target is None or not self.requested:
             return None
         width, height = self._target.number.size
         number = np.frombuffer(self._target.number.read(alignment=1), np.uint32).reshape(height, width)

@@ -60,11 +60,11 @@ class ShadowsPass(Pass[ShadowParams]):
 
     def _draw_sun_maps(self, frame: Frame, params: ShadowParams, maps: tuple[ShadowMap, ...]) -> SunMaps:
         texture = self._of_sun.fit(len(maps), params.resolution)
-        wanted = dict(enumerate(maps))
-        due = self._of_sun.due(wanted) if frame.shadows.may_wait else self._of_sun.stale(wanted)
+        requested = dict(enumerate(maps))
+        due = self._of_sun.due(requested) if frame.shadows.may_wait else self._of_sun.stale(requested)
         with self.gl.state(direct=(DEPTH_CLAMP,)):  # what lies before the near plane of the map casts shadows too
             self._draw_maps(frame, self._of_sun, due)
-        shown = [self._of_sun.shown(tile).view for tile in wanted]
+        shown = [self._of_sun.shown(tile).view for tile in requested]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
         return SunMaps(texture=texture, cascades=cascades, params=params)
 

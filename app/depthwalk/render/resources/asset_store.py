@@ -29,43 +29,43 @@ _Part = TypeVar("_Part", BakedObject, CookedObject)
 
 
 class Library(MeshLibrary, Protocol):
-    """Describe where the renderer gets assets from, by number; it never reads files itself."""
+    """Describe where the renderer gets assets from, by number; the renderer itself reads no files."""
 
     def __len__(self) -> int:
         """Return the number of assets."""
         ...
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether an asset has depth images, without making them."""
+        """Return whether the asset with the number `asset` has depth images, without making them."""
         ...
 
     def has_mesh(self, asset: int) -> bool:
-        """Return whether an asset has a mesh, without reading it."""
+        """Return whether the asset with the number `asset` has a mesh, without reading it."""
         ...
 
     def bake_missing(self, assets: Sequence[int]) -> None:
-        """Bake what is missing of the depth images of `assets`, several at a time if the library can."""
+        """Bake those depth images of `assets`, numbers of assets, that are missing, several at a time if possible."""
         ...
 
     def key(self, asset: int) -> str:
-        """Return the cache's key of an asset's depth images; "" where they are not to be kept in the cache."""
+        """Return the cache's key of the depth images of `asset`, its number; "" where they are not to be kept."""
         ...
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return an asset's depth images, made if need be; None where it has none."""
+        """Return the depth images of `asset`, its number, baked if they are not yet; None where it has none."""
         ...
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4) of an image file, sRGB."""
+        """Return the texels (H, W, 4), sRGB, of the image file `path`."""
         ...
 
 
 class AssetStore:
     """Upload assets and own their GL objects, which several passes draw from.
 
-    Meshes go by the number of their asset. An asset may have several depth objects, one for each part. These are
-    numbered from `first_depth` on, in the order in which they are asked for, and keep their numbers when all is
-    released.
+    Meshes have the numbers of their assets. An asset may have several depth objects, one for each part. Depth objects
+    are numbered from `first_depth` on, in the order in which they are asked for, and keep their numbers when everything
+    is released.
 
     Attributes
     ----------
@@ -74,15 +74,15 @@ class AssetStore:
     budget
         Bytes of GPU memory for depth objects and fallback meshes, which `stream` keeps to.
     before_release
-        Called before GL objects go, so that passes can release their vertex arrays over them.
+        Called before GL objects are freed, so that passes can release their vertex arrays over them.
     cook_options
         How depth images are cooked; to be set while the store is empty.
     meshes
-        The meshes.
+        The store of the meshes.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
-        """Make an empty store. library: where assets come from."""
+        """Make an empty store on `device`, which gets its assets from `library`."""
         self.gl = device.scope("assets")
         self.budget = DEFAULT_BUDGET
         self.before_release: Callable[[], None] = lambda: None
@@ -109,7 +109,7 @@ class AssetStore:
         return asset in self._numbers
 
     def depth_numbers(self, asset: int) -> range:
-        """Return the numbers of the depth objects that show `asset`, whose depth images are read and cooked for it."""
+        """Return the numbers of the depth objects that show `asset`; reads and cooks its depth images if need be."""
         if asset not in self._numbers:
             objects, first = self._find_or_cook(asset), len(self)
             self._assets += [asset] * len(objects)
@@ -125,12 +125,12 @@ class AssetStore:
         return self._cooked[number]
 
     def baked(self, number: int) -> BakedObject:
-        """Return the depth images that depth object `number` was cooked of; they are read for it."""
+        """Return the depth images that depth object `number` was cooked from, which are read again."""
         asset = self.asset_of(number)
         return self._part(self._model(asset).parts, number)
 
     def depth_object(self, number: int) -> DepthObject:
-        """Return depth object `number`, uploaded if it was not."""
+        """Return depth object `number` on the GPU, uploaded if it was not."""
         if number not in self._depth:
             cooked = self.cooked(number)
             try:
@@ -265,7 +265,7 @@ class AssetStore:
         return objects
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4) of an image file, sRGB; one white texel for None."""
+        """Return the texels (H, W, 4), sRGB, of the image file `path`; one white texel for None."""
         return WHITE if path is None else self._library.texture(path)
 
     def release(self) -> None:

@@ -35,7 +35,7 @@ class Meshlets:
     faces
         (m, SIZE, 3) uint32 rows of `vertices`. The last meshlet of a part is filled up with empty triangles.
     part
-        (m,) the part of the mesh that each belongs to, rising.
+        (m,) the part of the mesh that each meshlet belongs to, rising.
     centre, radius
         (m, 3) and (m,) bounding spheres, metres, in the asset's frame.
     axis, sine
@@ -51,7 +51,18 @@ class Meshlets:
     sine: Array
 
     def of_parts(self, parts: Sequence[Part]) -> NDArray[np.uint32]:
-        """Return all triangles (t, 3) but the empty ones, those of each part where the part has them in the mesh."""
+        """Return the triangles of all meshlets, in the order of the mesh's parts, without the empty ones.
+
+        Parameters
+        ----------
+        parts
+            The parts of the mesh.
+
+        Returns
+        -------
+        NDArray[np.uint32]
+            (t, 3) rows of `vertices`.
+        """
         runs = (self.faces[self.part == number].reshape(-1, 3)[: part.face_count] for number, part in enumerate(parts))
         return np.concatenate(list(runs))
 
@@ -63,14 +74,14 @@ class Meshlets:
         view
             The view of the picture.
         placed
-            PLACED_RECORD of the object that is drawn.
+            PLACED_RECORD () of the object that is drawn.
         solid
             Whether back faces cannot be seen, so that meshlets which face away are left out.
 
         Returns
         -------
         NDArray[np.intp]
-            (k,) rows, part by part, in each the nearest first.
+            (k,) rows, part by part, within each part the nearest first.
         """
         rotation, scale = placed["rotation"].astype(np.float64)[None], float(placed["scale"])
         middle = placed["origin"] + scale * rotate(rotation, self.centre)
@@ -84,7 +95,7 @@ class Meshlets:
 
 
 def build_meshlets(mesh: Mesh) -> Meshlets | None:
-    """Divide a mesh into meshlets; return None where it is so small that it is better drawn whole."""
+    """Divide `mesh` into meshlets; return None where it is so small that it is better drawn whole."""
     if len(mesh.faces) < _FEWEST * SIZE:
         return None
     corners = mesh.positions[mesh.faces].astype(np.float64)

@@ -33,9 +33,9 @@ class View:
     ----------
     camera : where the viewer stands and looks, world.
     size : width and height of the picture, pixels.
-    near, far : the clip planes, metres along the view axis; None where the renderer is to fit them to what is seen.
-    shear : how far to the right and up a point at one metre along the view axis appears from where it would without,
-        metres. It is the frustum of a camera that was moved aside and still sees the same rectangle.
+    near, far : the clip planes, metres along the view axis; None where the renderer is to fit them to the scene.
+    shear : how far a point at one metre along the view axis is shifted in the picture to the right and up, metres. This
+        is the frustum of a camera that was moved aside and still sees the same rectangle.
     """
 
     camera: Camera
@@ -107,7 +107,7 @@ class View:
         return self.size[1] / (2 * self.half_extent[1])
 
     def unproject(self, across: float, down: float, distance: float) -> glm.dvec3:
-        """Return the world point that the picture shows at a place and a distance.
+        """Return the world point, metres, that the picture shows at a place and a distance.
 
         Parameters
         ----------
@@ -121,7 +121,12 @@ class View:
 def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
     """Return the viewer (n, 3) in the frames of n objects, metres.
 
-    position: (n, 3), metres, world; rotation: (n, 4), unit quaternions (x, y, z, w); scale: (n,).
+    Parameters
+    ----------
+    view : the view, of which only the position counts.
+    position : (n, 3) positions of the objects, metres, world.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+    scale : (n,) scales of the objects.
     """
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 
@@ -132,7 +137,7 @@ def matrix_array(matrix: glm.dmat3 | glm.dmat4) -> NDArray[np.float64]:
 
 
 def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
-    """Return how far along the view axis the texels of a depth buffer are.
+    """Return how far along the view axis the surfaces in a depth buffer are.
 
     Parameters
     ----------

@@ -33,10 +33,10 @@ class FarClusters:
     order : (n,) rows of the objects, see `SpatialCells`.
     first : (k + 1,) where each cluster begins in `order`.
     of_cell : (c + 1,) the first cluster of each cell.
-    able : (c,) whether all objects of a cell may share tiles.
+    able : (c,) whether all objects of each cell may share tiles.
     low, high : (k, 3) corners of each cluster's box, metres, world.
-    version : (k,) how often objects of each cluster's cell moved.
-    cell_version : (c,) the same by cell, up to which the boxes are fitted, see `SpatialCells.version`.
+    version : (k,) how often objects of each cluster's cell have moved.
+    cell_version : (c,) how often objects of each cell had moved when the boxes were fitted, see `SpatialCells.version`.
     """
 
     order: NDArray[np.int32]
@@ -52,10 +52,21 @@ class FarClusters:
         return len(self.version)
 
     def far(self, view: View, cells: SpatialCells, numbers: Rows, pixels: float) -> Mask:
-        """Return which (m,) of the cells `numbers` (m,) may be drawn by clusters.
+        """Return which cells may be drawn by clusters.
 
-        These are so far off that none of their objects is `pixels` across, and seen from so far above or below that
-        few of their objects hide each other: else it is cheaper to test objects singly.
+        In these cells no object is `pixels` pixels across, and the viewer looks down or up at them so steeply that few
+        of their objects hide each other: elsewhere it is cheaper to test the objects one by one.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        cells : the cells that the clusters were made of.
+        numbers : (m,) numbers of the cells in question.
+        pixels : the size of objects that are drawn one by one, pixels.
+
+        Returns
+        -------
+        (m,) whether each cell may.
         """
         low, high = cells.low[numbers], cells.high[numbers]
         half, middle = (high - low) / 2, (high + low) / 2 - view.position
@@ -66,7 +77,13 @@ class FarClusters:
         return np.asarray(self.able[numbers] & small & steep & (gap > _FAR * np.linalg.norm(half, axis=1)))
 
     def visible(self, view: View, cells: Rows) -> Rows:
-        """Return the numbers of the clusters of `cells` (m,) that meet the view frustum, nearest first."""
+        """Return the numbers of the clusters that the view may show, nearest first.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        cells : (m,) numbers of the cells whose clusters are looked at.
+        """
         numbers = cell_members(self.of_cell, cells)
         return numbers[self.bounds(numbers).visible(view)[0]]
 
@@ -84,7 +101,7 @@ class FarClusters:
         return self.first[numbers + 1] - self.first[numbers]
 
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
-        """Return the objects (n,) of the clusters `numbers` (m,), cluster by cluster, and how many each has (m,)."""
+        """Return the objects (n,) of the clusters `numbers` (m,), cluster by cluster, and how many (m,) each has."""
         return self.order[cell_members(self.first, numbers)], self.sizes(numbers)
 
     def first_members(self, numbers: Rows) -> Rows:
@@ -92,9 +109,16 @@ class FarClusters:
         return self.order[self.first[numbers]]
 
     def resident(self, numbers: Rows, is_resident: Callable[[Rows], Mask]) -> Mask:
-        """Return whether (m,) all objects of each of the clusters `numbers` (m,) are resident.
+        """Return which clusters have all their objects on the GPU.
 
-        is_resident: which of given objects are on the GPU, see `FrameResidency.resident`.
+        Parameters
+        ----------
+        numbers : (m,) numbers of the clusters.
+        is_resident : returns which (n,) of the objects (n,) are on the GPU, see `FrameResidency.resident`.
+
+        Returns
+        -------
+        (m,) whether each cluster has.
         """
         rows, count = self.members(numbers)
         resident = is_resident(rows)
@@ -105,8 +129,8 @@ class FarClusters:
 
         Parameters
         ----------
-        cells : those that the clusters were made of.
-        bounds : of all objects.
+        cells : the cells that the clusters were made of.
+        bounds : bounding spheres of all objects, world.
         """
         moved = np.flatnonzero(cells.version != self.cell_version)
         if not len(moved):
@@ -123,7 +147,8 @@ def make_far_clusters(cells: SpatialCells, bounds: Bounds, shareable: Mask) -> F
 
     Parameters
     ----------
-    bounds : of all n objects.
+    cells : the cells to divide.
+    bounds : bounding spheres of all n objects, world.
     shareable : (n,) which objects may share a tile: those drawn by depth images that are seen from all around.
     """
     count = -(-np.diff(cells.first) // MEMBERS)  # of clusters per cell
