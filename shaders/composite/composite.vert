@@ -4,7 +4,7 @@
 // The tile may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
 // (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
 //   λ·x + (1 − λ)·r·(x − δ):
-// between x itself and x(∞) = r·(x − δ), what C sees at infinity there. So the tile's texel is linear in λ too.
+// between x itself and x(∞) = r·(x − δ), what C sees at infinity in that direction. So the tile's texel is linear in λ too.
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -12,7 +12,7 @@
 in vec4 in_right;               // plane axes, object frame; w: low corner of the rectangle
 in vec4 in_up;
 in vec4 in_normal;              // toward the viewer; w: D0
-in vec4 in_high;                // high corner of the rectangle; λ of the nearest and of the farthest that may be there
+in vec4 in_high;                // high corner of the rectangle; λ of the object's nearest and farthest points
 in vec4 in_origin;              // C0, object frame; the tile's least w / λ
 in vec3 in_to_x;                // homography from plane coordinates, relative to the epipole, to texels from the tile's corner
 in vec3 in_to_y;
@@ -35,7 +35,7 @@ flat out float nearest_distance;    // metres along the view axis, of what is st
 PER_SAMPLE out vec3 texel_near;            // homogeneous, of x and of x(∞)
 PER_SAMPLE out vec3 texel_far;
 flat out float least;           // w / λ of the tile
-flat out vec3 parallax;         // r; λ in the middle of what may be there; 1 where C is not C0
+flat out vec3 parallax;         // r; λ in the middle of the object; 1 where C is not C0
 #endif
 
 // Where C sees what C0 has at `position`, if its λ is `lambda`.

@@ -113,23 +113,23 @@ class Pass(ABC, Generic[P]):
     bound. Owed by a pass: it sets GL state by `self.gl.state` alone, which restores it, creates GL objects through
     `self.gl` alone, which frees them, and touches no target but those that it declares, which `frame.targets` enforces.
 
-    Attributes
-    ----------
-    name : of its timer; of the package's own passes also that of module, shader folder, panel section and group in the
-        render settings.
-    draws_objects : whether it draws those of `frame.plan`; such passes run before all others.
-    per_sample : whether it runs for each sample of a pixel, where targets have several.
-    reads, writes : names of targets (`render.targets.TARGETS`). A depth that is only tested against counts as read.
-    Params : the class of its parameters, from the head of the class.
-    params : the parameters that hold where the render settings have no group of the pass's name; may be changed between
-        frames.
-    gl : creates and owns GL objects; there from `attach` to `release`.
-
     Parameters
     ----------
     params
         Parameters of its own, which hold in place of a group of the render settings. None: that group or, where there
         is none, the defaults.
+
+    Attributes
+    ----------
+    name : of its timer; for the package's own passes also of the module, the shader folder, the panel section and the
+        group in the render settings.
+    draws_objects : whether it draws the objects of `frame.plan`; such passes run before all others.
+    per_sample : whether it runs for each sample of a pixel, where targets have several.
+    reads, writes : names of targets (`render.targets.TARGETS`). A depth that is only tested against counts as read.
+    Params : the class of its parameters, from the head of the class.
+    gl : creates and owns GL objects; set from `attach` to `release`.
+    params : the parameters that hold where the render settings have no group of the pass's name; may be changed between
+        frames.
 
     Examples
     --------
@@ -187,7 +187,8 @@ class Pass(ABC, Generic[P]):
         Raises
         ------
         ValueError
-            Where the pass serves a renderer already: it has state of a frame, and two renderers would mix theirs.
+            Where the pass serves a renderer already: it keeps state from frame to frame, which two renderers would
+            mix.
         """
         if hasattr(self, "gl"):
             raise ValueError(f"pass {self.name} belongs to a renderer already")

@@ -275,7 +275,7 @@ class OcclusionPhases:
             self._depth_readback = DepthReadback(self._device, frame.view.size)
         depth = DepthRangeMaximum(self._depth_readback.read(frame.targets), self._depth_readback.side)
         # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
-        # what hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
+        # what hides it, is no reason to draw it: what is seen instead is nearer to the truth.
         margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
         return lambda enclosing: depth.hides(screen_extents(frame.view, enclosing, margin))
 

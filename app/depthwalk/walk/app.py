@@ -49,9 +49,9 @@ def run(
     scene
         What to show.
     library
-        Its assets, which are loaded here while the window shows their progress.
+        The scene's assets, which are loaded here while the window shows the progress.
     path
-        A camera path for the key P.
+        A camera path, which the key P plays.
     fullscreen
         Whether to use the whole screen.
     size
@@ -59,7 +59,7 @@ def run(
     representation
         How to draw every object; None leaves it to the scene.
     first_camera
-        Returns the camera to begin with. It is called with the scene's, or with one that sees every object.
+        Returns the camera to begin with; takes the scene's camera, or one that sees every object.
     read
         Reads the scene's file again, and files that are dropped on the window. It may raise InputError.
 

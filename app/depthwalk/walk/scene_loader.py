@@ -16,7 +16,16 @@ from depthwalk.walk.window import Window
 
 
 class SceneLoader:
-    """Make a renderer of a scene, and load what it comes to need.
+    """Make a renderer of a scene, and load what the frames of a walk come to need.
+
+    Parameters
+    ----------
+    device
+        The GPU that draws.
+    window
+        The window, which may be closed while something is loaded.
+    screen
+        Shows the progress.
 
     Attributes
     ----------
@@ -47,7 +56,7 @@ class SceneLoader:
         scene
             What to draw.
         library
-            Its assets; they report their progress to the loading screen from now on.
+            The scene's assets, which report their progress to the loading screen from now on.
         representation
             How to draw every object; None leaves it to the scene.
 
@@ -75,7 +84,14 @@ class SceneLoader:
         """Load what the frames of a newly chosen representation or anti-aliasing need.
 
         Where that fails or is stopped, the representation before is used again; where the machine lacks the
-        anti-aliasing, none is used. `tell` is called with the reason.
+        anti-aliasing, none is used.
+
+        Parameters
+        ----------
+        renderer
+            The renderer, whose settings name the representation and the anti-aliasing.
+        tell
+            Is called with the reason where something cannot be used.
 
         Raises
         ------

@@ -188,7 +188,7 @@ class TileScheduler:
     ) -> tuple["_PlacedTiles", Rows]:
         """Store tiles of those objects `number` (n,) that are in sight in the atlas.
 
-        Where there is no room for them, the atlas is packed anew with the tiles of all objects.
+        Where the atlas has no room for them, it is packed again with the tiles of all objects.
 
         Parameters
         ----------

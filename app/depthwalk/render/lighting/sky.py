@@ -85,9 +85,9 @@ class Daylight:
     Attributes
     ----------
     perez
-        Five coefficients A to E of Perez' function, each for Y, x and y.
+        Five coefficients A to E of Perez' function, each for luminance Y and chromaticity x and y.
     at_zenith
-        Y, x and y of the zenith, each divided by Perez' function there.
+        Y, x and y of the sky at the zenith, each divided by Perez' function at the zenith.
     sun
         Unit vector to the sun, world, not below the horizon.
     defines

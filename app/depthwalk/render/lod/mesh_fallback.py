@@ -17,7 +17,7 @@ from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Mask, Rows
 
 IsResident = Callable[[Rows], Mask]
-"""Returns which of the meshes (n,) are on the GPU; the others are read, in the order given."""
+"""Returns which (n,) of the meshes (n,), numbers in `AssetStore`, are on the GPU; the others are being read."""
 
 # A mesh may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as long as
 # with depth images alone; without a limit, half as long again.

@@ -1,6 +1,6 @@
 """Keep assets on the GPU within a budget of memory.
 
-Assets are uploaded when they are first drawn. Depth objects, and the meshes that are drawn in their stead, give way to
+Assets are uploaded when they are first drawn. Depth objects, and the meshes that are drawn instead of them, give way to
 others when they are not needed and the budget is used up; those not used for longest go first.
 """
 
@@ -255,7 +255,7 @@ class AssetStore:
         return tuple(cook_object(part, self.cook_options) for part in self._model(asset).parts)
 
     def _keep(self, asset: int, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-        """Let the cache keep cooked objects; return them with their arrays there, or as they are where it cannot."""
+        """Keep cooked objects in the cache; return them with their arrays left in it, or as they are where that fails."""
         key = self._library.key(asset)  # another one if the asset's file was replaced before it was baked
         if key:
             try:

@@ -104,7 +104,15 @@ class DepthObject:
         return positions, triangles.reshape(-1, 3).astype(np.uint32)
 
     def array(self, arrays: AssetArrays, number: int) -> moderngl.VertexArray:
-        """Return the vertex array, one of `arrays`, that draws this object, whose number in `AssetStore` is `number`."""
+        """Return the vertex array that draws this object.
+
+        Parameters
+        ----------
+        arrays
+            The vertex arrays of one program over all assets.
+        number
+            The number of this object in `AssetStore`.
+        """
         return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
 
     def draw(self, array: moderngl.VertexArray, runs: Sequence[tuple[int, int]], instances: int) -> None:

@@ -1,7 +1,7 @@
 """Keep meshes on the GPU, by the number of their asset.
 
-Objects that the scene shows as meshes have theirs uploaded when they are first drawn, and keep them. Fallback meshes,
-which are drawn in the stead of depth images that would only be magnified, are read when they are first needed. Where
+The meshes of objects that the scene shows as meshes are uploaded when they are first drawn, and stay. Fallback meshes,
+which are drawn instead of depth images that would only be magnified, are read when they are first needed. Where
 frames may not wait, a thread reads them meanwhile. They go when others need their memory.
 """
 

@@ -1,4 +1,4 @@
-"""Choose what is drawn into a shadow map: the objects that may cast a shadow there, as fine as a texel can show.
+"""Choose what is drawn into a shadow map: the objects that may cast a shadow in it, as fine as a texel can show.
 
 A light is a viewer like any other: the error of a coarser level and the magnification of a depth image are measured in
 texels of the map, as they are measured in pixels of the picture.
@@ -34,9 +34,9 @@ class ShadowMap:
     view
         What the map sees.
     grids
-        The depth images that cast shadows there, drawn as grids of polygons.
+        The depth images that cast shadows in the map, drawn as grids of polygons.
     meshes
-        The meshes that cast shadows there.
+        The meshes that cast shadows in the map.
     """
 
     view: MapView
@@ -116,14 +116,14 @@ def shadow_map(
 
     Every object is drawn at the coarsest level that is off by `rule.error` texels at most, or at the finest whose
     triangles are affordable, if that is coarser. Where depth images would only be magnified, and the mesh has not too
-    many triangles, the mesh is drawn in their stead.
+    many triangles, the mesh is drawn instead.
 
     Parameters
     ----------
     view
         What the map sees.
     rows
-        (m,) rows of the objects that cast shadows there, as `find_casters` returns them.
+        (m,) rows of the objects that cast shadows in the map, as `find_casters` returns them.
     scene
         All objects, and what is known of their assets.
     rule
@@ -165,7 +165,7 @@ def _cast_as(
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
 
-    First come the objects whose depth images or own meshes cast, then the meshes in the stead of depth images. Parts of
+    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images. Parts of
     one asset may disagree near a lamp; then both cast.
     """
     objects, bounds, table = scene.objects, scene.bounds, scene.table

@@ -89,8 +89,8 @@ class View:
     def ray_from_screen(self) -> NDArray[np.float64]:
         """The matrix (3, 3) from places in the picture to rays.
 
-        It takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to what appears
-        there at one metre along the view axis.
+        It takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to the point that
+        appears at that place, one metre away along the view axis.
         """
         unscreened = glm.dmat3(glm.scale(glm.dvec3(*self.half_extent, -1)))
         return matrix_array(glm.inverse(glm.dmat3(self.view_from_world)) * unscreened)
