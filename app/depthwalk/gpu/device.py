@@ -51,6 +51,7 @@ class Device:
     """
 
     def __init__(self, context: moderngl.Context) -> None:
+        """Find out what `context`, the current one, can do."""
         self.context = context
         self.live: Counter[str] = Counter()
         self.state = StateKeeper(context)
@@ -69,6 +70,11 @@ def headless_device() -> Device:
     """Return a device without a window: by EGL where there is one, else as the platform does it.
 
     The caller releases its `context`.
+
+    Returns
+    -------
+    Device
+        The device.
 
     Raises
     ------
@@ -104,13 +110,13 @@ class Scope:
     Attributes
     ----------
     device
-        the device that the objects live on.
+        The device that the objects live on.
     owner
-        the name of that part of the program, for messages.
+        The name of that part of the program, for messages.
     """
 
     def __init__(self, device: Device, owner: str) -> None:
-        """Begin a scope that owns nothing yet; `device` and `owner` as above. Use `Device.scope`."""
+        """Begin a scope on `device` that owns nothing yet; `owner` names it in messages. Users call `Device.scope`."""
         self.device = device
         self.owner = owner
         self._objects: dict[int, tuple[str, Any]] = {}
@@ -118,7 +124,7 @@ class Scope:
     def texture(
         self, size: tuple[int, int], components: int, dtype: str = "f1", data: bytes | None = None
     ) -> moderngl.Texture:
-        """Create a 2-D texture without filtering, clamped at its edges.
+        """Create and return a 2-D texture without filtering, clamped at its edges.
 
         Parameters
         ----------
@@ -139,19 +145,14 @@ class Scope:
         return texture
 
     def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """Create an RGBA texture of 8-bit sRGB colours (alpha is linear), repeating, with mip-maps.
+        """Create and return an RGBA texture of 8-bit sRGB colours (alpha is linear), repeating, with mip-maps.
 
-        Parameters
-        ----------
-        size
-            (width, height), texels.
-        data
-            The texels, four bytes each, lower row first.
+        It has `size` (width, height) texels; `data` are the texels, four bytes each, lower row first.
         """
         return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
 
     def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
-        """Create a 2-D texture with mip-maps that repeats, filtered trilinearly.
+        """Create and return a 2-D texture with mip-maps that repeats, filtered trilinearly.
 
         Parameters
         ----------
@@ -161,7 +162,7 @@ class Scope:
             Numbers per texel, 1 to 4.
         data
             The texels, lower row first.
-        layout
+        **layout
             moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
         """
         self._check_size(size)
@@ -174,7 +175,7 @@ class Scope:
     def mipmapped_texture(
         self, size: tuple[int, int], components: int, data: bytes, levels: int, **layout: Any
     ) -> moderngl.Texture:
-        """Create a 2-D texture with mip-maps, trilinear, clamped at its edges.
+        """Create and return a 2-D texture with mip-maps, filtered trilinearly, clamped at its edges.
 
         Parameters
         ----------
@@ -186,8 +187,8 @@ class Scope:
             The texels of the finest level, lower row first.
         levels
             The number of the coarsest mip-map, each half as large as the one before.
-        layout
-            moderngl's dtype or internal_format; 8-bit where there is neither.
+        **layout
+            moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
         """
         self._check_size(size)
         make = self.device.context.texture
@@ -200,7 +201,7 @@ class Scope:
     def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
     ) -> moderngl.TextureArray:
-        """Create an array texture of integers, which shaders fetch without filtering.
+        """Create and return an array texture of integers, which shaders fetch without filtering.
 
         Parameters
         ----------
@@ -226,7 +227,7 @@ class Scope:
     def multisampled_texture(
         self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
     ) -> moderngl.Texture:
-        """Create a 2-D texture of several samples per texel, which shaders fetch one by one.
+        """Create and return a 2-D texture of several samples per texel, which shaders fetch one by one.
 
         Parameters
         ----------
@@ -247,14 +248,14 @@ class Scope:
         return texture
 
     def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
-        """Create a 24-bit depth texture of `size` (width, height) texels with `samples` samples in each."""
+        """Create and return a 24-bit depth texture of `size` (width, height) texels, with `samples` samples in each."""
         self._check_size(size)
         make = self.device.context.depth_texture
         texture: moderngl.Texture = self._make("texture", size, lambda: make(size, samples=samples))
         return texture
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
-        """Create a 24-bit depth texture of `size` (width, height) texels, which shaders read as plain numbers."""
+        """Create and return a 24-bit depth texture of `size` (width, height) texels, plain numbers for shaders."""
         self._check_size(size)
         texture: moderngl.Texture = self._make("texture", size, lambda: self.device.context.depth_texture(size))
         texture.compare_func = ""
@@ -265,13 +266,13 @@ class Scope:
     def framebuffer(
         self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None
     ) -> moderngl.Framebuffer:
-        """Create a framebuffer that draws into the textures `colours` and `depth`, which stay the caller's."""
+        """Create and return a framebuffer that draws into `colours` and `depth`, textures that stay the caller's."""
         make = self.device.context.framebuffer
         framebuffer: moderngl.Framebuffer = self._make("framebuffer", None, lambda: make(colours, depth))
         return framebuffer
 
     def buffer(self, data: Any = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
-        """Create a buffer.
+        """Create and return a buffer.
 
         Parameters
         ----------
@@ -290,12 +291,7 @@ class Scope:
         return buffer
 
     def program(self, vertex: str, fragment: str) -> moderngl.Program:
-        """Compile and link a program.
-
-        Parameters
-        ----------
-        vertex, fragment
-            The texts of its two stages in GLSL.
+        """Compile, link and return the program of the shaders `vertex` and `fragment`, both GLSL.
 
         Raises
         ------
@@ -309,16 +305,10 @@ class Scope:
         return program
 
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
-        """Create a vertex array for draws by `program`.
+        """Create and return a vertex array for draws by `program`.
 
-        Parameters
-        ----------
-        program
-            The program whose attributes the array feeds.
-        content
-            Buffers, formats and names of attributes, as `moderngl.Context.vertex_array` takes them.
-        options
-            Keyword arguments of that function, such as `index_buffer`.
+        `content` holds buffers, formats and names of attributes, and `options` keyword arguments such as
+        `index_buffer`, all as `moderngl.Context.vertex_array` takes them.
         """
         make = self.device.context.vertex_array
         array: moderngl.VertexArray = self._make("vertex_array", None, lambda: make(program, content, **options))
@@ -334,7 +324,7 @@ class Scope:
     ) -> AbstractContextManager[None]:
         """Set GL state for a `with` block; afterwards it is what it was before.
 
-        For the parameters see `StateKeeper.changed`.
+        The parameters `into`, `depth_write`, `colour_mask` and `changes` are those of `StateKeeper.changed`.
         """
         return self.device.state.changed(into, depth_write=depth_write, colour_mask=colour_mask, **changes)
 
@@ -343,7 +333,7 @@ class Scope:
 
         Parameters
         ----------
-        objects
+        *objects
             What methods of this scope have created.
 
         Raises

@@ -122,10 +122,17 @@ class AssetArrays:
         ----------
         key
             What tells the asset, and its level if it has several, from others.
-        vertices, indices
-            The buffers of the asset.
+        vertices
+            The asset's buffer of vertices.
+        indices
+            The asset's buffer of indices.
         index_bytes
             Bytes of an index: 1, 2 or 4.
+
+        Returns
+        -------
+        moderngl.VertexArray
+            The array, created when it is first asked for.
         """
         if key not in self._arrays:
             content = [(vertices, *self._format)]

@@ -234,7 +234,7 @@ class Program:
 
         Parameters
         ----------
-        values
+        **values
             A value for each uniform: a number, a tuple, a list of these for an array, or `bytes`, which are written as
             they are.
 

@@ -80,7 +80,7 @@ class StateKeeper:
             Whether its depth is written, where there is a depth test.
         colour_mask
             Which of red, green, blue and alpha are written into its one texture; None: all.
-        changes
+        **changes
             Fields of `State`.
         """
         before = self.now

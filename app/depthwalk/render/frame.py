@@ -35,7 +35,8 @@ class Common:
     aa : the anti-aliasing of the picture.
     lod : levels of detail, `render.lod`.
     forward : whether depth images are lit where their colour is looked up, instead of later with everything else.
-    wireframe, show_tiles : whether triangles are drawn as lines, and impostor tiles in a colour each.
+    wireframe : whether triangles are drawn as lines.
+    show_tiles : whether every impostor tile is painted in a colour of its own.
     """
 
     aa: AntiAliasing
@@ -125,7 +126,9 @@ class Pass(ABC, Generic[P]):
         group in the render settings.
     draws_objects : whether it draws the objects of `frame.plan`; such passes run before all others.
     per_sample : whether it runs for each sample of a pixel, where targets have several.
-    reads, writes : names of targets (`render.targets.TARGETS`). A depth that is only tested against counts as read.
+    reads : names of the targets (`render.targets.TARGETS`) that it reads. A depth that is only tested against counts as
+        read.
+    writes : names of the targets that it draws into.
     Params : the class of its parameters, from the head of the class.
     gl : creates and owns GL objects; set from `attach` to `release`.
     params : the parameters that hold where the render settings have no group of the pass's name; may be changed between
@@ -183,6 +186,10 @@ class Pass(ABC, Generic[P]):
 
     def attach(self, device: Device) -> None:
         """Create what the pass needs on `device`.
+
+        Parameters
+        ----------
+        device : the GPU that the renderer draws with.
 
         Raises
         ------

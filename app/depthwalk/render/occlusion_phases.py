@@ -137,6 +137,10 @@ class OcclusionPhases:
         targets : the textures that the phases are drawn into; their depth is read between the phases.
         residency : brings to the GPU what the frame draws.
         remembers : whether what earlier frames found may be used.
+
+        Yields
+        ------
+        What the passes draw in the next phase.
         """
         frame = _FrameInputs(view=view, targets=targets, residency=residency, remembers=remembers)
         pending = _Pending(rows=in_sight.rows, batches=list(in_sight.batches), far_cells=in_sight.far_cells)

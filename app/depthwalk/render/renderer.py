@@ -59,8 +59,9 @@ class Renderer:
     world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
     targets : the textures that passes draw into; None before the first frame.
-    plan, view : the draw lists and the view of the frame drawn last, near and far plane fitted; None before the first.
     timers : milliseconds of each pass and of the steps on the CPU.
+    plan : the draw lists of the frame drawn last; None before the first.
+    view : the view of the frame drawn last, near and far plane fitted; None before the first.
     """
 
     def __init__(
@@ -207,7 +208,8 @@ class Renderer:
 
         Parameters
         ----------
-        across, down : parts of the picture's width and height, from its upper left corner.
+        across : part of the picture's width, from the left edge, 0 to 1.
+        down : part of the picture's height, from the upper edge, 0 to 1.
 
         Returns
         -------
@@ -222,11 +224,16 @@ class Renderer:
         return float(view_distance(depth, *self.view.depth_range)[0])
 
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
-        """Return the world point, metres, that the frame drawn last shows at a place; None where that is the sky.
+        """Return the world point that the frame drawn last shows at a place. Waits for that frame.
 
         Parameters
         ----------
-        across, down : the place, see `distance_at`.
+        across : part of the picture's width, from the left edge, 0 to 1.
+        down : part of the picture's height, from the upper edge, 0 to 1.
+
+        Returns
+        -------
+        The point, metres, world; None where nothing is.
         """
         distance = self.distance_at(across, down)
         if self.view is None or np.isinf(distance):
@@ -238,9 +245,13 @@ class Renderer:
 
         Parameters
         ----------
-        aspect : width over height of the picture.
+        aspect : width of the picture over its height.
         fov : vertical angle of view, radians.
         away : direction from the objects to the camera, world, of any length.
+
+        Returns
+        -------
+        The camera.
         """
         bounds = self.world.bounds()
         if not len(bounds.bounding_radius):

@@ -283,7 +283,8 @@ class DeclaredTargets:
     ----------
     targets : the targets of the renderer.
     user : the name of the pass, for messages.
-    reads, writes : names of the targets that the pass reads and writes.
+    reads : names of the targets that the pass reads.
+    writes : names of the targets that the pass writes.
 
     Raises
     ------
@@ -330,7 +331,12 @@ def declared(targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[
     ----------
     targets : the targets of the renderer.
     user : the name of the pass, for messages.
-    reads, writes : names of the targets that the pass reads and writes.
+    reads : names of the targets that the pass reads.
+    writes : names of the targets that the pass writes.
+
+    Returns
+    -------
+    A view of `targets` that raises AttributeError for all others.
 
     Raises
     ------

@@ -178,6 +178,10 @@ def heading(look: glm.dvec3, yaw: float = 0.0) -> tuple[float, float]:
     ----------
     look : direction of the look, world, of any length.
     yaw : the yaw to return for a look straight up or down, which has none of its own, radians.
+
+    Returns
+    -------
+    Yaw and pitch, radians.
     """
     level = math.hypot(look.x, look.z)
     if level > 1e-9:

@@ -27,8 +27,10 @@ class Control:
         What the parameter does: one sentence without its full stop.
     unit
         The unit of the value.
-    low, high
-        The closed range of a number; None: no limit.
+    low
+        The least value of a number; None: no limit.
+    high
+        The greatest value of a number; None: no limit.
     choices
         The values to choose from; none for other kinds of widget.
     optional

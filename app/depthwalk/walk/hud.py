@@ -74,6 +74,11 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
     ----------
     milliseconds
         Time of each pass by name, milliseconds.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        A name and a text for each row.
     """
     smallest = _SMALLEST_SHARE * sum(milliseconds.values())
     rows = {name: spent for name, spent in milliseconds.items() if spent > smallest}
@@ -96,8 +101,10 @@ def draw_help(left: float, right: float) -> None:
 
     Parameters
     ----------
-    left, right
-        The end of the HUD and the beginning of the panel, window coordinates.
+    left
+        The right end of the HUD, window coordinates.
+    right
+        The left end of the panel, window coordinates.
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
@@ -168,6 +175,11 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
     ----------
     counts
         The numbers of the frame by name, `FrameDrawLists.counts`.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        A name and a text for each row.
     """
     kinds = [f"{name} {counts[name]:,}" for name in ("dpci", "dmesh", "mesh") if counts.get(name)]
     cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]

@@ -28,8 +28,15 @@ def turn(camera: Camera, right: float, down: float) -> Camera:
     ----------
     camera
         The camera before.
-    right, down
-        The drag, pixels.
+    right
+        How far the mouse moved to the right, pixels.
+    down
+        How far the mouse moved down, pixels.
+
+    Returns
+    -------
+    Camera
+        The camera after the drag.
     """
     yaw, pitch = heading(camera.look)
     pitch = glm.clamp(pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
@@ -45,8 +52,15 @@ def pan(camera: Camera, right: float, down: float) -> Camera:
     ----------
     camera
         The camera before.
-    right, down
-        The drag, in heights of the picture.
+    right
+        How far the mouse moved to the right, in heights of the picture.
+    down
+        How far the mouse moved down, in heights of the picture.
+
+    Returns
+    -------
+    Camera
+        The camera after the drag.
     """
     height = 2 * distance(camera) * math.tan(camera.fov / 2)
     # A row vector times a rotation is turned by the inverse: from view to world.
@@ -62,6 +76,11 @@ def dolly(camera: Camera, notches: float) -> Camera:
         The camera before.
     notches
         How far to turn the wheel; negative numbers move the camera away.
+
+    Returns
+    -------
+    Camera
+        The nearer camera.
     """
     metres = glm.clamp(distance(camera) * CLOSER_PER_NOTCH**notches, *DISTANCE_RANGE)
     return _from_target(camera, glm.normalize(camera.look) * metres)
@@ -74,7 +93,7 @@ def with_distance(camera: Camera, metres: float) -> Camera:
 
 
 def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
-    """Return `camera` turned towards `point`, and whether `point` is its target by now.
+    """Turn a camera towards a point for some time.
 
     What is left to turn decays exponentially, so that it takes as long at any frame rate.
 
@@ -86,6 +105,11 @@ def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
         The point, metres, world.
     dt
         How long to turn, seconds.
+
+    Returns
+    -------
+    tuple[Camera, bool]
+        The camera, and whether the point is its target by now.
     """
     left = (glm.dvec3(*camera.target) - point) * math.exp(-dt / _AIMING)
     arrived = glm.length(left) < _ARRIVED * glm.distance(glm.dvec3(*camera.position), point)

@@ -44,8 +44,10 @@ class Overlay:
         ----------
         screen
             The framebuffer that is drawn over.
-        window_size, buffer_size
-            (width, height) of the window in its coordinates and in pixels; none of them 0.
+        window_size
+            (width, height) of the window in its coordinates, above 0.
+        buffer_size
+            (width, height) of the window in pixels, above 0.
         dt
             Seconds since the last frame.
         widgets

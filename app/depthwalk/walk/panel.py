@@ -50,7 +50,7 @@ def draw_panel(state: State) -> Area:
 
 
 def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
-    """Draw the atlas of impostors at the bottom, and return the area that it covers.
+    """Draw the atlas of impostors at the bottom of the window.
 
     Parameters
     ----------
@@ -60,6 +60,11 @@ def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
         The width of the atlas over its height.
     left
         The right end of the HUD, window coordinates.
+
+    Returns
+    -------
+    Area
+        The area that it covers.
     """
     display = imgui.get_io().display_size
     width = max(160.0, min(600.0, display.x - left - _WIDTH - 6 * _MARGIN))

@@ -87,6 +87,10 @@ def thinned(
         Vertical angles of view, radians.
     tolerance
         How far the path may be off.
+
+    Returns
+    -------
+    The path.
     """
     chosen = np.array(sorted({0, len(times) - 1}))
     while True:
@@ -126,13 +130,17 @@ def _looks(views: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def save_path(path: CameraPath, folder: Path | None = None) -> Path:
-    """Write a camera path to a new file, which is read again before it gets its name, and return the file.
+    """Write a camera path to a new file, which is read again before it gets its name.
 
     Parameters
     ----------
     path : The path to write.
     folder : The folder to write to; None is the working directory or, if that cannot be written to, the user's
         documents.
+
+    Returns
+    -------
+    The file.
 
     Raises
     ------

@@ -60,6 +60,11 @@ class SceneLoader:
         representation
             How to draw every object; None leaves it to the scene.
 
+        Returns
+        -------
+        Renderer
+            The renderer.
+
         Raises
         ------
         InputError

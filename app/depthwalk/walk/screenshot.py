@@ -18,7 +18,7 @@ from depthwalk.walk.window import Window
 
 
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:
-    """Write a picture to a new PNG file and return the file.
+    """Write a picture to a new PNG file.
 
     The file has three texts: Scene; Camera, as JSON with position, target and fov in degrees; and Options, the same
     camera for the command line.
@@ -32,6 +32,10 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
     camera : The camera that the picture was seen through.
     folder : The folder to write to; None is the working directory or, if that cannot be written to, the user's
         pictures.
+
+    Returns
+    -------
+    The file.
 
     Raises
     ------

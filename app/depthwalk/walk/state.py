@@ -25,8 +25,14 @@ class State(Viewer):
         Durations of the last frames.
     pull
         The turn of the lens to another distance.
-    hud, panel, help, atlas
-        Whether the window shows these.
+    hud
+        Whether the window shows the HUD.
+    panel
+        Whether the window shows the panel.
+    help
+        Whether the window shows the list of keys.
+    atlas
+        Whether the window shows the impostors.
     """
 
     recorder: Recorder | None = None

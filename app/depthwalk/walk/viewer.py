@@ -37,8 +37,10 @@ class Viewer:
 
     Attributes
     ----------
-    scene, renderer
-        What is shown, and what draws it.
+    scene
+        The scene that is shown.
+    renderer
+        The renderer that draws the scene.
     walker
         The viewer; moves with the camera in every mode.
     home
@@ -203,8 +205,10 @@ class Viewer:
 
         Parameters
         ----------
-        across, down
-            The place, from the window's upper left corner, as fractions of its width and height.
+        across
+            Part of the window's width, from the left edge, 0 to 1.
+        down
+            Part of the window's height, from the upper edge, 0 to 1.
         """
         point = self.renderer.point_at(across, down)
         if point is None:

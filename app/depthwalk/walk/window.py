@@ -38,6 +38,11 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
     fullscreen
         Whether to use the whole screen.
 
+    Returns
+    -------
+    Window
+        The window.
+
     Raises
     ------
     NoDisplayError

@@ -69,6 +69,10 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
     settings : the settings of the picture, of which `aa` and the number of samples matter here.
     device : the device that draws.
 
+    Returns
+    -------
+    How many samples, at least 1.
+
     Raises
     ------
     InputError
@@ -91,6 +95,10 @@ def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
     ----------
     view : the view of the picture.
     offsets : (samples, 2) places of the samples from the middle of a pixel, pixels to the right and up.
+
+    Returns
+    -------
+    (samples) views.
     """
     shears = np.asarray(view.shear) - offsets / view.focal_pixels
     return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]

@@ -31,7 +31,8 @@ class ScreenExtents:
 
     Attributes
     ----------
-    low, high : (n, 2) lower left and upper right corners, pixels.
+    low : (n, 2) lower left corners, pixels.
+    high : (n, 2) upper right corners, pixels.
     depth : (n,) nearest points of the cylinders, as values of the depth buffer; 0 where one reaches the near plane.
     """
 
@@ -52,6 +53,10 @@ def growth(hidden: Mask) -> int:
     Parameters
     ----------
     hidden : (n,) which of the remaining objects the last test found to be hidden.
+
+    Returns
+    -------
+    The factor, above 1.
     """
     return _GROWTH[0 if not len(hidden) or hidden.mean() > _MANY else 1]
 

@@ -31,10 +31,12 @@ class DrawBatch:
     Attributes
     ----------
     asset : the number in `AssetStore` of the asset that is drawn.
-    first, count : the first instance record of the batch, and how many it has.
+    first : the first instance record of the batch.
+    count : how many instance records it has.
     indices : the first index and the number of indices of each run in the asset's index buffer; none for meshes.
     clipped : whether samples may fall outside their tile.
-    level, pieces : the level of detail and the pieces (bit mask) of the asset that these indices hold.
+    level : the level of detail that the indices hold.
+    pieces : the pieces that the indices hold, a bit mask.
     """
 
     asset: int

@@ -85,6 +85,10 @@ class FarClusterPlanner:
         numbers : (m,) numbers of the clusters, nearest first.
         settings : the settings that decide how detail is chosen and tiles are laid out.
         first_object_id : the number that passes write for the first member, see `FrameDrawLists`.
+
+        Returns
+        -------
+        The draws of passes 1 and 2.
         """
         scene, clusters = self._world.arrays(), self.clusters()
         self._spoil_changed(numbers, len(scene.objects))
@@ -203,7 +207,8 @@ def member_records(
 
     Parameters
     ----------
-    planes, tiles : the plane and the tile of each member's cluster.
+    planes : the plane of each member's cluster.
+    tiles : the tile of each member's cluster.
     corners : (n, 2) where the tile of each member's cluster lies, texels of the atlas.
     atlas_size : width and height of the atlas, texels.
     members : the n objects.

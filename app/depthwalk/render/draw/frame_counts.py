@@ -16,9 +16,16 @@ def phase_counts(
     Parameters
     ----------
     total : how many objects the scene has.
-    warp, composite, dmesh, mesh : what the phase draws, see `FrameDrawLists`.
+    warp : what pass 1 warps.
+    composite : what pass 2 draws.
+    dmesh : depth images that are drawn straight into the picture.
+    mesh : meshes that are drawn.
     work : the tiles that are warped and drawn.
     step : (d,) the paper's Iter_step of each object that a tile shows, see `iter_step`.
+
+    Returns
+    -------
+    A number for each name.
     """
     warped = sum(batch.count * length for batch in warp.batches + dmesh.batches for _, length in batch.indices) // 3
     drawn: Counts = {

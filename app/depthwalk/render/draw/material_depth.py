@@ -36,7 +36,8 @@ class MaterialRecords:
     records : (1 + n,) SURFACE_RECORD by the object's number; number 0, no object, lies at the far plane.
     assets : (a,) numbers in `AssetStore` of the assets that may be visible.
     material_depth : (a,) the depth that stands for each asset, see `FULL_COVERAGE`.
-    low, high : (a, 2) corners of the part of the picture in which each asset may be, −1 to 1, y upward.
+    low : (a, 2) lower left corner of the part of the picture in which each asset may be, −1 to 1, y upward.
+    high : (a, 2) upper right corner of that part.
     """
 
     records: NDArray[np.void]
@@ -55,6 +56,10 @@ def material_records(view: View, objects: Objects, bounds: Bounds, tiled: Mask) 
     objects : the n objects, the first of which has the number 1 in the visibility buffer.
     bounds : (n,) bounding spheres of the objects, world.
     tiled : (n,) which of the objects are drawn by impostor tiles.
+
+    Returns
+    -------
+    The records of objects and assets.
     """
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
     assets, asset_number = np.unique(objects.asset, return_inverse=True)

@@ -95,7 +95,8 @@ class DetailSelector:
         view : the view of the picture.
         table : what is known of the assets.
         rows : (m,) rows of the objects among all of the scene.
-        objects, bounds : those objects, and their bounding spheres, world.
+        objects : those objects.
+        bounds : their bounding spheres, world.
         viewer : (m, 3) the viewer in the frames of the objects, metres.
         lod : the settings of detail.
 
@@ -169,7 +170,8 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
 
     Parameters
     ----------
-    asset, level : (n,) number in `AssetStore` and level of detail of each object.
+    asset : (n,) number in `AssetStore` of each object's asset.
+    level : (n,) level of detail of each object.
     viewer : (n, 3) the viewer in the frames of the objects, metres.
     table : what is known of the assets.
     lod : the settings of detail.

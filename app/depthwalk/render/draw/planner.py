@@ -71,6 +71,10 @@ class Planner:
         continues : whether an earlier phase of the same frame has drawn other objects already.
         first_object_id : the number that passes write for the first object, see `FrameDrawLists`.
         is_resident : tells which meshes are on the GPU and may replace depth images.
+
+        Returns
+        -------
+        The draw lists of the phase.
         """
         objects, table = scene.objects, scene.table
         if not continues:

@@ -85,12 +85,16 @@ def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, 
 
 
 def frustum_rows(view: View, rotation: Array) -> Array:
-    """Return `CachedTiles.frustum` (n, 3, 3) of tiles that are cut to `MARGIN` times the view's width and height.
+    """Return the frusta of tiles that are cut to `MARGIN` times the view's width and height.
 
     Parameters
     ----------
     view : the view of the picture.
     rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+
+    Returns
+    -------
+    (n, 3, 3) rows, see `CachedTiles.frustum`.
     """
     axes = view.axes @ matrices(rotation)
     tan_x, tan_y = (t * MARGIN / GUARD for t in view.half_extent)

@@ -32,7 +32,8 @@ class CachedTiles(StructOfArrays):
     frustum : (n, 3, 3) rows a, b, c: a tile that is not whole holds the points p, relative to its viewer, with |a·p|,
         |b·p| ≤ c·p.
     whole : (n,) whether each tile holds all of its object.
-    level, pieces : (n,) level of detail and pieces of the geometry that each tile shows, see `ImpostorObjects`.
+    level : (n,) level of detail of the geometry that each tile shows.
+    pieces : (n,) pieces of that geometry, bit masks, see `ImpostorObjects`.
     resolution : (n,) part of the texels along each side that each tile should have, 0 to 1.
     """
 

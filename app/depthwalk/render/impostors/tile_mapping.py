@@ -85,6 +85,10 @@ def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: fl
     depth : (n,) the least distance of each object along the view axis, in metres of its frame.
     scale : texels per pixel.
     limit : the largest width and height of a tile, texels.
+
+    Returns
+    -------
+    The tiles of the n planes.
     """
     low, high = np.floor(seen.pixel_low), np.ceil(seen.pixel_high)
     to_camera = seen.camera * np.stack([np.ones(len(low)), np.ones(len(low)), -planes.distance], -1)[:, None]

@@ -37,10 +37,12 @@ class ImpostorObjects:
     Attributes
     ----------
     row : (m,) row of each object among all, by which its tile is found again in the next frame.
-    objects, bounds : the objects, and their bounding spheres, world.
+    objects : the objects.
+    bounds : the bounding spheres of the objects, world.
     volumes : the cylinders of the objects.
     viewer : (m, 3) the viewer in the objects' frames, metres.
-    level, pieces : (m,) level of detail and pieces that serve each object now; pieces are bit masks, see `cook.cases`.
+    level : (m,) level of detail that serves each object now.
+    pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
     triangles : (m,) how many triangles all pieces of that level have.
     """
 
@@ -77,13 +79,17 @@ class TileWork:
     Attributes
     ----------
     warped : (k,) numbers of the `ImpostorObjects` whose tiles pass 1 warps.
-    planes, tiles, slots : the plane, the mapping and the slot in the atlas (k, 4), texels, of each warped tile.
+    planes : the planes of the warped tiles.
+    tiles : how these planes map to texels.
+    slots : (k, 4) where the warped tiles lie in the atlas: x, y, width, height, texels.
     whole : (k,) whether each warped tile holds all of its object.
     drawn : (d,) numbers of the `ImpostorObjects` that pass 2 draws, first the aligned ones; within either kind the
         nearest first.
     aligned : how many of those drawn are aligned, which means that their texels are pixels of the picture.
     composite : (d,) COMPOSITE_RECORD.
-    level, pieces, resolution : (d,) see `CachedTiles`.
+    level : (d,) level of detail of each drawn tile, see `CachedTiles`.
+    pieces : (d,) pieces of each drawn tile.
+    resolution : (d,) part of the texels that each drawn tile should have.
     error : (d,) reprojection error of each drawn tile, 1 where as large as allowed.
     atlas_used : part of the atlas that holds tiles, 0 to 1.
     """
@@ -190,9 +196,7 @@ class TileScheduler:
 
         Where the atlas has no room for them, it is packed again with the tiles of all objects.
 
-        Parameters
-        ----------
-        pack : whether to pack them into an empty atlas in any case.
+        If `pack` is true, they are packed into an empty atlas in any case.
 
         Returns
         -------

@@ -31,11 +31,14 @@ class Planes(StructOfArrays):
     Attributes
     ----------
     face : (n,) Face of the cylinder that each plane touches.
-    right, up, normal : (n, 3) unit vectors, object frames.
+    right : (n, 3) unit vectors on the plane to the viewer's right, object frames.
+    up : (n, 3) unit vectors on the plane at right angles to `right`, object frames.
+    normal : (n, 3) unit vectors towards the viewer, object frames.
     distance : (n,) distance from the viewer to the plane, metres.
     epipole : (n, 2) point of the plane nearest to the viewer, in (right, up) coordinates, metres.
     offset : (n,) distance of the plane from the object's origin along the normal, metres.
-    low, high : (n, 2) corners of the rectangle, metres, relative to the epipole.
+    low : (n, 2) lower left corner of each rectangle, metres, relative to the epipole.
+    high : (n, 2) upper right corner of each rectangle, metres, relative to the epipole.
     """
 
     face: NDArray[np.intp]
@@ -59,7 +62,9 @@ class Volumes(StructOfArrays):
 
     Attributes
     ----------
-    radius, bottom, top : (n,) radius and the heights of both ends, metres.
+    radius : (n,) metres.
+    bottom : (n,) height of the lower end, metres.
+    top : (n,) height of the upper end, metres.
     footprint : (n, DIRECTIONS) how far their samples reach from the axis, metres, see `geometry.support_function`.
     has_side : (n,) whether the object has a side image; false for planar images.
     """
@@ -101,6 +106,10 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
     ----------
     viewer : (n, 3) the viewer in the objects' frames, metres.
     volumes : the cylinders of n objects.
+
+    Returns
+    -------
+    The n planes.
     """
     v = volumes
     face, distance = nearest_faces(viewer, volumes)
@@ -170,7 +179,8 @@ class Seen(StructOfArrays):
     camera : (n, 3, 3) camera coordinates (right, up, forward) of plane coordinates (s, v, −D).
     visible : (n,) whether any part of the rectangle is seen.
     whole : (n,) whether nothing of the rectangle was cut away.
-    pixel_low, pixel_high : (n, 2) bounds on the screen, pixels.
+    pixel_low : (n, 2) lower left bound on the screen, pixels.
+    pixel_high : (n, 2) upper right bound on the screen, pixels.
     """
 
     camera: Array

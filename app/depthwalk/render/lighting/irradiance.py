@@ -83,7 +83,7 @@ def lighting(environment: "Environment") -> Lighting:
 
 @lru_cache(maxsize=8)
 def skylight(sky: Sky, ground_sun: Triple) -> Array:
-    """Return the `irradiance` (9, 3) of a sky above ground that reflects `GROUND` of the light of sky and sun.
+    """Return the light that surfaces receive of a sky, and of ground that reflects `GROUND` of sky and sun.
 
     Parameters
     ----------
@@ -91,6 +91,11 @@ def skylight(sky: Sky, ground_sun: Triple) -> Array:
         The sky, whose lower half is replaced by the ground.
     ground_sun
         Linear RGB of white level ground in the light of the sun.
+
+    Returns
+    -------
+    Array
+        (9, 3) linear RGB coefficients, see `irradiance`.
     """
     direction, _ = sphere_directions()
     above = direction[:, 1] > 0

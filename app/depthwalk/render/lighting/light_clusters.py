@@ -122,6 +122,11 @@ def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]
         The view of the picture; positions are relative to its viewer.
     lights
         The n lamps.
+
+    Returns
+    -------
+    NDArray[np.void]
+        (n,) LAMP_RECORD.
     """
     records = np.zeros(len(lights), LAMP_RECORD)
     if not lights:
@@ -148,10 +153,12 @@ def lamps_by_cluster(
 
     Parameters
     ----------
-    first, last
-        (n, 3) where the boxes of lamps begin and end, in columns, rows and slices of clusters.
+    first
+        (n, 3) where the boxes of lamps begin, in columns, rows and slices of clusters.
+    last
+        (n, 3) where the boxes end, in the same units.
     shape
-        How many columns, rows and slices there are.
+        Number of columns, rows and slices.
 
     Returns
     -------

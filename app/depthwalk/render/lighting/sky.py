@@ -58,8 +58,10 @@ class Gradient:
 
     Attributes
     ----------
-    zenith, horizon
-        Linear RGB straight up, and at the horizon and below it.
+    zenith
+        Linear RGB straight up.
+    horizon
+        Linear RGB at the horizon and below it.
     defines
         The defines of shaders/common/sky.glsl for this sky.
     """
@@ -167,6 +169,11 @@ def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
         Haze: 2 is very clear air, 10 very hazy.
     intensity
         Brightness of a white surface that faces the sun above the air.
+
+    Returns
+    -------
+    Daylight
+        The sky.
     """
     level = np.array([to_sun[0], max(to_sun[1], 0.0), to_sun[2]])
     level = level / np.linalg.norm(level) if level.any() else np.array([1.0, 0, 0])

@@ -52,8 +52,9 @@ class MeshFallbacks:
     turn : (a, 4) rotation of each depth object in its asset's frame, unit quaternion (x, y, z, w).
     texel : (a,) edge of the coarsest texel of the asset's depth objects, metres.
     centre : (a, 3) of an upright cylinder that encloses the asset, asset frame, metres.
-    half_height, cylinder_radius : (a,) size of that cylinder, metres.
-    span : (a,) from the depth object's own origin to the farthest corner of the asset, metres.
+    half_height : (a,) half the height of that cylinder, metres.
+    cylinder_radius : (a,) radius of that cylinder, metres.
+    span : (a,) distance from the depth object's own origin to the farthest corner of the asset, metres.
     """
 
     mesh: Ints
@@ -147,8 +148,8 @@ class MeshFallbacks:
         Parameters
         ----------
         number : (m,) numbers of the depth objects in `AssetStore`.
-        nearest, middle : (m,) what a pixel covers at the nearest point and at the middle of each object, metres in its
-            frame.
+        nearest : (m,) what a pixel covers at the nearest point of each object, metres in its frame.
+        middle : (m,) what a pixel covers at the middle of each object, metres in its frame.
         levels : the levels of detail of the meshes that are loaded.
         rule : how near objects must be, and which meshes are resident.
         triangles_per_pixel : how many triangles a mesh may have for each of its pixels.
@@ -198,6 +199,10 @@ class MeshFallbacks:
         ----------
         objects : all objects of the scene.
         rows : (k,) rows of the objects.
+
+        Returns
+        -------
+        The k meshes as objects; `asset` holds their numbers in `AssetStore`.
         """
         replaced = objects.take(rows)
         asset = replaced.asset

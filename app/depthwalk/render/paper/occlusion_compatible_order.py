@@ -57,6 +57,10 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
     baked : the depth images that the geometry was made of.
     level : the level of detail.
     pieces : a bit mask of the pieces.
+
+    Returns
+    -------
+    The triangles and their cells.
     """
     triangles = grids.drawn(level, pieces).astype(np.uint32)
     image = ordered_image(baked)
@@ -102,12 +106,16 @@ def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: GridCells) 
 
 
 def draw_order(cells: GridCells, at: tuple[int, int]) -> NDArray[np.intp]:
-    """Return the order (n,) in which the ordered triangles are drawn.
+    """Return the order in which the ordered triangles are drawn.
 
     Parameters
     ----------
     cells : the cells of the grid.
     at : column and row of the epipole, in nodes.
+
+    Returns
+    -------
+    (n,) rows of `cells.ordered`, the first to be drawn first.
     """
     turn = len(cells.nodes[0]) - 1 if cells.wraps else None
     order = np.arange(len(cells.ordered))

@@ -19,11 +19,11 @@ class CoveragePass(Pass[Params]):
         self._program = Program(gl, "common/rectangle.vert", "coverage/coverage.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether the anti-aliasing of `frame` blends by coverage, and depth images are drawn."""
+        """Return whether `frame` has depth images and is anti-aliased by their coverage; `params` is empty."""
         return frame.common.aa.covering and frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Blend the pixels of `lit` that `material_resolve` marked in `frame` as covered in part."""
+        """Blend the pixels of `lit` that `material_resolve` marked in `frame` as partly covered; `params` is empty."""
         targets, materials = frame.targets, frame.materials
         assert materials is not None  # as `enabled` found
         for unit, texture in enumerate((targets.lit_before(), targets.visibility_texture, targets.depth)):

@@ -27,7 +27,7 @@ class DmeshPass(Pass[Params]):
         self._instances = InstanceStream(gl, PLACED_RECORD)
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the objects `frame.plan.dmesh` into `visibility` and `depth`."""
+        """Draw the objects that `frame` shows without impostor into `visibility` and `depth`; `params` is empty."""
         self._instances.upload(frame.plan.dmesh.records)
         first_object_id = frame.plan.first_object_id + len(frame.plan.composite.records)
         for number, batches in frame.plan.dmesh.by_asset():

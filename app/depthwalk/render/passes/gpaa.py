@@ -33,7 +33,10 @@ class GpaaPass(Pass[GpaaParams]):
         self._edges: dict[tuple[int, int, int], EdgeAdjacency] = {}  # by asset, level of detail and pieces
 
     def enabled(self, frame: Frame, params: GpaaParams) -> bool:
-        """Return whether the anti-aliasing of `frame` is geometric and anything is drawn as triangles."""
+        """Return whether the anti-aliasing of `frame` is geometric and anything is drawn as triangles.
+
+        The `params` do not matter.
+        """
         return frame.common.aa.geometric and len(frame.plan.mesh.batches) + len(frame.plan.dmesh.batches) > 0
 
     def draw(self, frame: Frame, params: GpaaParams) -> None:

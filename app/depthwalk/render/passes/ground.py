@@ -26,11 +26,11 @@ class GroundPass(Pass[Params]):
         self._path: Path | None = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether the environment of `frame` has a ground."""
+        """Return whether the environment of `frame` has a ground; `params` is empty."""
         return frame.environment.ground is not None
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the ground of `frame`; load its texture if it is another than before."""
+        """Draw the ground of `frame`; load its texture if it is another than before; `params` is empty."""
         ground = frame.environment.ground
         assert ground is not None  # as `enabled` found
         if ground.texture != self._path:

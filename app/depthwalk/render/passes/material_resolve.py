@@ -36,11 +36,11 @@ class MaterialResolvePass(Pass[Params]):
         self._objects = RecordTexture(gl, SURFACE_RECORD)
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether `frame` shows objects by their depth images."""
+        """Return whether `frame` shows objects by their depth images; `params` is empty."""
         return frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Write the material depth of `frame`, then draw the rectangle of each asset."""
+        """Write the material depth of `frame`, then draw the rectangle of each asset; `params` is empty."""
         materials = frame.materials
         assert materials is not None  # as `enabled` found
         self._objects.upload(materials.records)

@@ -66,11 +66,11 @@ class ObjectIdPass(Pass[Params]):
         self._target = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether `frame` is to tell meshes apart, and is the last of its samples."""
+        """Return whether `frame` is to tell meshes apart, and is the last of its samples; `params` is empty."""
         return self.requested and frame.sample == frame.targets.samples - 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the polygons of `frame` into the targets of this pass."""
+        """Draw the polygons of `frame` into the targets of this pass; `params` is empty."""
         target = self._target = self._target or self._make(frame.targets.size)
         target.framebuffer.clear(depth=1.0)
         self._instances.upload(frame.plan.mesh.records)

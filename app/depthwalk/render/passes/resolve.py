@@ -33,11 +33,14 @@ class ResolvePass(Pass[Params]):
         self._mean = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether pixels of `frame` have several samples."""
+        """Return whether pixels of `frame` have several samples; `params` is empty."""
         return frame.targets.samples > 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Add the light of the sample `frame.sample` to the sum; after the last sample replace `lit` and `depth`."""
+        """Add the light of one sample of `frame` to the sum; after the last sample replace `lit` and `depth`.
+
+        `params` is empty.
+        """
         targets = frame.targets
         if self._mean is None:
             texture = self.gl.texture(targets.size, 4, "f2")

@@ -20,11 +20,11 @@ class SamplePass(Pass[Params]):
         self._program = Program(gl, "common/fullscreen.vert", "sample/sample.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether pixels of `frame` have several samples."""
+        """Return whether pixels of `frame` have several samples; `params` is empty."""
         return frame.targets.samples > 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Copy the sample `frame.sample` of each pixel into albedo, normals, visibility and depth."""
+        """Copy the present sample of `frame` into albedo, normals, visibility and depth; `params` is empty."""
         drawn = frame.targets.drawn
         for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visibility_texture, drawn.depth)):
             texture.use(unit)

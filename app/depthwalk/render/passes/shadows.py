@@ -41,7 +41,10 @@ class ShadowsPass(Pass[ShadowParams]):
         self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
-        """Return whether anything casts shadows in `frame` or did in the last one, whose maps are then taken away."""
+        """Return whether anything casts shadows in `frame` or did in the last one, whose maps are then taken away.
+
+        The `params` do not matter.
+        """
         return bool(frame.shadows.lamps) or frame.shadows.sun is not None or self._shown
 
     def draw(self, frame: Frame, params: ShadowParams) -> None:

@@ -19,11 +19,11 @@ class SunPass(Pass[Params]):
         self._program = Program(gl, "common/far_plane.vert", "sun/sun.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether the sun casts shadows in `frame`."""
+        """Return whether the sun casts shadows in `frame`; `params` is empty."""
         return frame.targets.sun_maps is not None
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw into `shadow` what part of the sun's light reaches each pixel of `frame`."""
+        """Draw into `shadow` what part of the sun's light reaches each pixel of `frame`; `params` is empty."""
         targets, view, maps = frame.targets, frame.view, frame.targets.sun_maps
         assert maps is not None  # as `enabled` found
         targets.depth.use(0)

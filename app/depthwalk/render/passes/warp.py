@@ -35,7 +35,7 @@ class WarpPass(Pass[WarpParams]):
         self._slots = InstanceStream(gl, _SLOT)
 
     def draw(self, frame: Frame, params: WarpParams) -> None:
-        """Empty the slots of the tiles `frame.plan.warp`, and warp samples into them in the order of `params`."""
+        """Empty the slots of the tiles that `frame` warps, and warp samples into them in the order of `params`."""
         self._clear_slots(frame)
         with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
             self._draw(frame, in_order=params.order == "epipole")

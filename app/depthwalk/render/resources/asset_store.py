@@ -255,7 +255,7 @@ class AssetStore:
         return tuple(cook_object(part, self.cook_options) for part in self._model(asset).parts)
 
     def _keep(self, asset: int, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-        """Keep cooked objects in the cache; return them with their arrays left in it, or as they are where that fails."""
+        """Keep cooked objects in the cache; return them with their arrays left in it, or unchanged where that fails."""
         key = self._library.key(asset)  # another one if the asset's file was replaced before it was baked
         if key:
             try:

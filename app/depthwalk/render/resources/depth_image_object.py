@@ -35,11 +35,22 @@ class DepthObject:
 
     Attributes
     ----------
-    vertices, indices, index_type, chunks
-        Its geometry at all levels: samples as `cook.lod_geometry` packs them, and indices in chunks that are small
-        enough for 16 bits.
-    normals, colours, tints, page_table
-        The virtual texture: pictures of its tiles, and the table that says where a tile lies in them.
+    vertices
+        The samples of all levels, packed as in `cook.lod_geometry`.
+    indices
+        The triangles of all levels.
+    index_type
+        The type of the indices.
+    chunks
+        The runs of indices that one draw call can take, small enough for 16 bits.
+    normals
+        The normals of the virtual texture, tile by tile.
+    colours
+        The colours of the virtual texture, tile by tile; one component where `tints` has the others.
+    tints
+        The other components of the colours, for 2 × 2 texels each.
+    page_table
+        The table that says where a tile lies in these pictures.
     meso
         The tile of relief; one texel for an object without relief.
     geometry
@@ -112,6 +123,11 @@ class DepthObject:
             The vertex arrays of one program over all assets.
         number
             The number of this object in `AssetStore`.
+
+        Returns
+        -------
+        moderngl.VertexArray
+            The array, created when it is first asked for.
         """
         return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
 
@@ -188,6 +204,11 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: Virtu
         The geometry.
     pages
         The virtual texture.
+
+    Returns
+    -------
+    DepthObject
+        The object on the GPU.
     """
     images, cylinder = baked.images, baked.cylinder
     height, width = images[0].depth.shape

@@ -66,8 +66,10 @@ class MeshObject:
     ----------
     parts
         The runs of triangles that have one material each.
-    vertices, indices
-        The buffers; the index buffer has three uint32 per triangle.
+    vertices
+        The buffer of vertices.
+    indices
+        The buffer of indices, three uint32 per triangle.
     look
         The materials.
     meshlets
@@ -97,6 +99,11 @@ def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
         The mesh.
     solid
         The result of `is_solid`, which takes too long to compute here.
+
+    Returns
+    -------
+    MeshLook
+        The materials on the GPU.
     """
     coloured = bool((mesh.colours != 255).any())
     return MeshLook([_upload_material(gl, material, coloured) for material in mesh.materials], solid)
@@ -115,6 +122,11 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
         The materials of the mesh, which all levels share.
     meshlets
         The meshlets of the level; None where it is drawn whole.
+
+    Returns
+    -------
+    MeshObject
+        The level on the GPU.
     """
     rows = np.arange(len(mesh.positions)) if meshlets is None else meshlets.vertices
     faces = mesh.faces if meshlets is None else meshlets.of_parts(mesh.parts)

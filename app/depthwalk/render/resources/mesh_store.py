@@ -27,7 +27,17 @@ class MeshLibrary(Protocol):
     """Describe where meshes come from, by the number of their asset."""
 
     def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of `asset`, its number; None where it has none.
+        """Return the mesh of an asset.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+
+        Returns
+        -------
+        Mesh | None
+            The mesh; None for an asset without a mesh.
 
         Raises
         ------
@@ -88,6 +98,11 @@ class MeshStore:
             The number of the asset.
         level
             0 for the mesh itself, others by `MeshLibrary.mesh_levels`.
+
+        Returns
+        -------
+        MeshObject
+            The level on the GPU.
 
         Raises
         ------

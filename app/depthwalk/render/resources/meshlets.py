@@ -36,10 +36,14 @@ class Meshlets:
         (m, SIZE, 3) uint32 rows of `vertices`. The last meshlet of a part is filled up with empty triangles.
     part
         (m,) the part of the mesh that each meshlet belongs to, rising.
-    centre, radius
-        (m, 3) and (m,) bounding spheres, metres, in the asset's frame.
-    axis, sine
-        (m, 3) unit, and (m,): the cones that hold the normals; the sine is 1 where no cone of less than 90° does.
+    centre
+        (m, 3) centres of the bounding spheres, metres, in the asset's frame.
+    radius
+        (m,) radii of the bounding spheres, metres.
+    axis
+        (m, 3) axes of the cones that hold the normals, unit vectors, in the asset's frame.
+    sine
+        (m,) sine of half the cone's angle; 1 where no cone of less than 90° holds the normals.
     """
 
     vertices: NDArray[np.intp]

@@ -68,9 +68,14 @@ class Cascade:
         return np.asarray(across & (toward > -(DEPTH * self.half + bounds.bounding_radius)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel covers at each of the spheres `bounds`.
+        """Return what a texel covers where spheres are.
 
         For the sun this is the same everywhere.
+
+        Parameters
+        ----------
+        bounds
+            The n spheres, world.
 
         Returns
         -------
@@ -82,7 +87,7 @@ class Cascade:
 
 
 def light_axes(to_sun: Array) -> NDArray[np.float64]:
-    """Return the axes of a light's shadow map: rows right, up and towards the light (3, 3), unit vectors, world.
+    """Return the axes of a light's shadow map.
 
     The coordinate axis farthest from the light's direction points up in the map.
 
@@ -90,6 +95,11 @@ def light_axes(to_sun: Array) -> NDArray[np.float64]:
     ----------
     to_sun
         (3,) direction towards the light, of any length, world.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (3, 3) rows right, up and towards the light, unit vectors, world.
     """
     up = glm.dvec3()
     up[int(np.argmin(np.abs(to_sun)))] = 1
@@ -146,8 +156,10 @@ def split_distances(near: float, far: float, count: int, share: float) -> NDArra
 
     Parameters
     ----------
-    near, far
-        Distances from the viewer at which the first slice begins and the last one ends, metres.
+    near
+        Distance from the viewer at which the first slice begins, metres.
+    far
+        Distance from the viewer at which the last slice ends, metres.
     count
         How many slices.
     share

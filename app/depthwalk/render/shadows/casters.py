@@ -96,7 +96,7 @@ class Shadows:
 
 
 def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
-    """Return the rows (m,) of those spheres that may cast a shadow within a map and are as large as a texel.
+    """Return those spheres that may cast a shadow within a map and are as large as a texel.
 
     Parameters
     ----------
@@ -104,6 +104,11 @@ def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
         What the map sees.
     bounds
         The n spheres, world.
+
+    Returns
+    -------
+    NDArray[np.intp]
+        (m,) rows of the spheres.
     """
     texel, _ = view.texels(bounds)
     return np.flatnonzero(view.meets(bounds) & (2 * bounds.bounding_radius >= texel))

@@ -78,7 +78,12 @@ class Spot:
         return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel covers at each of the spheres `bounds`.
+        """Return what a texel covers where spheres are.
+
+        Parameters
+        ----------
+        bounds
+            The n spheres, world.
 
         Returns
         -------
@@ -99,6 +104,11 @@ def lamp_spot(lamp: "LampParams", resolution: int) -> Spot:
         The spot light, which has a `direction`.
     resolution
         Texels along an edge of the map.
+
+    Returns
+    -------
+    Spot
+        The pyramid that the map sees.
     """
     axes = light_axes(-np.array(lamp.direction, float))
     return Spot(

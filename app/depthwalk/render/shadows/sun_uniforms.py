@@ -49,7 +49,7 @@ class SunMaps:
     params: ShadowParams
 
     def use(self, unit: int, view: View, lod: LodParams) -> dict[str, Any]:
-        """Bind the texture to a texture unit, and return the uniforms of shaders/common/sun_maps.glsl, by name.
+        """Bind the texture to a texture unit, and return the uniforms of shaders/common/sun_maps.glsl.
 
         Parameters
         ----------
@@ -59,6 +59,11 @@ class SunMaps:
             The view of the picture: points are looked up by world vectors from its position.
         lod
             The settings of detail, which say how far off surfaces of the picture may be.
+
+        Returns
+        -------
+        dict[str, Any]
+            The uniforms by name.
         """
         self.texture.use(unit)
         params = self.params

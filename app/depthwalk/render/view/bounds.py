@@ -27,7 +27,8 @@ class Cylinders:
     ----------
     centre : (n, 3) middles, metres, world.
     axis : (n, 3) directions from end to end, unit vectors, world.
-    half_height, radius : (n,) sizes, metres.
+    half_height : (n,) half of the distance from end to end, metres.
+    radius : (n,) metres.
     """
 
     centre: Array
@@ -50,7 +51,12 @@ def cylinders(objects: Objects, centre: Array, half_height: Array, radius: Array
     ----------
     objects : the n objects, of a assets.
     centre : (n, 3) centres of the cylinders, metres, world.
-    half_height, radius : (a,) of each asset's cylinder, metres.
+    half_height : (a,) half the height of each asset's cylinder, metres.
+    radius : (a,) radius of each asset's cylinder, metres.
+
+    Returns
+    -------
+    The n cylinders, world.
     """
     x, y, z, w = objects.rotation.T
     axis = np.stack([2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)], -1)  # +Y turned
@@ -72,7 +78,11 @@ class Bounds(StructOfArrays):
     bounding_radius: Array
 
     def visible(self, view: View) -> tuple[NDArray[np.intp], Array]:
-        """Find the spheres that `view` may see: those that its frustum's sides meet and that are not behind it.
+        """Find the spheres that a view may see: those that its frustum's sides meet and that are not behind it.
+
+        Parameters
+        ----------
+        view : the view of the picture.
 
         Returns
         -------
@@ -136,13 +146,17 @@ def object_bounds(objects: Objects, centre: Array, bounding_radius: Array) -> Bo
 
 
 def depth_range(forward: Array, bounding_radius: Array, ground: tuple[float, float] | None) -> tuple[float, float]:
-    """Return the distances of near and far plane, metres along the view axis, that hold n spheres and the ground.
+    """Return the distances of a near and a far plane that hold n spheres and the ground.
 
     Parameters
     ----------
     forward : (n,) distances of the spheres' centres, metres along the view axis.
     bounding_radius : (n,) radii of the spheres, metres.
     ground : least and greatest distance at which the ground may be seen, metres along the view axis; None: no ground.
+
+    Returns
+    -------
+    Near and far, metres along the view axis.
     """
     nearest = float((forward - bounding_radius).min(initial=np.inf))
     farthest = float((forward + bounding_radius).max(initial=0.0))
@@ -154,7 +168,7 @@ def depth_range(forward: Array, bounding_radius: Array, ground: tuple[float, flo
 
 
 def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
-    """Return least and greatest distance, metres along the view axis, at which the ground may be seen.
+    """Return the least and the greatest distance at which the ground may be seen.
 
     The ground is a level square about the world's origin. Of all rays the steepest meets it first.
 
@@ -163,6 +177,10 @@ def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
     view : the view of the picture; near and far plane need not be fitted.
     height : height of the square, metres, world y.
     size : half of the square's side, metres.
+
+    Returns
+    -------
+    Least and greatest distance, metres along the view axis.
     """
     above = abs(float(view.position[1]) - height)
     steepest = abs(view.axes[2, 1]) + sum(np.abs(view.axes[:2, 1]) * view.half_extent)
@@ -170,13 +188,18 @@ def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
 
 
 def outside(viewer: Array, centre: Array, half_height: Array, cylinder_radius: Array) -> Array:
-    """Return how far n viewers are from n upright cylinders, metres (n,); 0 inside.
+    """Return how far n viewers are from n upright cylinders.
 
     Parameters
     ----------
     viewer : (n, 3) the viewers, metres, in any frame whose y axis points up.
     centre : (n, 3) the middles of the cylinders, metres, in the same frame.
-    half_height, cylinder_radius : (n,) sizes of the cylinders, metres.
+    half_height : (n,) half the heights of the cylinders, metres.
+    cylinder_radius : (n,) radii of the cylinders, metres.
+
+    Returns
+    -------
+    (n,) metres; 0 inside.
     """
     x, y, z = (viewer - centre).T
     distance: Array = np.hypot(np.maximum(np.hypot(x, z) - cylinder_radius, 0), np.maximum(np.abs(y) - half_height, 0))

@@ -33,7 +33,8 @@ class View:
     ----------
     camera : where the viewer stands and looks, world.
     size : width and height of the picture, pixels.
-    near, far : the clip planes, metres along the view axis; None where the renderer is to fit them to the scene.
+    near : distance of the near plane, metres along the view axis; None where the renderer is to fit it to the scene.
+    far : distance of the far plane, likewise.
     shear : how far a point at one metre along the view axis is shifted in the picture to the right and up, metres. This
         is the frustum of a camera that was moved aside and still sees the same rectangle.
     """
@@ -107,19 +108,24 @@ class View:
         return self.size[1] / (2 * self.half_extent[1])
 
     def unproject(self, across: float, down: float, distance: float) -> glm.dvec3:
-        """Return the world point, metres, that the picture shows at a place and a distance.
+        """Return the world point that the picture shows at a place and a distance.
 
         Parameters
         ----------
-        across, down : parts of the picture's width and height, from its upper left corner.
+        across : part of the picture's width, from the left edge, 0 to 1.
+        down : part of the picture's height, from the upper edge, 0 to 1.
         distance : metres along the view axis.
+
+        Returns
+        -------
+        The point, metres, world.
         """
         ray = glm.dmat3(self.ray_from_screen) * glm.dvec3(2 * across - 1, 1 - 2 * down, 1)
         return glm.dvec3(*self.camera.position) + ray * distance
 
 
 def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
-    """Return the viewer (n, 3) in the frames of n objects, metres.
+    """Return the viewer in the frames of n objects.
 
     Parameters
     ----------
@@ -127,6 +133,10 @@ def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array)
     position : (n, 3) positions of the objects, metres, world.
     rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
     scale : (n,) scales of the objects.
+
+    Returns
+    -------
+    (n, 3) metres.
     """
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 
@@ -142,7 +152,8 @@ def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArra
     Parameters
     ----------
     depth : the buffer's values, 0 to 1, of any shape.
-    near, far : the clip planes it was drawn with, metres.
+    near : distance of the near plane that the buffer was drawn with, metres.
+    far : distance of the far plane, metres.
 
     Returns
     -------

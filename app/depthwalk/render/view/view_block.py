@@ -82,7 +82,12 @@ class ViewBlock:
         self._shown: View | MapView | None = None
 
     def show(self, view: View | MapView) -> None:
-        """Bind the buffer, filled with `view`; the buffer is written only where `view` is another object than before.
+        """Bind the buffer, filled with a view; the buffer is written only where the view is another object than before.
+
+        Parameters
+        ----------
+        view
+            What a picture or a shadow map is seen through.
 
         Raises
         ------

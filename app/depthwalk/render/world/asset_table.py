@@ -36,9 +36,12 @@ class AssetTable:
     volumes : the cylinders of the depth objects.
     texel : (a,) edge of a texel of the side image, metres.
     levels : (a,) number of the coarsest level of detail.
-    centre, bounding_radius : (a, 3) and (a,), bounding sphere, metres, object frame.
-    half_height, cylinder_radius : (a,) size of an upright cylinder about the same centre that encloses all, metres.
-    index_first, index_count : (a, levels, RANGES) first index and number of indices of each range, see `LodGeometry`.
+    centre : (a, 3) centres of the bounding spheres, metres, object frames.
+    bounding_radius : (a,) radii of the bounding spheres, metres.
+    half_height : (a,) half the height of an upright cylinder about the same centre that encloses all, metres.
+    cylinder_radius : (a,) radius of that cylinder, metres.
+    index_first : (a, levels, RANGES) first index of each range of indices, see `LodGeometry`.
+    index_count : (a, levels, RANGES) number of indices of each range.
     horizon : (a, levels, PIECES, 4) cones that tell which pieces face away, see `LodGeometry`.
     triangles : (a, levels) number of triangles of all pieces.
     error : (a, levels) metres, see `LodGeometry`; +inf where the object has no such level.
@@ -67,12 +70,16 @@ class AssetTable:
         return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
 
     def nearest(self, asset: Rows, viewer: Array) -> Array:
-        """Return how far (n,) viewers are from the cylinders that enclose objects, metres in the objects' frames.
+        """Return how far viewers are from the cylinders that enclose n objects.
 
         Parameters
         ----------
         asset : (n,) number of each object's asset in `AssetStore`.
         viewer : (n, 3) the viewer in each object's frame, metres.
+
+        Returns
+        -------
+        (n,) metres in the objects' frames.
         """
         return outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
 
@@ -87,8 +94,8 @@ def place_objects(
     scene : the scene.
     library : tells what each asset has.
     store : numbers what is drawn.
-    which : the slice of the scene's objects to return.
     forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
+    which : the slice of the scene's objects to return.
 
     Returns
     -------

@@ -34,7 +34,8 @@ class FarClusters:
     first : (k + 1,) where each cluster begins in `order`.
     of_cell : (c + 1,) the first cluster of each cell.
     able : (c,) whether all objects of each cell may share tiles.
-    low, high : (k, 3) corners of each cluster's box, metres, world.
+    low : (k, 3) least corner of each cluster's box, metres, world.
+    high : (k, 3) greatest corner of each cluster's box, metres, world.
     version : (k,) how often objects of each cluster's cell have moved.
     cell_version : (c,) how often objects of each cell had moved when the boxes were fitted, see `SpatialCells.version`.
     """
@@ -77,12 +78,16 @@ class FarClusters:
         return np.asarray(self.able[numbers] & small & steep & (gap > _FAR * np.linalg.norm(half, axis=1)))
 
     def visible(self, view: View, cells: Rows) -> Rows:
-        """Return the numbers of the clusters that the view may show, nearest first.
+        """Return the clusters that the view may show.
 
         Parameters
         ----------
         view : the view of the picture.
         cells : (m,) numbers of the cells whose clusters are looked at.
+
+        Returns
+        -------
+        (n,) numbers of the clusters, nearest first.
         """
         numbers = cell_members(self.of_cell, cells)
         return numbers[self.bounds(numbers).visible(view)[0]]
@@ -150,6 +155,10 @@ def make_far_clusters(cells: SpatialCells, bounds: Bounds, shareable: Mask) -> F
     cells : the cells to divide.
     bounds : bounding spheres of all n objects, world.
     shareable : (n,) which objects may share a tile: those drawn by depth images that are seen from all around.
+
+    Returns
+    -------
+    The clusters of all cells.
     """
     count = -(-np.diff(cells.first) // MEMBERS)  # of clusters per cell
     of_cell = np.concatenate([[0], np.cumsum(count)])

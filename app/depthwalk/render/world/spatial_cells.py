@@ -26,7 +26,8 @@ class SpatialCells:
     ----------
     order : (n,) rows of the objects, cell by cell.
     first : (c + 1,) where each cell begins in `order`.
-    low, high : (c, 3) corners of the box around all bounding spheres of a cell, metres, world.
+    low : (c, 3) least corner of the box around all bounding spheres of a cell, metres, world.
+    high : (c, 3) greatest corner of that box, metres, world.
     largest : (c,) the largest bounding radius of a cell's objects, metres.
     version : (c,) how often the box of each cell was refitted to objects that moved.
     """
@@ -155,6 +156,10 @@ def sort_into_cells(bounds: Bounds) -> SpatialCells:
     Parameters
     ----------
     bounds : (n,) bounding spheres of the objects, world.
+
+    Returns
+    -------
+    The cells.
     """
     count = len(bounds.bounding_radius)
     order = kd_tree_order(bounds.centre, _LEAF).astype(np.int32)
