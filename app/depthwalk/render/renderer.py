@@ -241,7 +241,7 @@ class Renderer:
         return self.view.unproject(across, down, distance)
 
     def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = _IN_FRONT) -> Camera:
-        """Return a camera that sees every object.
+        """Return a camera that sees every object of the scene.
 
         Parameters
         ----------

@@ -53,7 +53,7 @@ class ShadowPlanner:
         magnification
             Pixels that a texel of a depth image may cover before the mesh is drawn, see `MeshFallbackRule`.
         uploads
-            Brings to the GPU what casts shadows; objects that are not resident in time cast none in this frame.
+            Brings what casts shadows to the GPU; objects that are not resident in time cast none in this frame.
         may_wait
             Whether maps of the sun may be redrawn some frames later.
 

@@ -46,7 +46,7 @@ class LoadingScreen:
         self._draw()
 
     def stop(self) -> None:
-        """End the loading at its next stage."""
+        """End the loading when it reaches its next stage, by a `StoppedError`."""
         self._stopped = True
 
     def end(self) -> None:

@@ -163,8 +163,9 @@ def draw_batches(
     ----------
     table : the index ranges of the assets.
     asset : (n,) the number in `AssetStore` of each instance's asset.
-    level : (n,) level of detail of each instance; None: not a reason to divide, and batches have level 0.
-    pieces : (n,) bit masks of pieces; with these, batches hold the runs of indices that a depth object has for them.
+    level : (n,) level of detail of each instance; None: 0 for all.
+    pieces : (n,) bit masks of pieces, by which batches hold the runs of indices that a depth object has for them; None:
+        all pieces, and no runs.
     clipped : (n,) whether samples may fall outside their tile; None: nowhere.
 
     Returns

@@ -94,9 +94,9 @@ def _merged(free: Rows, axis: int) -> Rows:
 
 
 def pack_shelves(sizes: Rows, width: int) -> tuple[Rows, int]:
-    """Pack tiles into a strip: next-fit decreasing height.
+    """Pack tiles into a strip, shelf by shelf (next-fit decreasing height).
 
-    Sorted by height, tiles fill a shelf until its width is spent. The loop runs over shelves, not over tiles.
+    Tiles are sorted by height, and fill a shelf until its width is spent. The loop runs over shelves, not over tiles.
 
     Parameters
     ----------

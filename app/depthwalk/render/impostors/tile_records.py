@@ -113,7 +113,7 @@ def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation
 
     Parameters
     ----------
-    records : (n,) COMPOSITE_RECORD in the order of the objects' numbers, which are written into.
+    records : (n,) COMPOSITE_RECORD in the order of the objects' numbers; three of their fields are filled in.
     viewer : (n, 3) the present viewer in the objects' frames, metres.
     scale : (n,) scale of each object.
     rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.

@@ -42,7 +42,7 @@ class MeshFallbackRule:
 
 @dataclass(kw_only=True)
 class MeshFallbacks:
-    """Hold which mesh may replace each depth object; arrays run over the a numbers of `AssetStore`.
+    """Hold which mesh may replace each depth object; `a` is how many numbers `AssetStore` gives.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from depthwalk.types import Array, Ints
 
 @dataclass(kw_only=True)
 class MeshLevels:
-    """Hold the levels of detail of each of a meshes, as far as they are loaded.
+    """Hold the levels of detail of meshes, `a` of them, as far as they are loaded.
 
     Attributes
     ----------

@@ -45,11 +45,11 @@ def box_cylinders(low: Array, high: Array) -> Cylinders:
 
 
 def cylinders(objects: Objects, centre: Array, half_height: Array, radius: Array) -> Cylinders:
-    """Return the cylinders of n objects.
+    """Return the cylinders of n objects, which use `a` assets.
 
     Parameters
     ----------
-    objects : the n objects, of a assets.
+    objects : the n objects.
     centre : (n, 3) centres of the cylinders, metres, world.
     half_height : (a,) half the height of each asset's cylinder, metres.
     radius : (a,) radius of each asset's cylinder, metres.
@@ -128,11 +128,11 @@ def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:
 
 
 def object_bounds(objects: Objects, centre: Array, bounding_radius: Array) -> Bounds:
-    """Return the bounding spheres of n objects of a assets.
+    """Return the bounding spheres of n objects, which use `a` assets.
 
     Parameters
     ----------
-    objects : the n objects, of a assets.
+    objects : the n objects.
     centre : (a, 3) centres of the assets' spheres, metres, asset frames.
     bounding_radius : (a,) radii of the assets' spheres, metres.
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class AssetTable:
-    """Hold what plans must know of all assets and depth objects, by their numbers in `AssetStore`, a of them.
+    """Hold what plans must know of assets and depth objects; `a` is how many numbers `AssetStore` gives to these.
 
     Attributes
     ----------
