@@ -101,7 +101,7 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
     library = SceneLibrary(load_scene(tiny_scene).assets)
     store = AssetStore(gl_device, library)
     (number,) = store.depth_numbers(0)
-    before = store.prepared(number).load()
+    before = store.cooked(number).load()
     (cooked,) = COOKED.file("").parent.glob(f"{library.key(0)}*.npz")
     flip_within(cooked, before[1].normals.tobytes())
     flip(BAKED.file(library.key(0)), -1000)

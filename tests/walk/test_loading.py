@@ -91,3 +91,12 @@ def test_a_stopped_bake_leads_back_to_what_was_shown():
     loader.load_missing(renderer, told.append)
     assert world.representation is Representation.MESH and baked == ["bust"]
     assert told == ["Loading was stopped"] and not screen.busy
+
+
+def test_time_counts_as_loading_also_where_it_fails():
+    """And the loading screen goes, so that the walk's next frames are not reported to it."""
+    ended = []
+    loader = SceneLoader(None, FakeWindow(), SimpleNamespace(end=lambda: ended.append(True)))
+    with pytest.raises(StoppedError), loader.clock_stopped():
+        raise StoppedError
+    assert ended and loader.seconds > 0

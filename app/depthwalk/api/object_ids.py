@@ -40,7 +40,7 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     width, height = targets.size
     visible = np.frombuffer(targets.visibility_texture.read(alignment=1), np.uint32).reshape(height, width, 2)
     image_object = visible[..., 0] >> IMAGE_BITS  # counted from 1; 0 for polygons and nothing
-    owner = np.concatenate([[-1], _scene_objects(renderer)[plan.numbered]]).astype(np.int32)
+    owner = np.concatenate([[-1], _scene_objects(renderer)[plan.object_rows]]).astype(np.int32)
     found: NDArray[np.int32] = owner[image_object]
     meshes = ids.read()
     if meshes is None or not len(plan.mesh.records):

@@ -158,7 +158,7 @@ class Renderer:
             for objects in self._moved:
                 world.moved(objects)
         self._moved.clear()
-        self._ids.wanted = object_id
+        self._ids.requested = object_id
         self._headless.draw(View(camera or self._scene.camera or self.frame_all(), self.size), not background)
         return self._read(object_id)
 

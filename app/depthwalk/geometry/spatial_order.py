@@ -23,15 +23,20 @@ def within_runs(counts: Rows) -> Rows:
     return np.arange(int(counts.sum()), dtype=dtype) - np.repeat(np.cumsum(counts, dtype=dtype) - counts, counts)
 
 
-def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
-    """Return the numbers of all members of `cells`, one cell after the other.
+def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
+    """Return the numbers of all members of some cells, one cell after the other.
 
     Parameters
     ----------
     first
-        (all cells + 1,): cell c has the members first[c] to first[c + 1] − 1.
+        (c + 1,) where cell k of all c has the members first[k] to first[k + 1] − 1.
     cells
-        (k,) the cells whose members are wanted.
+        (m,) the cells to look at.
+
+    Returns
+    -------
+    NDArray[np.int64]
+        (n,) numbers of the members.
     """
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)

@@ -91,7 +91,7 @@ class TwinRenderer:
     def gpu_bytes(self) -> int:
         """The bytes of the depth images on the GPU: buffers and textures, with mip-maps."""
         assets = self._headless.renderer.assets
-        return sum(assets.prepared(number).bytes for number in assets.depth_numbers(0))
+        return sum(assets.cooked(number).bytes for number in assets.depth_numbers(0))
 
     def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
         self._headless.renderer.world.representation = representation
