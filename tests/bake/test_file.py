@@ -1,5 +1,7 @@
 """Baked files that are large, malformed or damaged."""
 
+import errno
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from typer.testing import CliRunner
 from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.grid import MAX_STEPS
+from depthwalk.bake.header import inspect_header
 from depthwalk.bake.images import BoundaryStrip, Face
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
@@ -302,3 +305,40 @@ def test_a_flipped_byte_is_refused_or_does_no_harm(valid, baked, place, flip, in
         assert str(error).startswith(f"{target}: ")
     else:
         assert identical(again, read_baked(path))
+
+
+@pytest.mark.parametrize("read", [read_baked, inspect_header])
+def test_what_the_machine_lacks_is_no_damage(path, monkeypatch, read):
+    def no_memory(*arguments, **options):
+        raise MemoryError
+
+    monkeypatch.setattr(OpenEXR, "File", no_memory)
+    with pytest.raises(MemoryError):
+        read(path)
+
+
+@pytest.mark.parametrize("code, error", [(errno.EMFILE, OSError), (errno.EACCES, InputError)])
+def test_a_file_that_cannot_be_opened_is_not_damaged(path, monkeypatch, code, error):
+    def fail(*arguments, **options):
+        raise OSError(code, os.strerror(code), str(path))
+
+    def unopened(*arguments, **options):
+        raise RuntimeError(f"Unable to open '{path}' for read")
+
+    monkeypatch.setattr(OpenEXR, "File", unopened)
+    monkeypatch.setattr(Path, "open", fail)
+    with pytest.raises(error, match=os.strerror(code)):
+        read_baked(path)
+
+
+def test_channels_left_out_for_lack_of_memory_are_no_damage(path, monkeypatch):
+    original = OpenEXR.File
+
+    def without_pixels(*arguments, **options):
+        if options.get("separate_channels"):
+            print("Warning: Exception raised reading pixel data for part 2 - MemoryError: Unable to allocate 7 KiB")
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(OpenEXR, "File", without_pixels)
+    with pytest.raises(MemoryError):
+        read_baked(path)

@@ -119,8 +119,11 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
         staged = [stack.enter_context(_staging(job.out)) for job in jobs]
         run = _run_here(jobs, staged, stage) if processes < 2 else _run_parallel(jobs, staged, processes, stage)
         for number, outcome in stack.enter_context(contextlib.closing(run)):
-            if staged[number].is_file():  # a file that is up to date is not staged
-                os.replace(staged[number], jobs[number].out)
+            try:
+                if staged[number].is_file():  # a file that is up to date is not staged
+                    os.replace(staged[number], jobs[number].out)
+            except OSError as error:
+                outcome = _unwritable(jobs[number].out, error)
             yield number, outcome
 
 
@@ -155,15 +158,17 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         forget(levels_key(job.spec, source))
     elif read_model(job.out, key) is not None:  # read as a whole: its pixels may be damaged though its header is not
         return Kept(job.out, cached=False)
-    elif find_cached(key) is not None:
-        shutil.copyfile(BAKED.file(key), staged)
+    elif find_cached(key) is not None and _copied(BAKED.file(key), staged):
         return Kept(job.out, cached=True)
     mesh = read_body(job.spec, sources)
     del sources  # frees the bytes of the files
     clock.start("structure")  # that rays are cast against
     model = bake_model(mesh, job.params, key, clock.start, workers)
     clock.start("write")
-    write_baked(staged, model)
+    try:
+        write_baked(staged, model)
+    except OSError as error:
+        raise _unwritable(job.out, error) from error
     return Baked(
         out=job.out,
         triangles=len(mesh.faces),
@@ -172,6 +177,21 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         seconds=clock.stop(),
         bytes=staged.stat().st_size,
     )
+
+
+def _copied(cached: Path, staged: Path) -> bool:
+    """Copy a file of the cache, and return whether that worked: another process may have removed it to make room."""
+    try:
+        shutil.copyfile(cached, staged)
+    except OSError:
+        staged.unlink(missing_ok=True)  # half a copy must not take the place of the job's file
+        return False
+    return True
+
+
+def _unwritable(out: Path, error: OSError) -> InputError:
+    """Return the complaint that the file of one job cannot be written; the other jobs go on."""
+    return InputError(f"{out}: cannot be written: {error.strerror or error}")
 
 
 class _Stopwatch:
@@ -228,11 +248,11 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
     context = multiprocessing.get_context("spawn")
     reports = context.Queue()
     pool = ProcessPoolExecutor(processes, context, _set_up_worker, (reports,))
-    work, workers = enumerate(zip(jobs, staged, strict=True)), default_workers(processes)
-    running: dict[Future[Baked | Kept], int] = {
-        pool.submit(_work, number, *job, workers): number for number, job in work
-    }
+    workers = default_workers(processes)
+    running: dict[Future[Baked | Kept], int] = {}
     try:
+        for number, job in enumerate(zip(jobs, staged, strict=True)):
+            running[pool.submit(_work, number, *job, workers)] = number
         while running:
             done, _ = wait(running, timeout=_POLL_SECONDS, return_when=FIRST_COMPLETED)
             with contextlib.suppress(queue.Empty):

@@ -7,6 +7,7 @@ holds for the simplified levels of meshes.
 import logging
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -124,10 +125,15 @@ class SceneLibrary:
         return None if spec.dpci is None else self._mesh_model(asset, spec)
 
     def bake_missing(self, assets: Sequence[int]) -> None:
-        """Bake into the cache, several at a time, what is missing of the depth images of `assets`.
+        """Bake the depth images that are missing into the cache, several at a time.
 
-        Where the library bakes one at a time, or no more than one is missing, nothing is done: `baked` will do it. So
-        it will for assets that fail here, and then raises.
+        Does nothing where the library bakes one at a time or at most one model is missing: `baked` bakes that when it
+        is asked for. It also tries those again that fail here, and raises their errors.
+
+        Parameters
+        ----------
+        assets
+            Numbers of the assets to look for.
         """
         missing = self._missing(assets) if self._processes != 1 else []
         if len(missing) < 2:
@@ -146,6 +152,8 @@ class SceneLibrary:
                         make_room(missing[number].out)
         except OSError as error:
             log.warning("cannot keep depth images: %s", error)
+        except BrokenExecutor:  # the system ended a process, for lack of memory say: one at a time needs less
+            log.warning("the system ended a process that baked; the depth images that are missing are baked singly")
 
     def _missing(self, assets: Sequence[int]) -> list[Job]:
         """Return the bakes, into the cache, of depth images that `assets` need and that are found nowhere."""

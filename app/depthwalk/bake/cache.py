@@ -39,7 +39,7 @@ def has_key(path: Path, key: str) -> bool:
     """Return whether the file at `path` is a baked model of `key`, by its header; its pixels may still be damaged."""
     try:
         return path.is_file() and read_header(path)["depthwalk.key"] == key
-    except InputError:
+    except (InputError, OSError):
         return False
 
 
@@ -52,7 +52,7 @@ def read_model(path: Path, key: str) -> BakedModel | None:
         return None
     try:
         return read_baked(path)
-    except InputError as error:
+    except (InputError, OSError) as error:
         log.warning("%s; passed over", error)
         return None
 

@@ -8,9 +8,11 @@ EXR counts rows from the top; ours count from the bottom, so rows are flipped he
 """
 
 import contextlib
+import io
 import sys
+import threading
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,7 @@ from depthwalk.bake.header import (
     Header,
     channel_type,
     check_entries,
+    complaints,
     first_line,
     inspect_header,
     is_list,
@@ -40,6 +43,7 @@ from depthwalk.pictures import save_exr
 
 SUFFIX = ".dpci.exr"
 _LIST_WIDTH = 1024
+_HEARING = threading.Lock()  # two threads that replace standard output at once would not put it back
 
 Channels = dict[str, NDArray[Any]]
 
@@ -76,16 +80,15 @@ def read_baked(path: Path) -> BakedModel:
     ------
     InputError
         Where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than the limits.
+    OSError, MemoryError
+        Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
     """
     import OpenEXR
 
     headers = inspect_header(path)[1]
-    try:
-        # The binding prints what it cannot decode; standard output may be a picture.
-        with contextlib.redirect_stdout(sys.stderr), OpenEXR.File(str(path), separate_channels=True) as file:
-            stored = {part.name(): {k: channel.pixels for k, channel in part.channels.items()} for part in file.parts}
-    except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
-        raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
+    damage = complaints(path, "damaged depth images")
+    with damage, _binding_heard(), OpenEXR.File(str(path), separate_channels=True) as file:
+        stored = {part.name(): {k: channel.pixels for k, channel in part.channels.items()} for part in file.parts}
     try:
         _check_pixels(stored, headers[0].checksum)
         contents: list[dict[str, Channels]] = [{} for _ in headers]
@@ -95,6 +98,22 @@ def read_baked(path: Path) -> BakedModel:
         return BakedModel(parts=tuple(map(_object, contents, headers)))
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
+
+
+@contextlib.contextmanager
+def _binding_heard() -> Iterator[None]:
+    """Pass what OpenEXR prints about pixels that it cannot decode to standard error: standard output may be a picture.
+
+    Raises MemoryError where it tells of one, since it raises none itself and leaves the channels out.
+    """
+    told = io.StringIO()
+    try:
+        with _HEARING, contextlib.redirect_stdout(told):
+            yield
+    finally:
+        if "MemoryError" in told.getvalue() or "bad_alloc" in told.getvalue():
+            raise MemoryError("no memory for the pixels of depth images")
+        print(told.getvalue(), end="", file=sys.stderr)
 
 
 def read_header(path: Path) -> dict[str, Any]:

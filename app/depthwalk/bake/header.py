@@ -2,6 +2,8 @@
 
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -59,16 +61,15 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     ------
     InputError
         Where the file is missing, not ours, of another version, inconsistent or larger than the limits.
+    OSError, MemoryError
+        Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
     """
     import OpenEXR
 
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    try:
-        with OpenEXR.File(str(path), header_only=True) as file:
-            parts = [dict(part.header) for part in file.parts]
-    except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
-        raise InputError(f"{path}: not an OpenEXR file: {first_line(error)}") from error
+    with complaints(path, "not an OpenEXR file"), OpenEXR.File(str(path), header_only=True) as file:
+        parts = [dict(part.header) for part in file.parts]
     if not parts or ATTRIBUTE + "version" not in parts[0]:
         raise InputError(f"{path}: an OpenEXR file, but not one of baked depth images")
     version = parts[0][ATTRIBUTE + "version"]
@@ -85,6 +86,39 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
     _check_sizes(path, sizes, headers)
     return parts[0], headers
+
+
+@contextmanager
+def complaints(path: Path, defect: str) -> Iterator[None]:
+    """Turn what the OpenEXR binding raises in the `with` block into an InputError, unless the machine is at fault.
+
+    The binding raises the same RuntimeError for a file that is damaged and for one that cannot be opened. So the file
+    is opened here once more, which raises the system's own error.
+
+    Parameters
+    ----------
+    path
+        The file that the block reads.
+    defect
+        What is wrong with the file, for the message.
+
+    Raises
+    ------
+    InputError
+        Where the file is damaged, or the user must not read it.
+    OSError, MemoryError
+        Where the machine lacks file handles or memory, or cannot read its disk.
+    """
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:  # bare RuntimeError and ValueError alike
+        try:
+            path.open("rb").close()
+        except PermissionError as denied:
+            raise InputError(f"{path}: cannot be read: {denied.strerror}") from error
+        raise InputError(f"{path}: {defect}: {first_line(error)}") from error
 
 
 def split_name(name: str) -> tuple[int, str]:

@@ -145,14 +145,24 @@ class _Lines:
 
 
 def _tidy(data: bytes) -> bytes:
-    """Leave one blank between words, none at the ends of lines, and no comments; lines keep their numbers."""
-    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
+    """Leave one blank between words, none at the ends of lines, and no comments or continued lines.
+
+    Lines keep their numbers. Comments go first: a backslash at the end of one continues nothing.
+    """
+    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in data:
         data = re.sub(rb"(?:^|(?<=\s))#.*", b"", data, flags=re.MULTILINE)
+    if b"\\\n" in data:
+        data = re.sub(rb"^.*\\\n(?:.*\\\n)*.*", _joined, data, flags=re.MULTILINE)
     data = data.translate(bytes.maketrans(b"\t\x0b\x0c", b"   "))
     if b"  " in data:
         data = re.sub(rb" {2,}", b" ", data)
     return data.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
+
+
+def _joined(lines: re.Match[bytes]) -> bytes:
+    """Return lines that end with a backslash as one, with empty lines after it in their place."""
+    return lines[0].replace(b"\\\n", b" ") + b"\n" * lines[0].count(b"\\\n")
 
 
 def _numbers(lines: _Lines, mask: Mask, key: bytes) -> Numbers:
