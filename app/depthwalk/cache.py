@@ -199,7 +199,7 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
             raise ValueError("it points outside of itself") from error
         except MemoryError:
             raise
-        except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception's kin included
+        except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception included
             raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
 
 

@@ -30,5 +30,5 @@ def scene_root() -> Path:
 
 
 def asset_root() -> Path:
-    """Return the folder of meshes and textures of the shipped scenes; every scene may name files there."""
+    """Return the folder of meshes and textures of the shipped scenes; every scene may name files in it."""
     return data_root() / "assets"

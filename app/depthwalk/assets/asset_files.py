@@ -108,7 +108,7 @@ def complaints_about(file: Path) -> Iterator[None]:
 
 
 def model_params(dpci: DpciParams) -> ModelParams:
-    """Return the parameters of the bake that a scene wants for an asset."""
+    """Return the bake parameters that a scene file gives for an asset."""
     return ModelParams(
         resolution=dpci.resolution, layers=dpci.layers, method=dpci.method, parts=dpci.parts, axis=dpci.axis
     )

@@ -49,7 +49,7 @@ def trace_boundary_strip(
     samples: Samples,
     level: int,
     codes: list[NDArray[np.uint16]],
-    wanted: NDArray[np.bool_],
+    followed: NDArray[np.bool_],
 ) -> BoundaryStrip:
     """Trace the boundary strip of the grid of one level.
 
@@ -68,7 +68,7 @@ def trace_boundary_strip(
         The grid has step 2^level.
     codes
         The cells (cells,) of each layer at this level, as `connect` returns them.
-    wanted
+    followed
         (L, H, W) bool: the samples from which the surface is followed.
     """
     layers, height, width = samples.depth.shape
@@ -76,7 +76,7 @@ def trace_boundary_strip(
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(grid.face, *corners))  # (triangles, 3)
     texels = rows * width + columns
     free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
-    begins = (free & wanted.reshape(layers, -1).take(texels, 1)).any(0)
+    begins = (free & followed.reshape(layers, -1).take(texels, 1)).any(0)
     selected = np.unique(np.flatnonzero(begins) // 3)
     free, columns, rows, texels = (
         free.take(selected, 1),
@@ -235,7 +235,7 @@ def _polygons(
 
     start (n,): vertex of each free corner; corner (n,): which of the triangle it is; partner (2, n): the free corner
     after and before it on the same surface, or −1; along, ending (2, n): how far the surface goes toward the corner
-    after and before it, and the vertex there.
+    after and before it, and the vertex at it.
     """
     after, before = partner
     follower = np.where(after >= 0, after[after], -1)  # of the one after

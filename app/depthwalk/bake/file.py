@@ -170,7 +170,7 @@ def _check_cells(images: list[DepthImage]) -> None:
             for code in (codes & 127, codes >> 7 & 127):
                 kept = code[code & 1 > 0]
                 if np.maximum(kept >> 1 & 7, kept >> 4).max(initial=0) >= layers:
-                    raise ValueError(f"part {image.name} has triangles on layers that are not there")
+                    raise ValueError(f"part {image.name} has triangles on layers that its face does not have")
 
 
 def _header(baked: BakedObject) -> dict[str, Any]:

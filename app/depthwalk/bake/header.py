@@ -55,7 +55,7 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     Returns
     -------
     tuple
-        The header of the first part as it stands there, and for each object what all its parts agree on.
+        The attributes of the first part by name, and for each object the header that all its parts agree on.
 
     Raises
     ------

@@ -50,7 +50,7 @@ def _read(path: Path, mesh: Mesh) -> list[MeshLevel]:
 
 
 def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: float) -> MeshLevel:
-    """One level of `mesh`. Raises ValueError or KeyError where it cannot be drawn."""
+    """Return one level of `mesh`. Raises ValueError or KeyError where it cannot be drawn."""
     arrays = {name: stored[f"{name}.{number}"] for name in _ARRAYS}
     faces, rows = arrays["faces"], stored[f"parts.{number}"]
     count = len(np.atleast_1d(arrays["positions"]))
@@ -63,7 +63,7 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype != np.int32 or not len(faces):
         raise ValueError(f"level {number}: faces are {faces.dtype} of {faces.shape}")
     if faces.min() < 0 or faces.max() >= count:
-        raise ValueError(f"level {number}: a face refers to a vertex that is not there")
+        raise ValueError(f"level {number}: a face refers to a vertex that does not exist")
     if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in "iu" or not len(rows):
         raise ValueError(f"level {number}: parts are {rows.dtype} of {rows.shape}")
     first, length, material = rows.astype(np.int64).T
@@ -71,6 +71,6 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
     if (length <= 0).any() or ends[-1] != len(faces) or (first != ends - length).any():
         raise ValueError(f"level {number}: its parts do not cover its faces")
     if material.min() < 0 or material.max() >= len(mesh.materials):
-        raise ValueError(f"level {number}: a part is of a material that is not there")
+        raise ValueError(f"level {number}: a part is of a material that does not exist")
     parts = tuple(Part(*row) for row in rows.tolist())
     return MeshLevel(Mesh(**arrays, parts=parts, materials=mesh.materials), error)

@@ -26,7 +26,7 @@ def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[
 
     Parameters
     ----------
-    headless : a renderer of `SUPERSAMPLING` times the width and height that is wanted.
+    headless : a renderer of `SUPERSAMPLING` times the width and height of the picture that is returned.
     cameras : one for each picture.
 
     Returns

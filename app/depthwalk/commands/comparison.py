@@ -27,7 +27,7 @@ from depthwalk.quality.goals import MEASURES, SILHOUETTE, summarise
 from depthwalk.quality.measure import ViewQuality, flip_workers, measure, measure_views, object_height
 from depthwalk.quality.page import WorstView, panels, worst_viewpoints
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell
-from depthwalk.quality.twin import TwinRenderer
+from depthwalk.quality.pair_renderer import PairRenderer
 from depthwalk.quality.views import CLOSE_BY, SPHERE, VERIFY
 from depthwalk.scene.document import parse_document
 from depthwalk.scene.render_settings import RenderSettings
@@ -51,7 +51,7 @@ class Plan:
     size
         (width, height) of the pictures, pixels.
     wanted
-        PSNR, dB, to recommend parameters for, or None.
+        The PSNR, dB, for which to recommend parameters; None recommends none.
     pictures
         Whether to keep the worst views for the page.
     """
@@ -166,20 +166,20 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
         report(spec.name, "examining")
         candidate = examine(mesh, baked, subject.params)
     height = object_height(mesh)
-    with TwinRenderer(mesh, baked, plan.settings, plan.size) as twin:
+    with PairRenderer(mesh, baked, plan.settings, plan.size) as renderer:
         with frame_progress(spec.name, len(SPHERE) + len(CLOSE_BY)) as advance:
-            views = measure_views(twin, height, SPHERE, pool, advance)
-            close = measure_views(twin, height, CLOSE_BY, pool, advance)
+            views = measure_views(renderer, height, SPHERE, pool, advance)
+            close = measure_views(renderer, height, CLOSE_BY, pool, advance)
         if not views:
             raise InputError(f"{spec.mesh}: shows no pixel in any view")
         costs = Costs(
             bake_seconds=bake.seconds,
             bake_peak_bytes=bake.peak_bytes,
             bytes_disk=bake.bytes_disk,
-            bytes_gpu=twin.gpu_bytes,
+            bytes_gpu=renderer.gpu_bytes,
         )
-        shown = _worst_views(twin, views) if plan.pictures else []
-        driver = twin.driver
+        shown = _worst_views(renderer, views) if plan.pictures else []
+        driver = renderer.driver
     outlines = SILHOUETTE.reached(summarise(SILHOUETTE, views).mean, SILHOUETTE.goal_worst)
     model = ModelReport(
         name=subject.name,
@@ -206,9 +206,9 @@ def _advice(subject: Subject, mesh: Mesh, plan: Plan) -> Recommendation | None:
         return recommend(mesh, subject.params, plan.settings, plan.size, plan.wanted, progress=progress)
 
 
-def _worst_views(twin: TwinRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:
+def _worst_views(renderer: PairRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:
     by_viewpoint = {view.viewpoint: view for view in views}
     return [
-        WorstView(by_viewpoint[viewpoint], titles, panels(twin.pair(viewpoint)))
+        WorstView(by_viewpoint[viewpoint], titles, panels(renderer.pair(viewpoint)))
         for viewpoint, titles in worst_viewpoints(views).items()
     ]

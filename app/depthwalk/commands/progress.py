@@ -15,7 +15,7 @@ Report = Callable[[str, str], None]  # called with the name of an asset and the 
 
 
 def show_progress() -> bool:
-    """Return whether live progress is wanted: stderr is a terminal and --quiet was not given."""
+    """Return whether to show live progress: stderr is a terminal and --quiet was not given."""
     return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR
 
 

@@ -47,7 +47,7 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
     Parameters
     ----------
     reports
-        Files to write; None where a report is not wanted.
+        Files to write; None for reports that nobody asked for.
     inputs
         Files that must stay as they are.
     use
@@ -68,6 +68,6 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
 
 
 def write_report(file: Path | None, text: str) -> None:
-    """Write `text` to `file`, where one is wanted."""
+    """Write `text` to `file`, unless it is None."""
     if file is not None:
         write_bytes(file, text.encode())

@@ -1,6 +1,6 @@
 """Keep cooked assets in the user's cache folder.
 
-Cooking takes seconds; reading the file, a fraction of one. Thus an asset can leave the GPU's memory and return while
+Cooking takes seconds; reading the file, a fraction of one. So an asset can leave the GPU's memory and return while
 somebody walks. A file holds all objects of one model: their headers, which drawing needs at once, and columns of
 arrays, which are read for one object at a time.
 """

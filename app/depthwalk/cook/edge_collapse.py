@@ -133,7 +133,7 @@ def _cheapest(
     """Return all edges that may be collapsed, and those of them that are the cheapest at both of their ends."""
     edges = _cheap_edges(surface, *_live_ends(surface.triangles, live), tolerance, parallel)
     length = lengths(surface.point[edges.start] - surface.point[edges.end])
-    # A little by chance, lest edges whose collapse was undone come first in every round.
+    # A little by chance, so that edges whose collapse was undone do not come first in every round.
     cost = (edges.cost + _SHORT * edges.weight * length**2) * random.uniform(1, 1.3, len(length))
     dearest_first = np.argsort(cost)[::-1]
     best = np.empty(len(surface.point), np.int64)

@@ -27,7 +27,7 @@ from depthwalk.cook.index_chunks import WHOLE
 from depthwalk.cook.lod_geometry import LodGeometry, vertex_positions
 from depthwalk.types import Ints
 
-# How far samples may come off the triangles of step s: this part of s texels, hence of about one pixel.
+# How far samples may come off the triangles of step s: this part of s texels, which is about one pixel.
 _TOLERANCE = 0.07
 # Texels: about how far samples between those of step 2 are off its triangles; step s has s − 1 times that.
 _STEP_ERROR = 0.25

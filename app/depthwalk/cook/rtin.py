@@ -4,7 +4,7 @@ Evans, Kirkpatrick and Townsend 2001, "Right-Triangulated Irregular Networks". G
 resolution: colour and normal are looked up per pixel, so a grid may be drawn with larger triangles where no sample
 comes off them by more than a tolerance. These are the halves of square blocks, split again and again from the right
 angle to the middle of the hypotenuse, at the finest into halves of cells. The two triangles on one hypotenuse, here a
-*diamond*, are split together, and so is every diamond that contains one that is split. Thus there are no cracks, and
+*diamond*, are split together, and so is every diamond that contains one that is split. So there are no cracks, and
 the nodes in the middle of split diamonds describe the whole network.
 """
 

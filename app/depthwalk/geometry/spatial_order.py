@@ -31,7 +31,7 @@ def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
     first
         (all cells + 1,): cell c has the members first[c] to first[c + 1] − 1.
     cells
-        (k,) the cells whose members are wanted.
+        (k,) the cells whose members are returned.
     """
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)

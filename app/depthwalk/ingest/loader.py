@@ -158,7 +158,7 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
         positions = positions[:, [0, 2, 1]] * [1, 1, -1]
     low, high = positions.min(axis=0), positions.max(axis=0)
     if height is not None and _level(positions):
-        raise InputError(f"{path}: lies level: it cannot be given a height")
+        raise InputError(f"{path}: is flat and horizontal: it cannot be scaled to a height")
     base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
     scale = 1.0 if height is None else height / (high[1] - low[1])
     placed = np.asarray((positions - base) * scale)
@@ -174,7 +174,9 @@ def check_height(mesh: Mesh, path: Path) -> None:
 
 def _check_upright(positions: NDArray[np.floating], path: Path) -> None:
     if _level(positions):
-        raise InputError(f"{path}: lies level; draw it as polygons, without 'dpci' or by --representation mesh")
+        raise InputError(
+            f"{path}: is flat and horizontal; draw it as polygons, without 'dpci' or by --representation mesh"
+        )
 
 
 def _level(positions: NDArray[np.floating]) -> bool:

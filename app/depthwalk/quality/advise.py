@@ -1,4 +1,4 @@
-"""Find by trial which resolution and number of layers an object needs for a wanted PSNR."""
+"""Find by trial which resolution and number of layers an object needs to reach a PSNR."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ from itertools import product
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
-from depthwalk.quality.twin import TwinRenderer
+from depthwalk.quality.pair_renderer import PairRenderer
 from depthwalk.quality.views import FEW, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 
@@ -77,9 +77,14 @@ def recommend(
     for resolution, layers in _by_cost(resolutions, trials):
         progress(f"trying {resolution}², {layers} layers")
         baked = bake_model(mesh, replace(params, resolution=resolution, layers=layers, method="raycast"), key="")
-        with TwinRenderer(mesh, baked, settings, size) as twin:
+        with PairRenderer(mesh, baked, settings, size) as renderer:
             trials.append(
-                Trial(resolution=resolution, layers=layers, psnr=mean_psnr(twin, viewpoints), bytes_gpu=twin.gpu_bytes)
+                Trial(
+                    resolution=resolution,
+                    layers=layers,
+                    psnr=mean_psnr(renderer, viewpoints),
+                    bytes_gpu=renderer.gpu_bytes,
+                )
             )
         if trials[-1].psnr >= wanted:
             return Recommendation(
@@ -89,11 +94,11 @@ def recommend(
     return Recommendation(wanted=wanted, views=len(viewpoints), reached=False, best=best, trials=tuple(trials))
 
 
-def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:
+def mean_psnr(renderer: PairRenderer, viewpoints: Sequence[Viewpoint]) -> float:
     """Return the mean PSNR, dB, over the views that show anything; +inf where none does."""
     values = []
     for viewpoint in viewpoints:
-        pair = twin.pair(viewpoint)
+        pair = renderer.pair(viewpoint)
         union = pair.mesh.covered | pair.dpci.covered
         if union.any():
             values.append(metrics.psnr(pair.mesh.pixels, pair.dpci.pixels, union))

@@ -13,7 +13,7 @@ import numpy as np
 from depthwalk.bake.model import BakedModel
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
-from depthwalk.quality.twin import Pair, TwinRenderer
+from depthwalk.quality.pair_renderer import Pair, PairRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 
@@ -74,12 +74,12 @@ def measure(
     GpuError
         Where no OpenGL 3.3 context can be had.
     """
-    with TwinRenderer(mesh, baked, settings, size) as twin:
-        return Quality(measure_views(twin, object_height(mesh), viewpoints, pool), twin.gpu_bytes)
+    with PairRenderer(mesh, baked, settings, size) as renderer:
+        return Quality(measure_views(renderer, object_height(mesh), viewpoints, pool), renderer.gpu_bytes)
 
 
 def measure_views(
-    twin: TwinRenderer,
+    renderer: PairRenderer,
     height: float,
     viewpoints: Sequence[Viewpoint],
     pool: Executor | None = None,
@@ -97,7 +97,7 @@ def measure_views(
     for viewpoint in viewpoints:
         if len(started) >= MOST_WAITING:
             started[-MOST_WAITING][1].result()
-        view = _start(twin.pair(viewpoint), viewpoint, height, pool)
+        view = _start(renderer.pair(viewpoint), viewpoint, height, pool)
         started += [] if view is None else [view]
         advance()
     return tuple(replace(view, flip=flip.result()) for view, flip in started)

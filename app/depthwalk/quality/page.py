@@ -20,7 +20,7 @@ from depthwalk.quality.report import (
     overall,
     overview,
 )
-from depthwalk.quality.twin import Pair
+from depthwalk.quality.pair_renderer import Pair
 from depthwalk.quality.views import Viewpoint
 from depthwalk.types import Mask, Picture
 

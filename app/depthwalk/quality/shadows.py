@@ -17,7 +17,7 @@ from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import silhouette_iou
 from depthwalk.quality.rows import Row
-from depthwalk.quality.twin import one_object_scene
+from depthwalk.quality.pair_renderer import one_object_scene
 from depthwalk.quality.views import FOV, Sphere, bounding_sphere
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View

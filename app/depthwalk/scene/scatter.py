@@ -43,7 +43,7 @@ def scatter_instances(
 
     Parameters
     ----------
-    count : objects wanted.
+    count : how many objects to place.
     area : sides of the rectangle along x and z, metres.
     spacing : smallest distance between two objects, metres.
     scale : lowest and highest size.

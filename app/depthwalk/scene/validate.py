@@ -71,7 +71,7 @@ class Source:
 
         def report(former: Loc, present: Loc, taken: bool) -> None:
             if taken:
-                raise self.error(former, f"is the former name of {label(present)}, which is there too", at_key=True)
+                raise self.error(former, f"is the former name of {label(present)}, which is given too", at_key=True)
             self.renamed[present] = former
             where = self.document.where(former, at_key=True)
             log.warning("%s: %s is now called %s", where, label(former), label(present))
@@ -188,7 +188,7 @@ def _option_report(key: str) -> Report:
     def report(former: Loc, present: Loc, taken: bool) -> None:
         if taken:
             raise InputError(
-                f"--set {key}: {label(former)}: is the former name of {label(present)}, which is there too"
+                f"--set {key}: {label(former)}: is the former name of {label(present)}, which is given too"
             )
         log.warning("--set %s: %s is now called %s", key, label(former), label(present))
 

@@ -48,7 +48,7 @@ class Pair:
     dpci: Shot
 
 
-class TwinRenderer:
+class PairRenderer:
     """Draws pairs of pictures. Use it in a `with` block.
 
     Parameters
@@ -68,7 +68,7 @@ class TwinRenderer:
         scene = one_object_scene(settings, Environment(background=BACKGROUND))  # and the light that is always there
         self._headless = HeadlessRenderer(scene, library, size, Representation.DPCI)
 
-    def __enter__(self) -> "TwinRenderer":
+    def __enter__(self) -> "PairRenderer":
         return self
 
     def __exit__(
