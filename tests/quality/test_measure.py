@@ -15,8 +15,8 @@ from depthwalk.quality.advise import recommend
 from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
+from depthwalk.quality.pair_renderer import Pair, PairRenderer, Shot
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
-from depthwalk.quality.pair_renderer import Pair, Shot, PairRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 

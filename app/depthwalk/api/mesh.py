@@ -48,18 +48,30 @@ def bake_mesh(
 
     Parameters
     ----------
-    mesh : OBJ, PLY, glTF or any other mesh that docs/scene-file.md names.
-    out : the file to write, which ends in .exr; None: beside the mesh, `bust.dpci.exr` beside `bust.obj`.
-    resolution : side of every image, texels.
-    layers : surfaces behind each other that an image holds; auto: as many as can be seen.
-    parts : objects that share the mesh; auto: as many as sample its surface well.
-    axis : axis of the cylinder, a letter or a direction; auto: the one that samples the surface best.
-    method : by rays, or by the six views of the paper.
-    texture : an image for meshes whose files name none.
-    up : which way up is in the file.
-    height : metres that the mesh is scaled to; None: as the file has it.
-    force : bake even where the file is up to date.
-    progress : called with the name of each stage.
+    mesh
+        OBJ, PLY, glTF or any other mesh that docs/scene-file.md names.
+    out
+        The file to write, which ends in .exr; None: beside the mesh, `bust.dpci.exr` beside `bust.obj`.
+    resolution
+        Side of every image, texels.
+    layers
+        Surfaces behind each other that an image holds; auto: as many as can be seen.
+    parts
+        Objects that share the mesh; auto: as many as sample its surface well.
+    axis
+        Axis of the cylinder, a letter or a direction; auto: the one that samples the surface best.
+    method
+        By rays, or by the six views of the paper.
+    texture
+        An image for meshes whose files name none.
+    up
+        Which way up is in the file.
+    height
+        Metres that the mesh is scaled to; None: as the file has it.
+    force
+        Bake even where the file is up to date.
+    progress
+        Called with the name of each stage.
 
     Returns
     -------
@@ -106,10 +118,14 @@ class Comparison:
 
     Attributes
     ----------
-    mean : the mean over the views of each measure, by name.
-    worst : the worst view's value of each measure, by name.
-    views : how many views showed anything.
-    gpu_bytes : bytes that the depth images take on the GPU.
+    mean
+        The mean over the views of each measure, by name.
+    worst
+        The worst view's value of each measure, by name.
+    views
+        How many views showed anything.
+    gpu_bytes
+        Bytes that the depth images take on the GPU.
 
     Examples
     --------
@@ -138,11 +154,16 @@ def compare(
 
     Parameters
     ----------
-    mesh : the file that was baked.
-    baked : the file that `bake_mesh` made of it.
-    texture, up, height : as for `bake_mesh`.
-    size : width and height of the pictures, pixels.
-    views : 42 directions all around, or a quick sample of 6.
+    mesh
+        The file that was baked.
+    baked
+        The file that `bake_mesh` made of it.
+    texture, up, height
+        As for `bake_mesh`.
+    size
+        Width and height of the pictures, pixels.
+    views
+        42 directions all around, or a quick sample of 6.
 
     Raises
     ------

@@ -27,9 +27,12 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
 
     Parameters
     ----------
-    renderer : it has just drawn a frame, and its context is current.
-    ids : one of its passes, whose `wanted` was set before that frame.
-    scene_objects : of the scene, one row for each number.
+    renderer
+        It has just drawn a frame, and its context is current.
+    ids
+        One of its passes, whose `wanted` was set before that frame.
+    scene_objects
+        Of the scene, one row for each number.
 
     Returns
     -------

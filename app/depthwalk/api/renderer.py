@@ -35,10 +35,12 @@ class Image:
 
     Attributes
     ----------
-    rgba : (H, W, 4) uint8, sRGB colours, and alpha, which is 0 only where the background was left out.
-    depth : (H, W) float32, metres along the view axis to the nearest surface in each pixel, +inf where there is none.
-    object_id : (H, W) int32, number of the scene's object that is seen there, −1 where none is; None unless it was
-        asked for.
+    rgba
+        (H, W, 4) uint8, sRGB colours, and alpha, which is 0 only where the background was left out.
+    depth
+        (H, W) float32, metres along the view axis to the nearest surface in each pixel, +inf where there is none.
+    object_id
+        (H, W) int32, number of the scene's object that is seen there, −1 where none is; None unless it was asked for.
 
     Examples
     --------
@@ -81,13 +83,19 @@ class Renderer:
 
     Parameters
     ----------
-    scene : what to render. Changes of it show in the next picture.
-    size : width and height of the pictures, pixels.
-    representation : how to draw every object whose asset allows it; None as the scene file says.
-    passes : the passes of a frame in their order, `default_passes()` with others in between; None: these alone.
-    reuse : let a picture reuse impostors and visibility of the one before, which is faster where the camera moves
-        little; pictures then depend on those before them.
-    progress : called with the name of an asset and what is being done to it.
+    scene
+        What to render. Changes of it show in the next picture.
+    size
+        Width and height of the pictures, pixels.
+    representation
+        How to draw every object whose asset allows it; None as the scene file says.
+    passes
+        The passes of a frame in their order, `default_passes()` with others in between; None: these alone.
+    reuse
+        Let a picture reuse impostors and visibility of the one before, which is faster where the camera moves little;
+        pictures then depend on those before them.
+    progress
+        Called with the name of an asset and what is being done to it.
 
     Raises
     ------
@@ -149,9 +157,12 @@ class Renderer:
 
         Parameters
         ----------
-        camera : where to look from; None: the scene's camera, or `frame_all()` where it has none.
-        object_id : also find which object is seen at each pixel, for which meshes are drawn once more.
-        background : show sky or background colour where there is no surface, instead of alpha 0.
+        camera
+            Where to look from; None: the scene's camera, or `frame_all()` where it has none.
+        object_id
+            Also find which object is seen at each pixel, for which meshes are drawn once more.
+        background
+            Show sky or background colour where there is no surface, instead of alpha 0.
         """
         world = self._headless.renderer.world
         with self._headless.device.context:

@@ -77,7 +77,8 @@ class Scene:
 
         Parameters
         ----------
-        node : the node's number, its row in `nodes`, or its name.
+        node
+            The node's number, its row in `nodes`, or its name.
         """
         number, nodes = self._number(node), self._loaded.nodes
         first = int(nodes.first_object[number])
@@ -114,10 +115,14 @@ class Scene:
 
         Parameters
         ----------
-        node : the node's number, its row in `nodes`, or its name.
-        position : metres, in the parent's frame.
-        yaw : radians about +Y, counter-clockwise seen from above.
-        scale : a factor above 0.
+        node
+            The node's number, its row in `nodes`, or its name.
+        position
+            Metres, in the parent's frame.
+        yaw
+            Radians about +Y, counter-clockwise seen from above.
+        scale
+            A factor above 0.
 
         Raises
         ------
@@ -173,9 +178,12 @@ def load_scene(
 
     Parameters
     ----------
-    path : a scene file (docs/scene-file.md), or a mesh.
-    asset_roots : folders besides the scene's own in which its files may lie.
-    overrides : values to replace, YAML text by dotted key, as `--set` of the command line takes them.
+    path
+        A scene file (docs/scene-file.md), or a mesh.
+    asset_roots
+        Folders besides the scene's own in which its files may lie.
+    overrides
+        Values to replace, YAML text by dotted key, as `--set` of the command line takes them.
 
     Raises
     ------

@@ -130,9 +130,9 @@ def bake_object(
     progress
         Called with the name of each stage as it begins.
     two_sided
-        See `RayCaster`.
+        Whether surfaces are seen from behind too; None: only those of an open mesh.
     workers
-        See `thread_map`.
+        How many threads to use; None: as many as `default_workers` returns.
     """
     cylinder = with_margins(enclosing_cylinder(mesh.positions), params.resolution)
     refinements, side = params.refinements, params.resolution
@@ -214,7 +214,7 @@ def cast_face(
     rivals
         Faces that were sampled before. A box face leaves out what these hold well enough.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
     """
     origin, direction = (part.reshape(-1, 3) for part in grid.rays)
     hits = caster.peel(origin, direction, peeled_layers(params, caster), grid.max_depth, parallel_map)
@@ -267,7 +267,7 @@ def connect_face(
     refinements
         Whether to cut, and whether to connect across layers.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
     """
     depth = seen.samples.depth
     if not np.isfinite(depth).any():

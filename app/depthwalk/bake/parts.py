@@ -75,7 +75,7 @@ def bake_model(
     progress
         Called with the name of each stage as it begins.
     workers
-        See `thread_map`.
+        How many threads to use; None: as many as `default_workers` returns.
 
     Raises
     ------

@@ -124,7 +124,7 @@ class RayCaster:
         max_distance
             How far the rays go, metres; (n,) or the same for all.
         parallel_map
-            See `parallel.Map`.
+            `map`, or what `thread_map` yields to work in several threads.
         """
         limit = np.broadcast_to(np.asarray(max_distance, np.float32), len(origin))
 

@@ -43,7 +43,7 @@ def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: M
     shape
         Height H and width W of the face's images.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
     """
     layers = (len(hits), *shape)
     normal, albedo = surface_at(mesh, hits, parallel_map)

@@ -22,7 +22,7 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
     hits
         L hits along each of n rays.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------

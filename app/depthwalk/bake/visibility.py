@@ -64,7 +64,7 @@ def prune_hidden(
     found
         (L, n) bool: the hits that may stay. The first of each ray always does.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------

@@ -26,8 +26,10 @@ def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[
 
     Parameters
     ----------
-    headless : a renderer of `SUPERSAMPLING` times the width and height of the picture that is returned.
-    cameras : one for each picture.
+    headless
+        A renderer of `SUPERSAMPLING` times the width and height of the picture that is returned.
+    cameras
+        One for each picture.
 
     Returns
     -------
@@ -50,9 +52,12 @@ def path_flip(
 
     Parameters
     ----------
-    moments : cameras of successive frames, of which the last is compared; the others fill the caches.
-    references : a picture (H, W, 3), sRGB, for each moment.
-    pool : where FLIP is computed while the next frames are drawn.
+    moments
+        Cameras of successive frames, of which the last is compared; the others fill the caches.
+    references
+        A picture (H, W, 3), sRGB, for each moment.
+    pool
+        Where FLIP is computed while the next frames are drawn.
 
     Returns
     -------
@@ -81,9 +86,12 @@ def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, tar
 
     Parameters
     ----------
-    flip_at : FLIP of a setting; rises from `fine`, where it is at most the target, to `coarse`.
-    fine, coarse : the ends of the range that is searched.
-    target : FLIP, 0 to 1.
+    flip_at
+        FLIP of a setting; rises from `fine`, where it is at most the target, to `coarse`.
+    fine, coarse
+        The ends of the range that is searched.
+    target
+        FLIP, 0 to 1.
 
     Returns
     -------

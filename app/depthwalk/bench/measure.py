@@ -30,10 +30,14 @@ class Run:
 
     Attributes
     ----------
-    frame_ms : from the call to the finished picture, by the clock.
-    passes_ms : each pass by name, in those frames whose passes were timed, see `Report.timer`.
-    counts : what was drawn, mean over all frames.
-    frame_times : the times that `frame_ms` describes, one for each frame.
+    frame_ms
+        From the call to the finished picture, by the clock.
+    passes_ms
+        Each pass by name, in those frames whose passes were timed, see `Report.timer`.
+    counts
+        What was drawn, mean over all frames.
+    frame_times
+        The times that `frame_ms` describes, one for each frame.
     """
 
     representation: str
@@ -50,11 +54,16 @@ class Report:
 
     Attributes
     ----------
-    commit : of the checkout that ran; None where the package is installed.
-    renderer : the GL driver's name.
-    timer : "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
-    resolution : width and height, pixels.
-    path : the camera path's file; None for a still camera.
+    commit
+        Of the checkout that ran; None where the package is installed.
+    renderer
+        The GL driver's name.
+    timer
+        "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
+    resolution
+        Width and height, pixels.
+    path
+        The camera path's file; None for a still camera.
     """
 
     version: str
@@ -80,10 +89,14 @@ def measure(
 
     Parameters
     ----------
-    name : of the representation that `headless` draws, for the report.
-    cameras : one for each measured frame.
-    warmup : frames that are drawn with the first camera before any is measured.
-    advance : called after each measured frame.
+    name
+        Of the representation that `headless` draws, for the report.
+    cameras
+        One for each measured frame.
+    warmup
+        Frames that are drawn with the first camera before any is measured.
+    advance
+        Called after each measured frame.
     """
     finish = headless.device.context.finish
     timers = headless.renderer.timers

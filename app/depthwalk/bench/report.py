@@ -23,10 +23,14 @@ class _Plot:
 
     Attributes
     ----------
-    left, right, bottom : of the axes.
-    ticks : height and text of each horizontal line.
-    lines : points and colour of each run's curve, as SVG and CSS have them.
-    label : what the axes show.
+    left, right, bottom
+        Of the axes.
+    ticks
+        Height and text of each horizontal line.
+    lines
+        Points and colour of each run's curve, as SVG and CSS have them.
+    label
+        What the axes show.
     """
 
     left: int = _LEFT

@@ -39,10 +39,13 @@ class Walk:
 
     Attributes
     ----------
-    moments : the cameras of each moment: `SETTLING` frames that lead there, then those to be timed, the first of which
-        is compared too.
-    seconds : for timing a column.
-    size : width and height of the pictures, pixels.
+    moments
+        The cameras of each moment: `SETTLING` frames that lead there, then those to be timed, the first of which is
+        compared too.
+    seconds
+        For timing a column.
+    size
+        Width and height of the pictures, pixels.
     """
 
     moments: tuple[tuple[Camera, ...], ...]
@@ -55,8 +58,10 @@ class Walk:
 
         Parameters
         ----------
-        moments : how many.
-        run : successive frames of each that are timed.
+        moments
+            How many.
+        run
+            Successive frames of each that are timed.
 
         Raises
         ------
@@ -88,10 +93,14 @@ class Column:
 
     Attributes
     ----------
-    frame_ms : median over `frames` frames.
-    flip : mean over the moments; None where nothing was compared.
-    setting : what was tuned, as `name=value`.
-    passes_ms, counts : medians over the moments.
+    frame_ms
+        Median over `frames` frames.
+    flip
+        Mean over the moments; None where nothing was compared.
+    setting
+        What was tuned, as `name=value`.
+    passes_ms, counts
+        Medians over the moments.
     """
 
     frame_ms: float
@@ -108,8 +117,10 @@ class Row:
 
     Attributes
     ----------
-    reference : how the pictures were drawn that all are compared with.
-    commit : of the checkout that measured; None where the package is installed.
+    reference
+        How the pictures were drawn that all are compared with.
+    commit
+        Of the checkout that measured; None where the package is installed.
     """
 
     objects: int
@@ -136,9 +147,12 @@ class _Knob:
 
     Attributes
     ----------
-    group, name : of the render settings.
-    coarsest : the end of its range.
-    exponential : the logarithm of the setting to base 2 is what is turned.
+    group, name
+        Of the render settings.
+    coarsest
+        The end of its range.
+    exponential
+        The logarithm of the setting to base 2 is what is turned.
     """
 
     group: str
@@ -174,9 +188,12 @@ def make_row(
 
     Parameters
     ----------
-    count : how many objects.
-    pool : where FLIP is computed.
-    report : called with what is being done.
+    count
+        How many objects.
+    pool
+        Where FLIP is computed.
+    report
+        Called with what is being done.
     """
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     report("reference")

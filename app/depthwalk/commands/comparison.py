@@ -26,8 +26,8 @@ from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES, SILHOUETTE, summarise
 from depthwalk.quality.measure import ViewQuality, flip_workers, measure, measure_views, object_height
 from depthwalk.quality.page import WorstView, panels, worst_viewpoints
-from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell
 from depthwalk.quality.pair_renderer import PairRenderer
+from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell
 from depthwalk.quality.views import CLOSE_BY, SPHERE, VERIFY
 from depthwalk.scene.document import parse_document
 from depthwalk.scene.render_settings import RenderSettings

@@ -26,10 +26,14 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
 
     Parameters
     ----------
-    path : the file.
-    depth_range : metres between white (depth 0) and black, for whole numbers where `unit` is None.
-    unit : metres per unit of the file; None: floats are metres.
-    camera : whether depth is a distance from a camera, rather than below a plane.
+    path
+        The file.
+    depth_range
+        Metres between white (depth 0) and black, for whole numbers where `unit` is None.
+    unit
+        Metres per unit of the file; None: floats are metres.
+    camera
+        Whether depth is a distance from a camera, rather than below a plane.
 
     Returns
     -------

@@ -37,8 +37,10 @@ def tolerance(values: Array, cell: Array | float) -> Array:
 
     Parameters
     ----------
-    values : (H, W) float.
-    cell : (H, W) or one number; how much `values` changes by a step in depth as large as a texel is wide.
+    values
+        (H, W) float.
+    cell
+        (H, W) or one number; how much `values` changes by a step in depth as large as a texel is wide.
 
     Returns
     -------
@@ -59,9 +61,12 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    values : (H, W) float.
-    allowed : (H, W), the result of `tolerance`.
-    axis : 0 for steps between rows, 1 for steps between columns.
+    values
+        (H, W) float.
+    allowed
+        (H, W), the result of `tolerance`.
+    axis
+        0 for steps between rows, 1 for steps between columns.
 
     Returns
     -------
@@ -92,8 +97,10 @@ def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64],
 
     Parameters
     ----------
-    values : (H, W) float.
-    cell : (H, W) or one number, as in `tolerance`.
+    values
+        (H, W) float.
+    cell
+        (H, W) or one number, as in `tolerance`.
 
     Returns
     -------

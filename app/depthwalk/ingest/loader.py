@@ -39,12 +39,17 @@ def load_mesh(
 
     Parameters
     ----------
-    path : the mesh file.
-    texture : a picture that replaces the file's own textures and base colours; needs texture coordinates.
-    up : the file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
-    height : metres, to which the mesh is scaled uniformly; None takes the file's units for metres.
-    sources : what files are read through. Pass the object that `source_hash` used where the mesh must be made of the
-        same bytes as the hash.
+    path
+        The mesh file.
+    texture
+        A picture that replaces the file's own textures and base colours; needs texture coordinates.
+    up
+        The file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
+    height
+        Metres, to which the mesh is scaled uniformly; None takes the file's units for metres.
+    sources
+        What files are read through. Pass the object that `source_hash` used where the mesh must be made of the same
+        bytes as the hash.
 
     Raises
     ------

@@ -20,9 +20,12 @@ def split_at_creases(
 
     Parameters
     ----------
-    positions : (V, 3) float64.
-    faces : (F, 3) int64, none of zero area.
-    crease : angle between faces, radians, from which their edge stays sharp.
+    positions
+        (V, 3) float64.
+    faces
+        (F, 3) int64, none of zero area.
+    crease
+        Angle between faces, radians, from which their edge stays sharp.
 
     Returns
     -------

@@ -103,8 +103,10 @@ class _Lines:
 
     Attributes
     ----------
-    starts, ends : (n,) int64, where each line begins, and where its newline stands.
-    blanks : (n,) int64, how many blanks each line holds, which is one less than its words.
+    starts, ends
+        (n,) int64, where each line begins, and where its newline stands.
+    blanks
+        (n,) int64, how many blanks each line holds, which is one less than its words.
     """
 
     def __init__(self, text: bytes, path: Path) -> None:

@@ -25,8 +25,10 @@ class Intrinsics:
 
     Attributes
     ----------
-    fx, fy : horizontal and vertical focal length.
-    cx, cy : principal point; 0, 0 is the centre of the first pixel, which is at the top left in files.
+    fx, fy
+        Horizontal and vertical focal length.
+    cx, cy
+        Principal point; 0, 0 is the centre of the first pixel, which is at the top left in files.
     """
 
     fx: float
@@ -78,13 +80,19 @@ def load_depth_image(
 
     Parameters
     ----------
-    depth : the file of depths below the front plane: floats (NPY, EXR channel Z, TIFF) or grey of 8 or 16 bits. See
+    depth
+        The file of depths below the front plane: floats (NPY, EXR channel Z, TIFF) or grey of 8 or 16 bits. See
         `read_depth` for what counts as empty.
-    size : width and height of the image, metres.
-    depth_range : metres between white, at the plane, and black, for grey without `unit`.
-    unit : metres per unit of the file, 0 being no surface in grey; None: floats are metres.
-    colour : sRGB picture, resampled to the depth's resolution; None: light grey.
-    normal : RGB normal map, x right, y up, z toward the viewer, resampled likewise; None: fitted to the depth.
+    size
+        Width and height of the image, metres.
+    depth_range
+        Metres between white, at the plane, and black, for grey without `unit`.
+    unit
+        Metres per unit of the file, 0 being no surface in grey; None: floats are metres.
+    colour
+        SRGB picture, resampled to the depth's resolution; None: light grey.
+    normal
+        RGB normal map, x right, y up, z toward the viewer, resampled likewise; None: fitted to the depth.
 
     Raises
     ------
@@ -116,9 +124,12 @@ def load_range_image(
 
     Parameters
     ----------
-    depth : the file of depths along the camera's axis, where 0 always means that nothing was measured.
-    lens : the camera, `cy` counted from the top.
-    unit, colour, normal : as `load_depth_image` takes them.
+    depth
+        The file of depths along the camera's axis, where 0 always means that nothing was measured.
+    lens
+        The camera, `cy` counted from the top.
+    unit, colour, normal
+        As `load_depth_image` takes them.
 
     Raises
     ------

@@ -18,8 +18,10 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
 
     Parameters
     ----------
-    path : the mesh file.
-    sources : where it and the files it names are read from, each once.
+    path
+        The mesh file.
+    sources
+        Where it and the files it names are read from, each once.
 
     Raises
     ------

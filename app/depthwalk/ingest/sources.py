@@ -55,9 +55,12 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
 
     Parameters
     ----------
-    path : the mesh file.
-    texture : a picture that replaces the file's own, the last one returned.
-    sources : what files are read through.
+    path
+        The mesh file.
+    texture
+        A picture that replaces the file's own, the last one returned.
+    sources
+        What files are read through.
 
     Raises
     ------

@@ -32,10 +32,14 @@ class Recommendation:
 
     Attributes
     ----------
-    wanted : PSNR, dB.
-    views : how many views it is the mean of.
-    reached : whether `best` reaches it.
-    trials : all bakes that were tried, in order of cost.
+    wanted
+        PSNR, dB.
+    views
+        How many views it is the mean of.
+    reached
+        Whether `best` reaches it.
+    trials
+        All bakes that were tried, in order of cost.
     """
 
     wanted: float
@@ -68,10 +72,14 @@ def recommend(
 
     Parameters
     ----------
-    params : parts and axis of the bakes; resolution and layers are tried, the method is by rays.
-    size : width and height of the pictures, pixels.
-    wanted : PSNR, dB.
-    progress : called with what is being tried.
+    params
+        Parts and axis of the bakes; resolution and layers are tried, the method is by rays.
+    size
+        Width and height of the pictures, pixels.
+    wanted
+        PSNR, dB.
+    progress
+        Called with what is being tried.
     """
     trials: list[Trial] = []
     for resolution, layers in _by_cost(resolutions, trials):

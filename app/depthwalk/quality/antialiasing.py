@@ -58,8 +58,10 @@ class Truth:
 
     Attributes
     ----------
-    pixels : (H, W, 3) uint8, sRGB.
-    edge : (H, W) bool, the pixels that an edge runs through, and their neighbours.
+    pixels
+        (H, W, 3) uint8, sRGB.
+    edge
+        (H, W) bool, the pixels that an edge runs through, and their neighbours.
     """
 
     pixels: NDArray[np.uint8]
@@ -73,7 +75,8 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
     Parameters
     ----------
-    size : width and height of the pictures, pixels.
+    size
+        Width and height of the pictures, pixels.
 
     Raises
     ------

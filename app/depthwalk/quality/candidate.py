@@ -44,11 +44,16 @@ class Candidate:
 
     Attributes
     ----------
-    coverage : part of the surface seen from the 42 views that a triangle of the depth images comes within a texel of.
-    thin : part of the surface that has another surface less than a texel behind it.
-    parts : connected pieces of at least `LEAST_PART` of the surface.
-    texel : side of the largest texel, metres.
-    deeper : None where more layers would bring less than `MUCH_DEEPER`.
+    coverage
+        Part of the surface seen from the 42 views that a triangle of the depth images comes within a texel of.
+    thin
+        Part of the surface that has another surface less than a texel behind it.
+    parts
+        Connected pieces of at least `LEAST_PART` of the surface.
+    texel
+        Side of the largest texel, metres.
+    deeper
+        None where more layers would bring less than `MUCH_DEEPER`.
     """
 
     coverage: float
@@ -63,7 +68,8 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
 
     Parameters
     ----------
-    model : the depth images, baked as `params` say.
+    model
+        The depth images, baked as `params` say.
     """
     texel = max(map(_texel, model.parts))
     caster = RayCaster(mesh)
@@ -90,8 +96,9 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
 
     Parameters
     ----------
-    outlines : whether its silhouettes were found to be right. If so thin parts are no reason: a sheet that lies on
-        something is as thin as leaves are.
+    outlines
+        Whether its silhouettes were found to be right. If so thin parts are no reason: a sheet that lies on something
+        is as thin as leaves are.
     """
     lines = []
     foliage = candidate.thin > FOLIAGE and not outlines

@@ -19,10 +19,13 @@ class BakeCosts:
 
     Attributes
     ----------
-    seconds : from the mesh in memory to depth images in memory.
-    peak_bytes : the most memory that the process held until then, with interpreter, libraries and mesh; None where the
-        system does not tell.
-    bytes_disk : of the file.
+    seconds
+        From the mesh in memory to depth images in memory.
+    peak_bytes
+        The most memory that the process held until then, with interpreter, libraries and mesh; None where the system
+        does not tell.
+    bytes_disk
+        Of the file.
     """
 
     seconds: float

@@ -55,7 +55,8 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
     Parameters
     ----------
-    size : width and height of the pictures, pixels.
+    size
+        Width and height of the pictures, pixels.
 
     Raises
     ------

@@ -33,9 +33,12 @@ class Cost:
 
     Attributes
     ----------
-    lines : (2,), how many per view and object.
-    outlines : how many of these have something else beyond them, which no choice may leave out.
-    milliseconds : (2,), of one core, per view: the least of `REPEATS`, taken in turns.
+    lines
+        (2,), how many per view and object.
+    outlines
+        How many of these have something else beyond them, which no choice may leave out.
+    milliseconds
+        (2,), of one core, per view: the least of `REPEATS`, taken in turns.
     """
 
     lines: NDArray[np.float64]
@@ -48,8 +51,10 @@ def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tupl
 
     Parameters
     ----------
-    radii, heights : of its rings; a ring of radius 0 is one point.
-    sides : points of every other ring.
+    radii, heights
+        Of its rings; a ring of radius 0 is one point.
+    sides
+        Points of every other ring.
 
     Returns
     -------
@@ -81,7 +86,8 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
     Parameters
     ----------
-    size : width and height of the picture that lines are drawn into, pixels.
+    size
+        Width and height of the picture that lines are drawn into, pixels.
 
     Raises
     ------

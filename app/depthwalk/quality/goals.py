@@ -19,9 +19,12 @@ class Measure:
 
     Attributes
     ----------
-    digits : shown after the decimal point.
-    goal_mean : for the mean over the views.
-    goal_worst : for every single view.
+    digits
+        Shown after the decimal point.
+    goal_mean
+        For the mean over the views.
+    goal_worst
+        For every single view.
     """
 
     key: str

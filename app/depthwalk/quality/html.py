@@ -30,7 +30,8 @@ class Section:
 
     Attributes
     ----------
-    colour : of the title, as CSS names it; "" for that of the text.
+    colour
+        Of the title, as CSS names it; "" for that of the text.
     """
 
     title: str
@@ -54,9 +55,12 @@ def render_page(
 
     Parameters
     ----------
-    headline : lines below the title.
-    template : a file that extends `report.html`.
-    values : what such a template needs besides.
+    headline
+        Lines below the title.
+    template
+        A file that extends `report.html`.
+    values
+        What such a template needs besides.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined  # only whoever asks for a page waits for it
 

@@ -28,11 +28,16 @@ class ViewQuality:
 
     Attributes
     ----------
-    pixels : that the mesh covers.
-    psnr : dB, +inf for equal pictures.
-    iou, flip : 0 to 1.
-    holes : per cent of the mesh's pixels.
-    depth_median, depth_p99 : errors in parts of the object's height, NaN where the pictures share no pixel.
+    pixels
+        That the mesh covers.
+    psnr
+        DB, +inf for equal pictures.
+    iou, flip
+        0 to 1.
+    holes
+        Per cent of the mesh's pixels.
+    depth_median, depth_p99
+        Errors in parts of the object's height, NaN where the pictures share no pixel.
     """
 
     viewpoint: Viewpoint
@@ -65,9 +70,12 @@ def measure(
 
     Parameters
     ----------
-    baked : made of `mesh`.
-    size : width and height of the pictures, pixels.
-    pool : other processes for FLIP, which takes longer than all else.
+    baked
+        Made of `mesh`.
+    size
+        Width and height of the pictures, pixels.
+    pool
+        Other processes for FLIP, which takes longer than all else.
 
     Raises
     ------
@@ -89,9 +97,12 @@ def measure_views(
 
     Parameters
     ----------
-    height : what depth errors are divided by, see `object_height`.
-    pool : as for `measure`.
-    advance : called after each view.
+    height
+        What depth errors are divided by, see `object_height`.
+    pool
+        As for `measure`.
+    advance
+        Called after each view.
     """
     started: list[tuple[ViewQuality, Future[float]]] = []
     for viewpoint in viewpoints:

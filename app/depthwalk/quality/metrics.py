@@ -72,8 +72,10 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
     Parameters
     ----------
-    reference, test : (H, W) float32, metres along the view axis, +inf where there is nothing.
-    unit : metres.
+    reference, test
+        (H, W) float32, metres along the view axis, +inf where there is nothing.
+    unit
+        Metres.
 
     Returns
     -------

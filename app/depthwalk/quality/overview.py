@@ -22,9 +22,12 @@ class Overview:
 
     Attributes
     ----------
-    commit : of the checkout that ran; None where the package is installed.
-    renderer : the GL driver's name.
-    image_size : width and height of the pictures.
+    commit
+        Of the checkout that ran; None where the package is installed.
+    renderer
+        The GL driver's name.
+    image_size
+        Width and height of the pictures.
     """
 
     version: str

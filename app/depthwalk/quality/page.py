@@ -10,6 +10,7 @@ from depthwalk.quality import metrics
 from depthwalk.quality.goals import MEASURES, Measure, Summary, summarise
 from depthwalk.quality.html import Figure, Section, render_page
 from depthwalk.quality.measure import ViewQuality
+from depthwalk.quality.pair_renderer import Pair
 from depthwalk.quality.report import (
     CompareReport,
     ModelReport,
@@ -20,7 +21,6 @@ from depthwalk.quality.report import (
     overall,
     overview,
 )
-from depthwalk.quality.pair_renderer import Pair
 from depthwalk.quality.views import Viewpoint
 from depthwalk.types import Mask, Picture
 
@@ -73,7 +73,8 @@ def to_html(report: CompareReport, worst: Sequence[Sequence[WorstView]]) -> str:
 
     Parameters
     ----------
-    worst : the views to show, for each model of the report.
+    worst
+        The views to show, for each model of the report.
     """
     sections = [_model_section(model, views) for model, views in zip(report.models, worst, strict=True)]
     if len(report.models) > 1:

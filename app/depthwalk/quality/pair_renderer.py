@@ -27,8 +27,10 @@ class Shot:
 
     Attributes
     ----------
-    pixels : (H, W, 3) uint8, sRGB, over `BACKGROUND`.
-    distance : (H, W) float32, metres along the view axis, +inf where there is nothing.
+    pixels
+        (H, W, 3) uint8, sRGB, over `BACKGROUND`.
+    distance
+        (H, W) float32, metres along the view axis, +inf where there is nothing.
     """
 
     pixels: NDArray[np.uint8]
@@ -53,7 +55,8 @@ class PairRenderer:
 
     Parameters
     ----------
-    size : width and height of the pictures, pixels.
+    size
+        Width and height of the pictures, pixels.
 
     Raises
     ------

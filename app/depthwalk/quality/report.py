@@ -37,14 +37,22 @@ class ModelReport:
 
     Attributes
     ----------
-    name : its file as the user gave it, or scene and asset.
-    mesh : its file.
-    params : of its depth images.
-    objects : into how many it was split.
-    deepest : layers of the deepest image.
-    views : from all around.
-    close : from close by.
-    warnings : why it is a poor candidate.
+    name
+        Its file as the user gave it, or scene and asset.
+    mesh
+        Its file.
+    params
+        Of its depth images.
+    objects
+        Into how many it was split.
+    deepest
+        Layers of the deepest image.
+    views
+        From all around.
+    close
+        From close by.
+    warnings
+        Why it is a poor candidate.
     """
 
     name: str
@@ -67,9 +75,12 @@ class CompareReport:
 
     Attributes
     ----------
-    commit : of the checkout that ran; None where the package is installed.
-    renderer : the GL driver's name.
-    image_size : width and height of the pictures.
+    commit
+        Of the checkout that ran; None where the package is installed.
+    renderer
+        The GL driver's name.
+    image_size
+        Width and height of the pictures.
     """
 
     version: str
@@ -233,8 +244,10 @@ def _summary(measure: Measure, summary: Summary, name: str | None = None, aims: 
 
     Parameters
     ----------
-    name : the model in the worst view, where there are several.
-    aims : say which goals are reached.
+    name
+        The model in the worst view, where there are several.
+    aims
+        Say which goals are reached.
     """
     document: dict[str, Any] = {"mean": summary.mean, "worst": summary.worst}
     if name is not None:

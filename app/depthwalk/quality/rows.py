@@ -15,12 +15,18 @@ class Row:
 
     Attributes
     ----------
-    subject : what was looked at.
-    name : what was measured of it.
-    digits : shown after the decimal point.
-    goal : what it must reach; None where nothing is asked.
-    details : other values of the same pictures, by name.
-    pictures : PNG files, by caption.
+    subject
+        What was looked at.
+    name
+        What was measured of it.
+    digits
+        Shown after the decimal point.
+    goal
+        What it must reach; None where nothing is asked.
+    details
+        Other values of the same pictures, by name.
+    pictures
+        PNG files, by caption.
     """
 
     subject: str

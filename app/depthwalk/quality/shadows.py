@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import silhouette_iou
-from depthwalk.quality.rows import Row
 from depthwalk.quality.pair_renderer import one_object_scene
+from depthwalk.quality.rows import Row
 from depthwalk.quality.views import FOV, Sphere, bounding_sphere
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -48,8 +48,10 @@ class Ground:
 
     Attributes
     ----------
-    shown : (H, W), where nothing stands before it.
-    shadow : (H, W), where the sun does not reach it.
+    shown
+        (H, W), where nothing stands before it.
+    shadow
+        (H, W), where the sun does not reach it.
     """
 
     shown: NDArray[np.bool_]
@@ -63,7 +65,8 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
     Parameters
     ----------
-    size : width and height of the pictures, pixels.
+    size
+        Width and height of the pictures, pixels.
 
     Raises
     ------

@@ -25,8 +25,10 @@ class Viewpoint:
 
     Attributes
     ----------
-    elevation, azimuth : degrees; azimuth 0 is +Z, 90 is +X.
-    close : from `CLOSE` radii away, instead of where the object fills the frame.
+    elevation, azimuth
+        Degrees; azimuth 0 is +Z, 90 is +X.
+    close
+        From `CLOSE` radii away, instead of where the object fills the frame.
     """
 
     elevation: float

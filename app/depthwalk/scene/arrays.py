@@ -67,9 +67,12 @@ class Camera:
 
     Attributes
     ----------
-    position : where the camera stands, metres, world.
-    target : a point in the middle of the picture, metres, world.
-    fov : vertical angle of view, radians.
+    position
+        Where the camera stands, metres, world.
+    target
+        A point in the middle of the picture, metres, world.
+    fov
+        Vertical angle of view, radians.
     """
 
     position: tuple[float, float, float]

@@ -36,9 +36,12 @@ def clip_from_view(fov: float, aspect: float, near: float, far: float) -> glm.dm
 
     Parameters
     ----------
-    fov : vertical angle of view, radians.
-    aspect : width over height of the picture.
-    near, far : metres along the view axis, 0 < near < far; `far` may be infinite.
+    fov
+        Vertical angle of view, radians.
+    aspect
+        Width over height of the picture.
+    near, far
+        Metres along the view axis, 0 < near < far; `far` may be infinite.
     """
     focal = 1 / math.tan(fov / 2)
     scale, shift = -1.0, -2 * near

@@ -39,9 +39,12 @@ class Document:
 
     Attributes
     ----------
-    name : the path as the user gave it; errors cite it.
-    root : ruamel's node of the whole text.
-    value : None, bool, int, float, str, list or dict, nested.
+    name
+        The path as the user gave it; errors cite it.
+    root
+        Ruamel's node of the whole text.
+    value
+        None, bool, int, float, str, list or dict, nested.
     """
 
     name: str

@@ -47,10 +47,14 @@ class Row:
 
     Attributes
     ----------
-    loc : where it stands in the file.
-    spec : what the file says of it.
-    parent : the row of the group that holds it, −1 at the top.
-    depth : how many groups hold it.
+    loc
+        Where it stands in the file.
+    spec
+        What the file says of it.
+    parent
+        The row of the group that holds it, −1 at the top.
+    depth
+        How many groups hold it.
     """
 
     loc: Loc
@@ -114,10 +118,14 @@ def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, 
 
     Parameters
     ----------
-    rows : the items of the file, as `list_rows` returns them.
-    assets : the assets by name, which all exist (see `reference_errors`).
-    places : for each `places` item, the transforms that its file lists.
-    source : where values came from, to locate errors.
+    rows
+        The items of the file, as `list_rows` returns them.
+    assets
+        The assets by name, which all exist (see `reference_errors`).
+    places
+        For each `places` item, the transforms that its file lists.
+    source
+        Where values came from, to locate errors.
 
     Raises
     ------

@@ -32,9 +32,12 @@ def load_scene(
 
     Parameters
     ----------
-    path : the scene file or mesh; errors cite it as given.
-    asset_roots : folders besides the scene's own in which its files may lie; the program's own assets come last.
-    overrides : dotted path in the file → YAML text of the value, as `--set` gives them.
+    path
+        The scene file or mesh; errors cite it as given.
+    asset_roots
+        Folders besides the scene's own in which its files may lie; the program's own assets come last.
+    overrides
+        Dotted path in the file → YAML text of the value, as `--set` gives them.
 
     Raises
     ------
@@ -84,9 +87,12 @@ class FileFinder:
 
     Attributes
     ----------
-    source : where the scene's values came from, to locate errors.
-    roots : the folders to search, in this order, absolute and without symbolic links.
-    errors : what was found wrong so far.
+    source
+        Where the scene's values came from, to locate errors.
+    roots
+        The folders to search, in this order, absolute and without symbolic links.
+    errors
+        What was found wrong so far.
     """
 
     source: Source

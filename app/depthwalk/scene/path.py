@@ -54,11 +54,16 @@ class CameraPath:
 
     Attributes
     ----------
-    fps : frames per second.
-    interpolation : "smooth", a curve through the keyframes, or "step", which holds each until the next.
-    times : (k,) float64, seconds, ascending.
-    views : (k, 6) float64, position and target, metres, world.
-    fovs : (k,) float64, vertical angles of view, radians.
+    fps
+        Frames per second.
+    interpolation
+        "smooth", a curve through the keyframes, or "step", which holds each until the next.
+    times
+        (k,) float64, seconds, ascending.
+    views
+        (k, 6) float64, position and target, metres, world.
+    fovs
+        (k,) float64, vertical angles of view, radians.
     """
 
     fps: float
@@ -88,7 +93,8 @@ class CameraPath:
 
         Parameters
         ----------
-        times : (n,) seconds, each from the first to the last keyframe.
+        times
+            (n,) seconds, each from the first to the last keyframe.
 
         Returns
         -------

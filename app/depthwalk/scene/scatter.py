@@ -20,9 +20,12 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
 
     Parameters
     ----------
-    count : objects along x and along z.
-    spacing : metres between neighbours along x and along z.
-    scale : size of every object.
+    count
+        Objects along x and along z.
+    spacing
+        Metres between neighbours along x and along z.
+    scale
+        Size of every object.
 
     Returns
     -------
@@ -43,11 +46,16 @@ def scatter_instances(
 
     Parameters
     ----------
-    count : how many objects to place.
-    area : sides of the rectangle along x and z, metres.
-    spacing : smallest distance between two objects, metres.
-    scale : lowest and highest size.
-    seed : of the random numbers; the same seed gives the same objects.
+    count
+        How many objects to place.
+    area
+        Sides of the rectangle along x and z, metres.
+    spacing
+        Smallest distance between two objects, metres.
+    scale
+        Lowest and highest size.
+    seed
+        Of the random numbers; the same seed gives the same objects.
 
     Returns
     -------

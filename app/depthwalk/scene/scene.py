@@ -23,11 +23,16 @@ class MeshAsset:
 
     Attributes
     ----------
-    name : of the asset in the scene file.
-    mesh, texture : absolute paths; the texture replaces the mesh file's own.
-    up : the file's upward axis.
-    height : metres, to which the asset is scaled; None keeps the file's size.
-    dpci : how to bake its depth images; None: it has none.
+    name
+        Of the asset in the scene file.
+    mesh, texture
+        Absolute paths; the texture replaces the mesh file's own.
+    up
+        The file's upward axis.
+    height
+        Metres, to which the asset is scaled; None keeps the file's size.
+    dpci
+        How to bake its depth images; None: it has none.
     """
 
     name: str
@@ -44,12 +49,18 @@ class DepthImageAsset:
 
     Attributes
     ----------
-    name : of the asset in the scene file.
-    depth, colour, normal : absolute paths.
-    size : width and height of a relief, metres.
-    range : metres between white, in front, and black.
-    unit : metres per unit of the depth file.
-    intrinsics : the camera of a range image.
+    name
+        Of the asset in the scene file.
+    depth, colour, normal
+        Absolute paths.
+    size
+        Width and height of a relief, metres.
+    range
+        Metres between white, in front, and black.
+    unit
+        Metres per unit of the depth file.
+    intrinsics
+        The camera of a range image.
     """
 
     name: str
@@ -151,11 +162,16 @@ def set_node_transform(
 
     Parameters
     ----------
-    scene : the scene, which changes.
-    node : index of the node in `scene.nodes`.
-    position : metres, in the parent.
-    yaw : radians about +Y, counter-clockwise seen from above.
-    scale : size relative to the parent, > 0.
+    scene
+        The scene, which changes.
+    node
+        Index of the node in `scene.nodes`.
+    position
+        Metres, in the parent.
+    yaw
+        Radians about +Y, counter-clockwise seen from above.
+    scale
+        Size relative to the parent, > 0.
 
     Returns
     -------

@@ -41,9 +41,12 @@ class Source:
 
     Attributes
     ----------
-    document : the parsed file.
-    overrides : the key of each `--set` option as the user wrote it, by the place that it set.
-    renamed : the place of each key that the file has under a former name, by the place where its value is now.
+    document
+        The parsed file.
+    overrides
+        The key of each `--set` option as the user wrote it, by the place that it set.
+    renamed
+        The place of each key that the file has under a former name, by the place where its value is now.
     """
 
     document: Document
@@ -107,9 +110,12 @@ def check_model(
 
     Parameters
     ----------
-    document : the parsed file; its values are changed in place.
-    model : what the file must hold.
-    overrides : dotted path in the document → YAML text of the value.
+    document
+        The parsed file; its values are changed in place.
+    model
+        What the file must hold.
+    overrides
+        Dotted path in the document → YAML text of the value.
 
     Returns
     -------
