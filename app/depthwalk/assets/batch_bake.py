@@ -59,20 +59,20 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Baked:
-    """Tell of a job that baked its mesh.
+    """Report that a job baked its mesh.
 
     Attributes
     ----------
     out
         The file.
     triangles
-        How many the mesh has.
+        Number of triangles of the mesh.
     parts
-        Objects that the mesh was divided into.
+        Number of objects that the mesh was divided into.
     images
-        Depth images that show anything.
+        Number of depth images that hold samples.
     seconds
-        How long each stage took, in the order of the stages.
+        Seconds that each stage took, in the order of the stages.
     bytes
         Size of the file.
     """
@@ -87,7 +87,15 @@ class Baked:
 
 @dataclass(frozen=True)
 class Kept:
-    """Tell of a job that needed no bake. cached: whether its file was copied from the user's cache folder."""
+    """Report that a job needed no bake.
+
+    Attributes
+    ----------
+    out
+        The file.
+    cached
+        Whether it was copied from the user's cache folder; else it was up to date.
+    """
 
     out: Path
     cached: bool
@@ -101,7 +109,7 @@ Outcomes = Generator[tuple[int, Outcome], None, None]
 
 
 def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcomes:
-    """Do jobs, and yield the number of each with what it came to, as they end.
+    """Do jobs, and yield what became of each as it ends.
 
     Callers that leave before the end close the generator, which ends what still runs.
 
@@ -112,7 +120,12 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
     processes
         How many jobs to do at a time; None: as many as there are cores. With one they are done in this process.
     stage
-        Told what is being done.
+        Called with the number of a job and the name of the stage that it begins.
+
+    Yields
+    ------
+    tuple
+        The number of a job, and what became of it; an InputError where the job failed, while the others go on.
     """
     processes = min(len(jobs), processes or os.cpu_count() or 1)
     with contextlib.ExitStack() as stack:
@@ -128,19 +141,24 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
 
 
 def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int | None = None) -> Baked | Kept:
-    """Find the file of a job up to date, or in the cache, or else bake it.
+    """Bake a mesh to a file, unless the file is up to date or can be copied from the cache.
 
     Parameters
     ----------
     job
         The job.
     staged
-        Where to write the file; the caller puts it in the place of `job.out` when it is whole. Nothing is written where
-        `job.out` is up to date.
+        Where to write the file; the caller moves it to `job.out` when it is whole. Nothing is written where `job.out`
+        is up to date.
     stage
-        Called with the name of each stage.
+        Called with the name of each stage as it begins.
     workers
-        How many threads to use, see `thread_map`.
+        How many threads to use; None: as many as `default_workers` returns.
+
+    Returns
+    -------
+    Baked | Kept
+        What was done.
 
     Raises
     ------

@@ -59,7 +59,7 @@ class SceneLibrary:
     Attributes
     ----------
     report
-        Told what is being done; may be replaced.
+        Called with the name of an asset and what is being done for it; may be replaced.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class SceneLibrary:
         assets
             The assets, by number.
         report
-            Told what is being done.
+            Called with the name of an asset and what is being done for it.
         processes
             How many missing assets to bake at a time; None: as many as there are cores. More than one is for programs
             whose main module can be imported again, since that is how processes are started.
@@ -89,7 +89,7 @@ class SceneLibrary:
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
-        """Return a library of other assets, which bakes as many at a time."""
+        """Return a library of other `assets`, which bakes as many at a time as this one."""
         return SceneLibrary(assets, processes=self._processes)
 
     def __len__(self) -> int:
@@ -97,20 +97,23 @@ class SceneLibrary:
         return len(self._assets)
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether an asset has depth images, without making them."""
+        """Return whether the asset numbered `asset` has depth images, without making them."""
         spec = self._assets[asset]
         return isinstance(spec, DepthImageAsset) or spec.dpci is not None
 
     def has_mesh(self, asset: int) -> bool:
-        """Return whether an asset has a mesh, without reading it."""
+        """Return whether the asset numbered `asset` has a mesh, without reading it."""
         return isinstance(self._assets[asset], MeshAsset)
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4) of an image file, sRGB."""
+        """Return the texels (H, W, 4) uint8, sRGB with alpha, row 0 at the top, of the image file `path`."""
         return load_texture(path)
 
     def key(self, asset: int) -> str:
-        """Return the key of an asset's depth images; "" where they are not kept, or not as they are drawn."""
+        """Return the key of the depth images of the asset numbered `asset`.
+
+        It is "" where the cache keeps none, or keeps them otherwise than they are drawn.
+        """
         if asset not in self._keys:
             self._keys[asset] = _key_of(self._assets[asset])
         return self._keys[asset]
@@ -118,7 +121,10 @@ class SceneLibrary:
     # Depth images ----------------------------------------------------------------------------------------------------
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return the depth images of an asset: found, or baked and kept; None where it has none."""
+        """Return the depth images of the asset numbered `asset`; None where it has none.
+
+        Those that are found neither beside the mesh nor in the cache are baked, and kept in the cache.
+        """
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
             return self._planar(spec) if spec.intrinsics is None else self._range_model(asset, spec)
@@ -227,7 +233,7 @@ class SceneLibrary:
     # Meshes ----------------------------------------------------------------------------------------------------------
 
     def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of an asset, None where it has none."""
+        """Return the mesh of the asset numbered `asset`, asset frame, metres; None where it has none."""
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
             return None
@@ -236,7 +242,10 @@ class SceneLibrary:
         return self._meshes[asset][0]
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
-        """Return the mesh of an asset and its simplified levels, the finest first; none where it has no mesh."""
+        """Return the mesh of the asset numbered `asset` and its simplified levels, the finest first.
+
+        The result is empty where the asset has no mesh.
+        """
         if asset not in self._levels:
             spec, mesh = self._assets[asset], self.mesh(asset)
             if isinstance(spec, MeshAsset) and mesh is not None:
@@ -246,7 +255,7 @@ class SceneLibrary:
         return self._levels[asset]
 
     def forget_mesh(self, asset: int) -> None:
-        """Free the memory of an asset's mesh and its levels, until they are asked for again."""
+        """Free the memory of the mesh and the levels of the asset numbered `asset`, until they are asked for again."""
         self._meshes.pop(asset, None)
         self._levels.pop(asset, None)
 

@@ -53,8 +53,9 @@ def trace_boundary_strip(
 ) -> BoundaryStrip:
     """Trace the boundary strip of the grid of one level.
 
-    From each sample that none of its grid triangles uses, the surface is followed with rays along the triangle's edges
-    until it ends; the triangles between samples and end points complete the cells.
+    A sample that some grid triangle lacks lies near the edge of its surface. Rays follow the surface from that sample,
+    along the sides of the missing triangle, to the edge. Triangles between samples and the points found there complete
+    the cells.
 
     Parameters
     ----------
@@ -63,13 +64,18 @@ def trace_boundary_strip(
     grid
         The face.
     samples
-        Its hits.
+        The hits of the face's rays.
     level
         The grid has step 2^level.
     codes
         The cells (cells,) of each layer at this level, as `connect` returns them.
     followed
         (L, H, W) bool: the samples from which the surface is followed.
+
+    Returns
+    -------
+    BoundaryStrip
+        The strip of `grid.face` at `level`; it may be empty.
     """
     layers, height, width = samples.depth.shape
     corners = grid_cells(grid.shape, grid.face, 1 << level)

@@ -49,7 +49,14 @@ Channels = dict[str, NDArray[Any]]
 
 
 def write_baked(path: Path, model: BakedModel) -> None:
-    """Write `model` to `path` in one step: a reader sees the old file or the whole new one.
+    """Write a model to a file in one step: a reader sees the old file or the whole new one.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is made where it does not exist.
+    model
+        The model.
 
     Raises
     ------
@@ -74,7 +81,17 @@ def write_baked(path: Path, model: BakedModel) -> None:
 
 
 def read_baked(path: Path) -> BakedModel:
-    """Read the model stored at `path`.
+    """Read a model from a baked file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    BakedModel
+        The model, each of its arrays checked.
 
     Raises
     ------
@@ -117,7 +134,10 @@ def _binding_heard() -> Iterator[None]:
 
 
 def read_header(path: Path) -> dict[str, Any]:
-    """Read the checked header of a baked file, without its pixels; raises InputError as `read_baked` does."""
+    """Read and check the header of the baked file `path`, without its pixels; raises what `read_baked` raises.
+
+    Returns the attributes of the file's first part, by name.
+    """
     return inspect_header(path)[0]
 
 

@@ -35,7 +35,7 @@ class Header:
     Attributes
     ----------
     cylinder, position, rotation, shininess, steps, key
-        As in `BakedObject`.
+        The attributes of `BakedObject` with these names.
     checksum
         CRC-32 in hex over all pixels of the file.
     """
@@ -51,6 +51,11 @@ class Header:
 
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     """Read and check a file's header, without decoding a pixel.
+
+    Parameters
+    ----------
+    path
+        The file.
 
     Returns
     -------
@@ -231,7 +236,20 @@ def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[H
 
 
 def check_entries(path: Path, entries: int) -> None:
-    """Raise InputError where the lists of all boundary strips hold more `entries` than a file may."""
+    """Check the size of all boundary strips together, before they are written or read.
+
+    Parameters
+    ----------
+    path
+        The file, for the message.
+    entries
+        Entries in all lists of the file.
+
+    Raises
+    ------
+    InputError
+        Where there are more entries than `MAX_BOUNDARY_STRIP_ENTRIES`.
+    """
     if entries > limits.MAX_BOUNDARY_STRIP_ENTRIES:
         raise InputError(
             f"{path}: borders of {entries} entries; at most {limits.MAX_BOUNDARY_STRIP_ENTRIES} are allowed: "
@@ -252,12 +270,12 @@ def channel_names(name: str, steps: int) -> tuple[str, ...]:
 
 
 def channel_type(channel: str) -> type[np.generic]:
-    """Return the type of the pixels of a channel, whichever part it is in."""
+    """Return the type of the pixels of the channel called `channel`, in whichever part it is."""
     if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c"):
         return np.uint32
     return np.float32 if channel == "Z" else np.float16
 
 
 def first_line(error: Exception) -> str:
-    """Return what an error says, short enough for one line."""
+    """Return the first line of the message of `error`, or the name of its type where it has none."""
     return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

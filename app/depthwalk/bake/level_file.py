@@ -17,13 +17,40 @@ _ARRAYS = (*_VERTEX, "faces")
 
 
 def find_levels(mesh: Mesh, key: str) -> tuple[MeshLevel, ...] | None:
-    """Return `mesh` and its simplified levels, if they are in the cache under `key`; a damaged file is passed over."""
+    """Find the simplified levels of a mesh in the cache.
+
+    Removes a damaged file, with a warning.
+
+    Parameters
+    ----------
+    mesh
+        The mesh, which is the first level itself.
+    key
+        The key under which `keep_levels` kept the others.
+
+    Returns
+    -------
+    tuple | None
+        `mesh` and its levels, the finest first; None where the cache does not hold them.
+    """
     levels = LEVELS.find(key, lambda path: _read(path, mesh))
     return None if levels is None else (MeshLevel(mesh, 0.0), *levels)
 
 
 def keep_levels(levels: tuple[MeshLevel, ...], key: str) -> Path:
-    """Store all levels but the mesh itself in the cache folder and return the file's path.
+    """Store the simplified levels of a mesh in the cache folder.
+
+    Parameters
+    ----------
+    levels
+        The mesh, which is not stored, and its levels.
+    key
+        Hash of all that the levels depend on.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------

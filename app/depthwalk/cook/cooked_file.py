@@ -27,15 +27,41 @@ _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that ar
 
 
 def find_cooked(key: str, options: CookOptions) -> tuple[CookedObject, ...] | None:
-    """Return what `keep_cooked` kept of the model of `key`; None where that is missing or damaged.
+    """Find the cooked objects of a model in the cache.
 
-    Geometry and textures are read, and checked, by each object's `load` only.
+    Reads what drawing must know at once; each object's `load` reads and checks geometry and textures.
+
+    Parameters
+    ----------
+    key
+        Key of the baked model.
+    options
+        What was built of it.
+
+    Returns
+    -------
+    tuple | None
+        The objects in the model's order; None where the cache has none, or a damaged file.
     """
     return COOKED.find(_name(key, options), _objects)
 
 
 def keep_cooked(key: str, options: CookOptions, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-    """Keep the cooked objects of the model of `key` in the cache folder; return the same, which now read the file.
+    """Keep the cooked objects of a model in the cache folder.
+
+    Parameters
+    ----------
+    key
+        Key of the baked model.
+    options
+        What was built of it.
+    objects
+        The objects, in the model's order.
+
+    Returns
+    -------
+    tuple
+        The same objects, which load geometry and textures from the file from now on.
 
     Raises
     ------

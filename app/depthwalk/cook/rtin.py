@@ -80,7 +80,7 @@ def rtin_triangles(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Replace cells of a grid by larger triangles where that shows no difference.
 
-    Only cells are replaced whose two triangles lie on the surface, with all corners on this layer and of one label.
+    Replaces only cells whose two triangles lie on the surface, with all corners on this layer and of one label.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def rtin_triangles(
     level
         The grid has step 2^level.
     tolerance
-        How far samples may be off the triangles, along normals, metres; −inf replaces nothing.
+        How far samples may be off the triangles, along their normals, metres; −inf replaces nothing.
 
     Returns
     -------

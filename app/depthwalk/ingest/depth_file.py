@@ -27,7 +27,7 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     Parameters
     ----------
     path
-        The file.
+        The file: NPY, OpenEXR, PNG or TIFF.
     depth_range
         Metres between white (depth 0) and black, for whole numbers where `unit` is None.
     unit

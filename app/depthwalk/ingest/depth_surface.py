@@ -19,10 +19,10 @@ _BLOCK = 256  # rows fitted at a time
 
 
 def noise(values: Array) -> float:
-    """Return the standard deviation of the noise, in the unit of `values`.
+    """Return the standard deviation of the noise of `values` (H, W), in their unit.
 
-    It is estimated from the median second difference along rows and columns, which slopes do not change, nor, because
-    it is a median, edges.
+    It is estimated from the median of second differences along rows and columns. Slopes do not change these, and edges
+    hardly change their median.
     """
     with np.errstate(invalid="ignore"):
         bends = np.concatenate([np.diff(values, 2, axis=axis).ravel() for axis in (0, 1)])
@@ -38,9 +38,9 @@ def tolerance(values: Array, cell: Array | float) -> Array:
     Parameters
     ----------
     values
-        (H, W) float.
+        (H, W) float, depths or what is affine in them.
     cell
-        (H, W) or one number; how much `values` changes by a step in depth as large as a texel is wide.
+        (H, W) or one number: how much `values` changes by a step in depth as large as a texel is wide.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
     Parameters
     ----------
     values
-        (H, W) float.
+        (H, W) float, depths or what is affine in them.
     allowed
         (H, W), the result of `tolerance`.
     axis
@@ -98,9 +98,9 @@ def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64],
     Parameters
     ----------
     values
-        (H, W) float.
+        (H, W) float, depths or what is affine in them.
     cell
-        (H, W) or one number, as in `tolerance`.
+        (H, W) or one number: how much `values` changes by a step in depth as large as a texel is wide.
 
     Returns
     -------

@@ -42,14 +42,19 @@ def load_mesh(
     path
         The mesh file.
     texture
-        A picture that replaces the file's own textures and base colours; needs texture coordinates.
+        A picture that replaces the file's own textures and base colours; the mesh must have texture coordinates.
     up
-        The file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
+        The file's upward axis. Meshes with z upward are turned: (x, y, z) becomes (x, z, −y).
     height
-        Metres, to which the mesh is scaled uniformly; None takes the file's units for metres.
+        Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
     sources
         What files are read through. Pass the object that `source_hash` used where the mesh must be made of the same
         bytes as the hash.
+
+    Returns
+    -------
+    Mesh
+        The mesh, asset frame, metres.
 
     Raises
     ------
@@ -92,8 +97,8 @@ def check_mesh(
     ----------
     path, texture, up, height
         As `load_mesh` takes them.
-    upright : bool
-        Raise also what `check_height` would raise of the mesh.
+    upright
+        Whether to raise also what `check_height` would raise of the mesh.
     """
     path = Path(path)
     sources = Sources()
@@ -173,7 +178,7 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raise InputError where `mesh`, of the file `path`, is flat and horizontal: it has no side to bake."""
+    """Raise InputError where `mesh`, of the file `path`, is flat and horizontal: it has no side that could be baked."""
     _check_upright(mesh.positions, path)
 
 

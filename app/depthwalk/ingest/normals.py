@@ -21,11 +21,11 @@ def split_at_creases(
     Parameters
     ----------
     positions
-        (V, 3) float64.
+        (V, 3) float64, metres.
     faces
         (F, 3) int64, none of zero area.
     crease
-        Angle between faces, radians, from which their edge stays sharp.
+        Angle between two faces, radians, from which their edge stays sharp.
 
     Returns
     -------

@@ -36,12 +36,14 @@ class ObjMesh:
 
     Attributes
     ----------
-    vertices : (V, 3) float64
+    vertices
+        (V, 3) float64 positions, in the file's unit.
     colours : (V, 3) float64 or None
         sRGB from 0 to 1, written after the coordinates; None unless every vertex has them.
     texture : (T, 2) float64 or None
         Texture coordinates, v upward.
-    normals : (N, 3) float64 or None
+    normals
+        (N, 3) float64, of any length; None where the file has none.
     corners : (C, 3) int64
         Vertex, texture coordinate and normal of every polygon corner, counted from 1; 0 where absent.
     sizes : (P,) int64
@@ -69,6 +71,18 @@ class ObjMesh:
 
 def parse_obj(data: bytes, path: Path) -> ObjMesh:
     """Parse the text of an OBJ file, in UTF-8.
+
+    Parameters
+    ----------
+    data
+        The text, in UTF-8.
+    path
+        The file, for messages.
+
+    Returns
+    -------
+    ObjMesh
+        The polygons.
 
     Raises
     ------

@@ -26,9 +26,9 @@ class Intrinsics:
     Attributes
     ----------
     fx, fy
-        Horizontal and vertical focal length.
+        Horizontal and vertical focal length, pixels.
     cx, cy
-        Principal point; 0, 0 is the centre of the first pixel, which is at the top left in files.
+        Principal point, pixels; 0, 0 is the centre of the first pixel, which is at the top left in files.
     """
 
     fx: float
@@ -60,7 +60,10 @@ class RangeImage:
 
     @cached_property
     def points(self) -> NDArray[np.float32]:
-        """Return the point (H, W, 3) that each pixel saw, metres; (0, 0, −inf) where nothing was measured."""
+        """Return the points (H, W, 3) that the pixels saw, metres, camera frame.
+
+        They are (0, 0, −inf) where nothing was measured.
+        """
         rays = _rays(self.lens, (self.depth.shape[0], self.depth.shape[1]))
         known = np.isfinite(self.depth)[..., None]
         points = np.where(known, self.depth[..., None], 0) * rays
@@ -76,7 +79,7 @@ def load_depth_image(
     colour: Path | None = None,
     normal: Path | None = None,
 ) -> PlanarImage:
-    """Read an orthographic depth image from files, whose row 0 is at the top.
+    """Read a relief from picture files.
 
     Parameters
     ----------
@@ -93,6 +96,11 @@ def load_depth_image(
         SRGB picture, resampled to the depth's resolution; None: light grey.
     normal
         RGB normal map, x right, y up, z toward the viewer, resampled likewise; None: fitted to the depth.
+
+    Returns
+    -------
+    PlanarImage
+        The relief, row 0 at the bottom.
 
     Raises
     ------
@@ -120,16 +128,25 @@ def load_range_image(
     colour: Path | None = None,
     normal: Path | None = None,
 ) -> RangeImage:
-    """Read a range image, the picture of a depth camera, from files, whose row 0 is at the top.
+    """Read a range image, the picture of a depth camera, from files.
 
     Parameters
     ----------
     depth
         The file of depths along the camera's axis, where 0 always means that nothing was measured.
     lens
-        The camera, `cy` counted from the top.
-    unit, colour, normal
-        As `load_depth_image` takes them.
+        The camera, its `cy` counted from the top.
+    unit
+        Metres per unit of the file; None: floats are metres.
+    colour
+        sRGB picture, resampled to the depth's resolution; None: light grey.
+    normal
+        RGB normal map, x right, y up, z toward the camera, resampled likewise; None: fitted to the depth.
+
+    Returns
+    -------
+    RangeImage
+        The range image, row 0 at the bottom.
 
     Raises
     ------

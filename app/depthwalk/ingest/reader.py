@@ -14,14 +14,19 @@ from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:
-    """Return all triangles of an OBJ, PLY, STL, GLB or glTF file.
+    """Read all triangles of an OBJ, PLY, STL, GLB or glTF file.
 
     Parameters
     ----------
     path
         The mesh file.
     sources
-        Where it and the files it names are read from, each once.
+        What the file and those that it names are read through, each once; None reads them from the disk.
+
+    Returns
+    -------
+    Soup
+        The triangles, in the frame and unit of the file.
 
     Raises
     ------

@@ -56,7 +56,7 @@ class Objects(StructOfArrays):
 
     @property
     def polygonal(self) -> NDArray[np.bool_]:
-        """Return which objects (n,) are drawn as polygons."""
+        """Return which objects, (n,) bool, are drawn as polygons."""
         mesh, mesh_lod = (self.representation == kind for kind in MESHES)
         return np.asarray(mesh | mesh_lod)
 

@@ -74,9 +74,19 @@ class Flat:
 
 
 def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
-    """Return the items of the file in its order, groups before their members.
+    """Return the items of a scene file in its order, groups before their members.
 
-    Raises InputError where groups nest too deep.
+    Parameters
+    ----------
+    items
+        The file's `objects`.
+    source
+        Where values came from, to locate errors.
+
+    Raises
+    ------
+    InputError
+        Where groups are nested too deeply.
     """
     rows: list[Row] = []
     stack: list[Iterator[tuple[Loc, ItemParams, int]]] = [_members(("objects",), items, -1)]
@@ -96,7 +106,17 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
 
 
 def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source: Source) -> list[InputError]:
-    """Return errors about assets that do not exist and representations that their asset does not have."""
+    """Return errors about assets that do not exist, and about representations that an asset does not have.
+
+    Parameters
+    ----------
+    rows
+        The items of the file, as `list_rows` returns them.
+    assets
+        The assets by name.
+    source
+        Where values came from, to locate errors.
+    """
     errors = []
     for row in rows:
         if isinstance(row.spec, GroupParams):
@@ -114,7 +134,7 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
 
 
 def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, source: Source) -> Flat:
-    """Return the nodes and objects of the rows.
+    """Turn the items of a scene file into nodes and objects.
 
     Parameters
     ----------
@@ -126,6 +146,11 @@ def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, 
         For each `places` item, the transforms that its file lists.
     source
         Where values came from, to locate errors.
+
+    Returns
+    -------
+    Flat
+        The nodes, and the objects that they hold.
 
     Raises
     ------

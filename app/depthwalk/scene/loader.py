@@ -39,6 +39,11 @@ def load_scene(
     overrides
         Dotted path in the file → YAML text of the value, as `--set` gives them.
 
+    Returns
+    -------
+    Scene
+        The scene, its assets not yet read.
+
     Raises
     ------
     InputError
@@ -75,7 +80,7 @@ def load_scene(
 
 
 def camera_from(params: CameraParams) -> Camera:
-    """Return the camera that a file describes, its field of view in radians."""
+    """Return the camera that `params` of a scene file describe, with its field of view in radians."""
     return Camera(params.position, params.target, math.radians(params.fov))
 
 
@@ -100,9 +105,9 @@ class FileFinder:
     errors: list[InputError] = field(default_factory=list)
 
     def find(self, loc: Loc, name: Path) -> Path:
-        """Return the absolute path of the file that the scene names at `loc`.
+        """Return the absolute path of the file `name`, which the scene names at the place `loc`.
 
-        Where it is none, the path returned has no meaning, and `errors` grows.
+        Where there is no such file, adds to `errors` and returns a path without meaning.
         """
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
             return self._complain(loc, name, "is absolute; paths are relative to the scene file")
@@ -112,7 +117,7 @@ class FileFinder:
             return self._complain(loc, name, "is not a usable path")
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
-        """Return what `find` returns, or None where the scene names no file."""
+        """Return what `find` returns for `name` at the place `loc`; None where `name` is None."""
         return None if name is None else self.find(loc, name)
 
     def _find(self, loc: Loc, name: Path) -> Path:

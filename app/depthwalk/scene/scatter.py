@@ -25,7 +25,7 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
     spacing
         Metres between neighbours along x and along z.
     scale
-        Size of every object.
+        Scale of every object.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
 def scatter_instances(
     count: int, area: tuple[float, float], spacing: float, scale: tuple[float, float], seed: int
 ) -> Similarity:
-    """Return objects at random positions in a rectangle centred on the origin, with random yaw and scale.
+    """Place objects at random in a rectangle centred on the origin, with random yaw and scale.
 
     Parameters
     ----------
@@ -53,9 +53,9 @@ def scatter_instances(
     spacing
         Smallest distance between two objects, metres.
     scale
-        Lowest and highest size.
+        Lowest and highest scale of an object.
     seed
-        Of the random numbers; the same seed gives the same objects.
+        Start of the random numbers; the same seed gives the same objects.
 
     Returns
     -------
@@ -71,7 +71,20 @@ def scatter_instances(
 
 
 def room_for(area: tuple[float, float], spacing: float) -> float:
-    """Return an upper bound on how many points `spacing` apart fit the rectangle: discs in their densest packing."""
+    """Return an upper bound on the number of points that fit a rectangle: that of discs in their densest packing.
+
+    Parameters
+    ----------
+    area
+        Sides of the rectangle along x and z, metres.
+    spacing
+        Smallest distance between two points, metres.
+
+    Returns
+    -------
+    float
+        The number; +inf where the spacing is 0.
+    """
     if spacing == 0:
         return math.inf
     return _DENSEST * (area[0] + spacing) * (area[1] + spacing) / (math.pi / 4 * spacing**2)

@@ -24,15 +24,15 @@ class MeshAsset:
     Attributes
     ----------
     name
-        Of the asset in the scene file.
+        Name of the asset in the scene file.
     mesh, texture
-        Absolute paths; the texture replaces the mesh file's own.
+        Absolute paths. The texture replaces the mesh file's own; None keeps these.
     up
         The file's upward axis.
     height
-        Metres, to which the asset is scaled; None keeps the file's size.
+        Height in metres to which the asset is scaled; None keeps the file's size.
     dpci
-        How to bake its depth images; None: it has none.
+        How to bake its depth images; None for an asset without depth images.
     """
 
     name: str
@@ -50,17 +50,17 @@ class DepthImageAsset:
     Attributes
     ----------
     name
-        Of the asset in the scene file.
+        Name of the asset in the scene file.
     depth, colour, normal
-        Absolute paths.
+        Absolute paths; None for a colour or normal map that is not given.
     size
-        Width and height of a relief, metres.
+        Width and height of a relief, metres; None for a range image.
     range
-        Metres between white, in front, and black.
+        Metres between white, in front, and black; None where the file has a unit or holds floats.
     unit
-        Metres per unit of the depth file.
+        Metres per unit of the depth file; None: floats are metres.
     intrinsics
-        The camera of a range image.
+        The camera of a range image; None for a relief.
     """
 
     name: str
@@ -167,11 +167,11 @@ def set_node_transform(
     node
         Index of the node in `scene.nodes`.
     position
-        Metres, in the parent.
+        (3,) metres, in the parent's frame.
     yaw
         Radians about +Y, counter-clockwise seen from above.
     scale
-        Size relative to the parent, > 0.
+        Scale relative to the parent, > 0.
 
     Returns
     -------
@@ -198,7 +198,15 @@ def set_node_transform(
 
 
 def place_nodes(nodes: Nodes, first: int, end: int) -> None:
-    """Recompute the world transforms of the nodes `first` to `end − 1`, whole subtrees, one depth after the other."""
+    """Recompute the world transforms of a run of nodes from their parents', in place.
+
+    Parameters
+    ----------
+    nodes
+        All nodes of a scene, whose `world` changes.
+    first, end
+        The run is the nodes `first` to `end − 1`; it consists of whole subtrees.
+    """
     depth = nodes.depth[first:end]
     if not len(depth):
         return
@@ -211,7 +219,21 @@ def place_nodes(nodes: Nodes, first: int, end: int) -> None:
 def place_objects(
     objects: Objects, nodes: Nodes, instances: Similarity, owner: NDArray[np.int32], which: slice
 ) -> None:
-    """Recompute position, rotation and scale of the slice `which` of the objects from their nodes."""
+    """Recompute the world transforms of a run of objects from those of their nodes, in place.
+
+    Parameters
+    ----------
+    objects
+        All n objects of a scene, whose position (metres), rotation and scale change.
+    nodes
+        All nodes of the scene, with their present world transforms.
+    instances
+        n transforms: each object in its node's frame.
+    owner
+        (n,) int32, the node of each object.
+    which
+        The run of objects.
+    """
     world = compose(nodes.world[owner[which]], instances[which])
     objects.position[which] = world.position
     objects.rotation[which] = quaternions(world.yaw)

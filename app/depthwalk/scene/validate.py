@@ -54,9 +54,10 @@ class Source:
     renamed: dict[Loc, Loc] = field(default_factory=dict)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """Return the error about the value at `loc`.
+        """Return the error `message` about the value at `loc`.
 
-        It cites the `--set` option that gave the value, else the file's line and column.
+        It cites the `--set` option that gave the value, else the file's line and column, with `at_key` those of the
+        key.
         """
         for place, key in reversed(self.overrides.items()):
             if loc[: len(place)] == place:
@@ -82,7 +83,10 @@ class Source:
         rename_keys(self.document.value, (), report)
 
     def override(self, key: str, text: str) -> None:
-        """Set the value at the dotted path `key` of the document to YAML `text`, as `--set key=text` asks."""
+        """Set the value at the dotted path `key` of the document to the YAML `text`, as `--set key=text` asks.
+
+        Raises InputError where the path or the text cannot be used.
+        """
         self.overrides[_override(self.document.value, key, text)] = key
 
     def _as_written(self, loc: Loc) -> Loc:
@@ -139,7 +143,7 @@ def check_model(
 
 
 def raise_all(errors: list[InputError]) -> None:
-    """Raise the collected errors as one InputError of a line each; do nothing where there are none."""
+    """Raise the collected `errors` as one InputError with a line for each; do nothing where there are none."""
     if errors:
         lines = list(dict.fromkeys(str(error) for error in errors))
         more = [f"... and {len(lines) - MAX_MESSAGES} more"] if len(lines) > MAX_MESSAGES else []
@@ -147,7 +151,7 @@ def raise_all(errors: list[InputError]) -> None:
 
 
 def shown(value: object) -> str:
-    """Return a value as messages show it: short, as the user wrote it."""
+    """Return `value` as messages show it: shortened, in the way in which users write it."""
     match value:
         case None:
             return "null"
