@@ -49,33 +49,36 @@ def bake_mesh(
     Parameters
     ----------
     mesh
-        OBJ, PLY, glTF or any other mesh that docs/scene-file.md names.
+        Path of an OBJ, PLY, glTF or any other mesh file that docs/scene-file.md names.
     out
-        The file to write, which ends in .exr; None: beside the mesh, `bust.dpci.exr` beside `bust.obj`.
+        The file to write, which ends in .exr; None writes beside the mesh, `bust.dpci.exr` beside `bust.obj`.
     resolution
         Side of every image, texels.
     layers
-        Surfaces behind each other that an image holds; auto: as many as can be seen.
+        Surfaces behind each other that an image holds; "auto": as many as can be seen.
     parts
-        Objects that share the mesh; auto: as many as sample its surface well.
+        Most objects that share the mesh, each with images of its own; "auto": as many as sample its surface well.
     axis
-        Axis of the cylinder, a letter or a direction; auto: the one that samples the surface best.
+        Axis of the cylinder, a letter or a direction (3,) in the asset's frame; "auto": the one that samples the
+        surface best.
     method
-        By rays, or by the six views of the paper.
+        How surfaces are sampled: by rays, or by the six views of the paper.
     texture
-        An image for meshes whose files name none.
+        Path of a picture that replaces the textures of the mesh file; None keeps these.
     up
-        Which way up is in the file.
+        The axis that points upward in the file.
     height
-        Metres that the mesh is scaled to; None: as the file has it.
+        Height in metres to which the mesh is scaled; None keeps the file's size.
     force
-        Bake even where the file is up to date.
+        Whether to bake even where the file is up to date.
     progress
-        Called with the name of each stage.
+        Called with the name of each stage as it begins.
 
     Returns
     -------
     The file.
+    Path
+        The file with the depth images.
 
     Raises
     ------
@@ -111,7 +114,7 @@ def bake_mesh(
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """How depth images compare with their mesh, over views from all around.
+    """Tell how closely the pictures of depth images resemble those of their mesh, seen from all around.
 
     The measures are psnr (dB), iou (of the silhouettes), flip (0 to 1), depth_median and depth_p99 (errors, in heights
     of the object) and holes (per cent of the mesh's pixels); docs/quality-method.md defines them.
@@ -123,9 +126,9 @@ class Comparison:
     worst
         The worst view's value of each measure, by name.
     views
-        How many views showed anything.
+        Number of views that showed anything.
     gpu_bytes
-        Bytes that the depth images take on the GPU.
+        Bytes of GPU memory that the depth images take.
 
     Examples
     --------
@@ -150,20 +153,25 @@ def compare(
     size: tuple[int, int] = (1024, 768),
     views: Literal[6, 42] = 42,
 ) -> Comparison:
-    """Measure the pictures that depth images give against those of their mesh, in the same light.
+    """Compare pictures of depth images with pictures of their mesh, in the same light.
 
     Parameters
     ----------
     mesh
-        The file that was baked.
+        Path of the mesh file that was baked.
     baked
-        The file that `bake_mesh` made of it.
+        Path of the file that `bake_mesh` made of it.
     texture, up, height
-        As for `bake_mesh`.
+        The values that `bake_mesh` was given.
     size
         Width and height of the pictures, pixels.
     views
-        42 directions all around, or a quick sample of 6.
+        Number of directions to look from: 42 all around, or a quick sample of 6.
+
+    Returns
+    -------
+    Comparison
+        Mean and worst of each measure.
 
     Raises
     ------

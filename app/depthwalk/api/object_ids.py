@@ -20,19 +20,19 @@ _SAME_SURFACE, _SAME_SURFACE_SAMPLED = 1e-3, 5e-2
 
 
 def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) -> NDArray[np.int32]:
-    """Return the scene's object in front at each pixel of the targets of the frame drawn last.
+    """Return which object of the scene is in front at each pixel of the frame drawn last.
 
-    Depth-image objects are read from the visibility buffer. Polygons leave no trace there: one that `ids` found is seen
-    where it is as near as what the frame shows.
+    Objects drawn as depth images are read from the visibility buffer. Polygons leave no trace in it: an object that
+    `ids` found counts as seen where it is as near as what the frame shows.
 
     Parameters
     ----------
     renderer
-        It has just drawn a frame, and its context is current.
+        The renderer, which has just drawn a frame; its context is current.
     ids
-        One of its passes, whose `wanted` was set before that frame.
+        One of the renderer's passes, whose `wanted` was set before that frame.
     scene_objects
-        Of the scene, one row for each number.
+        The objects of the scene, one row for each number.
 
     Returns
     -------

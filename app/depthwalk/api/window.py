@@ -18,11 +18,11 @@ def view(
     scene
         What to walk through. Keys and mouse are listed in docs/walking.md.
     path
-        A camera path file, which the key P plays.
+        A camera path file, which the key P plays; None for no path.
     size
         Width and height of the window, pixels.
     fullscreen
-        Cover the whole screen.
+        Whether the window covers the whole screen.
 
     Raises
     ------

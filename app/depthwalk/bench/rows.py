@@ -35,15 +35,15 @@ SETTLING = 30  # frames before each moment's timed ones, so that kept images are
 
 @dataclass(frozen=True)
 class Walk:
-    """Choose what of a camera path is looked at.
+    """Choose which frames of a camera path are timed and compared.
 
     Attributes
     ----------
     moments
-        The cameras of each moment: `SETTLING` frames that lead there, then those to be timed, the first of which is
-        compared too.
+        The cameras of each moment: first `SETTLING` frames that lead up to it, then the frames to be timed, the first
+        of which is also compared.
     seconds
-        For timing a column.
+        Time to spend on timing a column, seconds.
     size
         Width and height of the pictures, pixels.
     """
@@ -58,10 +58,21 @@ class Walk:
 
         Parameters
         ----------
+        path
+            The camera path.
         moments
-            How many.
+            Number of moments.
         run
-            Successive frames of each that are timed.
+            Number of successive frames that are timed at each moment.
+        seconds
+            Time to spend on timing a column, seconds.
+        size
+            Width and height of the pictures, pixels.
+
+        Returns
+        -------
+        Self
+            The frames to draw.
 
         Raises
         ------
@@ -89,18 +100,20 @@ class Walk:
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """Hold what one way to draw the objects came to.
+    """Hold the measurements of one way to draw the objects.
 
     Attributes
     ----------
     frame_ms
-        Median over `frames` frames.
+        Median time of a frame, milliseconds.
+    frames
+        Number of timed frames.
     flip
-        Mean over the moments; None where nothing was compared.
+        Mean FLIP over the moments, 0 to 1; None where nothing was compared.
     setting
-        What was tuned, as `name=value`.
+        The setting that was tuned, as `name=value`.
     passes_ms, counts
-        Medians over the moments.
+        Medians over the moments: times of the passes, milliseconds, and what was drawn, by name.
     """
 
     frame_ms: float
@@ -117,10 +130,14 @@ class Row:
 
     Attributes
     ----------
+    objects
+        Number of objects.
     reference
-        How the pictures were drawn that all are compared with.
+        How the reference pictures were drawn.
     commit
-        Of the checkout that measured; None where the package is installed.
+        Commit of the checkout that measured; None where the package is installed.
+    columns
+        The measurements, by the ways to draw the objects.
     """
 
     objects: int
@@ -130,7 +147,17 @@ class Row:
 
 
 def row_from(document: dict[str, Any]) -> Row:
-    """Return the row that `dataclasses.asdict` made a document of.
+    """Return the row that `dataclasses.asdict` turned into a document.
+
+    Parameters
+    ----------
+    document
+        The document, as read from JSON.
+
+    Returns
+    -------
+    Row
+        The row.
 
     Raises
     ------
@@ -184,16 +211,27 @@ _FINEST_MESH = -6  # of _MESH_ERROR: 1/64 pixel
 def make_row(
     walk: Walk, scene: Scene, library: SceneLibrary, count: int, pool: Executor, report: Callable[[str], None]
 ) -> Row:
-    """Tune and time every column for some of the scene's objects.
+    """Tune and time every way to draw objects, for some of the scene's objects.
 
     Parameters
     ----------
+    walk
+        The frames to draw.
+    scene
+        The scene.
+    library
+        The scene's assets.
     count
-        How many objects.
+        Number of objects to draw.
     pool
-        Where FLIP is computed.
+        Processes that compute FLIP.
     report
-        Called with what is being done.
+        Called with a text that says what is being done.
+
+    Returns
+    -------
+    Row
+        The measurements.
     """
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     report("reference")
@@ -216,11 +254,22 @@ def make_row(
 
 
 def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
-    """Choose objects so that few moments look past them.
+    """Choose objects so that most moments of a walk show some of them.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    walk
+        The moments.
+    count
+        Number of objects to choose.
 
     Returns
     -------
     Numbers (count,) of those objects that most moments show, of equals the nearest.
+    numpy.ndarray
+        (count,) numbers of the objects that most moments show; of equals, the nearest.
     """
     position = scene.objects.position
     places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)

@@ -18,7 +18,19 @@ from depthwalk.scene.scene import MeshAsset
 
 
 def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
-    """Return the file of each mesh: in the folder `out`, the file `out`, or beside the mesh where that is None.
+    """Return the file to which each mesh is baked.
+
+    Parameters
+    ----------
+    meshes
+        The mesh files.
+    out
+        The folder to write to, or the file; None writes beside each mesh.
+
+    Returns
+    -------
+    list
+        One file for each mesh.
 
     Raises
     ------
@@ -57,10 +69,15 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
     height
         Metres to scale the mesh to; None keeps its size.
 
+    Returns
+    -------
+    MeshAsset
+        The asset, named by the file.
+
     Raises
     ------
     InputError
-        Where the height is no length.
+        Where the height is not a positive number of metres.
     """
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
@@ -75,7 +92,7 @@ def bake_meshes(
     Parameters
     ----------
     specs, files
-        The meshes and the file of each.
+        The meshes, and the file to which each is baked.
     params
         How to bake all of them.
     processes

@@ -68,18 +68,25 @@ class _Overridable(Params):
 
 
 def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
-    """Return the default settings with `render.…` keys replaced, as `--set` gives them. Raises InputError."""
+    """Return the default render settings with the values of `overrides`, YAML texts by key as `--set` takes them.
+
+    Raises InputError for keys other than `render.…` and for values that cannot be used.
+    """
     return check_model(parse_document("render: {}", "settings"), _Overridable, overrides)[0].render
 
 
 def check_plan(plan: Plan) -> None:
-    """Make sure that the meshes can be measured.
+    """Check that a plan can be measured, before the first mesh is, which takes a while.
+
+    Parameters
+    ----------
+    plan
+        The plan; every file that it names is looked for.
 
     Raises
     ------
     InputError
-        Where the pictures are too small, the PSNR is none, or a file is missing: every file is looked for before the
-        first mesh is measured, which takes a while.
+        Where the pictures are too small, the PSNR is not above 0 and at most 100 dB, or a file is missing.
     """
     if min(plan.size) < SMALLEST:
         width, height = plan.size
@@ -95,6 +102,11 @@ def check_plan(plan: Plan) -> None:
 def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
     """Bake and measure each mesh of a plan.
 
+    Parameters
+    ----------
+    plan
+        What to compare.
+
     Returns
     -------
     The report, and for each mesh its worst views with pictures, where `plan.pictures` wants them.
@@ -104,7 +116,7 @@ def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
     InputError
         Where a mesh cannot be baked, or shows nothing.
     GpuError
-        Without OpenGL.
+        Where no OpenGL 3.3 context can be had.
     """
     models: list[ModelReport] = []
     worst: list[list[WorstView]] = []
@@ -130,7 +142,7 @@ def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path
     Parameters
     ----------
     specs, files
-        The meshes and the file of each.
+        The meshes, and the file to which each was baked.
     params
         How all of them were baked.
     """

@@ -70,9 +70,9 @@ def render_tour(
     scene
         What to show.
     tour
-        The way through it.
+        The camera path through it.
     frames
-        Number of its frames to render; None renders all.
+        Number of frames of the tour to render; None renders all.
     size
         (width, height) of the pictures, pixels.
     chosen

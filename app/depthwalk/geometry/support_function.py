@@ -15,7 +15,7 @@ _SAMPLED = np.stack([np.cos(_STEP * np.arange(DIRECTIONS)), np.sin(_STEP * np.ar
 
 
 def support_values(points: Array) -> Array:
-    """Return how far `points` (n, 3), metres, object frame, and the axis reach in each of `DIRECTIONS`: metres."""
+    """Return how far (DIRECTIONS,), metres, `points` (n, 3), object frame, and the axis reach in each direction."""
     across = points[:, [0, 2]].astype(np.float64)
     return np.array([(across @ direction).max(initial=0.0) for direction in _SAMPLED])
 

@@ -16,7 +16,9 @@ _UINT16, _FLOAT = 5123, 5126
 
 
 def read_header(data: bytes, path: Path) -> dict[str, Any]:
-    """Return the JSON header of the glTF or GLB file `path`, whose contents are `data`; InputError where it is damaged.
+    """Return the JSON header of the glTF or GLB file `path`, whose contents are `data`.
+
+    Raises InputError where the header is damaged.
     """
     if path.suffix.lower() == ".glb":
         if len(data) < 20 or data[:4] != b"glTF":

@@ -18,7 +18,19 @@ LEAST_GAIN = 0.1  # dB; where more layers bring less, still more are not tried
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """Hold what one bake came to; `psnr` is the mean over the views, dB."""
+    """Hold the result of baking with one resolution and one number of layers.
+
+    Attributes
+    ----------
+    resolution
+        Width and height of the depth images, texels.
+    layers
+        Surfaces along each ray.
+    psnr
+        Mean over the views, dB.
+    bytes_gpu
+        Bytes of GPU memory that the depth images take.
+    """
 
     resolution: int
     layers: int
@@ -28,18 +40,20 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Recommendation:
-    """Recommend the cheapest trial that reaches `wanted` dB, or else the best of all.
+    """Recommend the cheapest trial that reaches a PSNR, or else the best of all.
 
     Attributes
     ----------
     wanted
-        PSNR, dB.
+        The PSNR to reach, dB.
     views
-        How many views it is the mean of.
+        Number of views over which the PSNR of a trial is averaged.
     reached
         Whether `best` reaches it.
+    best
+        The recommended trial.
     trials
-        All bakes that were tried, in order of cost.
+        All trials, in order of cost.
     """
 
     wanted: float
@@ -68,18 +82,31 @@ def recommend(
     resolutions: Sequence[int] = RESOLUTIONS,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> Recommendation:
-    """Bake a mesh with ever more texels until its mean PSNR is high enough.
+    """Bake a mesh with more and more texels until its mean PSNR is high enough.
 
     Parameters
     ----------
+    mesh
+        The mesh, asset frame, metres.
     params
-        Parts and axis of the bakes; resolution and layers are tried, the method is by rays.
+        Parts and axis of the bakes. Resolution and layers are varied; surfaces are sampled by rays.
+    settings
+        How both pictures are rendered.
     size
         Width and height of the pictures, pixels.
     wanted
-        PSNR, dB.
+        The PSNR to reach, dB.
+    viewpoints
+        The views to average over.
+    resolutions
+        Widths of depth images to try, texels.
     progress
-        Called with what is being tried.
+        Called with a text that says which trial begins.
+
+    Returns
+    -------
+    Recommendation
+        The recommended trial, and all others.
     """
     trials: list[Trial] = []
     for resolution, layers in _by_cost(resolutions, trials):
@@ -103,7 +130,7 @@ def recommend(
 
 
 def mean_psnr(renderer: PairRenderer, viewpoints: Sequence[Viewpoint]) -> float:
-    """Return the mean PSNR, dB, over the views that show anything; +inf where none does."""
+    """Return the mean PSNR, dB, of what `renderer` draws, over those `viewpoints` that show anything; +inf for none."""
     values = []
     for viewpoint in viewpoints:
         pair = renderer.pair(viewpoint)

@@ -29,16 +29,16 @@ REPEATS = 15  # of what is timed in each view, by turns; the least counts: more 
 
 @dataclass(frozen=True)
 class Cost:
-    """What finding lines costs over several views, first of all edges and then of the chosen ones.
+    """Hold what finding silhouette lines costs: first those of all edges, then those of the chosen edges.
 
     Attributes
     ----------
     lines
-        (2,), how many per view and object.
+        (2,) float64, lines per view and object.
     outlines
-        How many of these have something else beyond them, which no choice may leave out.
+        How many of these lines have something else beyond them, so that no choice may leave them out.
     milliseconds
-        (2,), of one core, per view: the least of `REPEATS`, taken in turns.
+        (2,) float64, time of one core per view: the least of `REPEATS` measurements, taken in turns.
     """
 
     lines: NDArray[np.float64]
@@ -52,9 +52,9 @@ def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tupl
     Parameters
     ----------
     radii, heights
-        Of its rings; a ring of radius 0 is one point.
+        Of each ring, metres; a ring of radius 0 is one point.
     sides
-        Points of every other ring.
+        Number of points of every other ring.
 
     Returns
     -------
@@ -82,12 +82,21 @@ SHAPES: dict[str, Callable[[], tuple[Array, NDArray[np.intp]]]] = {
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Measure the paper's shapes, `MANY` of each, and those closed meshes of the scenes that have lines.
+    """Measure the lines of the paper's shapes, `MANY` of each, and of the scenes' closed meshes that have lines.
 
     Parameters
     ----------
+    scenes
+        The scenes.
     size
         Width and height of the picture that lines are drawn into, pixels.
+    report
+        Called with the name of a mesh and what is being done.
+
+    Yields
+    ------
+    Row
+        One measured value.
 
     Raises
     ------

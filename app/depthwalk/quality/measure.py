@@ -24,20 +24,22 @@ FLATTEST = 0.01  # height over extent; what lies flatter is measured by its exte
 
 @dataclass(frozen=True, kw_only=True)
 class ViewQuality:
-    """Hold the measures of one view, which `metrics` defines.
+    """Hold the measures of one view, which `quality.metrics` defines.
 
     Attributes
     ----------
+    viewpoint
+        Where the view looks from.
     pixels
-        That the mesh covers.
+        Number of pixels that the mesh covers.
     psnr
-        DB, +inf for equal pictures.
+        Peak signal-to-noise ratio, dB, +inf for equal pictures.
     iou, flip
-        0 to 1.
+        Overlap of the silhouettes and mean FLIP error, each 0 to 1.
     holes
-        Per cent of the mesh's pixels.
+        Pixels of holes, per cent of the mesh's pixels.
     depth_median, depth_p99
-        Errors in parts of the object's height, NaN where the pictures share no pixel.
+        Depth errors in parts of the object's height; NaN where the pictures share no pixel.
     """
 
     viewpoint: Viewpoint
@@ -52,7 +54,15 @@ class ViewQuality:
 
 @dataclass(frozen=True)
 class Quality:
-    """Hold the views that show anything, in the order asked for, and the bytes of the depth images on the GPU."""
+    """Hold the measures of all views, and the memory of the depth images.
+
+    Attributes
+    ----------
+    views
+        The views that show anything, in the order asked for.
+    gpu_bytes
+        Bytes of GPU memory that the depth images take.
+    """
 
     views: tuple[ViewQuality, ...]
     gpu_bytes: int
@@ -66,16 +76,27 @@ def measure(
     viewpoints: Sequence[Viewpoint] = SPHERE,
     pool: Executor | None = None,
 ) -> Quality:
-    """Measure the image quality of depth images against their mesh.
+    """Compare pictures of depth images with pictures of their mesh.
 
     Parameters
     ----------
+    mesh
+        The mesh, asset frame, metres.
     baked
-        Made of `mesh`.
+        Depth images of `mesh`.
+    settings
+        How both are rendered.
     size
         Width and height of the pictures, pixels.
+    viewpoints
+        The views to measure.
     pool
-        Other processes for FLIP, which takes longer than all else.
+        Other processes that compute FLIP, which takes longer than all else; None computes it in this process.
+
+    Returns
+    -------
+    Quality
+        The measures of each view.
 
     Raises
     ------
@@ -97,12 +118,21 @@ def measure_views(
 
     Parameters
     ----------
+    renderer
+        What draws the mesh and its depth images.
     height
-        What depth errors are divided by, see `object_height`.
+        Length by which depth errors are divided, metres, see `object_height`.
+    viewpoints
+        The views to measure.
     pool
-        As for `measure`.
+        Other processes that compute FLIP; None computes it in this process.
     advance
         Called after each view.
+
+    Returns
+    -------
+    tuple
+        The measures of each view that shows anything, in the order of `viewpoints`.
     """
     started: list[tuple[ViewQuality, Future[float]]] = []
     for viewpoint in viewpoints:
@@ -115,15 +145,30 @@ def measure_views(
 
 
 def view_quality(pair: Pair, viewpoint: Viewpoint, height: float) -> ViewQuality | None:
-    """Measure one pair of pictures; None where neither shows anything."""
+    """Measure the pictures of one view.
+
+    Parameters
+    ----------
+    pair
+        The pictures of the mesh and of its depth images.
+    viewpoint
+        Where the view looks from, to be kept with the measures.
+    height
+        Length by which depth errors are divided, metres, see `object_height`.
+
+    Returns
+    -------
+    ViewQuality | None
+        The measures; None where neither picture shows anything.
+    """
     started = _start(pair, viewpoint, height, None)
     return None if started is None else replace(started[0], flip=started[1].result())
 
 
 def object_height(mesh: Mesh) -> float:
-    """Return what depth errors are divided by, metres.
+    """Return the length by which the depth errors of `mesh` are divided, metres.
 
-    It is the object's height, or the largest extent of what is flatter than `FLATTEST` of that.
+    It is the height of the object. If that is less than `FLATTEST` of the largest extent, it is the largest extent.
     """
     low, high = mesh.bounds
     extent = (high - low).astype(np.float64)

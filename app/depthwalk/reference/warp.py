@@ -58,11 +58,11 @@ def unwarp(position: Array, lam: Array, viewer: Array, planes: Planes) -> Array:
     Parameters
     ----------
     position, lam
-        What `warp` returns.
+        The two arrays that `warp` returns: (n, 2) metres and (n,).
     viewer
         (n, 3) or (3,) the viewer C in the frames of the objects, metres.
     planes
-        The n planes.
+        The n planes that the points were warped in.
 
     Returns
     -------
