@@ -76,7 +76,6 @@ def bake_mesh(
 
     Returns
     -------
-    The file.
     Path
         The file with the depth images.
 

@@ -36,7 +36,9 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
 
     Returns
     -------
-    (H, W) int32, −1 where there is no object, row 0 at the bottom; of supersampled pictures a value for every sample.
+    numpy.ndarray
+        (H, W) int32, row 0 at the bottom; −1 where there is no object. Supersampled pictures have a value for every
+        sample.
     """
     targets, view, plan = renderer.targets, renderer.view, renderer.plan
     assert targets is not None and view is not None and plan is not None  # the frame made them

@@ -192,7 +192,7 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
 
 
 def levels_key(spec: MeshAsset, source: str) -> str:
-    """Return the key of the simplified levels of a mesh asset, 64 hex digits.
+    """Return the key of the simplified levels of a mesh asset.
 
     Parameters
     ----------
@@ -200,6 +200,11 @@ def levels_key(spec: MeshAsset, source: str) -> str:
         The asset.
     source
         The `source_hash` of the bytes that the mesh was read from.
+
+    Returns
+    -------
+    str
+        64 hex digits.
     """
     return bake_key(source, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
 

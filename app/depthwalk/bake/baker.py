@@ -199,6 +199,11 @@ def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
         How the mesh is baked; `layers` "auto" asks for as many layers as a file may hold.
     caster
         The mesh, which knows whether it is open.
+
+    Returns
+    -------
+    int
+        The number of surfaces.
     """
     if params.layers == "auto":
         return MAX_DPCI_LAYERS

@@ -27,6 +27,11 @@ def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
         Texels between two nodes.
     wraps
         Whether the last texel is followed by the first, as on the side image.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) int64, rising texel numbers.
     """
     nodes = np.arange(0, count, step)
     return nodes if wraps or nodes[-1] == count - 1 else np.append(nodes, count - 1)

@@ -58,6 +58,11 @@ def face_layers(grid: FaceGrid, images: Sequence[DepthImage]) -> FaceLayers:
         Rays and texels of the face.
     images
         The face's layers, in order; at least one.
+
+    Returns
+    -------
+    FaceLayers
+        The face, ready to be compared with others.
     """
     return FaceLayers(grid=grid, images=images, inner=inner_texels(images))
 

@@ -60,6 +60,11 @@ def place_along(axis: ArrayLike, points: Array) -> Placement:
         (3,) unit vector, asset frame: +Y of the cylinder's frame.
     points
         (n, 3) metres, asset frame.
+
+    Returns
+    -------
+    Placement
+        The frame in the asset's frame.
     """
     from scipy.spatial.transform import Rotation
 

@@ -60,6 +60,11 @@ def probe(mesh: Mesh, caster: RayCaster, count: int) -> Probes:
         The same mesh, ready for rays.
     count
         How many points.
+
+    Returns
+    -------
+    Probes
+        The points, with their normals and weights.
     """
     point, normal = sample_surface(mesh, count)
     weight = _openness(caster, point, normal)

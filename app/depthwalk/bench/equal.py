@@ -33,7 +33,6 @@ def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[
 
     Returns
     -------
-    Pictures (H, W, 3), sRGB, averaged in linear light.
     list
         Pictures (H, W, 3) uint8, sRGB.
     """
@@ -65,7 +64,8 @@ def path_flip(
 
     Returns
     -------
-    The mean of FLIP over all pixels and moments, 0 to 1.
+    float
+        The mean of FLIP over all pixels and moments, 0 to 1.
     """
     pending = []
     for cameras, reference in zip(moments, references, strict=True):
@@ -100,7 +100,8 @@ def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, tar
 
     Returns
     -------
-    The setting and its FLIP.
+    tuple
+        The setting and its FLIP.
     """
     most = (1 + TOLERANCE) * target
     flip = flip_at(coarse)

@@ -267,7 +267,6 @@ def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
 
     Returns
     -------
-    Numbers (count,) of those objects that most moments show, of equals the nearest.
     numpy.ndarray
         (count,) numbers of the objects that most moments show; of equals, the nearest.
     """

@@ -109,7 +109,8 @@ def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
 
     Returns
     -------
-    The report, and for each mesh its worst views with pictures, where `plan.pictures` wants them.
+    tuple
+        The report, and for each mesh its worst views; these are empty unless `plan.pictures` is set.
 
     Raises
     ------

@@ -32,6 +32,11 @@ def vertex_directions(point: Array, triangles: Ints) -> Array:
         (n, 3) vertices, metres.
     triangles
         (t, 3) rows of `point`.
+
+    Returns
+    -------
+    Array
+        (n, 3) metres².
     """
     facing = np.zeros(point.shape)
     for column, values in zip(facing.T, doubled_areas(point, triangles).T, strict=True):

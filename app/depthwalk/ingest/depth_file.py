@@ -37,7 +37,8 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
 
     Returns
     -------
-    (H, W) float32, metres, row 0 at the top, +inf where a pixel has no depth.
+    numpy.ndarray
+        (H, W) float32, metres, row 0 at the top; +inf where a pixel has no depth.
 
     Raises
     ------

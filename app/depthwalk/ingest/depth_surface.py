@@ -44,7 +44,8 @@ def tolerance(values: Array, cell: Array | float) -> Array:
 
     Returns
     -------
-    (H, W), in the unit of `values`.
+    Array
+        (H, W), in the unit of `values`.
     """
     levels = np.unique(values[np.isfinite(values)])
     # A file with two or three depths does not count coarsely: it shows two or three surfaces.
@@ -70,7 +71,8 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
 
     Returns
     -------
-    (H − 1, W) bool for axis 0, (H, W − 1) bool for axis 1.
+    numpy.ndarray
+        (H − 1, W) bool for axis 0, (H, W − 1) bool for axis 1.
     """
     rows, limit = (np.moveaxis(array, axis, 1) for array in (values, allowed))
     with np.errstate(invalid="ignore"):
@@ -104,8 +106,9 @@ def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64],
 
     Returns
     -------
-    a, b, c, each (H, W) float64: the value at the texel, and its change per column (Δi) and per row (Δj). NaN where
-    there is no surface.
+    tuple
+        a, b, c, each (H, W) float64: the value at the texel, and its change per column (Δi) and per row (Δj). They are
+        NaN where there is no surface.
     """
     scale = np.broadcast_to(np.maximum(np.maximum(cell, 3 * noise(values)), 1e-30), values.shape)
     padded = np.pad(np.where(np.isfinite(values), values, np.nan).astype(np.float64), _WINDOW, constant_values=np.nan)

@@ -29,9 +29,12 @@ def split_at_creases(
 
     Returns
     -------
-    source : (N,) int64, the old vertex that each new one copies.
-    faces : (F, 3) int64, the faces with new vertices.
-    normals : (N, 3) float64, unit length.
+    source
+        (N,) int64, the old vertex that each new one copies.
+    faces
+        (F, 3) int64, the faces with new vertices.
+    normals
+        (N, 3) float64, unit length.
     """
     face_normals = doubled_areas(positions, faces)
     face_normals /= np.linalg.norm(face_normals, axis=1, keepdims=True)

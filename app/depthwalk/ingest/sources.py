@@ -184,6 +184,11 @@ def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: 
         What files are read through.
     mesh
         The mesh, about which a warning is logged for each file that is not found; None logs none.
+
+    Returns
+    -------
+    list
+        The files that were found, in the order of `names`.
     """
     return [path for path in (find(name, folders, sources, mesh) for name in names) if path is not None]
 

@@ -58,7 +58,8 @@ def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tupl
 
     Returns
     -------
-    Positions (v, 3) and triangles (f, 3).
+    tuple
+        Positions (v, 3), in the unit of `radii`, and triangles (f, 3).
     """
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], -1)

@@ -81,8 +81,6 @@ def render_page(
         The parts of the page, from top to bottom.
     template
         A file that extends `report.html`.
-    values
-        What such a template needs besides.
     **values
         Other values that the template uses.
 

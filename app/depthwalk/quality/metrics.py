@@ -63,7 +63,8 @@ def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
 
     Returns
     -------
-    (H, W) float32, 0 to 1.
+    numpy.ndarray
+        (H, W) float32, 0 to 1.
     """
     return np.asarray(_flip(reference, test, colours=False)[..., 0], np.float32)
 
@@ -115,7 +116,8 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
     Returns
     -------
-    NaN, NaN where the pictures share no pixel.
+    tuple
+        Median and percentile; NaN, NaN where the pictures share no pixel.
     """
     common = np.isfinite(reference) & np.isfinite(test)
     if not common.any():

@@ -49,7 +49,7 @@ class Row:
 
 
 def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
-    """Return PNG files, by caption, of a picture, of the truth, and of their difference.
+    """Return PNG files of a picture, of the truth, and of their difference.
 
     Parameters
     ----------
@@ -59,6 +59,11 @@ def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
         (H, W, 3) uint8, sRGB.
     truth
         (H, W, 3) uint8, sRGB.
+
+    Returns
+    -------
+    dict
+        PNG files, by caption.
     """
     pictures = {name: shown, "truth": truth, "difference (FLIP, dark is equal)": flip_colours(truth, shown)}
     return {caption: png_bytes(picture) for caption, picture in pictures.items()}

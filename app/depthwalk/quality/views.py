@@ -85,6 +85,11 @@ def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View
         Where to look from.
     size
         Width and height of the picture, pixels.
+
+    Returns
+    -------
+    View
+        The camera, and the size of the picture.
     """
     fov = math.radians(FOV)
     shorter = math.tan(fov / 2) * min(1.0, size[0] / size[1])

@@ -75,6 +75,11 @@ def view_vectors(samples: Array, viewer: Array) -> Array:
         (n, 3) u_s, v_s and depth, metres.
     viewer
         (3,) u_e, v_e and −D_t, metres.
+
+    Returns
+    -------
+    Array
+        (n, 3) metres.
     """
     return viewer - samples
 

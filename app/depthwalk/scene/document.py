@@ -91,6 +91,11 @@ def located(name: str, line: int, column: int, message: str) -> InputError:
         Column of the place, counted from 0.
     message
         What is wrong.
+
+    Returns
+    -------
+    InputError
+        `name:line:column: message`, counted from 1.
     """
     return InputError(f"{name}:{line + 1}:{column + 1}: {message}")
 

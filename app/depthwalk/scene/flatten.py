@@ -83,6 +83,11 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
     source
         Where values came from, to locate errors.
 
+    Returns
+    -------
+    list
+        One row for each item.
+
     Raises
     ------
     InputError
@@ -116,6 +121,11 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
         The assets by name.
     source
         Where values came from, to locate errors.
+
+    Returns
+    -------
+    list
+        One error for each mistake.
     """
     errors = []
     for row in rows:

@@ -98,7 +98,8 @@ class CameraPath:
 
         Returns
         -------
-        The views (n, 6) and the angles of view (n,), as the attributes of those names.
+        tuple
+            Views (n, 6), metres, and angles of view (n,), radians, as in `views` and `fovs`.
         """
         return self._view_curve(times), self._fov_curve(times)
 

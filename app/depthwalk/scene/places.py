@@ -30,7 +30,8 @@ def read_places(path: Path) -> Similarity:
 
     Returns
     -------
-    n transforms, float32.
+    Similarity
+        n transforms, float32, metres and radians.
 
     Raises
     ------

@@ -29,7 +29,8 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
 
     Returns
     -------
-    count[0] · count[1] transforms, float32, x running fastest.
+    Similarity
+        count[0] · count[1] transforms, float32, x running fastest.
     """
     instances = identities(count[0] * count[1], np.float32)
     x, z = ((np.arange(n) - (n - 1) / 2) * step for n, step in zip(count, spacing, strict=True))
@@ -59,7 +60,8 @@ def scatter_instances(
 
     Returns
     -------
-    Transforms, float32; fewer than `count` where no more found room.
+    Similarity
+        Transforms, float32; fewer than `count` where no more found room.
     """
     random = np.random.default_rng(seed)
     places = _spaced_places(random, count, np.asarray(area), spacing)

@@ -175,7 +175,8 @@ def set_node_transform(
 
     Returns
     -------
-    The slice of `scene.objects` that changed.
+    slice
+        The run of `scene.objects` that changed.
 
     Raises
     ------

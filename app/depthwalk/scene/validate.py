@@ -123,7 +123,8 @@ def check_model(
 
     Returns
     -------
-    The model, and where its values came from, for errors that are found later.
+    tuple
+        The model, and where its values came from, for errors that are found later.
 
     Raises
     ------
