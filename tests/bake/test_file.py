@@ -97,10 +97,10 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, bake
 def test_borders_past_their_limit_are_neither_written_nor_read(path, baked, monkeypatch):
     before = path.read_bytes()
     monkeypatch.setattr(limits, "MAX_BOUNDARY_STRIP_ENTRIES", 4096)
-    with pytest.raises(InputError, match=r"x\.dpci\.exr: borders of \d+ entries; at most 4096 are allowed: bake at"):
+    with pytest.raises(InputError, match=r"x\.dpci\.exr: boundary strips of \d+ entries; at most 4096 are allowed: bake at"):
         write_baked(path, model_of(baked))
     assert path.read_bytes() == before and list(path.parent.iterdir()) == [path]
-    refused(path, r"borders of \d+ entries; at most 4096 are allowed")
+    refused(path, r"boundary strips of \d+ entries; at most 4096 are allowed")
 
 
 def test_images_past_their_limit_are_not_read(path, monkeypatch):
@@ -177,7 +177,7 @@ def test_parts_of_other_names_are_refused(path, old, new, message):
 @pytest.mark.parametrize(
     ("missing", "message"),
     [
-        (("triangles.side.0",), "a border without its triangles"),
+        (("triangles.side.0",), "a boundary strip without its triangles"),
         (("side.0",), "layers are missing"),
         (("top.0", "top.1"), "or its face"),
     ],

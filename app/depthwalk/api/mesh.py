@@ -177,7 +177,7 @@ def compare(
     InputError
         For files that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
 
     Examples
     --------

@@ -107,7 +107,7 @@ class Renderer:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     InputError
         For assets that cannot be used.
 

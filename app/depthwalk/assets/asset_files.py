@@ -33,7 +33,7 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
     spec
         The asset.
     sources
-        What files are read through, which keeps their bytes to be hashed later; None reads them from the disk.
+        Reads files and keeps their bytes, to be hashed later; None reads them from the disk.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
     spec
         The asset.
     sources
-        What files are read through, which keeps their bytes to be hashed later; None reads them from the disk.
+        Reads files and keeps their bytes, to be hashed later; None reads them from the disk.
 
     Returns
     -------

@@ -51,7 +51,7 @@ def measure_depth(
     cylinder
         What the images would enclose, in the frame of `placement`, metres.
     params
-        How they would be baked; its `layers` is ignored.
+        How the images would be baked; its `layers` is ignored.
 
     Returns
     -------

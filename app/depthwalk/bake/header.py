@@ -211,7 +211,7 @@ def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
         raise ValueError("its images differ in size")
     borders, triangles = ({n.removeprefix(kind) for n in sizes if n.startswith(kind)} for kind in LISTS)
     if borders != triangles or not {name.split(".")[1] for name in borders} <= set(faces):
-        raise ValueError("a border without its triangles or its face")
+        raise ValueError("a boundary strip without its triangles or its face")
 
 
 def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...]) -> None:
@@ -252,7 +252,7 @@ def check_entries(path: Path, entries: int) -> None:
     """
     if entries > limits.MAX_BOUNDARY_STRIP_ENTRIES:
         raise InputError(
-            f"{path}: borders of {entries} entries; at most {limits.MAX_BOUNDARY_STRIP_ENTRIES} are allowed: "
+            f"{path}: boundary strips of {entries} entries; at most {limits.MAX_BOUNDARY_STRIP_ENTRIES} are allowed: "
             "bake at a lower resolution or with fewer layers"
         )
 

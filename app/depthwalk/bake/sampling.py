@@ -96,7 +96,7 @@ def sampled_footprints(
     cylinder
         What the images would enclose, in the frame of `placement`.
     params
-        How they would be baked.
+        How the images would be baked.
     part
         (F,) bool: the mesh's faces that alone would be baked; None: all of them.
 

@@ -163,7 +163,7 @@ def ablate(
     InputError
         Where the mesh cannot be baked.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     mesh = read_mesh(spec)
     rows = []

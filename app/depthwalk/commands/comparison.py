@@ -117,7 +117,7 @@ def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
     InputError
         Where a mesh cannot be baked, or shows nothing.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     models: list[ModelReport] = []
     worst: list[list[WorstView]] = []

@@ -75,7 +75,7 @@ def run_quality(scenes: Sequence[Scene], parts: Sequence[str], size: tuple[int, 
     InputError
         Where an asset cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     device = headless_device()
     renderer = device.renderer

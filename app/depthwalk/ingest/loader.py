@@ -48,7 +48,7 @@ def load_mesh(
     height
         Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
     sources
-        What files are read through. Pass the object that `source_hash` used where the mesh must be made of the same
+        Reads files and keeps their bytes. Pass the object that `source_hash` used where the mesh must be made of the same
         bytes as the hash.
 
     Returns

@@ -83,7 +83,7 @@ class MaterialLibrary:
         mesh
             The OBJ file that names them, for messages.
         sources
-            What files are read through.
+            Reads files and keeps their bytes.
 
         Raises
         ------

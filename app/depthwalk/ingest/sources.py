@@ -63,7 +63,7 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
     texture
         A picture that replaces the file's own textures.
     sources
-        What files are read through; None reads them from the disk.
+        Reads files and keeps their bytes; None reads them from the disk.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def source_hash(path: Path, texture: Path | None = None, sources: Sources | None
     texture
         A picture that replaces the file's own textures.
     sources
-        What files are read through; None reads them from the disk.
+        Reads files and keeps their bytes; None reads them from the disk.
 
     Returns
     -------
@@ -151,7 +151,7 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
     folder
         The folder of the OBJ file.
     sources
-        What files are read through.
+        Reads files and keeps their bytes.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: 
     folders
         Where to look, in this order; the first is the mesh's own.
     sources
-        What files are read through.
+        Reads files and keeps their bytes.
     mesh
         The mesh, about which a warning is logged for each file that is not found; None logs none.
 
@@ -206,7 +206,7 @@ def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = N
     folders
         Where to look, in this order; the first is the mesh's own.
     sources
-        What files are read through.
+        Reads files and keeps their bytes.
     mesh
         The mesh, about which a warning is logged where the file is not found; None logs none.
 

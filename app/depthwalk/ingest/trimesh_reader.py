@@ -42,7 +42,7 @@ def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
     path
         The file, for messages and for the format.
     sources
-        What the files that it names are read through.
+        Reads files and keeps their bytes.
 
     Returns
     -------

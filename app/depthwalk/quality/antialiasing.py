@@ -102,7 +102,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     InputError
         For assets that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     for scene in scenes:
         scene.render.lod.magnification = 0.0  # of depth images nothing is to be drawn as a mesh

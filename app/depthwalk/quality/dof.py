@@ -77,7 +77,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     InputError
         For assets that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     for scene in scenes:
         lens = scene.render.dof

@@ -101,7 +101,7 @@ def measure(
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     with PairRenderer(mesh, baked, settings, size) as renderer:
         return Quality(measure_views(renderer, object_height(mesh), viewpoints, pool), renderer.gpu_bytes)

@@ -67,7 +67,7 @@ class PairRenderer:
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
 
     def __init__(self, mesh: Mesh, baked: BakedModel, settings: RenderSettings, size: tuple[int, int]) -> None:

@@ -83,7 +83,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     InputError
         For assets that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     meshes = [asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)]
     assets = {(asset.mesh, str(asset.dpci)): asset for asset in meshes if asset.dpci is not None}
