@@ -36,7 +36,7 @@ def bake_key(source: str, **parameters: object) -> str:
 
 
 def sidecar(mesh: Path) -> Path:
-    """Return the path of the baked file beside a mesh: `bust.dpci.exr` beside `bust.obj`."""
+    """Return the path of the baked file beside the file `mesh`: `bust.dpci.exr` beside `bust.obj`."""
     return mesh.with_name(mesh.stem + SUFFIX)
 
 

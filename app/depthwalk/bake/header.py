@@ -127,7 +127,10 @@ def complaints(path: Path, defect: str) -> Iterator[None]:
 
 
 def split_name(name: str) -> tuple[int, str]:
-    """Split a part's name into the number of its object, from 0, and the rest: `part2.side.0` is (1, `side.0`)."""
+    """Split the `name` of a part into the number of its object, from 0, and the rest.
+
+    The name `part2.side.0` gives (1, `side.0`).
+    """
     match = _OBJECT.fullmatch(name)
     assert match is not None  # it matches anything
     return (int(match[1]) - 1 if match[1] else 0), match[2]

@@ -120,7 +120,7 @@ def bake_meshes(
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:
-    """Return the line that reports a baked mesh; `resolution` is that of its images, texels."""
+    """Return the line that reports on `baked`, whose images are `resolution` texels wide and high."""
     if isinstance(baked, Kept):
         return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it again"
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())

@@ -134,7 +134,7 @@ def _bare(image: DepthImage) -> DepthImage:
 
 
 def bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
-    """Return an empty image of `shape`, (H, W) texels, whose arrays take no memory."""
+    """Return an empty image of `shape`, (H, W) texels, on layer `layer` of `face`; its arrays take no memory."""
     empty = np.broadcast_to(np.float32(np.inf), shape)
     none = np.broadcast_to(np.float32(0), (*shape, 4))
     return DepthImage(

@@ -48,8 +48,8 @@ def load_mesh(
     height
         Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
     sources
-        Reads files and keeps their bytes. Pass the object that `source_hash` used where the mesh must be made of the same
-        bytes as the hash.
+        Reads files and keeps their bytes. Pass the object that `source_hash` used where the mesh must be made of the
+        same bytes as the hash.
 
     Returns
     -------

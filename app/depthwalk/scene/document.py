@@ -65,7 +65,7 @@ class Document:
         return _where(self.name, key if key is not None and (at_key or nothing) else value)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """Return the error `file:line:column: loc: message` about the value at `loc`.
+        """Return the error `file:line:column: loc: message`, from `message` and the place of the value at `loc`.
 
         With `at_key` the place is that of the value's key.
         """

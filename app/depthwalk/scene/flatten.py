@@ -65,7 +65,13 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True)
 class Flat:
-    """Hold what a scene graph flattens into; the attributes are those of `Scene`."""
+    """Hold what a scene graph flattens into.
+
+    Attributes
+    ----------
+    objects, nodes, instances, owner
+        The attributes of `Scene` with these names.
+    """
 
     objects: Objects
     nodes: Nodes
