@@ -97,7 +97,9 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, bake
 def test_borders_past_their_limit_are_neither_written_nor_read(path, baked, monkeypatch):
     before = path.read_bytes()
     monkeypatch.setattr(limits, "MAX_BOUNDARY_STRIP_ENTRIES", 4096)
-    with pytest.raises(InputError, match=r"x\.dpci\.exr: boundary strips of \d+ entries; at most 4096 are allowed: bake at"):
+    with pytest.raises(
+        InputError, match=r"x\.dpci\.exr: boundary strips of \d+ entries; at most 4096 are allowed: bake at"
+    ):
         write_baked(path, model_of(baked))
     assert path.read_bytes() == before and list(path.parent.iterdir()) == [path]
     refused(path, r"boundary strips of \d+ entries; at most 4096 are allowed")

@@ -43,13 +43,13 @@ def measure_depth(
     Parameters
     ----------
     caster
-        What hides the surface, asset frame.
+        The whole mesh, which may hide parts of the surface, asset frame.
     probes
         Points of the surface, asset frame.
     placement
         The frame of the cylinder in the asset's.
     cylinder
-        What the images would enclose, in the frame of `placement`, metres.
+        The volume that the images would enclose, in the frame of `placement`, metres.
     params
         How the images would be baked; its `layers` is ignored.
 

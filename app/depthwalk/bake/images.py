@@ -56,8 +56,8 @@ class Cylinder:
     bottom, top
         Heights y0 < y1 of the two caps, metres.
     half_width, half_depth
-        Caps and box faces cover |x| ≤ half_width and |z| ≤ half_depth, metres. Both equal R around a mesh; they differ
-        only for a single planar image, which is a top cap alone.
+        Caps and box faces cover |x| ≤ half_width and |z| ≤ half_depth, metres. Around a mesh both equal the radius;
+        they differ only for a single planar image, which is a top cap alone.
     """
 
     radius: float
@@ -135,7 +135,7 @@ class DepthImage:
 
     @property
     def name(self) -> str:
-        """Its name in files: `side.0`, `top.1`, …."""
+        """The name of the image in files: `side.0`, `top.1`, …."""
         return f"{self.face.name.lower()}.{self.layer}"
 
 

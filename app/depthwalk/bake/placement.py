@@ -24,7 +24,7 @@ class Placement:
     position
         (3,) metres, asset frame.
     rotation
-        From the object's frame to the asset's.
+        Turns vectors of the object's frame into the asset's.
     """
 
     position: Array  # (3,), metres

@@ -37,7 +37,7 @@ def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: M
     Parameters
     ----------
     mesh
-        What was hit, object frame.
+        The mesh that was hit, object frame.
     hits
         (L, H · W) hits: those of each texel's ray, row by row.
     shape

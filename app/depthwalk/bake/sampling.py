@@ -88,13 +88,13 @@ def sampled_footprints(
     Parameters
     ----------
     caster
-        What hides the surface, asset frame.
+        The whole mesh, which may hide parts of the surface, asset frame.
     probes
         Points of the surface, asset frame.
     placement
         The frame of the cylinder in the asset's.
     cylinder
-        What the images would enclose, in the frame of `placement`.
+        The volume that the images would enclose, in the frame of `placement`, metres.
     params
         How the images would be baked.
     part
@@ -103,7 +103,7 @@ def sampled_footprints(
     Returns
     -------
     numpy.ndarray
-        The least footprint (n,), metres, with which a face would hold each probe; +inf where none would.
+        (n,) metres: the least footprint with which a face would hold each probe; +inf where no face would.
     """
     point, normal = placement.into_object(probes.point), placement.turned_into_object(probes.normal)
     faces = [face for face in Face if face not in BOX_FACES or params.method != "six-view"]  # which makes no box faces

@@ -18,7 +18,7 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
     Parameters
     ----------
     mesh
-        What was hit.
+        The mesh that was hit.
     hits
         L hits along each of n rays.
     parallel_map

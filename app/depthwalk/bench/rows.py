@@ -89,12 +89,12 @@ class Walk:
 
     @property
     def compared(self) -> list[Camera]:
-        """The camera of each moment that pictures are compared at."""
+        """The camera of each moment at which pictures are compared."""
         return [moment[SETTLING] for moment in self.moments]
 
     @property
     def approaches(self) -> list[tuple[Camera, ...]]:
-        """The frames that lead to each compared one, which is the last of them."""
+        """The cameras that lead up to each compared frame, whose own camera is the last."""
         return [moment[: SETTLING + 1] for moment in self.moments]
 
 

@@ -63,11 +63,11 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
     mesh
         The mesh file.
     texture
-        A picture in place of those that the mesh names, or None.
+        A picture that replaces those that the mesh names; None keeps these.
     up
-        The file's upward axis.
+        The axis that points upward in the file.
     height
-        Metres to scale the mesh to; None keeps its size.
+        Height in metres to which the mesh is scaled; None keeps its size.
 
     Returns
     -------

@@ -105,7 +105,7 @@ def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
     Parameters
     ----------
     plan
-        What to compare.
+        The meshes, and how to bake and render them.
 
     Returns
     -------

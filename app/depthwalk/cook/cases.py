@@ -147,10 +147,10 @@ def piece_horizons(corners: Array, piece: Rows) -> Array:
 
 
 def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_NUMBERS) -> Ints:
-    """Return which pieces viewers may see, as bit masks (n,).
+    """Return which pieces of an object viewers may see.
 
-    A normal n of a piece is a sum of its cone's edges e with weights that are not negative. Where e·(C − p) ≤ 0 for
-    all four edges and every point p of the piece, n·(C − p) ≤ 0 follows: its triangles turn their backs to C.
+    A normal n of a piece is a sum of its cone's edges e with weights that are not negative. Where e·(C − p) ≤ 0 for all
+    four edges and every point p of the piece, n·(C − p) ≤ 0 follows: its triangles turn their backs to C.
 
     Parameters
     ----------

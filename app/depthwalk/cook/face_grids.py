@@ -68,11 +68,11 @@ def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cas
     Parameters
     ----------
     baked, face
-        The object, and the number of the face; the face has images.
+        The object, and the face, which has images.
     tolerance
         How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
     paper_cases
-        Keep what only the paper's cases draw.
+        Whether to keep triangles that only the paper's cases draw.
     total
         Number of vertices of the faces before this one, from which its vertices are numbered on.
 

@@ -52,7 +52,7 @@ def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tupl
     Parameters
     ----------
     radii, heights
-        Of each ring, metres; a ring of radius 0 is one point.
+        Radius and height of each ring, metres; a ring of radius 0 is one point.
     sides
         Number of points of every other ring.
 

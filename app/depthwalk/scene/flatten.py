@@ -50,7 +50,7 @@ class Row:
     loc
         Where it stands in the file.
     spec
-        What the file says of it.
+        The values that the file gives the item.
     parent
         The row of the group that holds it, −1 at the top.
     depth

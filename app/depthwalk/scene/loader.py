@@ -97,7 +97,7 @@ class FileFinder:
     roots
         The folders to search, in this order, absolute and without symbolic links.
     errors
-        What was found wrong so far.
+        The errors found so far.
     """
 
     source: Source

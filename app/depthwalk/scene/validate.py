@@ -117,7 +117,7 @@ def check_model(
     document
         The parsed file; its values are changed in place.
     model
-        What the file must hold.
+        The pydantic model of what the file must hold.
     overrides
         Dotted path in the document → YAML text of the value.
 
