@@ -116,7 +116,7 @@ def complaints(path: Path, defect: str) -> Iterator[None]:
     """
     try:
         yield
-    except MemoryError:
+    except (OSError, MemoryError):
         raise
     except Exception as error:  # bare RuntimeError and ValueError alike
         try:
