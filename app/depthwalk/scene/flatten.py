@@ -3,7 +3,7 @@
 Python loops over the items of the file only; the objects of an item, millions for a grid, are placed all at once.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from depthwalk.scene.scatter import grid_instances, room_for, scatter_instances
 from depthwalk.scene.scene import Nodes, place_nodes, place_objects
 from depthwalk.scene.schema import (
     AssetParams,
+    BakedAssetParams,
     DepthImageAssetParams,
     GridItemParams,
     GridParams,
@@ -116,7 +117,9 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
     return rows
 
 
-def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source: Source) -> list[InputError]:
+def reference_errors(
+    rows: list[Row], assets: Mapping[str, AssetParams], source: Source, missing: Collection[str] = ()
+) -> list[InputError]:
     """Return errors about assets that do not exist, and about representations that an asset does not have.
 
     Parameters
@@ -127,6 +130,8 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
         The assets by name.
     source
         Where values came from, to locate errors.
+    missing
+        Names of the assets whose mesh need not exist, and does not.
 
     Returns
     -------
@@ -145,6 +150,9 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
             lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
             choice = " or ".join(map(repr, possible))
             message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} has {lack}"
+            errors.append(source.error((*row.loc, "representation"), message))
+        elif wanted is not None and row.spec.asset in missing and wanted.startswith("mesh"):
+            message = f"{wanted!r} needs the mesh of asset {row.spec.asset!r}, whose file is missing"
             errors.append(source.error((*row.loc, "representation"), message))
     return errors
 
@@ -217,6 +225,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     """Return what an asset can be drawn as, the default first."""
     if isinstance(asset, DepthImageAssetParams):
         return "dpci", "dmesh"
+    if isinstance(asset, BakedAssetParams):
+        return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.mesh else ("dpci", "dmesh")
     return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.dpci else ("mesh", "mesh-lod")
 
 
