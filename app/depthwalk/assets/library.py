@@ -142,7 +142,10 @@ class SceneLibrary:
         return None if spec.dpci is None else self._mesh_model(asset, spec)
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of an asset, one object for each part; see `cooked_objects`."""
+        """Return the cooked depth images of the asset numbered `asset`, one object for each part.
+
+        The parameters `options` and `again` are those of `cooked_objects`.
+        """
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and _is_cooked(spec.baked)):
             return cooked_objects(self, asset, options, again=again)

@@ -99,9 +99,9 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
 
 
 def cooked_key(path: Path) -> str | None:
-    """Return the key of the depth images that a file of `write_cooked` was made of; None where it is no such file.
+    """Return the key of the depth images from which `write_cooked` made the file `path`.
 
-    It is none, too, where another COOK_VERSION wrote it.
+    Returns None for other files, and for those that another COOK_VERSION wrote.
     """
     try:
         made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
@@ -111,7 +111,9 @@ def cooked_key(path: Path) -> str | None:
 
 
 def read_cooked(path: Path) -> tuple[CookedObject, ...]:
-    """Return the objects in a file of `write_cooked`, whose geometry and textures are read by their `load` only.
+    """Return the objects in `path`, a file of `write_cooked`.
+
+    Each object's `load` reads its geometry and textures when it is called.
 
     Raises
     ------

@@ -41,13 +41,13 @@ def is_mesh_file(path: Path) -> bool:
 
 
 def is_baked_file(path: Path) -> bool:
-    """Return whether the file's name is that of depth images, baked or cooked."""
+    """Return whether the name of the file `path` is that of depth images, baked or cooked."""
     return path.name.lower().endswith(BAKED_SUFFIXES)
 
 
 def is_model_file(path: Path) -> bool:
-    """Return whether the file's name is that of a mesh or of depth images; it raises InputError as `is_mesh_file` does.
+    """Return whether the name of the file `path` is that of a mesh or of depth images.
 
-    Such a file is shown as a scene that holds nothing else.
+    Raises InputError as `is_mesh_file` does.
     """
     return is_baked_file(path) or is_mesh_file(path)

@@ -129,7 +129,7 @@ class FileFinder:
         return None if name is None else self.find(loc, name)
 
     def find_if_present(self, loc: Loc, name: Path | None) -> Path | None:
-        """Return what `find` returns, or None where the scene names no file or one that does not exist."""
+        """Return what `find` returns for `name` at the place `loc`; None for no name or a file that does not exist."""
         if name is None:
             return None
         known = len(self.errors)

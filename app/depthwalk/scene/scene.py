@@ -79,9 +79,12 @@ class BakedAsset:
 
     Attributes
     ----------
-    name : of the asset in the scene file.
-    baked : absolute path of the depth images, cooked or not.
-    source : the mesh that they were made from, without depth images of its own; None where there is none.
+    name
+        Name of the asset in the scene file.
+    baked
+        Absolute path of the depth images, cooked or not.
+    source
+        The mesh that they were made from, without depth images of its own; None where there is none.
     """
 
     name: str
