@@ -1,10 +1,13 @@
 """Bakes in several processes: what is there already is left, what is interrupted leaves whole files and nobody."""
 
+import errno
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +15,7 @@ import shapes
 from depthwalk.assets.asset_files import mesh_key
 from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.cache import BAKED
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
 from depthwalk.errors import InputError
@@ -144,3 +148,38 @@ def alive(pid):
             return stat.read().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
         return False
+
+
+def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(meshes, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    job = jobs_of(meshes)[0]
+    list(bake_all([job], 1, ignore))
+    cached = BAKED.file(mesh_key(job.spec, PARAMS))
+    cached.parent.mkdir(parents=True)
+    job.out.rename(cached)
+
+    def vanished(source, target):
+        target.write_bytes(b"half a file")
+        raise FileNotFoundError(source)
+
+    monkeypatch.setattr(shutil, "copyfile", vanished)
+    assert isinstance(dict(bake_all([job], 1, ignore))[0], Baked)
+    assert read_baked(job.out).key == mesh_key(job.spec, PARAMS)
+
+
+@pytest.mark.parametrize("place", ["depthwalk.assets.batch_bake.write_baked", "os.replace"])
+def test_a_file_that_cannot_be_written_fails_its_own_job_only(meshes, monkeypatch, place):
+    owner, name = place.rsplit(".", 1)
+    module = sys.modules[owner]
+    original = getattr(module, name)
+
+    def full(*arguments):
+        if any(Path(what).name == "ball0" + SUFFIX for what in arguments if isinstance(what, Path)):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return original(*arguments)
+
+    monkeypatch.setattr(module, name, full)
+    jobs = jobs_of(meshes)[:2]
+    outcomes = dict(bake_all(jobs, 1, ignore))
+    assert str(outcomes[0]) == f"{jobs[0].out}: cannot be written: {os.strerror(errno.ENOSPC)}"
+    assert isinstance(outcomes[0], InputError) and isinstance(outcomes[1], Baked) and not jobs[0].out.exists()

@@ -14,11 +14,14 @@ class BakedSource(Protocol):
     """Describe where depth images come from, by the number of their asset."""
 
     def key(self, asset: int) -> str:
-        """Return the cache's key of an asset's depth images; "" where they are not to be kept in the cache."""
+        """Return the key in the cache of the depth images of the asset numbered `asset`.
+
+        It is "" where the cache is not to keep them.
+        """
         ...
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return an asset's depth images, made if need be; None where it has none."""
+        """Return the depth images of the asset numbered `asset`, baked if they must be; None where it has none."""
         ...
 
 

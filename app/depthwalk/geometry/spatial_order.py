@@ -17,7 +17,12 @@ def within_runs(counts: Rows) -> Rows:
     Parameters
     ----------
     counts
-        (k,) members of each run. The result (their sum,) has the same type.
+        (k,) number of members of each run.
+
+    Returns
+    -------
+    numpy.ndarray
+        (sum of `counts`,), of the type of `counts`.
     """
     dtype = counts.dtype
     return np.arange(int(counts.sum()), dtype=dtype) - np.repeat(np.cumsum(counts, dtype=dtype) - counts, counts)
@@ -31,12 +36,12 @@ def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
     first
         (c + 1,) where cell k of all c has the members first[k] to first[k + 1] − 1.
     cells
-        (m,) the cells to look at.
+        (k,) numbers of the chosen cells.
 
     Returns
     -------
-    NDArray[np.int64]
-        (n,) numbers of the members.
+    numpy.ndarray
+        (members,) int64.
     """
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)
@@ -44,7 +49,7 @@ def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
 
 
 def kd_tree_order(points: Array, size: int) -> Rows:
-    """Return an order (n,) of points (n, 3) in which each run of `size` is a leaf of a balanced k-d tree.
+    """Return an order (n,) of `points` (n, 3) in which each run of `size` is a leaf of a balanced k-d tree.
 
     Each run of twice, four times … `size` is an inner node. The boxes around such runs have a third of the volume of
     those around runs of a Morton curve.
@@ -67,7 +72,7 @@ def kd_tree_order(points: Array, size: int) -> Rows:
 
 
 def morton_codes(points: Array) -> NDArray[np.uint32]:
-    """Return the places (n,) of points (n, 3) on a Morton curve through the cube around them."""
+    """Return the places (n,) uint32 of `points` (n, 3) on a Morton curve through the cube around them."""
     if not len(points):
         return np.zeros(0, np.uint32)
     low = points.min(0)

@@ -49,7 +49,8 @@ class Library(MeshLibrary, Protocol):
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
         """Return the cooked depth images of `asset`, its number, made if need be; one object for each part.
 
-        With `again`, what the cache keeps cannot be loaded: the objects are cooked once more and hold their arrays in memory.
+        With `again`, because what the cache keeps cannot be loaded, they are cooked once more and hold their arrays in
+        memory.
         """
         ...
 
