@@ -6,9 +6,22 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 import shapes
 from files import write_ply
+
+_PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+settings.register_profile("quick", _PATIENT, max_examples=30, derandomize=True)  # the same ones every time
+settings.register_profile("long", _PATIENT, max_examples=1000)
+settings.load_profile("quick")  # unless --hypothesis-profile names another
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """With a process for each core, libraries need no threads of their own, which would wait for each other."""
+    if getattr(config.option, "numprocesses", None):
+        for library in ("LP", "OPENBLAS", "OMP"):  # of llvmpipe, NumPy and SciPy, which are loaded later
+            os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk import cache
@@ -54,7 +54,6 @@ def arrays_file(tmp_path_factory):
     return path
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 7))
 def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
     damaged = arrays_file.with_name("damaged.npz")
@@ -68,7 +67,6 @@ def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
         np.testing.assert_array_equal(found[name], value)
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.floats(0, 1, exclude_max=True))
 def test_a_file_cut_short_is_seen(arrays_file, place):
     short = arrays_file.with_name("short.npz")

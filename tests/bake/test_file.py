@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -288,7 +288,6 @@ def valid(tmp_path_factory, baked) -> tuple[Path, bytes, int]:
     return path, data, data.rindex(b"screenWindowWidth") + 32
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(0, 1, exclude_max=True), st.integers(1, 255), st.booleans())
 def test_a_flipped_byte_is_refused_or_does_no_harm(valid, baked, place, flip, in_header):
     path, data, header = valid
