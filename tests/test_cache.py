@@ -121,6 +121,12 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
         np.testing.assert_array_equal(before[1].normals, after[1].normals)
 
 
+@pytest.fixture(scope="module")
+def simplified():
+    mesh: Mesh = sphere(columns=32, rows=16)
+    return mesh, mesh_levels(mesh)
+
+
 def crafted(number, name, change):
     def craft(arrays):
         values = arrays[f"{name}.{number}"] if name != "error" else arrays[name]
@@ -145,9 +151,9 @@ def crafted(number, name, change):
         lambda arrays: arrays.update({"parts.0": arrays["parts.0"][:0]}),
     ],
 )
-def test_levels_that_cannot_be_drawn_are_passed_over(craft, caplog):
-    mesh: Mesh = sphere(columns=32, rows=16)
-    path = keep_levels(mesh_levels(mesh), "ab")
+def test_levels_that_cannot_be_drawn_are_passed_over(simplified, craft, caplog):
+    mesh, levels = simplified
+    path = keep_levels(levels, "ab")
     assert find_levels(mesh, "ab") is not None
     arrays = read_arrays(path)
     craft(arrays)

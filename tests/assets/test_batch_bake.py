@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -28,17 +29,16 @@ def ignore(number, stage):
 
 @pytest.fixture
 def meshes(tmp_path):
-    names = [tmp_path / f"ball{k}.ply" for k in range(3)]
+    names = [tmp_path / f"ball{k}.ply" for k in range(4)]
     return [write_ply(name, shapes.sphere(1 + k, columns=32, rows=16)) for k, name in enumerate(names)]
 
 
-def jobs_of(meshes, **how):
+def jobs_of(meshes):
     return [
         Job(
             spec=MeshAsset(name=mesh.stem, mesh=mesh, texture=None, up="y", height=None, dpci=None),
             params=PARAMS,
             out=mesh.with_suffix(SUFFIX),
-            **how,
         )
         for mesh in meshes
     ]
@@ -46,17 +46,17 @@ def jobs_of(meshes, **how):
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_what_is_baked_already_is_left(meshes, processes):
+    """One that is up to date, one of another mesh by the same name, one that is asked for again, and a new one."""
     jobs = jobs_of(meshes)
-    first = dict(bake_all(jobs[:2], processes, ignore))
+    first = dict(bake_all(jobs[:3], 1, ignore))
     assert all(isinstance(outcome, Baked) for outcome in first.values())
-    written = [job.out.stat().st_mtime_ns for job in jobs[:2]]
-    write_ply(meshes[1], shapes.sphere(9.0, columns=32, rows=16))  # another mesh by the same name
+    written = [job.out.stat().st_mtime_ns for job in jobs[:3]]
+    write_ply(meshes[1], shapes.sphere(9.0, columns=32, rows=16))
+    jobs[2] = replace(jobs[2], force=True)
     again = dict(bake_all(jobs, processes, ignore))
-    assert again[0] == Kept(jobs[0].out, cached=False)
-    assert isinstance(again[1], Baked) and isinstance(again[2], Baked)
-    assert jobs[0].out.stat().st_mtime_ns == written[0] and jobs[1].out.stat().st_mtime_ns > written[1]
-    forced = dict(bake_all(jobs_of(meshes, force=True), processes, ignore))
-    assert all(isinstance(outcome, Baked) for outcome in forced.values())
+    assert again.pop(0) == Kept(jobs[0].out, cached=False)
+    assert sorted(again) == [1, 2, 3] and all(isinstance(outcome, Baked) for outcome in again.values())
+    assert [job.out.stat().st_mtime_ns > before for job, before in zip(jobs, written, strict=False)] == [0, 1, 1]
 
 
 def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
