@@ -20,8 +20,9 @@ settings.load_profile("quick")  # unless --hypothesis-profile names another
 def pytest_configure(config: pytest.Config) -> None:
     """With a process for each core, libraries need no threads of their own, which would wait for each other."""
     if getattr(config.option, "numprocesses", None):
-        for library in ("LP", "OPENBLAS", "OMP"):  # of llvmpipe, NumPy and SciPy, which are loaded later
-            os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+        # Of llvmpipe, NumPy and SciPy, which are loaded later; without threads llvmpipe draws in the caller's.
+        for library, threads in (("LP", "0"), ("OPENBLAS", "1"), ("OMP", "1")):
+            os.environ.setdefault(f"{library}_NUM_THREADS", threads)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
