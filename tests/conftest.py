@@ -66,8 +66,10 @@ def _interruptible() -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_home(tmp_path_factory) -> Iterator[Path]:
-    """Where baked objects are kept during the tests, from before the first fixture that bakes one."""
-    folder = tmp_path_factory.mktemp("cache")
+    """Where baked and cooked objects are kept during the tests, for all processes, from before the first is baked."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
+    folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
         yield folder

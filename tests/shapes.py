@@ -118,12 +118,14 @@ def model_of(baked):
 class ShapeLibrary:
     """Meshes and their depth images by number; either may be None.
 
-    kept: what renderers prepare of these is kept in the cache, which spares the second and later ones seconds.
+    kept: what renderers prepare of these is kept in the tests' cache, which spares the second and later ones seconds;
+    not to be had where a test changes how it is prepared.
     """
 
-    def __init__(self, meshes, baked=None, kept=False, **params):
+    def __init__(self, meshes, baked=None, kept=True, **params):
         self._meshes = meshes
         self._baked = [model_of(each) for each in baked or (bake(mesh, **params) for mesh in meshes)]
+        self._levels = {}
         self._keys = [hashlib.sha256(pickle.dumps(each)).hexdigest() if kept else "" for each in self._baked]
 
     def __len__(self):
@@ -148,7 +150,9 @@ class ShapeLibrary:
         return self._meshes[asset]
 
     def mesh_levels(self, asset):
-        return mesh_levels(self._meshes[asset])
+        if asset not in self._levels:
+            self._levels[asset] = mesh_levels(self._meshes[asset])
+        return self._levels[asset]
 
     def forget_mesh(self, asset):
         """It stays."""
