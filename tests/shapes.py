@@ -177,12 +177,13 @@ def scene_of(*placed, representation=Representation.DPCI, **environment):
     return SimpleNamespace(objects=objects, environment=Environment(**environment), render=render)
 
 
-def two_halves(mesh):
+def two_halves(mesh, resolution=128):
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
     return BakedModel(
         parts=tuple(
-            bake_model(piece, ModelParams(resolution=128, layers=1, axis="x"), "halves").parts[0] for piece in pieces
+            bake_model(piece, ModelParams(resolution=resolution, layers=1, axis="x"), "halves").parts[0]
+            for piece in pieces
         )
     )

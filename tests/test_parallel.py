@@ -14,6 +14,7 @@ from depthwalk.parallel import batches, default_workers, thread_map
 from shapes import box, joined, sphere
 
 
+@pytest.mark.slow
 def test_threads_do_not_show():
     """Past 2^15 texels every stage has several batches."""
     mesh = joined(sphere(0.7, 48, 24), box(0.3, 1, 0.9, (0.5, 1.2, 0)), box(1.2, 0.1, 0.1, (0, 0.9, 0.3)))

@@ -44,7 +44,7 @@ def jobs_of(meshes):
     ]
 
 
-@pytest.mark.parametrize("processes", [1, 2])
+@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_what_is_baked_already_is_left(meshes, processes):
     """One that is up to date, one of another mesh by the same name, one that is asked for again, and a new one."""
     jobs = jobs_of(meshes)
@@ -69,6 +69,7 @@ def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
     assert read_baked(out).key == mesh_key(spec, params)
 
 
+@pytest.mark.slow
 def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     baked = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
@@ -87,6 +88,7 @@ def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch
         library.baked(3)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc"), reason="only Linux says whose child a process is")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_home, number):

@@ -124,6 +124,7 @@ def test_hidden_cells_are_left_out_whole(gl_device, library, small_phases, monke
     assert 50 < unseen.sum() < len(unseen) - 50
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32), st.sampled_from([Representation.MESH, Representation.DMESH]), st.integers(1, 60))
 @example(0, Representation.DMESH, 1)
 @example(8445, Representation.MESH, 21)

@@ -15,8 +15,8 @@ BALL, HALVES, BARE = range(3)
 class Store:
     """Numbers depth objects as `AssetStore` does, and cooks them."""
 
-    def __init__(self, library):
-        self.library, self.first_depth = library, len(library)
+    def __init__(self, library, cooked):
+        self.library, self.cooked, self.first_depth = library, cooked, len(library)
         self.rows, self.numbers = [], {}
 
     def __len__(self):
@@ -29,7 +29,9 @@ class Store:
         if asset not in self.numbers:
             parts = self.library.baked(asset).parts
             self.numbers[asset] = range(len(self), len(self) + len(parts))
-            self.rows += [(asset, cook_object(part, CookOptions())) for part in parts]
+            if asset not in self.cooked:
+                self.cooked[asset] = [cook_object(part, CookOptions()) for part in parts]
+            self.rows += [(asset, part) for part in self.cooked[asset]]
         return self.numbers[asset]
 
     def prepared(self, number):
@@ -43,15 +45,21 @@ class Store:
 def library():
     """A ball of radius 0.5, the same in two parts, and a box without depth images."""
     ball = sphere(0.5, 32, 16)
-    baked = [bake(ball, 32, 1), two_halves(ball), bake(ball, 32, 1)]
+    baked = [bake(ball, 32, 1), two_halves(ball, 32), bake(ball, 32, 1)]
     made = ShapeLibrary([ball, ball, box(2.0, 1.0, 0.5, (0, 0.5, 0))], baked)
     made._baked[BARE] = None
     return made
 
 
+@pytest.fixture(scope="module")
+def cooked():
+    """The depth objects of each asset, once they are cooked."""
+    return {}
+
+
 @pytest.fixture
-def store(library):
-    return Store(library)
+def store(library, cooked):
+    return Store(library, cooked)
 
 
 def scene(*placed):
