@@ -1,5 +1,6 @@
 """What tests of several parts share: a GL device, a cache of their own, and a small scene on disk."""
 
+import logging
 import os
 import signal
 from collections.abc import Iterator
@@ -55,6 +56,15 @@ def _current_context(request) -> Iterator[None]:
         return
     with request.getfixturevalue("gl_device").context:
         yield
+
+
+@pytest.fixture(autouse=True)
+def _logger_as_it_was() -> Iterator[None]:
+    """A command sets up the package's logger for its own process, which here runs other tests, too."""
+    log = logging.getLogger("depthwalk")
+    before = log.handlers, log.propagate, log.level
+    yield
+    log.handlers, log.propagate, log.level = before
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -181,9 +181,5 @@ def two_halves(mesh, resolution=128):
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
-    return BakedModel(
-        parts=tuple(
-            bake_model(piece, ModelParams(resolution=resolution, layers=1, axis="x"), "halves").parts[0]
-            for piece in pieces
-        )
-    )
+    params = ModelParams(resolution=resolution, layers=1, axis="x")
+    return BakedModel(parts=tuple(bake_model(piece, params, "halves").parts[0] for piece in pieces))
