@@ -142,7 +142,7 @@ def meshes(tmp_path):
 def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
     good, bad = meshes
     other = write_ply(tmp_path / "box.ply", shapes.box(1.0, 2.0, 1.0))
-    result = run("bake", bad, good, other, "--dpci-resolution", 64, "--layers", 1)
+    result = run("bake", bad, good, other, "--dpci-resolution", 64, "--layers", 1, "--jobs", 1)
     assert result.exit_code == 2
     assert result.stderr.startswith(f"{bad}: ") and result.stderr.count("\n") == 1
     lines = sorted(result.stdout.splitlines())

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk.errors import InputError
@@ -103,7 +103,6 @@ numbers = st.floats(-1e6, 1e6).map(lambda value: np.round(value, 6))
 points = st.lists(st.tuples(numbers, numbers, numbers), min_size=3, max_size=20)
 
 
-@settings(deadline=None, max_examples=50)
 @given(points=points, data=st.data(), ending=st.sampled_from(["\n", "\r\n", "\r"]), blank=st.sampled_from([" ", "\t "]))
 def test_what_was_written_is_read(points, data, ending, blank):
     index = st.integers(1, len(points))

@@ -163,7 +163,7 @@ def test_noise_is_bounded_smooth_and_seeded() -> None:
     assert not np.array_equal(fractal(p, 1.0, 8), values)
 
 
-@pytest.mark.parametrize("make", [stone.slab_rock, props.bench, props.teapot])
+@pytest.mark.parametrize("make", [pytest.param(stone.slab_rock, marks=pytest.mark.slow), props.bench, props.teapot])
 def test_generators_repeat_themselves(make: object, tmp_path: Path) -> None:
     write_ply(tmp_path / "a.ply", make())
     write_ply(tmp_path / "b.ply", make())

@@ -116,7 +116,7 @@ def test_what_was_prepared_is_read_as_it_was(baked, form, tmp_path, monkeypatch)
 
 def test_of_small_images_only_foliage_is_simplified():
     """Images that take longer to simplify than they are worth, and such as are all borders."""
-    solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(400, 0.1)))
+    solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(200, 0.1)))
     for baked, share in (solid, 1.0), (dense, 0.4):
         grids = build_grid_lods(baked)
         assert len(cook_object(baked, CookOptions()).load()[0].drawn(0)) <= share * len(grids.drawn(0))
