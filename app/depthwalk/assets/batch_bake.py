@@ -283,7 +283,7 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
     """Do jobs in so many processes. Those that still run when the caller leaves are ended."""
     context = multiprocessing.get_context("spawn")
     reports = context.Queue()
-    pool = ProcessPoolExecutor(processes, context, _set_up_worker, (reports,))
+    pool = ProcessPoolExecutor(processes, context, set_up_worker, (reports,))
     workers = default_workers(processes)
     running: dict[Future[Baked | Kept], int] = {}
     try:
@@ -311,7 +311,7 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
 _reports: Any = None  # in a worker process: the queue into which it says what it does
 
 
-def _set_up_worker(reports: Any) -> None:
+def set_up_worker(reports: Any) -> None:
     """Prepare a worker process: it leaves Ctrl-C to its parent, and ends with it."""
     global _reports
     _reports = reports

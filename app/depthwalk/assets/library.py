@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -148,11 +149,17 @@ class SceneLibrary:
         """
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and _is_cooked(spec.baked)):
-            return cooked_objects(self, asset, options, again=again)
+            begin = partial(self.report, spec.name, "cooking")
+            return cooked_objects(self, asset, options, again=again, begin=begin)
         if options != CookOptions():
             raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
         self.report(spec.name, "depth images")
         return read_cooked(spec.baked)
+
+    def is_shipped_cooked(self, asset: int) -> bool:
+        """Return whether the scene names cooked depth images of an asset, so that none are ever made."""
+        spec = self._assets[asset]
+        return isinstance(spec, BakedAsset) and _is_cooked(spec.baked)
 
     def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake the depth images that are missing into the cache, several at a time.

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from imgui_bundle import imgui
 
+from depthwalk.assets.background import Progress
 from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 
@@ -24,6 +25,7 @@ _OVERLAY = (
 )
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
+_STOP = "Esc stops"
 _NONE = "\u2013"
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 HELP = (
@@ -126,6 +128,25 @@ def draw_toast(message: str) -> None:
     box = (left - _MARGIN, top - _MARGIN), (left + size.x + _MARGIN, top + size.y + _MARGIN)
     canvas.add_rect_filled(*box, imgui.get_color_u32((0.14, 0.16, 0.20, 0.95)), 6.0)
     canvas.add_text((left, top), imgui.get_color_u32(_BRIGHT), text)
+
+
+def draw_background(progress: Progress) -> None:
+    """Draw how far assets are prepared beside the frames: a bar along the lower edge of the window."""
+    display = imgui.get_io().display_size
+    imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
+    _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
+    imgui.progress_bar(progress.fraction, (-1, 0), background_text(progress))
+    imgui.text_colored(_DIM, f"{progress.name}: {progress.stage}" if progress.name else "starting")
+    imgui.same_line(imgui.get_window_size().x - imgui.calc_text_size(_STOP).x - _MARGIN)
+    imgui.text_colored(_DIM, _STOP)
+    imgui.end()
+
+
+def background_text(progress: Progress) -> str:
+    """Return what the bar of `draw_background` says: how many depth images are ready, and how long the rest takes."""
+    seconds = progress.seconds_left
+    left = "" if seconds is None else f", {max(round(seconds), 1)} s left"
+    return f"depth images: {progress.done} of {progress.total}{left}"
 
 
 def draw_progress(title: str, lines: list[str]) -> None:
