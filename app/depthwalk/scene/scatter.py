@@ -117,8 +117,8 @@ def _close_pairs(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return all pairs of a point and another at most `reach` apart.
 
-    Looks only into the nine square cells about each point. It takes 3 s for a million points spread evenly, twice SciPy's
-    trees, which take a third of a second to import: what every start would wait for.
+    Looks only into the nine square cells about each point. For a million points this takes 3 s, twice as long as
+    SciPy's trees; but importing those takes a third of a second, for which every start would wait.
 
     Parameters
     ----------
