@@ -1,7 +1,7 @@
 """Show on stderr what a command is waiting for: the asset being loaded, the frames done so far.
 
-Live displays appear only on a terminal. Elsewhere, what takes long is told of in a line now and then, and --verbose logs
-every stage as a line.
+Live displays appear only on a terminal. Elsewhere what takes long is told of in a line now and then, and with
+--verbose in a line for every stage.
 """
 
 import logging
@@ -32,7 +32,7 @@ def live_options() -> dict[str, Any]:
 
 
 class _PlainReport:
-    """Report stages as lines where stderr is no terminal: with --verbose all, else one now and then while it takes long.
+    """Report stages as lines where stderr is no terminal: with --verbose all, else one now and then.
 
     So whoever waits for a pipe learns what for. With --quiet nothing is said.
     """
