@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -22,12 +23,12 @@ from files import write_ply
 PARAMS = ModelParams(resolution=32, layers=1)
 
 
-def ignore(number, stage):
+def ignore(number, stage) -> None:
     pass
 
 
 @pytest.fixture
-def meshes(tmp_path):
+def meshes(tmp_path: Path):
     names = [tmp_path / f"ball{k}.ply" for k in range(3)]
     return [write_ply(name, shapes.sphere(1 + k, columns=32, rows=16)) for k, name in enumerate(names)]
 
@@ -45,7 +46,7 @@ def jobs_of(meshes, **how):
 
 
 @pytest.mark.parametrize("processes", [1, 2])
-def test_what_is_baked_already_is_left(meshes, processes):
+def test_what_is_baked_already_is_left(meshes, processes: int) -> None:
     jobs = jobs_of(meshes)
     first = dict(bake_all(jobs[:2], processes, ignore))
     assert all(isinstance(outcome, Baked) for outcome in first.values())
@@ -59,7 +60,7 @@ def test_what_is_baked_already_is_left(meshes, processes):
     assert all(isinstance(outcome, Baked) for outcome in forced.values())
 
 
-def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
+def test_what_the_cache_holds_is_copied(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     spec = load_scene(tiny_scene).assets[0]
     SceneLibrary((spec,)).baked(0)
@@ -69,7 +70,9 @@ def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
     assert read_baked(out).key == mesh_key(spec, params)
 
 
-def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch):
+def test_a_scene_bakes_what_is_missing_at_once(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     baked = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
     tiny_scene.write_text(
@@ -89,7 +92,7 @@ def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch
 
 @pytest.mark.skipif(not os.path.isdir("/proc"), reason="only Linux says whose child a process is")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_home, number):
+def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path: Path, cache_home: Path, number) -> None:
     meshes = [write_ply(tmp_path / f"b{k}.ply", shapes.sphere(1 + k, columns=200, rows=100)) for k in range(6)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     command = [
@@ -108,6 +111,7 @@ def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_h
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
+        assert process.stdout is not None
         line = process.stdout.readline()
         workers = children(process.pid)
         process.send_signal(number)

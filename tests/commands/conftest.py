@@ -1,7 +1,7 @@
 """Running commands in this process."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from typer.testing import CliRunner
@@ -19,6 +19,6 @@ def _logger_as_it_was() -> Iterator[None]:
 
 
 @pytest.fixture
-def run():
+def run() -> Callable[..., object]:
     """run("check", path) → the command's exit_code, stdout, stderr and stdout_bytes."""
     return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
