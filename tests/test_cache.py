@@ -4,6 +4,9 @@ import logging
 import os
 import shutil
 import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,12 +17,14 @@ from depthwalk import cache
 from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.parts import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked
+from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.scene.loader import load_scene
@@ -29,18 +34,18 @@ ARRAYS = {"a": np.arange(12, dtype=np.float32).reshape(3, 4), "b.c": np.array("t
 
 
 @pytest.fixture(autouse=True)
-def home(tmp_path, monkeypatch):
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 
-def flip(path, at, bit=1):
+def flip(path: Path, at: int, bit: int = 1) -> None:
     data = bytearray(path.read_bytes())
     data[at] ^= bit
     path.write_bytes(data)
 
 
-def flip_within(path, needle):
+def flip_within(path: Path, needle: bytes) -> None:
     """Damages the file in the middle of these bytes, which it holds once."""
     data = path.read_bytes()
     assert data.count(needle) == 1
@@ -48,14 +53,14 @@ def flip_within(path, needle):
 
 
 @pytest.fixture(scope="module")
-def arrays_file(tmp_path_factory):
+def arrays_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("arrays") / "a.npz"
     write_arrays(path, ARRAYS)
     return path
 
 
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 7))
-def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
+def test_a_flipped_bit_is_seen_or_harmless(arrays_file: Path, place: float, bit: int) -> None:
     damaged = arrays_file.with_name("damaged.npz")
     shutil.copyfile(arrays_file, damaged)
     flip(damaged, int(place * damaged.stat().st_size), 1 << bit)
@@ -68,7 +73,7 @@ def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
 
 
 @given(st.floats(0, 1, exclude_max=True))
-def test_a_file_cut_short_is_seen(arrays_file, place):
+def test_a_file_cut_short_is_seen(arrays_file: Path, place: float) -> None:
     short = arrays_file.with_name("short.npz")
     short.write_bytes(arrays_file.read_bytes()[: int(place * arrays_file.stat().st_size)])
     with pytest.raises(ValueError):
@@ -76,11 +81,11 @@ def test_a_file_cut_short_is_seen(arrays_file, place):
 
 
 @pytest.fixture(scope="module")
-def baked():
+def baked() -> BakedObject:
     return bake(sphere(columns=32, rows=16), resolution=32, layers=1)
 
 
-def test_damage_that_is_seen_late_is_named_and_removed(baked, caplog):
+def test_damage_that_is_seen_late_is_named_and_removed(baked: BakedObject, caplog: pytest.LogCaptureFixture) -> None:
     form = CookOptions()
     keep_cooked("ab", form, (cook_object(baked, form),))
     (path,) = COOKED.file("").parent.glob("ab*")
@@ -94,7 +99,9 @@ def test_damage_that_is_seen_late_is_named_and_removed(baked, caplog):
 
 
 @pytest.mark.parametrize("again", [False, True])
-def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkeypatch, again):
+def test_a_walk_goes_on_over_damaged_files(
+    gl_device: Device, tiny_scene: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, again: bool
+) -> None:
     """Damaged between outline and pixels; or with each file that takes its place, too."""
     library = SceneLibrary(load_scene(tiny_scene).assets)
     store = AssetStore(gl_device, library)
@@ -163,12 +170,12 @@ def test_levels_that_cannot_be_drawn_are_passed_over(simplified, craft, caplog):
     assert f"{path}: damaged simplified meshes" in caplog.text and not path.exists()
 
 
-def test_a_bake_takes_no_damaged_file(tiny_scene, tmp_path, caplog):
+def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))
     key, out, params = library.baked(0).parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
 
-    def bake_once(**how):
+    def bake_once(**how) -> Kept | Baked:
         return dict(bake_all([Job(spec=spec, params=params, out=out, **how)], 1, lambda *_: None))[0]
 
     flip(BAKED.file(key), -1000)
@@ -178,13 +185,15 @@ def test_a_bake_takes_no_damaged_file(tiny_scene, tmp_path, caplog):
     assert isinstance(bake_once(), Kept)
 
 
-def test_force_heals_all_of_the_asset(tiny_scene, tmp_path):
+def test_force_heals_all_of_the_asset(tiny_scene: Path, tmp_path: Path) -> None:
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))
     baked = library.baked(0)
     library.mesh_levels(0)
+    assert baked is not None
     keep_cooked(baked.key, CookOptions(), tuple(cook_object(part, CookOptions()) for part in baked.parts))
     other = BAKED.file("0" * 64)
+    assert baked is not None
     shutil.copyfile(BAKED.file(baked.key), other)
     assert len(list(other.parent.iterdir())) == 4
     job = Job(spec=spec, params=ModelParams(resolution=64, layers=1), out=tmp_path / "a.dpci.exr", force=True)
@@ -192,7 +201,7 @@ def test_force_heals_all_of_the_asset(tiny_scene, tmp_path):
     assert list(other.parent.iterdir()) == [other]
 
 
-def test_what_killed_writers_left_is_swept(home):
+def test_what_killed_writers_left_is_swept(home: Path) -> None:
     old = time.time() - 2 * 86_400
     folder = LEVELS.file("").parent
     folder.mkdir(parents=True)

@@ -27,7 +27,7 @@ from files import write_ply
 PARAMS = ModelParams(resolution=32, layers=1)
 
 
-def ignore(number, stage):
+def ignore(number, stage) -> None:
     pass
 
 
@@ -63,7 +63,7 @@ def test_what_is_baked_already_is_left(meshes, processes):
     assert [job.out.stat().st_mtime_ns > before for job, before in zip(jobs, written, strict=False)] == [0, 1, 1]
 
 
-def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
+def test_what_the_cache_holds_is_copied(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     spec = load_scene(tiny_scene).assets[0]
     SceneLibrary((spec,)).baked(0)
@@ -114,6 +114,7 @@ def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_h
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
+        assert process.stdout is not None
         line = process.stdout.readline()
         workers = children(process.pid)
         process.send_signal(number)

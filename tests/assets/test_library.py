@@ -16,15 +16,18 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.parts import ModelParams
 from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.range_image import RangeImage
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import DepthImageAsset
 from files import write_ply
 
 
-def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
-    read = []
+    read: list[Any] = []
 
-    def watched(*arguments, **options):
+    def watched(*arguments: Path, **options: Any) -> Mesh:
         mesh = load_mesh(*arguments, **options)
         read.append(weakref.ref(mesh))
         return mesh
@@ -39,7 +42,9 @@ def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene, tmp_path, monkeypatch):
     assert library.mesh(0) is drawn and len(read) == 2
 
 
-def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_that_is_there_already_is_baked(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.mesh(0) is not None
@@ -47,26 +52,30 @@ def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch
     assert library.baked(0) is not None
 
 
-def test_depth_images_that_are_there_are_told_of_too(tiny_scene, tmp_path, monkeypatch):
+def test_depth_images_that_are_there_are_told_of_too(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     for kept in (False, True):
-        told = []
+        told: list[Any] = []
         SceneLibrary(load_scene(tiny_scene).assets, lambda *what, told=told: told.append(what)).baked(0)
         assert told[0] == ("ball", "depth images") and (len(told) == 1) == kept
 
 
-def replace_ball(scene, radius):
+def replace_ball(scene: Path, radius: float) -> Path:
     """Puts another ball in the place of the scene's."""
     return write_ply(scene.with_name("ball.ply"), shapes.sphere(radius, columns=32, rows=16))
 
 
-def size_of(library):
+def size_of(library: SceneLibrary) -> float:
     """Half the height of the ball as its depth images show it, metres."""
     cylinder = library.baked(0).parts[0].cylinder
     return (cylinder.top - cylinder.bottom) / 2
 
 
-def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = load_scene(tiny_scene).assets
     replace_ball(tiny_scene, 1.0)
@@ -82,7 +91,9 @@ def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(tiny_scene
     assert size_of(again) == pytest.approx(1, abs=0.1) and again.key(0) == before
 
 
-def test_a_mesh_replaced_after_it_was_read_poisons_no_key(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_replaced_after_it_was_read_poisons_no_key(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = load_scene(tiny_scene).assets
     replace_ball(tiny_scene, 1.0)
@@ -96,13 +107,15 @@ def test_a_mesh_replaced_after_it_was_read_poisons_no_key(tiny_scene, tmp_path, 
     assert fresh.mesh_levels(0)[-1].mesh.bounds[1][1] > 1.5 * levels[-1].mesh.bounds[1][1]
 
 
-def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_replaced_while_it_is_baked_to_a_file(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (spec,) = load_scene(tiny_scene).assets
     replace_ball(tiny_scene, 1.0)
     key = mesh_key(spec, ModelParams(resolution=32, layers=1))
     load_mesh = depthwalk.assets.asset_files.load_mesh
 
-    def replaced(*arguments, **options):
+    def replaced(*arguments: Path, **options: Any) -> Mesh:
         replace_ball(tiny_scene, 2.0)
         return load_mesh(*arguments, **options)
 
@@ -115,7 +128,9 @@ def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monke
 
 
 @pytest.mark.parametrize("times", [1, 100])
-def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monkeypatch, times):
+def test_a_range_image_that_changes_while_it_is_read(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     file, left = tiny_scene.with_name("d.npy"), times
     np.save(file, np.linspace(1, 1.2, 20 * 20, dtype=np.float32).reshape(20, 20))
@@ -124,7 +139,7 @@ def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monke
     (spec,) = load_scene(tiny_scene).assets
     read = depthwalk.assets.asset_files.read_range_image
 
-    def changing(spec):
+    def changing(spec: DepthImageAsset) -> RangeImage:
         nonlocal left
         image = read(spec)
         if left > 0:

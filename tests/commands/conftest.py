@@ -7,6 +7,6 @@ from depthwalk.commands.cli import app
 
 
 @pytest.fixture
-def run():
+def run() -> Callable[..., object]:
     """run("check", path) → the command's exit_code, stdout, stderr and stdout_bytes."""
     return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])

@@ -52,6 +52,7 @@ def test_mesh_is_sound(name: str) -> None:
     assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))
     assert mesh.bounds[0, 1] == pytest.approx(0, abs=1e-6)
     assert mesh.is_winding_consistent
+    assert mesh.visual is not None
     assert mesh.visual.vertex_colors[:, :3].std(axis=0).max() > 3
 
 

@@ -1,6 +1,7 @@
 """The tools the generators are made of."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,7 +56,7 @@ def test_distance_of_a_sphere_and_a_capsule_is_exact() -> None:
 
 
 def test_union_is_the_minimum_but_for_the_seam() -> None:
-    a, b = np.float32([0, 1, 5]), np.float32([0, 1.5, 1])
+    a, b = np.array([0, 1, 5], np.float32), np.array([0, 1.5, 1], np.float32)
     np.testing.assert_allclose(union(a, b, 0.4), [-0.1, 1, 1], atol=1e-6)
 
 
@@ -187,7 +188,7 @@ def test_tiling_noise_has_no_seam() -> None:
 
 
 @pytest.mark.parametrize("make", [grass, paving])
-def test_textures_tile_and_stay_small(make: object, tmp_path: Path) -> None:
+def test_textures_tile_and_stay_small(make: Any, tmp_path: Path) -> None:
     picture = make()
     inner = np.abs(np.diff(picture, axis=0)).mean()
     assert picture.shape == (512, 512, 3)
@@ -204,7 +205,7 @@ def test_generate_writes_what_is_asked(tmp_path: Path) -> None:
         generate(tmp_path, ["pedestel"])
 
 
-def test_the_market_is_a_scene_of_different_assets(tmp_path):
+def test_the_market_is_a_scene_of_different_assets(tmp_path: Path) -> None:
     generate(tmp_path, ["market"], assets=5)
     scene = load_scene(tmp_path / "market.yaml")
     assert len(scene.assets) == len(scene.objects) == 5

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pytest
@@ -107,7 +108,7 @@ PATIENCE = 120  # s that anything may take on a busy machine
 
 
 @pytest.fixture
-def display(monkeypatch):
+def display(monkeypatch: pytest.MonkeyPatch):
     """A virtual X server, which `DISPLAY` names; it stays when a client leaves, whom another may follow."""
     if missing:
         pytest.skip(f"not installed: {', '.join(missing)}")
@@ -128,7 +129,7 @@ def display(monkeypatch):
 
 
 @pytest.fixture
-def scene_file(tmp_path):
+def scene_file(tmp_path: Path):
     ball, crate = trimesh.creation.icosphere(4, 0.8), trimesh.creation.box((1.0, 1.2, 1.0))
     for name, mesh, colour in (("ball", ball, (210, 80, 50, 255)), ("crate", crate, (60, 110, 190, 255))):
         mesh.visual.vertex_colors = np.tile(np.uint8(colour), (len(mesh.vertices), 1))
@@ -139,7 +140,7 @@ def scene_file(tmp_path):
 
 
 @pytest.fixture
-def start(display, scene_file, tmp_path, monkeypatch):
+def start(display, scene_file, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """start(samples): the walk through `scene_file`, with its user, ended with the test."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     with contextlib.ExitStack() as stack:
@@ -149,7 +150,7 @@ def start(display, scene_file, tmp_path, monkeypatch):
 class Program:
     """The walk in a process of its own, with up to so many samples per pixel; collects what it tells."""
 
-    def __init__(self, scene_file, folder, samples):
+    def __init__(self, scene_file, folder, samples) -> None:
         self.folder = folder
         self.told = [{}]
         self._news = threading.Condition()
@@ -162,17 +163,21 @@ class Program:
         self._listener = threading.Thread(target=self._listen)
         self._listener.start()
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error) -> None:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)  # with those that bake for it, which hold its output open
         self._listener.join()
+        assert self.process.stdout is not None
         self.process.stdout.close()
         self.process.wait()
 
-    def _listen(self):
+    def _listen(self) -> None:
+        assert self.process is not None
+        assert self.process is not None
+        assert self.process is not None
         for line in self.process.stdout:
             if line.startswith("{"):
                 with self._news:
@@ -202,7 +207,7 @@ class Program:
         """The first report, from now on, that says so."""
         return self.wait(lambda report: facts.items() <= report.items(), facts)
 
-    def wait_frames(self, count=2):
+    def wait_frames(self, count: int = 2) -> None:
         """Until so many frames were begun and shown from now on."""
         first = self.wait(lambda report: "frame" in report, "a frame")["frame"]
         self.wait(lambda report: report.get("frame", 0) >= first + count, f"{count} frames")
@@ -233,7 +238,7 @@ class Program:
 class User:
     """Works the keyboard and the mouse of a program's display; begins when the program shows its window."""
 
-    def __init__(self, program):
+    def __init__(self, program) -> None:
         self.program = program
         program.wait(lambda report: report, "the first report")  # comes once there is a window
         self.window = self._focus()
@@ -248,7 +253,7 @@ class User:
         self.do("windowfocus", "--sync", window)
         return window
 
-    def drop(self, file):
+    def drop(self, file) -> None:
         (self.program.folder / "dropped").write_text(str(file))
         self.program.process.send_signal(signal.SIGUSR1)
 
@@ -286,7 +291,7 @@ def headless_picture(scene_file, camera, size):
 
 
 @linux
-def test_a_walk_with_keys_and_mouse(start, scene_file):
+def test_a_walk_with_keys_and_mouse(start, scene_file) -> None:
     user = start()
     program = user.program
     with_hud, first = user.screenshot()
@@ -318,7 +323,7 @@ def test_a_walk_with_keys_and_mouse(start, scene_file):
     assert live["texture"] == 0 and not any(live.values())
 
 
-def write_many(scene_file):
+def write_many(scene_file) -> None:
     """A scene that takes a while to load."""
     many = [f"ball{k}: {{mesh: ball.ply, height: {1 + k}, dpci: {{resolution: 128}}}}" for k in range(100)]
     seen = [f"{{asset: ball{k}}}" for k in range(100)]
@@ -326,7 +331,7 @@ def write_many(scene_file):
 
 
 @linux
-def test_escape_ends_the_loading(start, scene_file, tmp_path):
+def test_escape_ends_the_loading(start, scene_file, tmp_path: Path) -> None:
     write_many(scene_file)
     user = start()
     for _ in range(PATIENCE):  # a key pressed as the window appears may be lost
@@ -339,7 +344,7 @@ def test_escape_ends_the_loading(start, scene_file, tmp_path):
 
 
 @linux
-def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(start, tmp_path):
+def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(start, tmp_path: Path) -> None:
     write_many(many := tmp_path / "many.yaml")
     user = start()
     program = user.program
@@ -356,7 +361,7 @@ def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_l
 
 
 @linux
-def test_a_key_focuses_on_what_is_in_the_middle(start, scene_file):
+def test_a_key_focuses_on_what_is_in_the_middle(start, scene_file) -> None:
     lens = "render: {dof: {mode: gather, focal_length: 150, f_number: 1, focus_distance: 1}}\n"
     scene_file.write_text(SCENE.replace("target: [0, 0.8, 0]", "target: [0.8, 0.8, 0]") + lens)
     user = start()
@@ -379,7 +384,7 @@ def test_a_key_focuses_on_what_is_in_the_middle(start, scene_file):
 
 
 @linux
-def test_files_are_dropped_and_read_again(start, scene_file, tmp_path):
+def test_files_are_dropped_and_read_again(start, scene_file, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text("version: 1\nobjects: [{asset: ball}]\n")
     (tmp_path / "broken.ply").write_text("no mesh")
     user = start()
@@ -427,7 +432,7 @@ def test_files_are_dropped_and_read_again(start, scene_file, tmp_path):
 
 @linux
 @pytest.mark.parametrize(("samples", "shown"), [(4, "msaa"), (2, "none")])
-def test_multisampling_and_none_where_the_driver_has_too_few(start, scene_file, samples, shown):
+def test_multisampling_and_none_where_the_driver_has_too_few(start, scene_file, samples, shown) -> None:
     scene_file.write_text(SCENE + "render: {aa: msaa}\n")
     user = start(samples)
     user.program.wait_frames()
@@ -446,7 +451,7 @@ def test_multisampling_and_none_where_the_driver_has_too_few(start, scene_file, 
 
 
 @linux
-def test_without_a_display_the_reason_is_told(monkeypatch):
+def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(NoDisplayError, match=r"cannot open a window: .*DISPLAY"):

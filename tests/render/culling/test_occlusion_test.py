@@ -12,7 +12,7 @@ from depthwalk.scene.arrays import Camera
 SIZE = (160, 120)
 
 
-def test_outlines_hold_all_points():
+def test_outlines_hold_all_points() -> None:
     """Of random cylinders, some of them partly behind the viewer; and they are not much larger than they must be."""
     rng = np.random.default_rng(3)
     count, points = 3000, 200
@@ -70,5 +70,5 @@ def test_hidden_means_nearer_everywhere(seed, shape, side):
             assert found[k] == behind
 
 
-def test_phases_grow_faster_where_little_is_hidden():
+def test_phases_grow_faster_where_little_is_hidden() -> None:
     assert growth(np.array([True, False])) < growth(np.array([False, False, False, True, False]))
