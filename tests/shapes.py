@@ -18,7 +18,7 @@ from depthwalk.bake.images import BakedObject
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model, submesh
-from depthwalk.ingest.mesh import Material, Mesh, MeshLevel, Part
+from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import RenderSettings

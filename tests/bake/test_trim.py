@@ -1,18 +1,16 @@
 """Caps and flanks keep what is drawn of them and no more."""
 
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.file import read_baked, write_baked
-from depthwalk.bake.images import BOX_FACES, BakedObject, Face
+from depthwalk.bake.images import BOX_FACES, Face
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cases import PAPER_PIECES, Case
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.ingest.mesh import Mesh
-from depthwalk.types import Rows
 from shapes import bake, box, joined, sphere
 
 PACKED = np.array([1 << 32, 1 << 16, 1])

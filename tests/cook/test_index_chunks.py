@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from depthwalk.bake.images import BakedObject
 from depthwalk.cook import indexed_lods
 from depthwalk.cook.index_chunks import WHOLE, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import LodGeometry
@@ -14,8 +13,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
-from depthwalk.scene.scene import Scene
-from depthwalk.types import Array, Ints, Rows
+from depthwalk.types import Ints, Rows
 from shapes import ShapeLibrary, bake, scene_of, sphere
 from stage import OnScreen
 
