@@ -76,7 +76,7 @@ def _interruptible() -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def cache_home(tmp_path_factory) -> Iterator[Path]:
+def cache_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Where baked and cooked objects are kept during the tests, for all processes, from before the first is baked."""
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"

@@ -18,7 +18,8 @@ from depthwalk.bake.images import BakedObject
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model, submesh
-from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.ingest.mesh import Material, Mesh, MeshLevel, Part
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import RenderSettings
@@ -154,10 +155,19 @@ class ShapeLibrary:
     not to be had where a test changes how it is prepared.
     """
 
-    def __init__(self, meshes, baked=None, kept=True, **params):
+    def __init__(
+        self,
+        meshes: Sequence[Mesh | None],
+        baked: Sequence[BakedObject | BakedModel | None] | None = None,
+        kept: bool = True,
+        resolution: int = 128,
+        layers: int | Literal["auto"] = 2,
+    ) -> None:
         self._meshes = meshes
-        self._baked = [model_of(each) for each in baked or (bake(mesh, **params) for mesh in meshes)]
-        self._levels = {}
+        if not baked:
+            baked = [bake(mesh, resolution, layers) for mesh in meshes if mesh is not None]
+        self._baked = [model_of(each) for each in baked]
+        self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._keys = [hashlib.sha256(pickle.dumps(each)).hexdigest() if kept else "" for each in self._baked]
 
     def __len__(self) -> int:
@@ -178,15 +188,16 @@ class ShapeLibrary:
     def baked(self, asset: int) -> BakedModel | None:
         return self._baked[asset]
 
-    def cooked(self, asset, options, *, again=False):
+    def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
         return cooked_objects(self, asset, options, again=again)
 
-    def mesh(self, asset):
+    def mesh(self, asset: int) -> Mesh | None:
         return self._meshes[asset]
 
-    def mesh_levels(self, asset):
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         if asset not in self._levels:
-            self._levels[asset] = mesh_levels(self._meshes[asset])
+            mesh = self._meshes[asset]
+            self._levels[asset] = () if mesh is None else mesh_levels(mesh)
         return self._levels[asset]
 
     def forget_mesh(self, asset: int) -> None:
@@ -216,7 +227,7 @@ def scene_of(
     return cast(Scene, SimpleNamespace(objects=objects, environment=Environment(**environment), render=render))
 
 
-def two_halves(mesh, resolution=128):
+def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]

@@ -159,7 +159,7 @@ class SlowLibrary(ShapeLibrary):
         self,
         meshes: Sequence[Mesh | None],
         baked: Sequence[BakedObject | BakedModel | None] | None = None,
-        kept: bool = False,
+        kept: bool = True,
         resolution: int = 128,
         layers: int | Literal["auto"] = 2,
     ) -> None:

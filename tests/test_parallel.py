@@ -15,7 +15,7 @@ from shapes import box, joined, sphere
 
 
 @pytest.mark.slow
-def test_threads_do_not_show():
+def test_threads_do_not_show() -> None:
     """Past 2^15 texels every stage has several batches."""
     mesh = joined(sphere(0.7, 48, 24), box(0.3, 1, 0.9, (0.5, 1.2, 0)), box(1.2, 0.1, 0.1, (0, 0.9, 0.3)))
     alone, shared = (bake_object(mesh, BakeParams(resolution=192, layers=2), "", workers=workers) for workers in (1, 3))

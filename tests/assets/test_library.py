@@ -2,7 +2,10 @@
 
 import gc
 import weakref
+from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -157,12 +160,14 @@ def test_a_range_image_that_changes_while_it_is_read(
     assert library.baked(0).key == library.key(0) == SceneLibrary((spec,)).key(0) != first
 
 
-def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(tiny_scene, tmp_path, monkeypatch, caplog):
+def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     names = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
     tiny_scene.write_text(f"version: 1\nassets: {{{names}}}\n")
 
-    def ended(*arguments):
+    def ended(*arguments: object) -> Iterator[object]:
         raise BrokenProcessPool("A process in the process pool was terminated abruptly")
         yield
 

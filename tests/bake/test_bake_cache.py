@@ -4,11 +4,13 @@ import errno
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
 from depthwalk import limits
 from depthwalk.bake.cache import find_baked, has_key, keep_baked, sidecar
+from depthwalk.bake.images import BakedObject
 from shapes import bake, model_of, sphere
 
 
@@ -95,10 +97,12 @@ def test_files_that_vanish_or_stay_in_spite_do_not_matter(
 
 
 @pytest.mark.parametrize("error", [OSError(errno.EMFILE, os.strerror(errno.EMFILE)), MemoryError()])
-def test_what_the_machine_cannot_read_now_stays_in_the_cache(cache, baked, monkeypatch, tmp_path, error):
+def test_what_the_machine_cannot_read_now_stays_in_the_cache(
+    cache: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, error: Exception
+) -> None:
     path = keep(baked, "old")
 
-    def fail(*arguments, **options):
+    def fail(*arguments: object, **options: object) -> NoReturn:
         raise error
 
     with monkeypatch.context() as patch:
@@ -107,14 +111,17 @@ def test_what_the_machine_cannot_read_now_stays_in_the_cache(cache, baked, monke
             assert find_baked(tmp_path / "ball.ply", "old") is None
         except MemoryError:
             assert isinstance(error, MemoryError)
-    assert path.is_file() and find_baked(tmp_path / "ball.ply", "old").key == "old"
+    found = find_baked(tmp_path / "ball.ply", "old")
+    assert path.is_file() and found is not None and found.key == "old"
 
 
-def test_a_file_beside_the_mesh_that_cannot_be_read_now_is_passed_over(cache, baked, monkeypatch, tmp_path):
+def test_a_file_beside_the_mesh_that_cannot_be_read_now_is_passed_over(
+    cache: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     mesh = tmp_path / "ball.ply"
     keep(baked, "old").rename(sidecar(mesh))
 
-    def fail(*arguments, **options):
+    def fail(*arguments: object, **options: object) -> NoReturn:
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
 
     with monkeypatch.context() as patch:

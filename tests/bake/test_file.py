@@ -2,9 +2,10 @@
 
 import errno
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import OpenEXR
@@ -18,7 +19,7 @@ from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.header import inspect_header
-from depthwalk.bake.images import BoundaryStrip, Face
+from depthwalk.bake.images import BakedObject, BoundaryStrip, Face
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
 from shapes import bake, box, joined, model_of
@@ -87,7 +88,9 @@ def test_what_is_read_is_written_again_to_the_byte(path: Path, tmp_path: Path) -
     assert (tmp_path / "again.dpci.exr").read_bytes() == path.read_bytes()
 
 
-def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, baked, monkeypatch):
+def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(
+    tmp_path: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Rows of lists are no texels, of which images may have 4096."""
     monkeypatch.setattr("depthwalk.bake.file._LIST_WIDTH", 16)
     count = 4096 * 16 + 1
@@ -325,8 +328,10 @@ def test_a_flipped_byte_is_refused_or_does_no_harm(
 
 
 @pytest.mark.parametrize("read", [read_baked, inspect_header])
-def test_what_the_machine_lacks_is_no_damage(path, monkeypatch, read):
-    def no_memory(*arguments, **options):
+def test_what_the_machine_lacks_is_no_damage(
+    path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
+) -> None:
+    def no_memory(*arguments: object, **options: object) -> NoReturn:
         raise MemoryError
 
     monkeypatch.setattr(OpenEXR, "File", no_memory)
@@ -335,11 +340,13 @@ def test_what_the_machine_lacks_is_no_damage(path, monkeypatch, read):
 
 
 @pytest.mark.parametrize("code, error", [(errno.EMFILE, OSError), (errno.EACCES, InputError)])
-def test_a_file_that_cannot_be_opened_is_not_damaged(path, monkeypatch, code, error):
-    def fail(*arguments, **options):
+def test_a_file_that_cannot_be_opened_is_not_damaged(
+    path: Path, monkeypatch: pytest.MonkeyPatch, code: int, error: type[Exception]
+) -> None:
+    def fail(*arguments: object, **options: object) -> NoReturn:
         raise OSError(code, os.strerror(code), str(path))
 
-    def unopened(*arguments, **options):
+    def unopened(*arguments: object, **options: object) -> NoReturn:
         raise RuntimeError(f"Unable to open '{path}' for read")
 
     monkeypatch.setattr(OpenEXR, "File", unopened)
@@ -348,10 +355,10 @@ def test_a_file_that_cannot_be_opened_is_not_damaged(path, monkeypatch, code, er
         read_baked(path)
 
 
-def test_channels_left_out_for_lack_of_memory_are_no_damage(path, monkeypatch):
+def test_channels_left_out_for_lack_of_memory_are_no_damage(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     original = OpenEXR.File
 
-    def without_pixels(*arguments, **options):
+    def without_pixels(*arguments: Any, **options: Any) -> OpenEXR.File:
         if options.get("separate_channels"):
             print("Warning: Exception raised reading pixel data for part 2 - MemoryError: Unable to allocate 7 KiB")
         return original(*arguments, **options)

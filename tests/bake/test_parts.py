@@ -75,7 +75,7 @@ def test_a_part_of_a_mesh_keeps_materials_and_corners() -> None:
 
 
 @pytest.mark.slow
-def test_a_ball_is_one_part_and_a_heap_several(model):
+def test_a_ball_is_one_part_and_a_heap_several(model: BakedModel) -> None:
     assert (
         len(bake_model(sphere(columns=48, rows=24), ModelParams(resolution=32, layers=1, parts="auto"), "").parts) == 1
     )
@@ -83,7 +83,7 @@ def test_a_ball_is_one_part_and_a_heap_several(model):
 
 
 @pytest.mark.slow
-def test_parts_hold_what_one_object_does_not(model):
+def test_parts_hold_what_one_object_does_not(model: BakedModel) -> None:
     """The gaps beside the box in the middle, of which one layer sees nothing from outside."""
     held = points_of(model)
     inside = [
@@ -96,7 +96,7 @@ def test_parts_hold_what_one_object_does_not(model):
 
 
 @pytest.mark.slow
-def test_texels_of_parts_are_about_as_large_as_the_whole_has(model):
+def test_texels_of_parts_are_about_as_large_as_the_whole_has(model: BakedModel) -> None:
     (one,) = bake_model(heap(3), ModelParams(resolution=64, layers=1), "").parts
     size = max(2 * one.cylinder.radius, one.cylinder.height) / 64
     for part in model.parts:
@@ -112,7 +112,7 @@ def test_parts_are_at_most_as_many_as_wanted() -> None:
 
 
 @pytest.mark.slow
-def test_a_file_holds_all_parts(tmp_path, model):
+def test_a_file_holds_all_parts(tmp_path: Path, model: BakedModel) -> None:
     path = tmp_path / "x.dpci.exr"
     write_baked(path, model)
     again = read_baked(path)

@@ -1,5 +1,7 @@
 """Running commands in this process."""
 
+from collections.abc import Callable
+
 import pytest
 from typer.testing import CliRunner
 

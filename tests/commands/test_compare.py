@@ -185,7 +185,7 @@ def test_a_scene_that_is_missing_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_bake_is_measured_in_a_process_of_its_own(ball, tmp_path):
+def test_a_bake_is_measured_in_a_process_of_its_own(ball: Path, tmp_path: Path) -> None:
     spec = mesh_spec(ball, None, "y", None)
     small, large = (measured_bake(spec, ModelParams(resolution=side), tmp_path / "b.dpci.exr") for side in (32, 256))
     assert large.bytes_disk == (tmp_path / "b.dpci.exr").stat().st_size > small.bytes_disk

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from depthwalk.bake.images import BakedObject
 from depthwalk.cook import indexed_lods
 from depthwalk.cook.index_chunks import WHOLE, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import LodGeometry
@@ -13,7 +14,8 @@ from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
-from depthwalk.types import Ints, Rows
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array, Ints, Rows
 from shapes import ShapeLibrary, bake, scene_of, sphere
 from stage import OnScreen
 
@@ -61,7 +63,7 @@ def triangles_of(grids: LodGeometry, level: int) -> Rows:
     return rows[np.lexsort(rows.T)]
 
 
-def pictured(device, scene, baked, camera):
+def pictured(device: Device, scene: Scene, baked: BakedObject, camera: Camera) -> Array:
     with OnScreen(device, scene, ShapeLibrary([None], [baked], kept=False), (320, 240)) as stage:
         stage.draw(View(camera, (320, 240)), transparent=True)
         return read_pixels(stage.screen).astype(float) / 255

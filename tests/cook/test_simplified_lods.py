@@ -99,7 +99,7 @@ def test_folds_are_found_nowhere(baked: BakedObject, levels: LodGeometry) -> Non
     assert (select_views(baked, above[:, ::-1]) == NOWHERE).mean() > 0.95  # at the very top rays graze the ball
 
 
-def test_foliage_has_levels_between_its_leaves_and_what_is_welded():
+def test_foliage_has_levels_between_its_leaves_and_what_is_welded() -> None:
     crown = bake(leaves(60, 0.25), 32, layers=3)
     levels = build_simplified_lods(crown)
     counts = [len(levels.drawn(level)) for level in range(len(levels.error))]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from depthwalk.geometry.spatial_order import cell_members, kd_tree_order, morton_codes, within_runs
+from depthwalk.types import Array, Rows
 
 
 def mean_extent(points: Array, order: Rows, size: int) -> float:
@@ -16,7 +17,7 @@ def test_members_are_counted_within_their_runs(dtype: type[int]) -> None:
     assert counted.tolist() == [0, 1, 0, 1, 2] and counted.dtype == dtype
 
 
-def test_runs_hold_the_members_of_cells():
+def test_runs_hold_the_members_of_cells() -> None:
     assert cell_members(np.array([0, 2, 2, 5]), np.array([2, 0, 1])).tolist() == [2, 3, 4, 0, 1]
 
 

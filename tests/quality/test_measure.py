@@ -103,7 +103,7 @@ def test_a_missing_side_is_a_hole(gl_device: Device, ball: tuple[Mesh, BakedMode
     assert bare.holes > 30 and bare.iou < 0.7 and bare.psnr < whole.psnr - 5
 
 
-def test_the_renderer_draws_the_mesh_and_the_images(gl_device, ball):
+def test_the_renderer_draws_the_mesh_and_the_images(gl_device: Device, ball: tuple[Mesh, BakedModel]) -> None:
     with PairRenderer(*ball, RenderSettings(), SIZE) as renderer:
         pair = renderer.pair(LEVEL)
         again = renderer.pair(LEVEL)

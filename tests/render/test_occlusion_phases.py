@@ -154,7 +154,9 @@ def test_hidden_cells_are_left_out_whole(
 @example(8445, Representation.MESH, 21)
 @example(302333, Representation.DMESH, 40)
 @settings(max_examples=12)
-def test_any_crowd_looks_the_same(gl_device, library, small_phases, seed, representation, count):
+def test_any_crowd_looks_the_same(
+    gl_device: Device, library: ShapeLibrary, small_phases: None, seed: int, representation: Representation, count: int
+) -> None:
     places, rng = crowd(seed, count)
     with Both(gl_device, library, places, representation) as both:
         eye, aim = rng.uniform(-9, 9, (2, 3)) * (1, 0.2, 1) + (0, 0.8, 0)

@@ -241,7 +241,9 @@ def modes() -> Iterator[dict[str, str]]:
 
 
 @pytest.mark.slow
-def test_declared_targets_are_those_that_passes_use(gl_device, library, monkeypatch):
+def test_declared_targets_are_those_that_passes_use(
+    gl_device: Device, library: ShapeLibrary, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Nothing undeclared is used, or drawing raises; nothing is declared that no mode uses."""
     used = defaultdict(set)
     need = DeclaredTargets._need

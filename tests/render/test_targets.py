@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.device import Device, GpuError
 from depthwalk.render.passes import PASSES
 from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, _atlas_size, declared
 
@@ -57,14 +57,14 @@ def test_with_several_they_have_textures_of_their_own(gl_device: Device) -> None
     several.release()
 
 
-def test_a_texture_that_is_refused_leaves_none_of_the_others(gl_device):
+def test_a_texture_that_is_refused_leaves_none_of_the_others(gl_device: Device) -> None:
     before = gl_device.live.copy()
     with pytest.raises(GpuError):
         Targets(gl_device, (1 << 20, 1))
     assert +gl_device.live == +before
 
 
-def test_a_copy_of_the_light_outlives_what_is_drawn_over_it(targets):
+def test_a_copy_of_the_light_outlives_what_is_drawn_over_it(targets: Targets) -> None:
     targets.lit.clear(0.25, 0.5, 0.75, 1.0)
     copy = targets.lit_before()
     targets.lit.clear()

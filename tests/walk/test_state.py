@@ -6,9 +6,11 @@ from typing import cast
 
 import pytest
 
+from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.path import load_path
+from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import Move
 from walks import FakeRenderer, state
 
@@ -19,7 +21,7 @@ def test_a_representation_reaches_the_renderer() -> None:
     assert walk.renderer.world.representation is Representation.MESH and "mesh" in walk.toast
 
 
-def test_what_is_recorded_is_saved_and_played(tmp_path, monkeypatch):
+def test_what_is_recorded_is_saved_and_played(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     walk = state(path=False)
     walk.toggle_recording()

@@ -46,7 +46,7 @@ def test_outlines_hold_all_points() -> None:
 
 
 @given(st.integers(0, 2**32), st.sampled_from([(37, 53), (8, 300), (90, 5), (1, 1)]), st.integers(1, 3))
-def test_hidden_means_nearer_everywhere(seed, shape, side):
+def test_hidden_means_nearer_everywhere(seed: int, shape: tuple[int, int], side: int) -> None:
     rng = np.random.default_rng(seed)
     farthest = np.where(rng.random(shape) < 0.02, 1.0, 0.5).astype(np.float32)
     height, width = (side * length for length in shape)

@@ -24,7 +24,7 @@ def covered(slots: Sequence[Rows]) -> Rows:
 
 
 @given(steps)
-def test_slots_do_not_overlap_however_they_come_and_go(steps):
+def test_slots_do_not_overlap_however_they_come_and_go(steps: list[Rows | int]) -> None:
     """A size asks for a slot, a number gives one back."""
     atlas, held = Atlas((SIDE, SIDE)), []
     for step in steps:

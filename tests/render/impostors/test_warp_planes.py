@@ -75,7 +75,7 @@ def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer: Array, poi
 
 
 @given(viewers, inside, st.floats(0, 2 * np.pi), st.floats(-1.2, 1.2))
-def test_cropping_keeps_what_the_camera_sees(viewer, point, heading, pitch):
+def test_cropping_keeps_what_the_camera_sees(viewer: Array, point: Array, heading: float, pitch: float) -> None:
     forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(pitch), np.sin(heading) * np.cos(pitch)])
     view = View(Camera(tuple(viewer), tuple(viewer + forward), 0.9), (160, 90))
     planes = choose_planes(view.position[None], cylinder())

@@ -9,6 +9,7 @@ import pytest
 
 import depthwalk.render.resources.asset_store
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.cook.cooked_file import find_cooked, keep_cooked
@@ -44,7 +45,7 @@ def there(store: AssetStore, needed: Sequence[int], seconds: float | None = None
     return np.flatnonzero(store.stream(needed, seconds)[4:]).tolist()
 
 
-def test_what_was_used_last_stays(store):
+def test_what_was_used_last_stays(store: AssetStore) -> None:
     sizes = [store.cooked(number).bytes for number in range(4, 8)]
     store.budget = 3 * max(sizes)
     assert sum(sizes) > store.budget  # three fit
@@ -55,7 +56,9 @@ def test_what_was_used_last_stays(store):
     assert store.gpu_bytes <= store.budget and store.gl.device.live["texture_array"] == before
 
 
-def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(store, caplog):
+def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(
+    store: AssetStore, caplog: pytest.LogCaptureFixture
+) -> None:
     store.budget = store.cooked(4).bytes
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
@@ -77,7 +80,9 @@ def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(
 
 
 @pytest.mark.parametrize(("now", "shown"), [([3], [3, 3]), ([1, 2, 3], [1, 2])])
-def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(gl_device, baked, caplog, now, shown):
+def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(
+    gl_device: Device, baked: Sequence[BakedObject], caplog: pytest.LogCaptureFixture, now: list[int], shown: list[int]
+) -> None:
     """Its depth objects keep their numbers, and one that is left without a part shows the last one."""
     library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))])
     store = AssetStore(gl_device, library)
