@@ -4,12 +4,15 @@ import logging
 import os
 import shutil
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from depthwalk import cache
 from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
@@ -20,12 +23,14 @@ from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.parts import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
-from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked
+from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
 from shapes import bake, sphere
 
 ARRAYS = {"a": np.arange(12, dtype=np.float32).reshape(3, 4), "b.c": np.array("text"), "empty": np.zeros((0, 3))}
@@ -83,13 +88,20 @@ def baked() -> BakedObject:
     return bake(sphere(columns=32, rows=16), resolution=32, layers=1)
 
 
+def found_cooked(key: str, options: CookOptions) -> tuple[CookedObject, ...]:
+    """What the cache keeps under `key`, where a test knows that it does."""
+    found = find_cooked(key, options)
+    assert found is not None
+    return found
+
+
 def test_damage_that_is_seen_late_is_named_and_removed(baked: BakedObject, caplog: pytest.LogCaptureFixture) -> None:
     form = CookOptions()
     keep_cooked("ab", form, (cook_object(baked, form),))
     (path,) = COOKED.file("").parent.glob("ab*")
-    (found,) = find_cooked("ab", form)
+    (found,) = found_cooked("ab", form)
     flip_within(path, found.load()[1].normals.tobytes())
-    (found,) = find_cooked("ab", form)  # outlines are whole
+    (found,) = found_cooked("ab", form)  # outlines are whole
     with caplog.at_level(logging.WARNING), pytest.raises(DamagedFileError):
         found.load()
     assert f"{path}: damaged cooked depth images" in caplog.text and not path.exists()
@@ -110,10 +122,12 @@ def test_a_walk_goes_on_over_damaged_files(
     flip(BAKED.file(library.key(0)), -1000)
     if again:
         keep = cache.write_arrays
-        monkeypatch.setattr(
-            "depthwalk.cook.cooked_file.write_arrays",
-            lambda path, arrays: (keep(path, arrays), flip_within(path, before[1].normals.tobytes())),
-        )
+
+        def keep_damaged(path: Path, arrays: Arrays) -> None:
+            keep(path, arrays)
+            flip_within(path, before[1].normals.tobytes())
+
+        monkeypatch.setattr("depthwalk.cook.cooked_file.write_arrays", keep_damaged)
     try:
         with caplog.at_level(logging.WARNING):
             store.depth_object(number)
@@ -122,18 +136,21 @@ def test_a_walk_goes_on_over_damaged_files(
     finally:
         store.release()
     if not again:
-        after = find_cooked(library.key(0), CookOptions())[0].load()
+        after = found_cooked(library.key(0), CookOptions())[0].load()
         np.testing.assert_array_equal(before[1].normals, after[1].normals)
 
 
 @pytest.fixture(scope="module")
-def simplified():
-    mesh: Mesh = sphere(columns=32, rows=16)
+def simplified() -> tuple[Mesh, tuple[MeshLevel, ...]]:
+    mesh = sphere(columns=32, rows=16)
     return mesh, mesh_levels(mesh)
 
 
-def crafted(number, name, change):
-    def craft(arrays):
+Arrays = dict[str, NDArray[Any]]
+
+
+def crafted(number: int, name: str, change: Callable[[NDArray[Any]], object]) -> Callable[[Arrays], None]:
+    def craft(arrays: Arrays) -> None:
         values = arrays[f"{name}.{number}"] if name != "error" else arrays[name]
         change(values)
 
@@ -156,7 +173,11 @@ def crafted(number, name, change):
         lambda arrays: arrays.update({"parts.0": arrays["parts.0"][:0]}),
     ],
 )
-def test_levels_that_cannot_be_drawn_are_passed_over(simplified, craft, caplog):
+def test_levels_that_cannot_be_drawn_are_passed_over(
+    simplified: tuple[Mesh, tuple[MeshLevel, ...]],
+    craft: Callable[[Arrays], object],
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     mesh, levels = simplified
     path = keep_levels(levels, "ab")
     assert find_levels(mesh, "ab") is not None
@@ -171,10 +192,12 @@ def test_levels_that_cannot_be_drawn_are_passed_over(simplified, craft, caplog):
 def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))
-    key, out, params = library.baked(0).parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
+    baked = library.baked(0)
+    assert isinstance(spec, MeshAsset) and baked is not None
+    key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
 
-    def bake_once(**how) -> Kept | Baked:
-        return dict(bake_all([Job(spec=spec, params=params, out=out, **how)], 1, lambda *_: None))[0]
+    def bake_once(force: bool = False) -> Baked | Kept | InputError:
+        return dict(bake_all([Job(spec=spec, params=params, out=out, force=force)], 1, lambda *_: None))[0]
 
     flip(BAKED.file(key), -1000)
     assert isinstance(bake_once(), Baked)  # not copied
@@ -191,9 +214,9 @@ def test_force_heals_all_of_the_asset(tiny_scene: Path, tmp_path: Path) -> None:
     assert baked is not None
     keep_cooked(baked.key, CookOptions(), tuple(cook_object(part, CookOptions()) for part in baked.parts))
     other = BAKED.file("0" * 64)
-    assert baked is not None
     shutil.copyfile(BAKED.file(baked.key), other)
     assert len(list(other.parent.iterdir())) == 4
+    assert isinstance(spec, MeshAsset)
     job = Job(spec=spec, params=ModelParams(resolution=64, layers=1), out=tmp_path / "a.dpci.exr", force=True)
     assert isinstance(dict(bake_all([job], 1, lambda *_: None))[0], Baked)
     assert list(other.parent.iterdir()) == [other]

@@ -79,6 +79,6 @@ def test_rays_that_escape_are_those_that_meet_nothing() -> None:
 
 def test_each_ray_reaches_its_own_distance() -> None:
     caster = RayCaster(box(1, 1, 1))
-    origin, direction = np.float32([[0, 0, 3]] * 3), np.float32([[0, 0, -1]] * 3)
+    origin, direction = (np.array([[0, 0, z]] * 3, np.float32) for z in (3, -1))
     hits = caster.peel(origin, direction, 1, np.array([2.4, 2.6, np.inf]))
     np.testing.assert_allclose(hits.distance[0], [np.inf, 2.5, 2.5])

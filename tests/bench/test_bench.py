@@ -30,9 +30,9 @@ def test_json_is_the_public_contract(tiny_scene: Path, tmp_path: Path) -> None:
     out, page = tmp_path / "b.json", tmp_path / "b.html"
     walk = tiny_scene.with_name("walk.yaml")
     files = ("--path", walk, "--json", out, "--html", page)
-    shape = ("--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh")
-    shape += ("--set", "render.lod.magnification=0")  # no mesh stands in for the depth image
-    result = run("bench", tiny_scene, *files, *shape)
+    shape = "--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh"
+    bare = "--set", "render.lod.magnification=0"  # no mesh stands in for the depth image
+    result = run("bench", tiny_scene, *files, *shape, *bare)
     assert result.exit_code == 0, result.stderr
     report = json.loads(out.read_text())
     assert list(report) == ["version", "commit", "renderer", "timer", "resolution", "scene", "path", "runs"]
@@ -87,7 +87,8 @@ class LateTimers:
     """Publishes a frame's times, its number, `lag` frames later, as timer queries do; of each `every`-th frame."""
 
     def __init__(self, lag: int, every: int) -> None:
-        self.lag, self.every, self.milliseconds = lag, every, {}
+        self.lag, self.every = lag, every
+        self.milliseconds: dict[str, float] = {}
         self.frame, self.of_frame, self.next = 0, -1, 0
 
     def time_next(self) -> None:

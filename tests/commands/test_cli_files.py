@@ -51,8 +51,8 @@ def test_what_lies_level_is_drawn_as_polygons(run: Callable[..., Any], tmp_path:
         result = run(*arguments)
         assert (result.exit_code, result.stderr) == (2, refusal)
     wall = "--set", "assets.model.up=z", "--set", "assets.model.dpci={resolution: 32, layers: 1}"
-    for arguments in ("--representation", "mesh"), wall:
-        assert run(*drawn, *arguments).exit_code == 0
+    for options in ("--representation", "mesh"), wall:
+        assert run(*drawn, *options).exit_code == 0
         assert (np.asarray(Image.open(out))[..., 3] == 255).mean() > 0.05
 
 
@@ -126,7 +126,7 @@ def test_check_bakes_nothing_and_keeps_no_mesh(
     tiny_scene.write_text(text.replace("objects:", f"{again}\n{seen}\nobjects:"))
     alive: list[Any] = []
 
-    def watched(*arguments: Sources | Path, **options) -> Soup:
+    def watched(*arguments: Any, **options: Any) -> Soup:
         assert not [mesh for mesh in alive if mesh() is not None]
         mesh = read_soup(*arguments, **options)
         alive.append(weakref.ref(mesh))

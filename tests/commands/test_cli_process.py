@@ -43,7 +43,16 @@ def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(
     walk.write_text(tiny_scene.with_name("walk.yaml").read_text().replace("time: 2", "time: 3000"))
     out = tmp_path / "out"
     out.mkdir()
-    arguments = ["render", tiny_scene, "-o", out / "f{frame}.png", "--path", walk, "--resolution", "96,64"]
+    arguments: list[str | Path] = [
+        "render",
+        tiny_scene,
+        "-o",
+        out / "f{frame}.png",
+        "--path",
+        walk,
+        "--resolution",
+        "96,64",
+    ]
     with subprocess.Popen(
         [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -102,8 +111,8 @@ def test_closed_streams_are_no_error(
     environment: dict[str, str], tiny_scene: Path, tmp_path: Path, closed: str
 ) -> None:
     out = tmp_path / "out.png"
-    arguments = [sys.executable, "-m", "depthwalk", "render", tiny_scene, "-o", out, "--resolution", "96,64"]
-    command = ["sh", "-c", f'exec "$@" {closed}', "sh", *arguments]
+    arguments: list[str | Path] = ["render", tiny_scene, "-o", out, "--resolution", "96,64"]
+    command = ["sh", "-c", f'exec "$@" {closed}', "sh", sys.executable, "-m", "depthwalk", *arguments]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     with Image.open(out) as picture:

@@ -204,9 +204,10 @@ def test_glb_with_materials_texture_and_nested_transforms(tmp_path: Path) -> Non
     plain = trimesh.creation.box()
     plain.visual = TextureVisuals(material=PBRMaterial(name="b", baseColorFactor=[255, 0, 51, 255]))
     scene = trimesh.Scene()
-    move = trimesh.transformations.translation_matrix
-    scene.graph.update(frame_to="arm", frame_from="world", matrix=move([10, 0, 0]))
-    scene.add_geometry(textured, geom_name="t", parent_node_name="arm", transform=move([0, 0, 4]))
+    away, up = np.eye(4), np.eye(4)
+    away[0, 3], up[2, 3] = 10, 4  # moves along x, and along z
+    scene.graph.update(frame_to="arm", frame_from="world", matrix=away)
+    scene.add_geometry(textured, geom_name="t", parent_node_name="arm", transform=up)
     scene.add_geometry(plain, geom_name="p", parent_node_name="arm", transform=np.diag([1.0, 2.0, -1.0, 1.0]))
     path = tmp_path / "s.glb"
     scene.export(path)

@@ -1,7 +1,7 @@
 """OBJ text: what is read, what is refused and where, and that time grows with the file and no faster."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -131,7 +131,7 @@ def seconds(path: Path) -> float:
     return min(taken)
 
 
-HOSTILE = {
+HOSTILE: dict[str, Callable[[int], str]] = {
     "blanks": lambda n: f"mtllib{' ' * 40 * n}\n{VERTICES}f 1 2 3\n",
     "blanks within": lambda n: f"mtllib a{' ' * 40 * n}b\n{VERTICES}f 1 2 3\n",
     "lines of blanks": lambda n: f"{VERTICES}f 1 2 3\n" + "   \t \n" * 8 * n,
@@ -155,11 +155,11 @@ def test_twice_the_file_takes_about_twice_the_time(tmp_path: Path, kind: str) ->
     assert seconds(path) < 8 * max(once, 0.01)
 
 
-def test_a_comment_that_ends_with_a_backslash_continues_nothing():
+def test_a_comment_that_ends_with_a_backslash_continues_nothing() -> None:
     assert parsed(f"{VERTICES}# a comment \\\nf 1 2 3 # another \\\nf 1 2 4\n").sizes.tolist() == [3, 3]
 
 
-def test_lines_after_continued_ones_keep_their_numbers():
+def test_lines_after_continued_ones_keep_their_numbers() -> None:
     text = f"{VERTICES}f 1 \\\n 2 \\\n3\n"  # lines 5 to 7
     assert parsed(f"{text}f 1 2 4\n").corners[:, 0].tolist() == [1, 2, 3, 1, 2, 4]
     assert refusal(f"{text}f 1 2 9\n") == "a.obj:8: face refers to vertex 9 of 4"

@@ -56,9 +56,7 @@ def test_all_is_compared_with_one_anti_aliasing_but_pixels_in_focus_without(
 ) -> None:
     drawn, draw = [], dof._draw
 
-    def noted(
-        headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, *rest: Callable[..., Any] | str
-    ) -> Shot:
+    def noted(headless: HeadlessRenderer, view: View, lens: DofParams, mode: str, *rest: Any) -> Shot:
         drawn.append((mode, headless.renderer.settings.aa))
         return draw(headless, view, lens, mode, *rest)
 

@@ -11,11 +11,12 @@ import shapes
 from depthwalk.bake.images import Face
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.sampling import sample_surface
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.advise import recommend
-from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
+from depthwalk.quality.candidate import Candidate, count_parts, examine, warnings
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
 from depthwalk.quality.pair_renderer import Pair, PairRenderer, Shot

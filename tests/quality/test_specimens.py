@@ -1,5 +1,6 @@
 """Models that are hard to hold in depth images, at low resolution: bounds that no change may break."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from tools.make_models import specimens
 from tools.make_models.__main__ import generate
+from tools.make_models.model import Model
 
 import shapes
 from depthwalk.gpu.device import Device
@@ -17,7 +19,7 @@ from depthwalk.scene.render_settings import RenderSettings
 
 # How each is made, coarsely; the least mean IoU; the most hole pixels, %. All are baked at 96² with 2 layers, too
 # few for the laths of the chair and the turns of the coil.
-BOUNDS = {
+BOUNDS: dict[str, tuple[Callable[[], Model], float, float]] = {
     "animal": (partial(specimens.animal, 0.02), 0.98, 0.1),
     "plate": (partial(specimens.plate, 0.02), 0.99, 0.1),
     "torus": (partial(specimens.torus, 16), 0.99, 0.01),

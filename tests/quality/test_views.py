@@ -26,9 +26,10 @@ def test_the_bounding_sphere_fills_nine_tenths_of_the_frame(size: tuple[int, int
         distance = np.linalg.norm(view.position - sphere.centre)
         outline = view.focal_pixels * np.tan(np.arcsin(sphere.radius / distance))
         assert 2 * outline == pytest.approx(FILL * min(size))
-        assert view.near < distance - sphere.radius and view.far > distance + sphere.radius
-    near = view_of(sphere, CLOSE_BY[0], size)
-    assert np.linalg.norm(near.position - sphere.centre) == pytest.approx(CLOSE * sphere.radius)
+        near, far = view.depth_range
+        assert near < distance - sphere.radius and far > distance + sphere.radius
+    close = view_of(sphere, CLOSE_BY[0], size)
+    assert np.linalg.norm(close.position - sphere.centre) == pytest.approx(CLOSE * sphere.radius)
 
 
 def test_azimuth_turns_from_z_to_x() -> None:

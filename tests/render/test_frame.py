@@ -22,7 +22,7 @@ class Tint(Pass[TintParams]):
     def setup(self, gl: Scope) -> None:
         self.buffer = gl.buffer(reserve=16)
 
-    def draw(self, frame, params) -> None:
+    def draw(self, frame: Frame, params: TintParams) -> None:
         pass
 
 

@@ -1,7 +1,8 @@
 """Small pictures of everything that is drawn, against the ones kept in tests/images."""
 
 from collections.abc import Callable
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 from studio import Studio
 
-SKY = {"sky": {}, "ground": {"height": 0.0, "colour": (0.5, 0.6, 0.4)}}
+SKY: dict[str, Any] = {"sky": {}, "ground": {"height": 0.0, "colour": (0.5, 0.6, 0.4)}}
 
 
 def still_life() -> ShapeLibrary:
@@ -80,7 +81,11 @@ def test_golden_of_lamps(studio: Studio, library: ShapeLibrary, request: pytest.
         {"position": (-3.0, 2.0, 1.5), "direction": (3.0, -1.6, -1.5), "intensity": 8.0, "colour": (0.6, 0.8, 1.0)},
     ]
     lights = [lamp | {"angle": 70.0, "range": 14.0, "shadow": True} for lamp in lamps]
-    night = {"sky": {"zenith": (0, 0, 0.1), "horizon": (0, 0, 0.2)}, "sun": {"intensity": 0.05}, "lights": lights}
+    night: dict[str, Any] = {
+        "sky": {"zenith": (0, 0, 0.1), "horizon": (0, 0, 0.2)},
+        "sun": {"intensity": 0.05},
+        "lights": lights,
+    }
     scene = scene_of(*PLACES, **SKY | night)
     pixels = studio.picture(scene, library, Camera((0.3, 2.2, 4.6), (0.1, 0.4, 0), 0.8), size=(192, 128))
     goldens.compare("lamp-shadows", pixels, request.config.getoption("--update-goldens"), studio.device.software)
@@ -103,7 +108,7 @@ def picture(studio: Studio, library: ShapeLibrary) -> Callable[..., Any]:
     def draw(settings: dict[str, Any], environment: dict[str, Any]) -> Array:
         scene = scene_of(*PLACES, representation=Representation.DPCI, **(SKY | environment))
         scene.objects.representation[0] = Representation.MESH
-        scene.render = RenderSettings.model_validate({"lod": {"magnification": 0}} | settings)
+        cast(SimpleNamespace, scene).render = RenderSettings.model_validate({"lod": {"magnification": 0}} | settings)
         return studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(160, 120))
 
     return draw

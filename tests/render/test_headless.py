@@ -9,7 +9,7 @@ import pytest
 
 import depthwalk.render.headless
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.gpu.device import Device, GpuError, Scope
+from depthwalk.gpu.device import Device, GpuError, Scope, headless_device
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
@@ -82,10 +82,10 @@ def test_a_failing_step_leaves_nothing_behind(
         devices.append(make_device())
         return devices[-1]
 
-    def fail(*arguments: Any | None, **options) -> None:
+    def fail(*arguments: object, **options: object) -> None:
         raise GpuError("the driver refused")
 
-    make_device = depthwalk.render.headless.headless_device
+    make_device = headless_device
     monkeypatch.setattr(depthwalk.render.headless, "headless_device", watched)
     monkeypatch.setattr(owner, step, fail)
     with pytest.raises(GpuError, match="the driver refused"):

@@ -19,6 +19,7 @@ from depthwalk.reference.meso import displaced, tilted, wind
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
 from depthwalk.types import Array
 from shapes import ShapeLibrary, bake, box, joined, mesh_of, scene_of
 from studio import Studio
@@ -76,7 +77,8 @@ def test_tiles_meet_round_the_side() -> None:
     points = np.array([[-1, 0.3, 1e-7], [-1, 0.3, -1e-7]])
     uv = wind(points, waves(), 1.0).uv
     assert abs(uv[0, 0] - uv[1, 0]) == pytest.approx(13)  # 2π / 0.5, rounded
-    np.testing.assert_allclose(*displaced(points, points, Face.SIDE, waves(), 1.0), atol=1e-5)
+    one, other = displaced(points, points, Face.SIDE, waves(), 1.0)
+    np.testing.assert_allclose(one, other, atol=1e-5)
 
 
 def test_no_place_is_moved_past_another() -> None:
@@ -100,8 +102,8 @@ def pillar(
     """A tube with level ends, displaced where a meso-structure is given."""
     theta, y = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(0, height, rows + 1))
     outward = np.stack([np.cos(theta), 0 * y, np.sin(theta)], -1).reshape(-1, 3)
-    points = radius * outward + y.reshape(-1, 1) * [0, 1, 0]
-    normals = outward
+    points: Array = radius * outward + y.reshape(-1, 1) * [0, 1, 0]
+    normals: Array = outward
     if meso is not None:
         points = displaced(points, outward, Face.SIDE, meso, cylinder)
         normals = tilted(outward, points, Face.SIDE, meso, cylinder)
@@ -175,8 +177,8 @@ def test_what_faces_round_the_axis_keeps_its_surface(studio: Studio) -> None:
 
 def test_what_lies_below_an_edge_has_its_own_colour(studio: Studio) -> None:
     """A blue step on a red base; the relief is level, and eases out towards where they meet."""
-    red, blue = {"colour": (255, 20, 20)}, {"colour": (20, 20, 255)}
-    mesh = joined(box(1, 0.3, 1, (0, 0.15, 0), **red), box(0.5, 0.06, 0.5, (0, 0.33, 0), **blue))
+    base = box(1, 0.3, 1, (0, 0.15, 0), colour=(255, 20, 20))
+    mesh = joined(base, box(0.5, 0.06, 0.5, (0, 0.33, 0), colour=(20, 20, 255)))
     level = np.zeros((8, 8, 3), np.float32) + np.array([0.06, 0, 0], np.float32)
     library = ShapeLibrary([mesh], [replace(bake(mesh, 128, 3), meso=Meso(relief=level, tile=(0.5, 0.5), height=0.06))])
     camera = Camera((0.7, 1.6, 0.9), (0, 0.2, 0), 0.7)
@@ -223,7 +225,9 @@ def test_the_scene_file_names_a_tile(tmp_path: Path) -> None:
     text = "version: 1\nassets:\n  box: {mesh: box.obj, dpci: {meso: {depth: %s, height: 0.02, tile: [0.3, 0.4]}}}\n"
     scene = tmp_path / "scene.yaml"
     scene.write_text(text % "bark.png")
-    meso = load_scene(scene).assets[0].dpci.meso
+    (asset,) = load_scene(scene).assets
+    assert isinstance(asset, MeshAsset) and asset.dpci is not None
+    meso = asset.dpci.meso
     assert meso is not None
     assert (meso.depth, meso.normal, meso.tile) == (tmp_path / "bark.png", None, (0.3, 0.4))
     scene.write_text(text % "oak.png")

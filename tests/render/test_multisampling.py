@@ -1,7 +1,8 @@
 """`render.aa: msaa` takes the samples that the hardware says it does, in all that is drawn."""
 
+from collections import Counter
 from types import SimpleNamespace
-from typing import cast
+from typing import Literal, cast
 
 import numpy as np
 import pytest
@@ -75,7 +76,7 @@ def test_views_of_samples_see_them_in_the_middle_of_pixels() -> None:
 def test_a_mesh_covers_of_each_pixel_the_samples_within_its_outline(
     studio: Studio, library: ShapeLibrary, inside: Array
 ) -> None:
-    alpha = studio.picture(cast(Scene, crate(Representation.MESH)), library, CAMERA, SIZE, transparent=True)[..., 3]
+    alpha = studio.picture(crate(Representation.MESH), library, CAMERA, SIZE, transparent=True)[..., 3]
     certain = (np.abs(inside) > 0.01).all(-1)  # pixels, beyond the rasteriser's own rounding
     assert certain.mean() > 0.95
     assert alpha[certain] == pytest.approx((inside > 0).mean(-1)[certain], abs=1 / 255)
@@ -98,7 +99,7 @@ def test_depth_images_are_drawn_for_each_sample(
 
 
 def test_the_distance_of_a_pixel_is_that_of_the_nearest_sample(library: ShapeLibrary, inside: Array) -> None:
-    with HeadlessRenderer(cast(Scene, crate(Representation.MESH)), library, SIZE) as headless:
+    with HeadlessRenderer(crate(Representation.MESH), library, SIZE) as headless:
         headless.draw(View(CAMERA, SIZE), transparent=True)
         distance = headless.linear_image().distance
     touched = (inside > 0).any(-1)
@@ -107,7 +108,9 @@ def test_the_distance_of_a_pixel_is_that_of_the_nearest_sample(library: ShapeLib
 
 
 @pytest.mark.parametrize("dof", ["gather", "accumulate"])
-def test_a_lens_without_blur_changes_nothing(studio: Studio, library: ShapeLibrary, dof: str) -> None:
+def test_a_lens_without_blur_changes_nothing(
+    studio: Studio, library: ShapeLibrary, dof: Literal["gather", "accumulate"]
+) -> None:
     scene = crate(Representation.DPCI, sky={}, ground={"height": 0.0})
     without = studio.picture(scene, library, CAMERA, SIZE)
     scene.render.dof.mode, scene.render.dof.samples = dof, 2
@@ -121,7 +124,7 @@ def test_samples_come_and_go_with_the_setting(gl_device: Device, library: ShapeL
     screen = scope.framebuffer([scope.texture(SIZE, 4)])
     before = gl_device.live.copy()
     renderer = Renderer(gl_device, scene, library)
-    live = {"none": [], "msaa": []}
+    live: dict[str, list[Counter[str]]] = {"none": [], "msaa": []}
     for aa in ("msaa", "none", "msaa", "none"):
         scene.render.aa = aa
         renderer.render(View(CAMERA, SIZE), screen)

@@ -17,7 +17,7 @@ from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Mask, Rows
+from depthwalk.types import Array, Mask, Rows
 from studio import Studio
 
 SIZE, FOCAL = (240, 180), 220.0
@@ -70,7 +70,8 @@ def test_the_mesh_is_torn_between_head_and_wall(taken: tuple[Path, Mask]) -> Non
     depth = -mesh.positions[:, 2][mesh.faces]
     assert np.ptp(depth, axis=1).max() < 0.1
     assert len(mesh.faces) > 0.85 * 2 * head.size  # and hardly anywhere else
-    facing = np.cross(*(mesh.positions[mesh.faces[:, k]] - mesh.positions[mesh.faces[:, 0]] for k in (1, 2)))
+    right, up = (mesh.positions[mesh.faces[:, k]] - mesh.positions[mesh.faces[:, 0]] for k in (1, 2))
+    facing = np.cross(right, up)
     assert (np.einsum("ni,ni->n", facing, mesh.positions[mesh.faces[:, 0]]) < 0).all()  # toward the camera
 
 
@@ -103,7 +104,7 @@ def test_from_the_cameras_place_it_shows_what_the_camera_saw(
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-def test_from_aside_nothing_bridges_head_and_wall(studio: Studio, scene, side: int) -> None:
+def test_from_aside_nothing_bridges_head_and_wall(studio: Studio, scene: tuple[Scene, SceneLibrary], side: int) -> None:
     """Between the head's back and the wall there is a gap of 20 cm that one looks through."""
     camera = Camera((side * 1.2, 0.5, 0.2), (0.0, 0.42, -0.22), 0.6)
     pixels, metres, _ = studio.measured(*scene, camera, size=(240, 180), transparent=True)
@@ -116,7 +117,7 @@ def test_from_aside_nothing_bridges_head_and_wall(studio: Studio, scene, side: i
     assert np.isfinite(pixels).all()
 
 
-def camera_points(camera, metres):
+def camera_points(camera: Camera, metres: Array) -> Array:
     from depthwalk.render.view.view import View
 
     height, width = metres.shape
@@ -129,15 +130,15 @@ def camera_points(camera, metres):
         return view.position + metres[..., None] * rays
 
 
-def test_the_second_start_reads_the_cache(taken, scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene[1].baked(0)
+def test_the_second_start_reads_the_cache(scene: tuple[Scene, SceneLibrary], monkeypatch: pytest.MonkeyPatch) -> None:
+    before = scene[1].baked(0)
     monkeypatch.setattr("depthwalk.assets.library.bake_range", lambda *_: pytest.fail("baked again"))
     again = SceneLibrary(scene[0].assets).baked(0)
-    assert again is not None
-    assert np.array_equal(again.parts[0].images[0].depth, scene[1].baked(0).parts[0].images[0].depth)
+    assert before is not None and again is not None
+    assert np.array_equal(again.parts[0].images[0].depth, before.parts[0].images[0].depth)
 
 
-def test_a_range_image_without_surface_is_refused(taken, tmp_path: Path) -> None:
+def test_a_range_image_without_surface_is_refused(taken: tuple[Path, Mask], tmp_path: Path) -> None:
     folder, _ = taken
     lonely = np.zeros(SIZE[::-1], np.uint16)
     lonely[::3, ::3] = 900

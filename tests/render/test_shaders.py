@@ -22,6 +22,7 @@ from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
 from depthwalk.render.view.view import View
 from depthwalk.resources import shader_root
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 from studio import Studio
 
@@ -74,7 +75,7 @@ def test_pass_one_matches_its_twin(gl_device: Device) -> None:
         assert found[:, sample] == pytest.approx(np.stack([x, y, w - 2 * lam, w], -1), abs=2e-5)
 
 
-def rays(view):
+def rays(view: View) -> Array:
     """Unit vectors (H, W, 3) from the viewer through every pixel, top row first."""
     width, height = view.size
     tan_x, tan_y = view.half_extent
@@ -85,7 +86,7 @@ def rays(view):
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def ball_hits(view, centre, radius):
+def ball_hits(view: View, centre: tuple[float, float, float], radius: float) -> tuple[Array, Array, Array]:
     """Distance along each pixel's ray to a ball, inf where it passes by, and the normal there."""
     direction = rays(view)
     offset = np.asarray(centre) - view.position

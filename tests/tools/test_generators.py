@@ -1,5 +1,6 @@
 """The tools the generators are made of."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,14 @@ from tools.make_models.model import Model, write_ply
 from tools.make_models.noise import fractal
 from tools.make_models.sdf import Blob, Points, Rod, ellipsoid, rod, sculpt, union
 from tools.make_models.textures import grass, paving, tiling_noise, write_png
+from trimesh.visual import ColorVisuals
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.render.resources.mesh_object import is_solid
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
+from depthwalk.types import Array
 
 
 def signed_volume(model: Model) -> float:
@@ -27,7 +31,7 @@ def signed_volume(model: Model) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
-def boundary_edges(model: Model) -> np.ndarray:
+def boundary_edges(model: Model) -> Array:
     """(n, 2) directed edges without a partner of the opposite direction; none means watertight."""
     edges = model.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
     keys = edges[:, 0] * len(model.positions) + edges[:, 1]
@@ -35,13 +39,14 @@ def boundary_edges(model: Model) -> np.ndarray:
     return edges[~np.isin(keys, partners)].astype(np.int32)
 
 
-def ball(p: Points) -> np.ndarray:
+def ball(p: Points) -> Array:
     return ellipsoid(p, (0, 0.5, 0), (0.5, 0.5, 0.5))
 
 
-def dome(p: Points) -> np.ndarray:
+def dome(p: Points) -> Array:
     """The upper half of the ball."""
-    return np.maximum(ball(p), np.float32(0.5) - p[:, 1])
+    upper: Array = np.maximum(ball(p), np.float32(0.5) - p[:, 1])
+    return upper
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +77,7 @@ def test_polygonise_gives_a_closed_sphere_of_the_right_size(sphere: Model) -> No
 
 
 def test_polygonise_drops_crumbs() -> None:
-    def two(p: Points) -> np.ndarray:
+    def two(p: Points) -> Array:
         return np.minimum(ball(p), ellipsoid(p, (0.9, 0.5, 0), (0.1, 0.1, 0.1)))
 
     model = polygonise(two, (-0.6, -0.1, -0.6), (1.1, 1.1, 0.6), 0.04)
@@ -165,7 +170,7 @@ def test_noise_is_bounded_smooth_and_seeded() -> None:
 
 
 @pytest.mark.parametrize("make", [pytest.param(stone.slab_rock, marks=pytest.mark.slow), props.bench, props.teapot])
-def test_generators_repeat_themselves(make: object, tmp_path: Path) -> None:
+def test_generators_repeat_themselves(make: Callable[[], Model], tmp_path: Path) -> None:
     write_ply(tmp_path / "a.ply", make())
     write_ply(tmp_path / "b.ply", make())
     assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
@@ -174,10 +179,11 @@ def test_generators_repeat_themselves(make: object, tmp_path: Path) -> None:
 def test_ply_reads_back(tmp_path: Path) -> None:
     model = surfaces.block([0, 0, 0], [1, 2, 3], (1.0, 0.5, 0.0))
     write_ply(tmp_path / "block.ply", model)
-    read = trimesh.load(tmp_path / "block.ply", process=False)
+    read = trimesh.load_mesh(tmp_path / "block.ply", process=False)
     np.testing.assert_array_equal(read.vertices, model.positions)
     np.testing.assert_array_equal(read.faces, model.faces)
     np.testing.assert_array_equal(read.vertex_normals, model.normals)
+    assert isinstance(read.visual, ColorVisuals)
     np.testing.assert_array_equal(read.visual.vertex_colors[0], [255, 128, 0, 255])
 
 
@@ -211,5 +217,7 @@ def test_the_market_is_a_scene_of_different_assets(tmp_path: Path) -> None:
     assert len(scene.assets) == len(scene.objects) == 5
     assert len({path.read_bytes() for path in tmp_path.glob("*.ply")}) == 5
     assert len(np.unique(scene.objects.position, axis=0)) == 5
-    mesh = load_mesh(scene.assets[3].mesh)
+    asset = scene.assets[3]
+    assert isinstance(asset, MeshAsset)
+    mesh = load_mesh(asset.mesh)
     assert 0.6 < mesh.bounds[1][1] < 1.4 and is_solid(mesh)

@@ -35,16 +35,17 @@ def walk(
     camera: Camera = AHEAD,
     walking: bool = False,
     settle: float = 3.0,
-    **options: float,
+    fast: bool = False,
+    ground: float = 0.0,
 ) -> Walker:
     """Where a second of holding the keys for these moves, in so many steps, and the run-out after it end."""
     walker = Walker.at(camera)
     walker.walking = walking
     dt = seconds / steps
     for _ in range(steps):
-        walker.advance(dict.fromkeys(moves, dt), dt, **options)
+        walker.advance(dict.fromkeys(moves, dt), dt, fast=fast, ground=ground)
     for _ in range(math.ceil(settle)):
-        walker.advance({}, 1.0, **options)
+        walker.advance({}, 1.0, fast=fast, ground=ground)
     return walker
 
 

@@ -7,7 +7,8 @@ from walks import loading
 
 
 def test_each_stage_is_told_and_shown() -> None:
-    window, told, screen = loading(drawn := [])
+    drawn: list[threading.Thread] = []
+    window, told, screen = loading(drawn)
     screen.begin("scene.yaml")
     screen.report("bust", "reading")
     assert told == [("bust", "reading")] and window.shown == 2 and drawn
@@ -44,7 +45,8 @@ def test_what_begins_without_a_title_can_be_stopped_too() -> None:
 
 
 def test_a_thread_that_reads_beside_the_frames_touches_no_window() -> None:
-    window, told, screen = loading(drawn := [])
+    drawn: list[threading.Thread] = []
+    window, told, screen = loading(drawn)
     window.is_closing = True
     thread = threading.Thread(target=screen.report, args=("bust", "reading"))
     thread.start()

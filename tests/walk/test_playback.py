@@ -5,7 +5,7 @@ from depthwalk.scene.path import CameraPath
 from depthwalk.walk.playback import Playback
 
 
-def playback(times: tuple[float, float, float] = (0.0, 1.0, 4.0), **options: bool) -> Playback:
+def playback(times: tuple[float, ...] = (0.0, 1.0, 4.0), **options: bool) -> Playback:
     views = np.array([(t, 0, 0, t, 0, -1) for t in times], float)
     return Playback(
         CameraPath(fps=30.0, interpolation="smooth", times=np.array(times), views=views, fovs=np.ones(len(times))),

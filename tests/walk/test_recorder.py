@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Camera
@@ -15,8 +16,10 @@ from depthwalk.walk.recorder import LONGEST_STEP, Recorder, Tolerance, save_path
 
 TOLERANCE = Tolerance(0.005)
 
+Samples = NDArray[np.float64]
 
-def walk(seconds: float = 20.0, rate: float = 60.0, uneven: float = 0.0) -> tuple[Array, Array, Array]:
+
+def walk(seconds: float = 20.0, rate: float = 60.0, uneven: float = 0.0) -> tuple[Samples, Samples, Samples]:
     """A walk that curves, turns its head now and then and zooms: times, views, angles."""
     times = np.arange(0, seconds, 1 / rate)
     times[1:] += uneven / rate * np.random.default_rng(1).uniform(-0.5, 0.5, len(times) - 1)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-from PIL.PngImagePlugin import PngInfo
+from PIL.PngImagePlugin import PngImageFile, PngInfo
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Picture
@@ -42,7 +42,7 @@ def test_a_screenshot_appears_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     seen: list[Any] = []
     save = Image.Image.save
 
-    def watched(image: Image.Image, *arguments: BytesIO | str, **options: PngInfo) -> None:
+    def watched(image: Image.Image, *arguments: Any, **options: Any) -> None:
         save(image, *arguments, **options)
         seen.extend(tmp_path.glob("*.png"))
 
@@ -52,7 +52,9 @@ def test_a_screenshot_appears_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_a_screenshot_knows_its_camera(tmp_path: Path) -> None:
-    texts = Image.open(save_screenshot(picture(9), tmp_path / "müsli.yaml", CAMERA, tmp_path)).text
+    image = Image.open(save_screenshot(picture(9), tmp_path / "müsli.yaml", CAMERA, tmp_path))
+    assert isinstance(image, PngImageFile)
+    texts = image.text
     assert json.loads(texts["Camera"]) == {"position": [0.1, 2.0, -3.5], "target": [0, 1, 0], "fov": pytest.approx(50)}
     assert texts["Scene"].endswith("müsli.yaml")
     assert texts["Options"] == "--camera-position 0.1,2,-3.5 --camera-target 0,1,0 --camera-view-angle 50"

@@ -19,6 +19,7 @@ from studio import Studio
 CAMERA = Camera((2, 2.3, 3.5), (0, 0.7, 0), 0.7)
 SIZE = (160, 120)
 ALL = RenderSettings.model_json_schema()["properties"]["aa"]["enum"]
+NONE: AaName = "none"
 KINDS = [kind for kind in ALL if kind not in ("none", "coverage")]  # of polygons
 
 
@@ -44,8 +45,10 @@ def truth(studio: Studio, library: ShapeLibrary) -> Array:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_comes_nearer_to_the_truth(studio: Studio, library: ShapeLibrary, truth: Array, kind: str) -> None:
-    aliased, smooth = (studio.picture(crate(aa), library, CAMERA, SIZE)[..., :3] for aa in ("none", kind))
+def test_every_kind_comes_nearer_to_the_truth(
+    studio: Studio, library: ShapeLibrary, truth: Array, kind: AaName
+) -> None:
+    aliased, smooth = (studio.picture(crate(aa), library, CAMERA, SIZE)[..., :3] for aa in (NONE, kind))
     edge = binary_dilation(np.abs(aliased - truth).max(-1) > 0.02, iterations=2)
     error = {name: np.mean((picture - truth)[edge] ** 2) for name, picture in (("none", aliased), (kind, smooth))}
     assert error[kind] < 0.63 * error["none"]  # 2 dB
@@ -54,7 +57,7 @@ def test_every_kind_comes_nearer_to_the_truth(studio: Studio, library: ShapeLibr
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_outlines_are_transparent_in_part_and_keep_their_colour(
-    studio: Studio, library: ShapeLibrary, kind: str
+    studio: Studio, library: ShapeLibrary, kind: AaName
 ) -> None:
     """Alpha between 0 and 1, and colours that are not mixed with what is not there."""
     solid = studio.picture(crate("none", ambient={"intensity": 0.4}), library, CAMERA, SIZE, transparent=True)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.cook.cases import PIECES, RANGES
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
@@ -43,19 +44,25 @@ def test_batches_hold_the_indices_of_their_pieces() -> None:
 def test_runs_of_one_asset_come_together() -> None:
     batches = draw_batches(cast(AssetTable, table()), np.array([0, 0, 2]), np.array([0, 1, 0]))
     found = [
-        (asset, [b.first for b in run]) for asset, run in DrawList(records=np.zeros(3), batches=batches).by_asset()
+        (asset, [b.first for b in run])
+        for asset, run in DrawList(records=records([0, 0, 0]), batches=batches).by_asset()
     ]
     assert found == [(0, [0, 1]), (2, [2])]
+
+
+def records(numbers: Sequence[int]) -> NDArray[np.void]:
+    """Records that hold nothing but a number."""
+    return np.array([(number,) for number in numbers], np.dtype([("number", int)]))
 
 
 def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: float) -> FrameDrawLists:
     """A phase that draws so many objects by tiles, and two directly."""
     count = len(numbered)
     batches = draw_batches(cast(AssetTable, table()), np.array([1, 1]))
-    direct = DrawList(records=np.arange(2), batches=batches)
+    direct = DrawList(records=records([0, 1]), batches=batches)
     return FrameDrawLists(
         warp=direct,
-        composite=ImpostorQuads(records=np.asarray(numbered), aligned=aligned),
+        composite=ImpostorQuads(records=records(numbered), aligned=aligned),
         dmesh=direct,
         mesh=direct,
         cleared=np.zeros((count, 4), int),
@@ -68,7 +75,7 @@ def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: floa
 def test_phases_are_joined_by_what_their_counts_mean() -> None:
     joined = FrameDrawLists.joined([phase([5, 6, 7], 1, 2, 1.0), phase([8, 9], 2, 3, 0.5)])
     assert joined.counts == {"objects": 9, "occluded": 5, "tile_resolution": 0.5}
-    assert joined.composite.records.tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
+    assert joined.composite.records["number"].tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
     assert joined.object_rows.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
     assert [batch.first for batch in joined.dmesh.batches] == [0, 2]
 

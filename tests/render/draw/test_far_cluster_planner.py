@@ -1,6 +1,7 @@
 """Far clusters: the picture that single objects give, with fewer tiles; reused until something moves."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ class Stage(OnScreen):
         library: ShapeLibrary,
         places: Sequence[tuple[int, Sequence[float], float, float]],
         remembers: bool = False,
-        **warp,
+        **warp: Any,
     ) -> None:
         self.scene = scene_of(*places)
         self.scene.render.warp.cluster_pixels = 24
@@ -72,6 +73,7 @@ def test_near_objects_are_drawn_one_by_one(gl_device: Device, library: ShapeLibr
     with Stage(gl_device, library, field()) as stage:
         stage.picture(Camera((0.0, 20.0, 75.0), (0.0, 0.0, 0.0), 0.7))
         assert stage.counts["dpci"] > stage.counts["clusters"] > 0
+        assert stage.renderer.plan is not None
         numbers = stage.renderer.plan.object_rows
         assert len(np.unique(numbers)) == len(numbers)
 
@@ -110,7 +112,7 @@ def test_what_moves_is_warped_anew(gl_device: Device, library: ShapeLibrary) -> 
 @pytest.mark.parametrize(("width", "clusters"), [(40.0, False), (2.0, True)])
 def test_hidden_clusters_are_left_out(gl_device: Device, library: ShapeLibrary, width: float, clusters: bool) -> None:
     """Behind a wide wall most are hidden, and the rest are drawn one by one; behind a post few are."""
-    wall = [(1, (0.0, 0.0, 70.0), 0.0, width)]
+    wall = [(1, [0.0, 0.0, 70.0], 0.0, width)]
     with Stage(gl_device, library, wall + field()) as stage:
         camera = Camera((0.0, 18.0, 130.0), (0.0, 2.0, 0.0), 0.7)
         culled = stage.picture(camera)

@@ -1,10 +1,12 @@
 """What is in front, told apart by number, and shaded once per pixel."""
 
 from pathlib import Path
+from typing import Literal
 
 import moderngl
 import numpy as np
 import pytest
+from moderngl import Texture
 
 from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.gpu.device import Device
@@ -128,7 +130,9 @@ def test_an_asset_alone_looks_as_it_does_among_others(
         renderer.render(View(Camera((0.3, 1.2, 4.2), (0, 0.4, 0), 0.9), SIZE), screen)
         pictures.append(read_pixels(screen))
         assert renderer.targets is not None
-        levels.append(np.frombuffer(renderer.targets.material_depth.depth_attachment.read(), np.float32))
+        attachment = renderer.targets.material_depth.depth_attachment
+        assert isinstance(attachment, Texture)
+        levels.append(np.frombuffer(attachment.read(), np.float32))
         monkeypatch.setattr("depthwalk.render.passes.material_resolve._alone", lambda frame, shading: False)
     assert not (levels[0] == levels[1]).all()
     np.testing.assert_array_equal(pictures[0], pictures[1])
@@ -137,7 +141,7 @@ def test_an_asset_alone_looks_as_it_does_among_others(
 
 
 @pytest.mark.parametrize("mode", ["deferred", "forward"])
-def test_leaves_show_the_side_that_is_seen(studio: Studio, mode: str) -> None:
+def test_leaves_show_the_side_that_is_seen(studio: Studio, mode: Literal["deferred", "forward"]) -> None:
     """Simplified ones, from all around: no normal faces away, and they are as light as those of the mesh."""
     library, light = ShapeLibrary([leaves(400, 0.12)], resolution=50), []
     for representation in (Representation.MESH, Representation.DPCI):

@@ -15,7 +15,7 @@ from depthwalk.render.view.view import View, viewer_in_object
 from depthwalk.render.world.render_world import SceneArrays
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
-from depthwalk.types import Array, Rows
+from depthwalk.types import Array, Mask, Rows
 from shapes import ShapeLibrary, scene_of, sphere
 from stage import view_of
 
@@ -108,8 +108,9 @@ def test_frozen_meshes_are_drawn_where_they_are_resident(arrays: SceneArrays) ->
     selector, view = DetailSelector(), view_of((0.0, 0.5, 1.2))
     plan_settings, rows = settings(freeze=True, magnification=0.01), np.arange(len(arrays.objects))
     selector.freeze_as_asked(view, arrays, plan_settings)
-    every, none = (
-        selector.as_mesh(view, arrays, rows, plan_settings, lambda meshes, found=found: np.full(len(meshes), found))
-        for found in (True, False)
-    )
+
+    def drawn(resident: bool) -> Mask:
+        return selector.as_mesh(view, arrays, rows, plan_settings, lambda meshes: np.full(len(meshes), resident))
+
+    every, none = drawn(True), drawn(False)
     assert every.any() and not none.any()

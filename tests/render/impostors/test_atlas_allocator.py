@@ -59,7 +59,7 @@ def test_packing_leaves_the_rest_free(tiles: Rows, size: Rows) -> None:
 
 
 @given(steps, arrays(np.int64, st.tuples(st.integers(1, 40), st.just(2)), elements=st.integers(1, 20)))
-def test_many_at_once_lie_beside_the_others(steps: Sequence[ArrayLike], tiles: Rows) -> None:
+def test_many_at_once_lie_beside_the_others(steps: Sequence[Rows | int], tiles: Rows) -> None:
     atlas, held = Atlas((SIDE, SIDE)), []
     for step in steps:
         if not isinstance(step, int):

@@ -65,7 +65,9 @@ def test_the_least_recently_shown_tile_gives_way() -> None:
 
 def test_where_all_tiles_are_shown_new_ones_get_fewer_texels() -> None:
     cache = filled(count=3)
-    _, resolution = cache.allocate(np.array([5]), np.array([[40, 40]]))
+    allocated = cache.allocate(np.array([5]), np.array([[40, 40]]))
+    assert allocated is not None
+    _, resolution = allocated
     assert 0 < resolution[0] < 1
     assert (cache.rows(np.arange(3)) >= 0).all()
 

@@ -43,7 +43,8 @@ def test_texels_are_the_pixels_that_they_fill() -> None:
     view = view_of()
     planes, seen = crop_to_frustum(planes_for(view), view, UPRIGHT)
     tiles = screen_tiles(planes, seen, view, np.array([4.0]), 1.0, 512)
-    points = np.random.default_rng(0).uniform(*corners(planes), (50, 2))
+    low, high = corners(planes)
+    points = np.random.default_rng(0).uniform(low, high, (50, 2))
     world = view.position + points[:, :1] * planes.right + points[:, 1:] * planes.up - planes.distance * planes.normal
     x, y, z = ((world - view.position) @ view.axes.T).T
     pixel = np.stack([(s / z / t + 1) * n / 2 for s, t, n in zip((x, y), view.half_extent, view.size, strict=True)], -1)
@@ -55,6 +56,7 @@ def test_a_tile_with_fewer_texels_shows_the_same_and_is_no_longer_aligned() -> N
     planes, seen = crop_to_frustum(planes_for(view), view, UPRIGHT)
     tiles = screen_tiles(planes, seen, view, np.array([4.0]), 1.0, 512)
     half = tiles.resized(tiles.size // 2)
-    points = np.random.default_rng(1).uniform(*corners(planes), (20, 2))
+    low, high = corners(planes)
+    points = np.random.default_rng(1).uniform(low, high, (20, 2))
     np.testing.assert_allclose(texels(half, points), texels(tiles, points) * (half.size / tiles.size), atol=1e-9)
     assert np.isnan(half.pixel).all() and np.isfinite(tiles.resized(tiles.size).pixel).all()

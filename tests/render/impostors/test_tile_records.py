@@ -54,7 +54,7 @@ def test_a_tile_knows_whom_it_was_warped_for(seen: tuple[Volumes, Planes, Tiles]
     np.testing.assert_allclose(records["origin"], np.column_stack([VIEWER, tiles.nearest]), rtol=1e-6)
     np.testing.assert_array_equal(records["tile"], np.column_stack([CORNERS, tiles.size]))
     np.testing.assert_allclose(records["normal"][:, 3], planes.distance, rtol=1e-6)
-    nearest, farthest = records["reach"][:, 2:].T
+    nearest, farthest = records["high"][:, 2:].T
     assert (farthest > 0).all() and (farthest < nearest).all()  # λ falls with the distance
     np.testing.assert_allclose(farthest, planes.distance / (planes.distance + depths[:, 1]), rtol=1e-6)
     for record, mapping in zip(records, tiles.texel, strict=True):
@@ -70,5 +70,5 @@ def test_objects_are_placed_in_the_order_of_their_numbers(seen: tuple[Volumes, P
     np.testing.assert_array_equal(records["viewer"], np.column_stack([VIEWER + 0.5, [2, 3]]).astype(np.float32))
     np.testing.assert_array_equal(records["rotation"], turned)
     np.testing.assert_array_equal(records["objects"], [[0, 1], [1, 1]])
-    for name in ("right", "reach", "origin", "tile"):
+    for name in ("right", "high", "origin", "tile"):
         np.testing.assert_array_equal(records[name], before[name])

@@ -189,7 +189,9 @@ def test_a_random_walk_shows_what_fresh_images_would(gl_device: Device, steps: i
         for renderer in renderers:
             renderer.render(view, screen)
             pictures.append(read_pixels(screen)[..., :3].astype(float))
-        warped += renderers[0].plan.counts["warped"]
+        plan = renderers[0].plan
+        assert plan is not None
+        warped += plan.counts["warped"]
         around = (5, 5, 1)
         least, most = minimum_filter(pictures[1], around), maximum_filter(pictures[1], around)
         strange = ((pictures[0] < least - 12) | (pictures[0] > most + 12)).any(-1)

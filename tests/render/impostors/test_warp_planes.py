@@ -99,7 +99,7 @@ def test_the_papers_shift_on_the_tangent_plane() -> None:
     expected = (2.8 - R) / (2.8 - 0.2)  # λ = (ρ − R) / (ρ − B·n)
     assert lam[0] == pytest.approx(expected)
     assert position[0] == pytest.approx([expected * 0.3, expected * 0.4])
-    assert 1 - lam[0] == pytest.approx(table(R - 0.2, 2.8 - R))
+    assert 1 - lam[0] == pytest.approx(table(np.array(R - 0.2), 2.8 - R))
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,9 @@ def test_cones_fade_from_four_fifths_of_their_angle_on() -> None:
     edge, full = np.cos(np.radians([30, FADE * 30]))
     assert spot["light"][3] == pytest.approx(edge) and spot["cone"][3] == pytest.approx(1 / (full - edge), rel=1e-5)
     assert spot["cone"][:3] == pytest.approx([0, -1, 0])
-    fade = lambda record, cosine: np.clip((cosine - record["light"][3]) * record["cone"][3], 0, 1)  # noqa: E731
+
+    def fade(record: np.void, cosine: float) -> float:
+        return np.clip((cosine - record["light"][3]) * record["cone"][3], 0, 1)
+
     assert [fade(spot, cosine) for cosine in (edge, full)] == pytest.approx([0, 1], abs=1e-5)
     assert fade(point, -1.0) == 1

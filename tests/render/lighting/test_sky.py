@@ -1,6 +1,7 @@
 """Sky, fog and tone mapping: the shaders against their twins, and what must hold of each."""
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import moderngl
 import numpy as np
@@ -36,9 +37,7 @@ def sun_at(elevation: int, **sky: float) -> Environment:
     return Environment.model_validate({"sky": {"model": "preetham"} | sky, "sun": sun})
 
 
-def drawn(
-    gl_device: Device, fragment: str, defines: tuple[object | str, ...], view: View, **values: Any
-) -> tuple[Array, Array]:
+def drawn(gl_device: Device, fragment: str, defines: tuple[str, ...], view: View, **values: Any) -> tuple[Array, Array]:
     """What a fragment shader writes all over the picture, (H · W, 4), lower row first; and the rays (H · W, 3)."""
     scope = gl_device.scope("test")
     program = Program(scope, "common/far_plane.vert", fragment, defines)
@@ -112,7 +111,7 @@ def test_the_disc_is_where_the_sun_is_and_holds_its_light(gl_device: Device) -> 
 
 def scene_of_nothing(environment: Environment) -> Scene:
     scene = scene_of((0, (0, -900, 0), 0.0, 0.001))
-    scene.environment = environment
+    cast(SimpleNamespace, scene).environment = environment
     return scene
 
 

@@ -1,8 +1,10 @@
 """Simplified meshes: what they look like, how far off they say they are, and which of them is drawn."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -17,6 +19,8 @@ from depthwalk.render.resources.mesh_object import is_solid
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, mesh_of, scene_of, sphere
 from studio import Studio
 
@@ -84,7 +88,7 @@ def test_few_triangles_have_no_levels() -> None:
     assert len(mesh_levels(box(1, 1, 1))) == 1
 
 
-def objects_at(distance: ArrayLike, representation: Representation = Representation.MESH_LOD) -> Objects:
+def objects_at(distance: Sequence[float] | Array, representation: Representation = Representation.MESH_LOD) -> Objects:
     count = len(distance)
     position = np.zeros((count, 3), np.float32)
     position[:, 2] = -np.asarray(distance)
@@ -200,9 +204,9 @@ def test_a_full_disk_costs_nothing_but_time(
     assert "cannot keep the simplified meshes of ball: no space left" in caplog.text
 
 
-def test_relief_has_no_levels() -> None:
-    library = SceneLibrary((SimpleNamespace(),))  # neither kind of asset has to be read
-    library.mesh = lambda asset: None
+def test_relief_has_no_levels(monkeypatch: pytest.MonkeyPatch) -> None:
+    library = SceneLibrary((cast(MeshAsset, SimpleNamespace()),))  # neither kind of asset has to be read
+    monkeypatch.setattr(library, "mesh", lambda asset: None)
     assert library.mesh_levels(0) == ()
 
 

@@ -89,7 +89,9 @@ def test_the_wrong_order_is_seen(studio: Studio, library: ShapeLibrary, monkeypa
 @pytest.mark.parametrize("asset", [0, 3])
 def test_cells_that_a_ray_meets_come_far_to_near(library: ShapeLibrary, asset: int) -> None:
     """Points along random rays, and the ranks of the cells they fall into."""
-    (baked,) = library.baked(asset).parts
+    model = library.baked(asset)
+    assert model is not None
+    (baked,) = model.parts
     cells = image_cells(build_grid_lods(baked, tolerance=-np.inf), baked, level=1, pieces=ALL_PIECES)
     rng = np.random.default_rng(3)
     side = any(image.face is Face.SIDE for image in baked.images)
@@ -129,7 +131,7 @@ def spans_at(cells: GridCells, baked: BakedObject, points: Array) -> Rows:
     return np.stack([np.searchsorted(nodes, texel[..., k], "right") - 1 for k, nodes in enumerate(cells.nodes)], -1)
 
 
-def ranks_at(cells: GridCells, rank: Rows, node: Rows) -> None:
+def ranks_at(cells: GridCells, rank: Rows, node: Rows) -> tuple[int, int] | None:
     """Lowest and highest rank among the triangles of the cell over `node`; None where there is none."""
     here = (cells.cell == node).all(1)
     return (int(rank[here].min()), int(rank[here].max())) if here.any() else None

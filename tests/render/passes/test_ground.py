@@ -1,5 +1,6 @@
 """The level ground: where it is, which colour it has, and what hides it."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,10 +11,10 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.environment import Environment
-from depthwalk.types import Array
+from depthwalk.types import Array, Picture
 
 
-def white(path):
+def white(path: Path) -> Picture:
     return np.full((2, 2, 4), 255, np.uint8)
 
 

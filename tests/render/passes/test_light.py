@@ -1,7 +1,7 @@
 """Sun, ambient light and lamps: the pass against its twin, the paper's place for it, and laws that light obeys."""
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from depthwalk.colour import linear_from_srgb
 from depthwalk.gpu.device import Device
 from depthwalk.pictures import LinearImage
 from depthwalk.reference.light import lamp_light, phong, reflected
-from depthwalk.render.frame import common
+from depthwalk.render.frame import Frame, common
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lighting.irradiance import irradiance, lighting, polynomials, sphere_directions
 from depthwalk.render.lighting.light_clusters import SLICES, SQUARE, visible_lamps
@@ -81,18 +81,16 @@ def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> 
     targets.albedo.write(albedo.tobytes())
     targets.surface.write(surface.tobytes())
     targets.depth = scope.texture(SIZE, 1, "f4", depth.tobytes())
-    light.draw(
-        SimpleNamespace(
-            targets=targets,
-            view=view,
-            common=common(RenderSettings()),
-            environment=environment,
-            light=lighting(environment),
-            transparent=False,
-            shadows=Shadows(),
-        ),
-        LightParams(),
+    frame = SimpleNamespace(
+        targets=targets,
+        view=view,
+        common=common(RenderSettings()),
+        environment=environment,
+        light=lighting(environment),
+        transparent=False,
+        shadows=Shadows(),
     )
+    light.draw(cast(Frame, frame), LightParams())
     found = np.frombuffer(targets.lit_texture.read(), np.float16).reshape(-1, 4)
     for each in (light, targets, scope):
         each.release()
@@ -152,7 +150,7 @@ def linear_picture(scene: Scene, library: ShapeLibrary, camera: Camera, size: tu
 def test_light_falls_with_the_square_of_the_distance(away: float) -> None:
     """White ground straight below a lamp of strength 3."""
     lamp = {"position": (0, away, 0), "intensity": 3.0, "range": 1000.0, "colour": WHITE}
-    dark = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}}
+    dark: dict[str, Any] = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}}
     scene = scene_of((0, (0, 0, 9), 0.0, 1.0), ground={"colour": WHITE}, lights=[lamp], **dark)
     library = ShapeLibrary([box(0.1, 0.1, 0.1)], resolution=16)
     picture = linear_picture(scene, library, Camera((0, 5, 0.001), (0, 0, 0), 0.1))
@@ -175,12 +173,13 @@ def test_the_light_of_an_even_sky_is_even(axis: tuple[float, float, float]) -> N
 
 @pytest.mark.gl
 def test_white_ground_under_an_even_sky_shows_the_sky() -> None:
-    sky = {"zenith": (0.7, 0.8, 0.9), "horizon": (0.7, 0.8, 0.9), "light": True}
+    colour = (0.7, 0.8, 0.9)
+    sky = {"zenith": colour, "horizon": colour, "light": True}
     scene = scene_of((0, (0, 0, 9), 0.0, 1.0), ground={"colour": WHITE}, sky=sky, sun={"intensity": 0.0})
     library = ShapeLibrary([box(0.1, 0.1, 0.1)], resolution=16)
     picture = linear_picture(scene, library, Camera((0, 2, 6), (0, 2, 0), 0.9))
     below, above = picture.colour[-1, 10, :3], picture.colour[0, 10, :3]
-    assert above == pytest.approx(linear_from_srgb(sky["zenith"]), rel=2e-3)
+    assert above == pytest.approx(linear_from_srgb(colour), rel=2e-3)
     assert below == pytest.approx(above, rel=5e-3)
 
 

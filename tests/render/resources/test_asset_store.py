@@ -73,7 +73,7 @@ def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(
     store: AssetStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = iter(range(1000))
-    monkeypatch.setattr(depthwalk.render.resources.asset_store.time, "perf_counter", lambda: float(next(clock)))
+    monkeypatch.setattr("depthwalk.render.resources.asset_store.time.perf_counter", lambda: float(next(clock)))
     assert there(store, [6, 4, 5], seconds=1.0) == [2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 1, 2]
@@ -111,6 +111,7 @@ def test_what_was_prepared_is_read_as_it_was(
     assert find_cooked("0", form) is None
     keep_cooked("0", form, made)
     found = find_cooked("0", form)
+    assert found is not None
     assert find_cooked("0", CookOptions(not form.stepped)) is None
     for before, after in zip(made, found, strict=True):
         old, new = before.outline, after.outline
@@ -150,7 +151,7 @@ def test_a_small_budget_changes_no_picture(
     scene = load_scene(tiny_scene)
     views = [View(Camera((0, 1, 0), (x, 1, 0), 1.0), SIZE) for x in (-1, 1)]
 
-    def pictures() -> Iterator[tuple[Picture, int]]:
+    def pictures() -> Iterator[tuple[Picture, float]]:
         scope = gl_device.scope("test")
         screen = scope.framebuffer([scope.texture(SIZE, 4)])
         renderer = Renderer(gl_device, scene, SceneLibrary(scene.assets))

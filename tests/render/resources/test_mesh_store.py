@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
+from typing import cast
 
 import pytest
 
@@ -17,9 +18,9 @@ class Meshes:
 
     def __init__(self) -> None:
         self.held = [box(1, 1, 1), sphere(columns=8, rows=4)]
-        self.forgotten = []
+        self.forgotten: list[int] = []
 
-    def mesh(self, asset: int) -> Mesh:
+    def mesh(self, asset: int) -> Mesh | None:
         if asset == 2:
             raise InputError("bad.ply: broken")
         return self.held[asset] if asset < 2 else None
@@ -60,7 +61,7 @@ def test_fallbacks_go_with_their_objects_two_frames_after_they_were_wanted(store
     assert store.unwanted_fallbacks == {0, 1}
     store.release_fallbacks({0, 1})
     assert dict(+gl_device.live) == before and store.fallback_bytes == 0
-    assert sorted(store._library.forgotten) == [0, 1]
+    assert sorted(cast(Meshes, store._library).forgotten) == [0, 1]
 
 
 def test_meshes_that_the_scene_shows_are_no_fallbacks(store: MeshStore) -> None:
@@ -70,7 +71,7 @@ def test_meshes_that_the_scene_shows_are_no_fallbacks(store: MeshStore) -> None:
     assert not store.unwanted_fallbacks and store.fallback_bytes == 0
 
 
-def read_meanwhile(store: MeshStore, assets: Sequence[int]) -> dict[int, tuple[MeshLevel]]:
+def read_meanwhile(store: MeshStore, assets: Sequence[int]) -> dict[int, tuple[MeshLevel, ...]]:
     """What has been read after some seconds at most."""
     deadline = time.monotonic() + 10
     while time.monotonic() < deadline:

@@ -61,10 +61,14 @@ def test_limits_are_texels_and_triangles(studio: Studio, library: ShapeLibrary, 
     with Stage(studio, scene_of(TREE), library) as stage:
         placed = stage.renderer.world
         scene, table = placed.arrays(), placed.table()
-        table.meshes.add(0, [MeshLevel(library.mesh(0), 0.0)])
+        mesh = library.mesh(0)
+        assert mesh is not None
+        table.meshes.add(0, [MeshLevel(mesh, 0.0)])
         rule, finest = MeshFallbackRule(magnification=2.0, is_resident=all_have, error=0.125), 0.0
         for resolution in range(64, 1024, 32):
-            view = Cascade(centre=(0.0, 1.0, 0.0), half=3.0, axes=light_axes(TO_SUN), resolution=resolution)
+            view: Cascade | Spot = Cascade(
+                centre=(0.0, 1.0, 0.0), half=3.0, axes=light_axes(TO_SUN), resolution=resolution
+            )
             if kind == "lamp":
                 view = Spot(
                     centre=(-0.8, 20.0, 0.0),

@@ -1,10 +1,11 @@
 """The uniforms of the sun's maps lead from the viewer to the texel that the matrix leads to."""
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from moderngl import Texture
 
 from depthwalk.render.shadows.cascades import fit_cascades
 from depthwalk.render.shadows.sun_uniforms import SunMaps
@@ -18,9 +19,8 @@ def test_uniforms_find_points_as_the_matrix_does() -> None:
     params = ShadowParams(enabled=True, cascades=3)
     cascades = fit_cascades(view, np.array([0.4, 0.8, -0.3]), params)
     bound: list[Any] = []
-    uniforms = SunMaps(texture=SimpleNamespace(use=bound.append), cascades=cascades, params=params).use(
-        5, view, LodParams()
-    )
+    texture = cast(Texture, SimpleNamespace(use=bound.append))
+    uniforms = SunMaps(texture=texture, cascades=cascades, params=params).use(5, view, LodParams())
     assert bound == [5] and uniforms["sun_maps"] == 5 and uniforms["cascades"] == 3
     places = np.frombuffer(uniforms["places"], np.float32).reshape(MAX_CASCADES, 4)
     assert (places[3:] == 0).all()

@@ -7,6 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from moderngl import UniformBlock
 
 from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.program import Program
@@ -37,7 +38,8 @@ def gl_function(name: str) -> Any:
 def test_the_layout_is_the_drivers(gl_device: Device) -> None:
     scope = gl_device.scope("test")
     program = Program(scope, *SHADERS)
-    names = VIEW_BLOCK.names
+    names, block = VIEW_BLOCK.names, program.gl["View"]
+    assert names is not None and isinstance(block, UniformBlock)
     count, texts = len(names), (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
     indices, offsets = (ctypes.c_uint * count)(), (ctypes.c_int * count)()
     gl_function("glGetUniformIndices")(program.gl.glo, count, texts, indices, None)
@@ -45,7 +47,7 @@ def test_the_layout_is_the_drivers(gl_device: Device) -> None:
     assert INVALID_INDEX not in list(indices)
     assert VIEW_BLOCK.fields is not None
     assert list(offsets) == [VIEW_BLOCK.fields[name][1] for name in names]
-    assert program.gl["View"].size == VIEW_BLOCK.itemsize
+    assert block.size == VIEW_BLOCK.itemsize
     scope.release()
 
 
