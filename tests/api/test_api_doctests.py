@@ -60,7 +60,7 @@ def test_examples(example: DocTest, folder: Path) -> None:
     run(example)
 
 
-@pytest.mark.parametrize("example", list(filter(needs_gl, EXAMPLES)), ids=name_of)
+@pytest.mark.parametrize("example", [example for example in EXAMPLES if needs_gl(example)], ids=name_of)
 def test_examples_that_render(example: DocTest, folder: Path, gl_device: Device) -> None:
     run(example)
 

@@ -58,4 +58,4 @@ def test_finer_images_are_better(mesh: Path, tmp_path: Path, gl_device: Device) 
 
 def test_comparing_refuses_other_numbers_of_views(mesh: Path) -> None:
     with pytest.raises(dw.InputError, match="views 7: must be 6 or 42"):
-        dw.compare(mesh, mesh, views=7)
+        dw.compare(mesh, mesh, views=7)  # type: ignore[arg-type]

@@ -11,6 +11,7 @@ from PIL import Image
 import depthwalk as dw
 from balls import write_balls
 from depthwalk.api.scene import Scene
+from depthwalk.scene.schema import RepresentationName
 from modes import AaName
 
 SIZE = (96, 72)
@@ -43,7 +44,7 @@ def drawn_at(scene: Scene | None, image: dw.Image) -> dict[int, tuple[Any, Any, 
 
 @pytest.mark.parametrize("representation", [None, "dpci", "mesh", "mesh-lod", "dmesh"])
 @pytest.mark.parametrize("aa", ["none", "coverage", "ssaa", "msaa"])
-def test_every_pixel_tells_its_object(scene: Scene, representation: str | None, aa: AaName) -> None:
+def test_every_pixel_tells_its_object(scene: Scene, representation: RepresentationName | None, aa: AaName) -> None:
     scene.settings.aa = aa
     with dw.Renderer(scene, SIZE, representation=representation) as renderer:
         image = renderer.render(object_id=True)
@@ -52,11 +53,11 @@ def test_every_pixel_tells_its_object(scene: Scene, representation: str | None, 
     assert places[0][0] == pytest.approx(0, abs=0.02) and places[4][0] > 0.4
     assert places[1][0] < -0.3 and places[3][0] > 0.3
     assert places[1][2] == pytest.approx(places[3][2], rel=0.1)
+    assert image.object_id is not None
     ball = image.object_id == 0
     radius = 1 / 5 / np.tan(np.pi / 8) * SIZE[1] / 2  # pixels, a little less than what the ball covers
     assert np.pi * radius**2 < ball.sum() < 1.1 * np.pi * radius**2
     assert image.depth[ball].min() == pytest.approx(4, abs=0.03) and image.depth[ball].max() < 5.1
-    assert image.object_id is not None
     assert np.isinf(image.depth[0]).all() and (image.object_id[-1] == -1).all() and image.depth[-1].max() < 5
 
 
@@ -92,7 +93,8 @@ def test_meshes_in_one_place_but_turned_otherwise(tmp_path: Path) -> None:
 def test_what_moves_is_elsewhere_in_the_next_picture(scene: Scene) -> None:
     with dw.Renderer(scene, SIZE) as first, dw.Renderer(scene, SIZE, reuse=True) as second:
         for renderer in (first, second):
-            assert renderer.render(object_id=True).object_id[MIDDLE] == 0
+            image = renderer.render(object_id=True)
+            assert image.object_id is not None and image.object_id[MIDDLE] == 0
         scene.move("ball", position=(0, 20, 0))
         for renderer in (first, second):
             image = renderer.render(object_id=True)
@@ -169,7 +171,7 @@ def test_what_the_ground_hides_is_not_seen(tmp_path: Path) -> None:
     camera = dw.Camera((0, 3, 6), (0, 0, 0), 0.6)
     with dw.Renderer(dw.load_scene(file), SIZE) as renderer:
         image = renderer.render(camera, object_id=True)
-    rows = np.nonzero((image.object_id == 0).any(1))[0]
     assert image.object_id is not None
+    rows = np.nonzero((image.object_id == 0).any(1))[0]
     assert image.object_id[MIDDLE] == 0
     assert 42 < rows.max() < 48  # where the ball goes into the ground; whole, it would reach row 53

@@ -21,7 +21,7 @@ from depthwalk.bake.parts import ModelParams
 from depthwalk.errors import InputError
 from depthwalk.ingest.sources import source_hash
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.scene import MeshAsset
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from files import write_ply
 
 PARAMS = ModelParams(resolution=32, layers=1)
@@ -31,6 +31,7 @@ PARAMS = ModelParams(resolution=32, layers=1)
 def spec(tiny_scene: Path) -> MeshAsset:
     """The ball of the small scene."""
     (ball,) = load_scene(tiny_scene).assets
+    assert isinstance(ball, MeshAsset)
     return ball
 
 
@@ -74,15 +75,17 @@ def test_range_images_depend_on_their_files_and_their_lens(tiny_scene: Path) -> 
         lens = f"intrinsics: {{fx: {focal}, fy: 50, cx: 4, cy: 4}}"
         tiny_scene.write_text(f"version: 1\nassets: {{seen: {{depth_image: {{depth: d.npy, {lens}}}}}}}\n")
         (seen,) = load_scene(tiny_scene).assets
+        assert isinstance(seen, DepthImageAsset)
         keys.add(range_key(seen))
     np.save(file, np.full((8, 8), 2, np.float32))
-    assert len(keys | {range_key(seen)}) == 3
+    assert isinstance(seen, DepthImageAsset) and len(keys | {range_key(seen)}) == 3
 
 
 def test_a_relief_has_the_size_that_the_scene_gives_it(tiny_scene: Path) -> None:
     np.save(tiny_scene.with_name("d.npy"), np.linspace(0, 1, 64, dtype=np.float32).reshape(8, 8))
     tiny_scene.write_text("version: 1\nassets: {wall: {depth_image: {depth: d.npy, size: [3, 2]}}}\n")
     (wall,) = load_scene(tiny_scene).assets
+    assert isinstance(wall, DepthImageAsset)
     relief = read_relief(wall)
     assert relief.size == (3, 2) and relief.depth.shape == (8, 8)
 

@@ -19,10 +19,11 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.parts import ModelParams
 from depthwalk.errors import InputError
+from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.range_image import RangeImage
 from depthwalk.scene.loader import load_scene
-from depthwalk.scene.scene import DepthImageAsset
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from files import write_ply
 
 
@@ -35,7 +36,6 @@ def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene: Path, tmp_path: Path, m
         read.append(weakref.ref(mesh))
         return mesh
 
-    load_mesh = depthwalk.assets.asset_files.load_mesh
     monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", watched)
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.baked(0) is not None
@@ -72,7 +72,9 @@ def replace_ball(scene: Path, radius: float) -> Path:
 
 def size_of(library: SceneLibrary) -> float:
     """Half the height of the ball as its depth images show it, metres."""
-    cylinder = library.baked(0).parts[0].cylinder
+    baked = library.baked(0)
+    assert baked is not None
+    cylinder = baked.parts[0].cylinder
     return (cylinder.top - cylinder.bottom) / 2
 
 
@@ -87,7 +89,8 @@ def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(
     replace_ball(tiny_scene, 2.0)
     assert size_of(library) == pytest.approx(2, abs=0.1)
     after = library.key(0)
-    assert library.baked(0).key == after != before
+    baked = library.baked(0)
+    assert baked is not None and baked.key == after != before
     assert SceneLibrary(assets).key(0) == after
     replace_ball(tiny_scene, 1.0)
     again = SceneLibrary(assets)
@@ -114,9 +117,9 @@ def test_a_mesh_replaced_while_it_is_baked_to_a_file(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (spec,) = load_scene(tiny_scene).assets
+    assert isinstance(spec, MeshAsset)
     replace_ball(tiny_scene, 1.0)
     key = mesh_key(spec, ModelParams(resolution=32, layers=1))
-    load_mesh = depthwalk.assets.asset_files.load_mesh
 
     def replaced(*arguments: Path, **options: Any) -> Mesh:
         replace_ball(tiny_scene, 2.0)
@@ -157,7 +160,8 @@ def test_a_range_image_that_changes_while_it_is_read(
         with pytest.raises(InputError, match=r"d\.npy: .*changes while it is read"):
             library.baked(0)
         return
-    assert library.baked(0).key == library.key(0) == SceneLibrary((spec,)).key(0) != first
+    baked = library.baked(0)
+    assert baked is not None and baked.key == library.key(0) == SceneLibrary((spec,)).key(0) != first
 
 
 def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(

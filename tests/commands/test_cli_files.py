@@ -15,7 +15,6 @@ import shapes
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.ingest.reader import read_soup
 from depthwalk.ingest.soup import Soup
-from depthwalk.ingest.sources import Sources
 from files import write_ply
 
 

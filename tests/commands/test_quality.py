@@ -17,6 +17,7 @@ from depthwalk.quality import dof, edges, shadows
 from depthwalk.quality.overview import Overview, to_html, to_json, to_text
 from depthwalk.quality.rows import Row
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
 from files import write_ply
 from shapes import sphere
 
@@ -116,7 +117,9 @@ def test_shadows_of_a_ball_are_those_of_its_mesh(gl_device: Device, tiny_scene: 
 def test_shadows_of_what_is_large_are_measured_as_well(gl_device: Device, tiny_scene: Path) -> None:
     """Many times as large as shadows reach by default."""
     scene = load_scene(tiny_scene)
-    large = replace(scene, assets=tuple(replace(each, height=200.0) for each in scene.assets))
+    (ball,) = scene.assets
+    assert isinstance(ball, MeshAsset)
+    large = replace(scene, assets=(replace(ball, height=200.0),))
     alone, _ = shadows.examine([large], (80, 60), quietly)
     assert 0.9 < alone.measured < 1
 

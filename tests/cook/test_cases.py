@@ -161,7 +161,7 @@ def test_the_garden_has_all_three_cases_and_looks_as_with_all_images(
     scene = load_scene(root / "garden.yaml", overrides={"render.warp.reuse_error": "0"})
     path = load_path(root / "paths" / "garden.yaml")
     cameras = [path.sample(time) for time in (0.0, 5.0, 8.0, 17.0)] + [Camera((10.0, 5.0, 24.0), (0.0, 1.0, 0.0), 0.9)]
-    found = dict.fromkeys(("case_side", "case_side_and_top", "case_side_and_bottom", "case_all"), 0)
+    found = dict.fromkeys(("case_side", "case_side_and_top", "case_side_and_bottom", "case_all"), 0.0)
     triangles = np.zeros(2, int)
     with OnScreen(gl_device, scene, SceneLibrary(scene.assets), size) as stage:
         for camera in cameras:

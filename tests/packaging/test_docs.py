@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 import typer
+from typer.core import TyperGroup
 
 from depthwalk.commands.cli import app
 from depthwalk.params import Params
@@ -140,7 +141,9 @@ def command_lines(page: str) -> list[str]:
 def command(words: list[str]) -> tuple[Any, list[str]] | None:
     """Return the command that runs, as click knows it, and its arguments; None where it takes no options to check."""
     if words[0] == "depthwalk":
-        return typer.main.get_command(app).commands[words[1]], words[2:]
+        commands = typer.main.get_command(app)
+        assert isinstance(commands, TyperGroup)
+        return commands.commands[words[1]], words[2:]
     assert words[:2] == ["python", "-m"]
     if words[2].startswith("tools."):
         tool = ROOT / words[2].replace(".", "/")

@@ -17,6 +17,7 @@ import pytest
 import typer
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from typer.core import TyperGroup
 
 import depthwalk
 from depthwalk import resources
@@ -72,7 +73,7 @@ def test_every_dependency_is_pinned_within_its_bounds(project: dict[str, Any]) -
 
 def test_every_imported_library_is_declared(project: dict[str, Any]) -> None:
     declared = {canonicalize_name(Requirement(each).name) for each in project["project"]["dependencies"]}
-    providers = metadata.packages_distributions() | {"pydantic_core": ["pydantic"]}
+    providers = {**metadata.packages_distributions(), "pydantic_core": ["pydantic"]}
     for file in (ROOT / "app").rglob("*.py"):
         nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
         names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
@@ -127,6 +128,7 @@ def test_links_lead_somewhere(page: Path, link: str) -> None:
 
 def test_the_readme_shows_every_command_as_it_is() -> None:
     commands = typer.main.get_command(app)
+    assert isinstance(commands, TyperGroup)
     shown = re.findall(r"`depthwalk ([^`]+)`", README)
     seen = set()
     for line in shown:
@@ -143,7 +145,8 @@ def test_the_readme_shows_every_key() -> None:
 
 def test_the_readme_scene_loads(tmp_path: Path) -> None:
     scene = tmp_path / "court.yaml"
-    scene.write_text(re.search(r"```yaml\n(.+?)```", README, re.DOTALL)[1], encoding="utf-8")
+    (shown, *_) = re.findall(r"```yaml\n(.+?)```", README, re.DOTALL)
+    scene.write_text(shown, encoding="utf-8")
     loaded = load_scene(scene)
     assert len(loaded.objects) == 2 + 36 + 2 + 60
     assert len(loaded.nodes.name) and "corner" in loaded.nodes.name

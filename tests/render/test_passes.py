@@ -155,7 +155,7 @@ def test_a_mistake_in_a_shader_from_outside_is_located(gl_device: Device, shader
 
 
 def ground_of_its_own() -> GroundPass:
-    return next(each for each in default_passes() if each.name == "ground")
+    return next(each for each in default_passes() if isinstance(each, GroundPass))
 
 
 def test_a_pass_serves_one_renderer_at_a_time(gl_device: Device, library: ShapeLibrary) -> None:
@@ -228,7 +228,7 @@ def test_what_does_not_draw_is_not_timed(gl_device: Device, library: ShapeLibrar
     assert timed & names == {"warp", "composite", "dmesh", "mesh", "material_resolve", "light", "output"}
 
 
-def modes() -> Iterator[dict[str, str]]:
+def modes() -> Iterator[dict[str, Any]]:
     """Scenes and settings that between them have every pass do all it can."""
     for aa in ("none", "coverage", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"):
         yield {"aa": aa}

@@ -34,12 +34,9 @@ def crate() -> Scene:
 class Noted(Pass[Params]):
     """Writes its name and sample into a list."""
 
-    def __init__(
-        self, notes: list[Note], per_sample: bool = False, draws_objects: bool = False, frames: int = 1
-    ) -> None:
+    def __init__(self, notes: list[Note], frames: int = 1) -> None:
         super().__init__()
         self.notes, self.frames = notes, frames
-        self.per_sample, self.draws_objects = per_sample, draws_objects
 
     def setup(self, gl: Scope) -> None:
         pass
@@ -51,8 +48,9 @@ class Noted(Pass[Params]):
         self.notes.append((self.name, frame.lens_point, frame.sample))
 
 
-def noted(name: str, notes: list[Note], **options: Any) -> Noted:
-    made = type(name, (Noted,), {"name": name})(notes, **options)
+def noted(name: str, notes: list[Note], frames: int = 1, **declared: bool) -> Noted:
+    """A pass of this name, which declares besides what `Pass` lets it, as `per_sample`."""
+    made = type(name, (Noted,), {"name": name, **declared})(notes, frames)
     assert isinstance(made, Noted)
     return made
 
@@ -74,7 +72,8 @@ def test_passes_that_draw_objects_come_first(gl_device: Device, library: ShapeLi
 def test_neighbours_run_together_for_each_sample(gl_device: Device, library: ShapeLibrary) -> None:
     if gl_device.max_samples < 4:
         pytest.skip("the device has fewer samples")
-    scene, notes = crate(), []
+    scene = crate()
+    notes: list[Note] = []
     scene.render.aa = "msaa"
     passes = [noted("a", notes, per_sample=True), noted("b", notes, per_sample=True), noted("c", notes)]
     samples = run(gl_device, library, scene, passes)
@@ -94,7 +93,8 @@ def test_the_picture_tells_distances_and_points(gl_device: Device, library: Shap
         assert stage.renderer.distance_at() == float("inf")  # before the first frame
         stage.draw(VIEW)
         assert stage.renderer.distance_at() == pytest.approx(3.5, abs=1e-3)
-        assert stage.renderer.point_at(0.5, 0.5).to_tuple() == pytest.approx((0.0, 0.5, 0.5), abs=1e-3)
+        point = stage.renderer.point_at(0.5, 0.5)
+        assert point is not None and point.to_tuple() == pytest.approx((0.0, 0.5, 0.5), abs=1e-3)
         assert stage.renderer.distance_at(0.02, 0.5) == float("inf")
         assert stage.renderer.point_at(0.02, 0.5) is None
 

@@ -1,13 +1,12 @@
 import json
 import math
-from _io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
-from PIL.PngImagePlugin import PngImageFile, PngInfo
+from PIL.PngImagePlugin import PngImageFile
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.types import Picture

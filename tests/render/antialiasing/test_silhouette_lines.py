@@ -27,7 +27,7 @@ def placed(*positions: tuple[float, float, float]) -> NDArray[Any]:
 
 def view_along(direction: tuple[float, float, float], near: float = 0.1, size: tuple[int, int] = SIZE) -> View:
     """From the origin; objects are placed relative to the viewer."""
-    return View(Camera((0, 0, 0), tuple(direction), 1.0), size, near=near, far=50)
+    return View(Camera((0, 0, 0), direction, 1.0), size, near=near, far=50)
 
 
 def test_a_box_has_twelve_edges_and_six_diagonals() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.typing import ArrayLike
 
 from depthwalk.render.impostors.atlas_allocator import Atlas, pack_shelves
 from depthwalk.types import Rows

@@ -181,7 +181,7 @@ def test_a_random_walk_shows_what_fresh_images_would(gl_device: Device, steps: i
     renderers = [Renderer(gl_device, scene, library) for scene in (kept, fresh)]
     renderers[0].remembers = True
     rng = np.random.default_rng(7)
-    position, warped = np.array([0.0, 1.2, 4.5]), 0
+    position, warped = np.array([0.0, 1.2, 4.5]), 0.0
     for _ in range(40):
         position += rng.normal(size=3) * [0.06, 0.02, 0.06]
         view = View(Camera(tuple(position), tuple(rng.normal(size=3) * 0.05 + [0, 0.6, 0]), 0.9), SIZE)

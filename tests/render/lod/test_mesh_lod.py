@@ -8,7 +8,6 @@ from typing import cast
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels

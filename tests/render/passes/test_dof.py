@@ -1,6 +1,7 @@
 """Depth of field: the shaders against their twins, both against many frames, and what must stay sharp."""
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def picket(**dof: Any) -> Scene:
         ground={"height": 0.0},
     )
     settings = {"mode": "gather", "focal_length": 400, "f_number": 1.4, "focus_distance": 3.6, "max_blur": 20.0} | dof
-    scene.render = RenderSettings.model_validate({"dof": settings})
+    cast(SimpleNamespace, scene).render = RenderSettings.model_validate({"dof": settings})
     return scene
 
 

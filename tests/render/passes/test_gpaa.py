@@ -1,5 +1,7 @@
 """Partial coverage at outlines, against areas that are known."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
@@ -35,19 +37,24 @@ def test_the_part_beyond_an_edge_is_an_area() -> None:
     middle = rng.uniform(0, 9, (200, 2))
     through = middle + offset[:, None] * way[:, ::-1] * [-1, 1]
     ends = np.hstack([through - 5 * way, through + 5 * way])
-    exact = np.array([area_left_of(*line.reshape(2, 2), at) for line, at in zip(ends, middle, strict=True)])
+    exact = np.array([area_left_of(line[:2], line[2:], at) for line, at in zip(ends, middle, strict=True)])
     assert part_beyond(ends, middle) == pytest.approx(np.minimum(exact, 1 - exact), abs=4e-3)
 
 
 def picture(
-    studio: Studio, library: ShapeLibrary, aa: AaName, representation: Representation, camera: Camera = CAMERA, *placed
+    studio: Studio,
+    library: ShapeLibrary,
+    aa: AaName,
+    representation: Representation,
+    camera: Camera = CAMERA,
+    *placed: tuple[int, Sequence[float], float, float],
 ) -> Array:
     scene = scene_of(*(placed or [(0, (0, 0, 0), 0.0, 1.0)]), representation=representation)
     scene.render.aa = aa
     return studio.picture(scene, library, camera, SIZE, transparent=True)
 
 
-def disc(camera, centre, radius, samples=8):
+def disc(camera: Camera, centre: tuple[float, float, float], radius: float, samples: int = 8) -> Array:
     """What part (H, W) of each pixel a sphere covers, by rays."""
     width, height = SIZE[0] * samples, SIZE[1] * samples
     view = View(camera, (width, height))
@@ -155,7 +162,7 @@ def test_a_kept_image_ends_where_its_texels_end(studio: Studio) -> None:
     places = [(0, (1.2 * i + 0.1 * k, 0, -1.4 * k), 0.0, 1.0) for i in range(-6, 6) for k in range(8)]
     scene = scene_of(*places)
     scene.render.aa = "coverage"
-    kept = 0
+    kept = 0.0
     with OnScreen(studio.device, scene, ShapeLibrary([box(0.3, 0.8, 0.3)], resolution=64)) as stage:
         stage.renderer.remembers = True
         for step in range(25):

@@ -1,7 +1,7 @@
 """Colour and normal are looked up once per pixel of a depth-image object, and lit there in forward mode."""
 
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_without_depth_images_there_is_nothing_to_look_up(
 
 
 @pytest.mark.parametrize("mode", ["deferred", "forward"])
-def test_what_is_lit_forward_is_marked_so(gl_device: Device, mode: str) -> None:
+def test_what_is_lit_forward_is_marked_so(gl_device: Device, mode: Literal["deferred", "forward"]) -> None:
     """By a shininess of 0 in the G-buffer, for `light` to leave it alone."""
     scene = scene_of((0, (0, 0, 0), 0.3, 1.0))
     scene.render.light.mode = mode

@@ -10,6 +10,7 @@ from depthwalk.render.passes import mesh as mesh_pass
 from depthwalk.render.passes.mesh import MeshPass
 from depthwalk.render.resources.mesh_object import MeshObject
 from depthwalk.scene.arrays import Representation
+from depthwalk.types import Rows
 from shapes import ShapeLibrary, scene_of, sphere
 from stage import OnScreen, view_of
 
@@ -23,7 +24,8 @@ def test_culled_meshlets_change_no_pixel(
     gl_device: Device, library: ShapeLibrary, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scene_of((0, (-0.7, 0, 0), 0.2, 1.0), (0, (0.7, 0, -0.5), 0.9, 1.0), representation=Representation.MESH)
-    pictures, whole = [], []
+    pictures: list[Rows] = []
+    whole: list[int] = []
     draw_part = mesh_pass.MeshPass._draw_part
 
     def counted(

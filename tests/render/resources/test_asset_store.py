@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import depthwalk.render.resources.asset_store
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel

@@ -37,7 +37,9 @@ def mesh() -> Mesh:
 
 @pytest.fixture(scope="module")
 def meshlets(mesh: Mesh) -> Meshlets:
-    return build_meshlets(mesh)
+    meshlets = build_meshlets(mesh)
+    assert meshlets is not None
+    return meshlets
 
 
 def views(count: int = 40) -> Iterator[View]:

@@ -22,7 +22,13 @@ from shapes import ShapeLibrary, box, joined, scene_of, sphere
 from stage import Stage, view_of
 from studio import Studio
 
-LAMP = {"position": (1.5, 4.0, 1.0), "direction": (-0.35, -1.0, -0.2), "angle": 70.0, "range": 12.0, "intensity": 8.0}
+LAMP: dict[str, Any] = {
+    "position": (1.5, 4.0, 1.0),
+    "direction": (-0.35, -1.0, -0.2),
+    "angle": 70.0,
+    "range": 12.0,
+    "intensity": 8.0,
+}
 DARK = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}, "ground": {"colour": (1.0, 1.0, 1.0)}}
 BALL, BOX = 0, 1
 
