@@ -71,13 +71,9 @@ def test_a_pair_with_a_hole_is_measured() -> None:
     found = view_quality(Pair(shot(mesh, 200), shot(holed, 200, 3.1)), LEVEL, 2.0)
     assert found is not None
     assert found.pixels == 1600 and found.viewpoint is LEVEL
-    assert found is not None
     assert found.iou == pytest.approx(15 / 16) and found.holes == pytest.approx(100 / 16)
-    assert found is not None
     assert found.psnr == pytest.approx(10 * math.log10(255**2 / (72**2 / 16)))
-    assert found is not None
     assert found.depth_median == pytest.approx(0.05, abs=1e-6)
-    assert found is not None
     assert 0 < found.flip < 1
 
 

@@ -110,7 +110,6 @@ def test_a_camera_of_all_sees_all(gl_device: Device, library: ShapeLibrary) -> N
         stage.draw(View(camera, SIZE), transparent=True)
         assert stage.renderer.view is not None
         near, far = stage.renderer.view.depth_range
-        assert stage.renderer.view is not None
         forward = (bounds.centre - stage.renderer.view.position) @ stage.renderer.view.axes[2]
         assert (forward - bounds.bounding_radius > 0.9 * near).all() and (forward < far).all()
 

@@ -48,9 +48,7 @@ def test_cracks_are_bridged_and_gaps_are_not(
     assert plan is not None
     x, y, width, height = plan.composite.records["tile"][0].astype(int)
     middle = (y + height // 2, x + width // 2)[along]
-    assert targets is not None
     cells = DepthReadback(renderer.device, targets.size)
-    assert targets is not None
     rows, columns = (slice(pixels // cells.side // 3, pixels // cells.side * 2 // 3) for pixels in targets.size[::-1])
     composite = next(each for each in renderer.passes if isinstance(each, CompositePass))
     for count, farther, holes in ((widest, 1.0, False), (2 * widest, 1.0, True), (widest, 1.1, True)):
@@ -58,9 +56,7 @@ def test_cracks_are_bridged_and_gaps_are_not(
         lines = np.moveaxis(cut, along, 0)
         lines[middle : middle + count] = 1.0
         lines[middle + count :] = 1 - (1 - lines[middle + count :]) / farther
-        assert targets is not None
         targets.atlas_depth = scope.texture(targets.atlas_size, 1, "f4", cut.tobytes())
-        assert targets is not None
         targets.polygons.clear(depth=1.0)
         frame = SimpleNamespace(view=renderer.view, plan=plan, common=common(renderer.settings), targets=targets)
         composite.draw(cast(Frame, frame), renderer.settings.composite)

@@ -23,7 +23,6 @@ def test_each_object_has_a_number_of_its_own(gl_device: Device, library: ShapeLi
         stage.draw(view_of((0.0, 0.5, 5.0), (0.0, 0.4, 0.0)))
         assert stage.renderer.targets is not None
         width, height = stage.renderer.targets.size
-        assert stage.renderer.targets is not None
         data = stage.renderer.targets.visibility_texture.read(alignment=1)
         numbers = np.frombuffer(data, np.uint32).reshape(height, width, 2)[..., 0] >> IMAGE_BITS
     assert set(np.unique(numbers)) == {0, 1, 2, 3}

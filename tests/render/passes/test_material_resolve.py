@@ -62,11 +62,8 @@ def test_what_is_lit_forward_is_marked_so(gl_device: Device, mode: Literal["defe
         targets = stage.renderer.targets
         assert targets is not None
         width, height = targets.size
-        assert targets is not None
         shown = np.frombuffer(targets.visibility_texture.read(alignment=1), np.uint32).reshape(height, width, 2)[..., 0]
-        assert targets is not None
         surface = np.frombuffer(targets.surface.read(alignment=1), np.uint16).reshape(height, width, 4)
-        assert targets is not None
         light = np.frombuffer(targets.lit_texture.read(alignment=1), np.float16).reshape(height, width, 4)
     assert (shown > 0).sum() > 500
     assert ((surface[shown > 0, 2] == 0) == (mode == "forward")).all()

@@ -74,9 +74,7 @@ def test_each_triangle_is_in_one_patch_of_its_part(mesh: Mesh) -> None:
         assert meshlets is not None
         faces = meshlets.vertices[meshlets.of_parts(parts)[of_part]]
         assert sorted(map(tuple, faces)) == sorted(map(tuple, two.faces[of_part]))
-        assert meshlets is not None
         seen = meshlets.vertices[meshlets.faces[meshlets.part == number].reshape(-1, 3)]
-        assert meshlets is not None
         assert {*map(tuple, seen)} - {(meshlets.vertices[0],) * 3} == {*map(tuple, faces)}  # less what fills them up
     assert meshlets is not None
     assert (np.diff(meshlets.part) >= 0).all()
