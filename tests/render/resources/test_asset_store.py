@@ -83,7 +83,7 @@ def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(
     gl_device: Device, baked: Sequence[BakedObject], caplog: pytest.LogCaptureFixture, now: list[int], shown: list[int]
 ) -> None:
     """Its depth objects keep their numbers, and one that is left without a part shows the last one."""
-    library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))])
+    library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))], kept=False)
     store = AssetStore(gl_device, library)
     numbers = store.depth_numbers(0)
     store.release()

@@ -11,21 +11,24 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.geometry.quaternions import rotate
 from depthwalk.render.resources.asset_store import AssetStore
-from depthwalk.render.world.asset_table import asset_table, place_objects, placed_rows
+from depthwalk.render.world.asset_table import asset_table
+from depthwalk.render.world.object_rows import place_objects, placed_rows
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array
 from shapes import ShapeLibrary, bake, box, scene_of, sphere, two_halves
 
 BALL, HALVES, BARE = range(3)
-Kept = dict[int, list[CookedObject]]
+Made = dict[int, list[CookedObject]]
 
 
 class Store:
     """Numbers depth objects as `AssetStore` does, and cooks them."""
 
-    def __init__(self, library: ShapeLibrary, kept: Kept) -> None:
-        self.library, self.kept, self.first_depth = library, kept, len(library)
+    background = None
+
+    def __init__(self, library: ShapeLibrary, cooked: Made) -> None:
+        self.library, self.made, self.first_depth = library, cooked, len(library)
         self.rows: list[tuple[int, CookedObject]] = []
         self.numbers: dict[int, range] = {}
 
@@ -40,9 +43,9 @@ class Store:
             model = self.library.baked(asset)
             assert model is not None
             self.numbers[asset] = range(len(self), len(self) + len(model.parts))
-            if asset not in self.kept:
-                self.kept[asset] = [cook_object(part, CookOptions()) for part in model.parts]
-            self.rows += [(asset, part) for part in self.kept[asset]]
+            if asset not in self.made:
+                self.made[asset] = [cook_object(part, CookOptions()) for part in model.parts]
+            self.rows += [(asset, part) for part in self.made[asset]]
         return self.numbers[asset]
 
     def cooked(self, number: int) -> CookedObject:
@@ -63,14 +66,14 @@ def library() -> ShapeLibrary:
 
 
 @pytest.fixture(scope="module")
-def kept() -> Kept:
+def cooked() -> Made:
     """The depth objects of each asset, once they are cooked."""
     return {}
 
 
 @pytest.fixture
-def store(library: ShapeLibrary, kept: Kept) -> AssetStore:
-    return cast(AssetStore, Store(library, kept))
+def store(library: ShapeLibrary, cooked: Made) -> AssetStore:
+    return cast(AssetStore, Store(library, cooked))
 
 
 def scene(*placed: tuple[int, Sequence[float], float, float]) -> Scene:
