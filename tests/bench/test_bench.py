@@ -3,6 +3,7 @@
 import json
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -26,7 +27,7 @@ def test_json_is_the_public_contract(tiny_scene, tmp_path):
     walk = tiny_scene.with_name("walk.yaml")
     files = ("--path", walk, "--json", out, "--html", page)
     shape = ("--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh")
-    shape += ("--set", "render.lod.magnification=0")  # no mesh stands in for the depth image
+    shape += ("--set", "render.lod.magnification=0.01")  # in `scene`, the mesh would stand in for the depth image
     result = run("bench", tiny_scene, *files, *shape)
     assert result.exit_code == 0, result.stderr
     report = json.loads(out.read_text())
@@ -39,6 +40,7 @@ def test_json_is_the_public_contract(tiny_scene, tmp_path):
         assert set(each) == {"representation", "frames", "frame_ms", "passes_ms", "counts"}
         assert each["frames"] == 4
         assert each["counts"]["objects"] == 1 and each["counts"][each["representation"]] == 1
+        assert each["counts"]["mesh_fallbacks"] == 0 and each["counts"][f"share_{each['representation']}"] == 1
         assert {"plan", "warp", "composite", "mesh", "light", "output"} <= set(each["passes_ms"])
         for times in (each["frame_ms"], *each["passes_ms"].values()):
             assert set(times) == SPREAD
@@ -107,12 +109,13 @@ def test_times_belong_to_the_measured_frames(lag, every, mean, again_mean):
         draw=timers.draw,
         device=SimpleNamespace(context=SimpleNamespace(finish=lambda: None)),
         renderer=SimpleNamespace(timers=timers, plan=plan),
+        pixel_counts=lambda: np.array([1, 0, 3]),
     )
     ticks = []
     run = bench.measure(headless, "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 3, 2, lambda: ticks.append(1))
     assert len(ticks) == run.frames == len(run.frame_times) == 3
     assert run.passes_ms["warp"].max == 4 and run.passes_ms["warp"].mean == mean  # frames 2, 3 and 4, or not 3
-    assert run.counts == {"objects": 3}
+    assert run.counts == {"objects": 3, "share_dpci": 0.25, "share_dmesh": 0, "share_mesh": 0.75}
     again = bench.measure(headless, "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 2, 0, lambda: None)
     assert again.passes_ms["warp"].mean == again_mean  # the first call drew `lag` more
 

@@ -69,7 +69,8 @@ class RenderWorld:
             self._assets.release()
             self._assets.cook_options, self._table = options, None
         if self._table is None:
-            self._table = asset_table(self.objects(), self._library, self._assets)
+            as_in_scene = self._representation is None  # else the name of a representation means it alone
+            self._table = asset_table(self.objects(), self._library, self._assets, as_in_scene)
         return self._table
 
     def bounds(self) -> Bounds:
@@ -112,7 +113,7 @@ class RenderWorld:
 
     @property
     def representation(self) -> Representation | None:
-        """How all objects are drawn whose asset allows it; None: as the scene says."""
+        """How all objects are drawn whose asset allows it; None: as the scene says, with meshes in place near by."""
         return self._representation
 
     @representation.setter
