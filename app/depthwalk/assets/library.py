@@ -48,7 +48,9 @@ from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset
 
 log = logging.getLogger(__name__)
 
-_NEEDS_IMAGES = "lod.mode and lod.cases `paper`, and warp.order `epipole`, need the depth images (.dpci.exr)"
+_NEEDS_IMAGES = (
+    "lod.mode `paper`, lod.cases other than `complete`, and warp.order `epipole` need the depth images (.dpci.exr)"
+)
 
 Report = Callable[[str, str], None]
 """Called with the name of an asset, and what is being done for it."""

@@ -37,6 +37,7 @@ class Method(StrEnum):
 
     RAYCAST = "raycast"
     SIX_VIEW = "six-view"
+    PAPER = "paper"
 
 
 class UpAxis(StrEnum):
@@ -101,7 +102,7 @@ Layers = Annotated[
         "--layers",
         metavar="N|auto",
         help="Surfaces sampled along each ray; auto: as many as a viewer can see.",
-        show_default="3, or as the scene says; 1 with six-view",
+        show_default="3, or as the scene says; 1 with six-view and paper",
     ),
 ]
 Parts = Annotated[

@@ -127,7 +127,8 @@ class RenderWorld:
 def _cook_options(settings: RenderSettings) -> CookOptions:
     """Return how depth images are cooked: the mechanisms of the papers need grids by step, not surfaces by error."""
     lod, in_order = settings.lod, settings.warp.order == "epipole"
-    return CookOptions("paper" in (lod.mode, lod.cases) or in_order, lod.cases == "paper")
+    by_paper = lod.cases != "complete"
+    return CookOptions(lod.mode == "paper" or by_paper or in_order, by_paper)
 
 
 class FrameResidency:
