@@ -223,7 +223,7 @@ class SceneLibrary:
 
     def _planar(self, spec: DepthImageAsset) -> BakedModel:
         """Return a planar depth image as it is: reading it takes no longer than reading a file of the cache."""
-        return BakedModel(parts=(bake_planar(read_relief(spec), key=""),))
+        return BakedModel(parts=(bake_planar(read_relief(spec), key="", cut=spec.method == "cut"),))
 
     def _found_or_made(self, name: str, source: Path, key: str, bake: Callable[[], BakedModel]) -> BakedModel:
         """Find the model of `key` beside its source or in the cache; else bake it, and let the cache keep it."""

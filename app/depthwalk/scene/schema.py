@@ -170,6 +170,11 @@ class DepthImageParams(FileParams):
     unit: Length | None = param(
         None, "Metres per unit of the file, in which 0 means no surface; left out: floats are metres", unit="m"
     )
+    method: Literal["cut", "paper"] = param(
+        "cut",
+        "How pixels of a relief become a surface: where the depth jumps they are left apart (cut), or all neighbours are "
+        "connected, by rubber sheets if need be, as it was published (paper)",
+    )
 
     @model_validator(mode="after")
     def _one_of_each(self) -> Self:
@@ -178,6 +183,8 @@ class DepthImageParams(FileParams):
         if self.range is not None and (self.unit is not None or self.intrinsics is not None):
             other = "unit" if self.unit is not None else "intrinsics"
             raise ValueError(f"needs 'range' or {other!r}, not both")
+        if self.method != "cut" and self.intrinsics is not None:
+            raise ValueError(f"method {self.method} is for reliefs, which have 'size'; a range image is always cut")
         return self
 
 
