@@ -1,7 +1,7 @@
 """Make the reliefs of scenes/paper: depth and colour of shipped models, seen from the front in parallel.
 
-`python -m tools.make_reliefs [FOLDER]` writes a depth image, 16 bits, white in front, and a colour image for each. Where
-a model does not fill its square, a wall stands behind it, at the depth where the picture is black.
+`python -m tools.make_reliefs [FOLDER]` writes a depth image, 16 bits, white in front, and a colour image for each.
+Where a model does not fill its square, a wall stands behind it, at the depth where the picture is black.
 """
 
 import sys

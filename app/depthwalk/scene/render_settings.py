@@ -11,7 +11,6 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from depthwalk.params import Params, param
-from depthwalk.scene.render_presets import with_preset
 
 
 class MeshLodParams(Params):
@@ -380,4 +379,8 @@ class RenderSettings(PictureParams):
     @model_validator(mode="before")
     @classmethod
     def _add_preset(cls, values: Any) -> Any:
-        return with_preset(values) if isinstance(values, Mapping) else values
+        if not isinstance(values, Mapping) or "preset" not in values:
+            return values
+        from depthwalk.scene.render_presets import with_preset  # here: few files name a preset
+
+        return with_preset(values)

@@ -172,8 +172,8 @@ class DepthImageParams(FileParams):
     )
     method: Literal["cut", "paper"] = param(
         "cut",
-        "How pixels of a relief become a surface: where the depth jumps they are left apart (cut), or all neighbours are "
-        "connected, by rubber sheets if need be, as it was published (paper)",
+        "How pixels of a relief become a surface: where the depth jumps they are left apart (cut), or all neighbours "
+        "are connected, by rubber sheets if need be, as it was published (paper)",
     )
 
     @model_validator(mode="after")
