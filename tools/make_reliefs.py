@@ -45,7 +45,7 @@ def make_relief(relief: Relief) -> tuple[Image.Image, Image.Image]:
     x, y = np.meshgrid(relief.middle[0] + at * relief.size, relief.middle[1] - at * relief.size)
     origin = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, high[2])]).astype(np.float32)
     deep = DEEP * float(high[2] - low[2])
-    hits = RayCaster(mesh).peel(origin, np.tile(np.float32([0, 0, -1]), (x.size, 1)), 1, deep)
+    hits = RayCaster(mesh).peel(origin, np.tile(np.array([0, 0, -1], np.float32), (x.size, 1)), 1, deep)
     _, albedo = surface_at(mesh, hits)
     distance, missed = hits.distance[0], hits.face[0] < 0
     height = np.where(missed, 0.0, 1 - np.minimum(distance, deep) / deep).reshape(x.shape)
