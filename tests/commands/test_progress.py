@@ -70,3 +70,14 @@ def test_displays_leave_standard_output_alone(terminal):
     terminal()
     options = live_options()
     assert options["console"].stderr and options["transient"] and not options["redirect_stdout"]
+
+
+def test_a_pipe_is_told_now_and_then_what_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", written := io.StringIO())
+    monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.WARNING)
+    clock = iter([0.0, 1.0, 7.0, 8.0, 8.5, 14.0, 14.0])
+    monkeypatch.setattr("depthwalk.commands.progress.time.monotonic", lambda: next(clock))
+    with asset_progress() as report:
+        for stage in ("reading", "side", "top", "owners"):
+            report("bust", stage)
+    assert written.getvalue() == "waiting for bust: side\nwaiting for bust: owners\n"

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from depthwalk.assets.background import BackgroundLibrary, Progress
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
@@ -25,9 +26,11 @@ from depthwalk.walk.playback import Playback
 from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.state import State
+from depthwalk.walk.up_axis import ModelTurn
 from depthwalk.walk.window import Window, on_files_dropped, open_window
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
+_STILL_SECONDS = 0.06  # from frame to frame, at least, while nothing moves and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
 
 
@@ -105,6 +108,7 @@ class _Walk:
         self._screenshot_due = False
         self._next_file: Path | None = None  # to be opened before the next frame
         self._last_time = time.perf_counter()  # of the last frame's beginning
+        self._camera_before: Camera | None = None  # of the last frame
 
     def start(
         self,
@@ -118,13 +122,14 @@ class _Walk:
         self._releases.append(lambda: self._renderer.release())
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
+        self._model_turn = ModelTurn(scene, self._renderer)
         home = first_camera(scene.camera or self._renderer.frame_all(self._aspect))
         playback = Playback(path) if path is not None else None
         self._state = State(scene, self._renderer, Walker.at(home), home, playback)
         self._state.arrive()
         self._input = Input(self._window, self._state, self._actions())
         self._loading.end()
-        self._state.tell("H shows the keys")
+        self._state.tell(self._model_turn.guess or "H shows the keys")
 
     def _open(self, file: Path) -> None:
         """Take a camera path, or show a scene or mesh; change nothing where the file cannot be used."""
@@ -147,10 +152,23 @@ class _Walk:
         """Show another scene, or this one read again, which keeps camera and path. Raises InputError, StoppedError."""
         again, library = scene.path == self._state.scene.path, self._library.sibling(scene.assets)
         renderer = self._loader.open(scene, library, self._renderer.world.representation if again else None)
+        model_turn = ModelTurn(scene, renderer)
         self._state.show(scene, renderer, self._aspect)
+        if model_turn.guess:
+            self._state.tell(model_turn.guess)
         self._renderer.release()
-        self._library, self._renderer = library, renderer
+        self._close_library()
+        self._library, self._renderer, self._model_turn = library, renderer, model_turn
         self._window.title = _title(scene)
+
+    def _turn_up(self) -> None:
+        """Let the other axis of a model point upward."""
+        if (message := self._model_turn.turn()) is None:
+            self._state.tell("U turns single models; in scenes, assets have the key `up`")
+            return
+        self._state.home = self._renderer.frame_all(self._aspect)
+        self._state.go_home()
+        self._state.tell(message)
 
     def loop(self) -> None:
         """Draw frames until the window closes; then save what is being recorded."""
@@ -173,12 +191,27 @@ class _Walk:
         self._state.advance(dt)
         self._state.record(dt)
         self._state.pull_focus(dt)
+        self._take_news()
         if min(*self._window.size, *self._window.buffer_size) > 0:
             self._state.times.add(dt)
             self._draw(dt)
         else:  # minimised
             time.sleep(_IDLE_SECONDS)
         self._window.swap_buffers()
+        camera, self._camera_before = self._camera_before, self._state.camera
+        if self._progress is not None and self._camera_before == camera:
+            time.sleep(max(0.0, now + _STILL_SECONDS - time.perf_counter()))  # lets those work that bake
+
+    def _take_news(self) -> None:
+        """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
+        complaints = self._renderer.assets.meshes.failures
+        if isinstance(self._library, BackgroundLibrary):
+            complaints = complaints + self._library.failures
+            self._library.failures.clear()
+        self._renderer.assets.meshes.failures.clear()
+        if complaints:
+            self._state.tell("\n".join(complaints))
+        self._state.take_pace()
 
     @property
     def _aspect(self) -> float:
@@ -187,9 +220,19 @@ class _Walk:
         return width / max(height, 1)
 
     def release(self) -> None:
-        """Free every GL object, the last made first."""
+        """Free every GL object, the last made first, and stop what works beside the frames."""
         for release in reversed(self._releases):
             release()
+        self._close_library()
+
+    @property
+    def _progress(self) -> Progress | None:
+        """How far assets are baked and cooked beside the frames; None where none is."""
+        return self._library.progress if isinstance(self._library, BackgroundLibrary) else None
+
+    def _close_library(self) -> None:
+        if isinstance(self._library, BackgroundLibrary):
+            self._library.close()
 
     def _actions(self) -> dict[str, Callable[[], None]]:
         """Return what key presses do, by moderngl-window's names of the keys; `hud.HELP` describes it."""
@@ -213,6 +256,7 @@ class _Walk:
             "R": self._want_again,
             "T": lambda: state.turn_about(*self._input.pointer),
             "TAB": toggle("panel"),
+            "U": self._turn_up,
             "Z": toggle("hud"),
             "NUMBER_1": lambda: state.represent(None),
             "NUMBER_2": lambda: state.represent(Representation.DPCI),
@@ -222,6 +266,9 @@ class _Walk:
     def _escape(self) -> None:
         if self._loading.busy:
             self._loading.stop()
+        elif isinstance(self._library, BackgroundLibrary) and self._progress is not None:
+            self._library.cancel()
+            self._state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
         elif self._input.captured:
             self._input.capture(False)
         else:
@@ -276,6 +323,8 @@ class _Walk:
             right = panel[0]
         if state.help:
             hud.draw_help(left, right)
+        if self._progress is not None and not self._screenshot_due:
+            hud.draw_background(self._progress)
         if state.toast and not self._screenshot_due:
             hud.draw_toast(state.toast)
         self._input.set_areas(areas)

@@ -73,7 +73,7 @@ def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(store, monkeypatc
 @pytest.mark.parametrize(("now", "shown"), [([3], [3, 3]), ([1, 2, 3], [1, 2])])
 def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(gl_device, baked, caplog, now, shown):
     """Its depth objects keep their numbers, and one that is left without a part shows the last one."""
-    library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))])
+    library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))], kept=False)
     store = AssetStore(gl_device, library)
     numbers = store.depth_numbers(0)
     store.release()

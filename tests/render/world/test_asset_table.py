@@ -5,7 +5,8 @@ import pytest
 
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.render.world.asset_table import asset_table, place_objects, placed_rows
+from depthwalk.render.world.asset_table import asset_table
+from depthwalk.render.world.object_rows import place_objects, placed_rows
 from depthwalk.scene.arrays import Representation
 from shapes import ShapeLibrary, bake, box, scene_of, sphere, two_halves
 
@@ -15,8 +16,10 @@ BALL, HALVES, BARE = range(3)
 class Store:
     """Numbers depth objects as `AssetStore` does, and cooks them."""
 
+    background = None
+
     def __init__(self, library, cooked):
-        self.library, self.cooked_of, self.first_depth = library, cooked, len(library)
+        self.library, self.made, self.first_depth = library, cooked, len(library)
         self.rows, self.numbers = [], {}
 
     def __len__(self):
@@ -29,9 +32,9 @@ class Store:
         if asset not in self.numbers:
             parts = self.library.baked(asset).parts
             self.numbers[asset] = range(len(self), len(self) + len(parts))
-            if asset not in self.cooked_of:
-                self.cooked_of[asset] = [cook_object(part, CookOptions()) for part in parts]
-            self.rows += [(asset, part) for part in self.cooked_of[asset]]
+            if asset not in self.made:
+                self.made[asset] = [cook_object(part, CookOptions()) for part in parts]
+            self.rows += [(asset, part) for part in self.made[asset]]
         return self.numbers[asset]
 
     def cooked(self, number):
