@@ -38,7 +38,7 @@ def garden() -> None:
 
 def room() -> None:
     """Draw the room with the head as depth images, close as it is."""
-    render("room", "--set", "render.lod.magnification=0")
+    render("room", "--representation", "dpci")
 
 
 def night() -> None:
