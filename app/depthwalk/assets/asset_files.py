@@ -84,7 +84,7 @@ def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 
 def read_meso(meso: MesoParams) -> Meso:
-    """Read the relief that `meso`, of a scene file, lays over an asset's depth images.
+    """Read the relief that the scene file's entry `meso` lays over an asset's depth images.
 
     Raises InputError for files that cannot be used.
     """

@@ -56,7 +56,7 @@ def to_text(overview: Overview) -> str:
 
 
 def to_json(overview: Overview) -> str:
-    """Return the rows of `overview` as JSON. A value that is infinite or not a number becomes null."""
+    """Return `overview` as JSON: what was run, and the measured rows. Values that are not finite become null."""
     document = {
         "version": overview.version,
         "commit": overview.commit,

@@ -114,7 +114,10 @@ class Viewer:
         self._place(self.home)
 
     def take_pace(self) -> None:
-        """Walk at the speed that suits the scene once all of it has come, unless the speed was chosen otherwise."""
+        """Set the walking speed that suits the scene, once all objects of the scene are shown.
+
+        Do nothing before that, after the first time, or where the user has changed the speed since `arrive`.
+        """
         if self._pace and self.renderer.world.is_whole:
             if self.walker.speed == self._pace:
                 self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])

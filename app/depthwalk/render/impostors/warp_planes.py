@@ -140,7 +140,7 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
 
 
 def depths_behind(planes: Planes, volumes: Volumes) -> Array:
-    """Return the least and the greatest depth (n, 2), metres, of the samples in `volumes` behind their `planes`."""
+    """Return bounds (n, 2), metres, of how far the samples of `volumes` lie behind their `planes`: least, greatest."""
     v, side = volumes, planes.face == Face.SIDE
     toward, away = (np.minimum(support(v.footprint, way * planes.normal[:, [0, 2]]), v.radius) for way in (1, -1))
     nearest, farthest = np.where(side, v.radius - toward, 0), np.where(side, v.radius + away, v.top - v.bottom)

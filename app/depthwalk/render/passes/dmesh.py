@@ -21,7 +21,7 @@ class DmeshPass(Pass[Params]):
     writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program, which `gl` owns."""
+        """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         self._programs = Variants(lambda defines: Program(gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)

@@ -21,7 +21,7 @@ class FogPass(Pass[Params]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program, which `gl` owns."""
+        """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         shaders = "common/far_plane.vert", "fog/fog.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
 

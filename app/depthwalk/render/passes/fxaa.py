@@ -22,7 +22,7 @@ class FxaaPass(Pass[FxaaParams]):
         return frame.common.aa.mode == "fxaa"
 
     def draw(self, frame: Frame, params: FxaaParams) -> None:
-        """Blur `lit` of `frame` along edges of the contrast that `params` ask for."""
+        """Blur the target `lit` of `frame` along edges whose contrast reaches `params.edge_threshold`."""
         frame.targets.lit_before().use(0)
         self._program.set(lit_texture=0, contrast=params.edge_threshold)
         with self.gl.state(into=frame.targets.lit):

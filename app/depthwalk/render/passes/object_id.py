@@ -83,7 +83,10 @@ class ObjectIdPass(Pass[Params]):
                 array.render(instances=batch.count)
 
     def read(self) -> FrontMeshes | None:
-        """Return what the frame drawn last shows, row 0 at the bottom; None where it did not ask."""
+        """Return the mesh in front and its depth at each pixel, (H, W) each, of the frame drawn last.
+
+        Row 0 is at the bottom. Return None where `requested` is not set or nothing has been drawn yet.
+        """
         if self._target is None or not self.requested:
             return None
         width, height = self._target.number.size

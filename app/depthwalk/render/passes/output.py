@@ -17,7 +17,7 @@ class OutputPass(Pass[OutputParams]):
     writes = ("screen",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program, which `gl` owns."""
+        """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         shaders = "common/fullscreen.vert", "output/output.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
 

@@ -35,7 +35,10 @@ class SmaaPass(Pass[SmaaParams]):
         return frame.common.aa.mode == "smaa"
 
     def draw(self, frame: Frame, params: SmaaParams) -> None:
-        """Blend the pixels of `lit` of `frame` beside edges of the contrast that `params` ask for."""
+        """Blend pixels of the target `lit` of `frame` across edges whose contrast reaches `params.edge_threshold`.
+
+        Edges are followed for at most `params.max_search_distance` pixels in either direction.
+        """
         if not self._own:
             textures = [self.gl.texture(frame.targets.size, components) for components in (2, 4)]
             self._own = [(texture, self.gl.framebuffer([texture])) for texture in textures]

@@ -26,7 +26,7 @@ class WarpPass(Pass[WarpParams]):
     writes = ("atlas",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program, which `gl` owns."""
+        """Prepare the program, whose variants are compiled when first needed; `gl` owns their GL objects."""
         self._programs = Variants(lambda defines: Program(gl, "warp/warp.vert", "warp/warp.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
