@@ -108,7 +108,7 @@ class SceneLibrary:
         return len(self._assets)
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether the asset numbered `asset` has depth images, without making them."""
+        """Return whether the scene gives the asset numbered `asset` depth images, be they baked yet or not."""
         spec = self._assets[asset]
         return not isinstance(spec, MeshAsset) or spec.dpci is not None
 
