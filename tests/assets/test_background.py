@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -85,10 +86,10 @@ def test_cancelling_ends_the_processes(
     empty_cache(monkeypatch, tmp_path / "cache")
     library.is_cooked(0, OPTIONS)
     wait_until(library, lambda: library.progress is not None)
-    assert library._pool is not None
+    assert isinstance(library._pool, ProcessPoolExecutor)
     processes = list((library._pool._processes or {}).values())
     library.cancel()
     for process in processes:
-        process.join(10)
+        process.join(60)
         assert process.exitcode is not None
     assert not library.poll() and library.progress is None and not library.is_cooked(0, OPTIONS)

@@ -1,5 +1,6 @@
 """A scene that is opened before its depth images exist: polygons first, and no jump when depth images take over."""
 
+import itertools
 import time
 from pathlib import Path
 
@@ -46,5 +47,5 @@ def test_depth_images_take_over_without_a_jump(
     seen = [picture for picture, kind in zip(pictures, shown, strict=True) if kind != "nothing"]
     background = pictures[0]
     assert (np.abs(seen[0] - background).max(-1) > 30).mean() > 0.1  # the ball is there
-    steps = [np.abs(after - before).mean() for before, after in zip(seen, seen[1:], strict=False)]
+    steps = [np.abs(after - before).mean() for before, after in itertools.pairwise(seen)]
     assert max(steps) < 0.5, "the picture jumps"

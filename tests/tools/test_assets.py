@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from tools.make_models.catalogue import MODELS, TEXTURES
+from trimesh.visual import ColorVisuals
 
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
 BUDGET = 10 * 1000 * 1000  # bytes, meshes and textures together
@@ -15,7 +16,7 @@ BUDGET = 10 * 1000 * 1000  # bytes, meshes and textures together
 
 @cache
 def loaded(name: str) -> trimesh.Trimesh:
-    return trimesh.load(ASSETS / f"{name}.ply", process=False)
+    return trimesh.load_mesh(ASSETS / f"{name}.ply", process=False)
 
 
 def listed() -> dict[str, tuple[int, list[float]]]:
@@ -52,6 +53,7 @@ def test_mesh_is_sound(name: str) -> None:
     assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))
     assert mesh.bounds[0, 1] == pytest.approx(0, abs=1e-6)
     assert mesh.is_winding_consistent
+    assert isinstance(mesh.visual, ColorVisuals)
     assert mesh.visual.vertex_colors[:, :3].std(axis=0).max() > 3
 
 

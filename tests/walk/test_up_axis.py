@@ -2,7 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -10,12 +10,13 @@ import pytest
 import shapes
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.resources import asset_root
+from depthwalk.types import Array
 from depthwalk.walk.up_axis import guess_up, turn_model
 
 STANDING = ["teapot", "table", "head_man", "head_venus"]
 
 
-def z_upward(points: Any) -> Any:
+def z_upward(points: Array) -> Array:
     """The same model from a program whose z points upward."""
     return np.stack([points[:, 0], -points[:, 2], points[:, 1]], 1)
 
@@ -32,8 +33,8 @@ def test_what_stands_in_no_way_keeps_y() -> None:
 
 
 @pytest.mark.parametrize("up", ["y", "z"])
-def test_a_turned_model_stands_on_the_ground(up: Any) -> None:
-    points = load_mesh(Path(asset_root() / "head_man.ply")).positions + np.array([1.0, 2.0, 3.0])
+def test_a_turned_model_stands_on_the_ground(up: Literal["y", "z"]) -> None:
+    points: Array = load_mesh(Path(asset_root() / "head_man.ply")).positions + np.array([1.0, 2.0, 3.0])
     if up == "z":
         points = z_upward(points)
     moved: list[bool] = []
