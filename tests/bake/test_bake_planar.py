@@ -48,7 +48,7 @@ def test_no_triangle_spans_a_tear_or_a_hole() -> None:
     assert (lower[:, :7] == 0).sum() == (upper[:, :7] == 0).sum() == 3  # those with a corner at the hole
 
 
-def test_as_published_every_texel_is_connected_but_to_holes():
+def test_as_published_every_texel_is_connected_but_to_holes() -> None:
     depth = np.zeros((16, 16), np.float32)
     depth[:, 8:] = 5.0
     depth[3, 3] = np.inf

@@ -1,11 +1,17 @@
 """A frame by the paper's rules, all at once: what it counts, and what it shows."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import Device
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Mask
 from shapes import ShapeLibrary, bake, scene_of, sphere
 from stage import WALK_SIZE, Walk
 
@@ -13,25 +19,26 @@ BESIDE, ABOVE = Camera((0, 0.5, 3.0), (0, 0.5, 0), 0.6), Camera((0, 3.0, 2.5), (
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     ball = sphere(0.5, columns=64, rows=32)
     return ShapeLibrary([ball], [bake(ball, resolution=64, layers=1)])
 
 
-def paper(**settings):
+def paper(**settings: Any) -> Scene:
     """A ball, and one behind it."""
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), (0, (0, 0.1, -2), 0.0, 0.5))
-    scene.render = RenderSettings.model_validate({"preset": "paper"} | settings)
+    cast(SimpleNamespace, scene).render = RenderSettings.model_validate({"preset": "paper"} | settings)
     return scene
 
 
-def seen(walk):
+def seen(walk: Walk) -> Mask:
     """Where the frame shows anything, (H, W)."""
+    assert walk.renderer.targets is not None
     depth = np.frombuffer(walk.renderer.targets.depth.read(alignment=1), np.float32)
     return depth.reshape(WALK_SIZE[::-1]) < 1
 
 
-def test_every_frame_warps_everything_in_sight(gl_device, library):
+def test_every_frame_warps_everything_in_sight(gl_device: Device, library: ShapeLibrary) -> None:
     with Walk(gl_device, paper(), library, seconds=None) as walk:
         walk.renderer.remembers = True
         for _ in range(2):
@@ -48,7 +55,7 @@ def test_every_frame_warps_everything_in_sight(gl_device, library):
     assert (images & both).sum() > 0.95 * both.sum()
 
 
-def test_side_and_cap_alone_are_parts_of_the_picture(gl_device, library):
+def test_side_and_cap_alone_are_parts_of_the_picture(gl_device: Device, library: ShapeLibrary) -> None:
     shown = {}
     for cases in ("paper", "side", "cap"):
         for name, camera in (("beside", BESIDE), ("above", ABOVE)):

@@ -1,12 +1,17 @@
 """Which representation drew the pixels of a frame, against what the pictures show."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import Device
 from depthwalk.render import pixel_shares
 from depthwalk.render.pixel_shares import POLYGON, count_kinds, shares
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.scene import Scene
+from modes import AaName
 from shapes import ShapeLibrary, bake, scene_of, sphere
 from stage import OnScreen
 
@@ -15,14 +20,14 @@ CAMERA = Camera((0, 1.0, 6.0), (0, 0.5, 0), 0.9)
 
 
 @pytest.fixture(scope="module")
-def balls():
+def balls() -> ShapeLibrary:
     ball = sphere(0.5, columns=32, rows=16)
     return ShapeLibrary([ball], [bake(ball, resolution=64, layers=1)])
 
 
-def three_balls(ground=False):
+def three_balls(ground: bool = False) -> Scene:
     """From left to right as impostor, as samples and as mesh, the last of twice the size."""
-    environment = {"ground": {"height": 0.0, "half_size": 50.0}} if ground else {}
+    environment: dict[str, Any] = {"ground": {"height": 0.0, "half_size": 50.0}} if ground else {}
     scene = scene_of((0, (-2, 0, 0), 0, 1.0), (0, (0, 0, 0), 0, 1.0), (0, (2.2, 0, 0), 0, 2.0), **environment)
     scene.objects.representation[:] = Representation.DPCI, Representation.DMESH, Representation.MESH
     return scene
@@ -30,13 +35,14 @@ def three_balls(ground=False):
 
 @pytest.mark.parametrize("ground", [False, True])
 @pytest.mark.parametrize("aa", ["none", "msaa", "ssaa"])
-def test_pixels_are_those_of_the_picture(gl_device, balls, ground, aa):
+def test_pixels_are_those_of_the_picture(gl_device: Device, balls: ShapeLibrary, ground: bool, aa: AaName) -> None:
     scene = three_balls(ground)
     scene.render.aa = aa
     with OnScreen(gl_device, scene, balls, SIZE) as stage:
         stage.draw(View(CAMERA, SIZE))
         counted = stage.renderer.sample_shares().count()
         columns = np.arange(SIZE[0])
+        assert stage.renderer.targets is not None
         depth = np.frombuffer(stage.renderer.targets.depth.read(alignment=1), np.float32)
         width, height = stage.renderer.targets.size
     assert (counted > 100).all() and counted[2] > 2 * counted[0]
@@ -51,7 +57,7 @@ def test_pixels_are_those_of_the_picture(gl_device, balls, ground, aa):
         np.testing.assert_allclose(counted / counted.sum(), expected / expected.sum(), atol=0.02)
 
 
-def test_large_pictures_are_sampled(gl_device, balls, monkeypatch):
+def test_large_pictures_are_sampled(gl_device: Device, balls: ShapeLibrary, monkeypatch: pytest.MonkeyPatch) -> None:
     with OnScreen(gl_device, three_balls(ground=True), balls, SIZE) as stage:
         stage.draw(View(CAMERA, SIZE))
         exact = shares(stage.renderer.sample_shares().count())
@@ -61,21 +67,23 @@ def test_large_pictures_are_sampled(gl_device, balls, monkeypatch):
     assert shares(sampled) == pytest.approx(exact, abs=0.05)
 
 
-def test_numbers_stand_for_kinds():
+def test_numbers_stand_for_kinds() -> None:
     numbers = np.array([0, 1, 1, 2, 3, POLYGON, POLYGON, 0], np.uint32)
     assert count_kinds(numbers, np.array([True, False, True])).tolist() == [3, 1, 2]
     assert shares(np.array([3, 1, 4])) == {"share_dpci": 0.375, "share_dmesh": 0.125, "share_mesh": 0.5}
     assert set(shares(np.zeros(3, int)).values()) == {0.0}
 
 
-def test_there_is_nothing_to_count_before_a_frame(gl_device, balls):
+def test_there_is_nothing_to_count_before_a_frame(gl_device: Device, balls: ShapeLibrary) -> None:
     with OnScreen(gl_device, three_balls(), balls, SIZE) as stage:
         assert stage.renderer.sample_shares().count().tolist() == [0, 0, 0]
 
 
 @pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
 @pytest.mark.parametrize("sun", [False, True])
-def test_a_representation_that_is_asked_for_is_the_only_one(gl_device, balls, representation, sun):
+def test_a_representation_that_is_asked_for_is_the_only_one(
+    gl_device: Device, balls: ShapeLibrary, representation: Representation, sun: bool
+) -> None:
     """Also in shadow maps. Drawn as the scene says, the same object is its mesh, so near it is."""
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
     scene.render.lod.magnification, scene.render.shadows.enabled = 0.01, sun

@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.scene.similarity import Similarity, identities
 
 _DENSEST = math.pi / math.sqrt(12)  # share of the plane that equal discs can cover
@@ -148,7 +147,7 @@ def _close_pairs(
         start = first[cell + aside - 1]
         count = first[cell + aside + 2] - start
         one = np.repeat(np.arange(len(points)), count)
-        other = np.repeat(start, count) + within_runs(count)
+        other = np.arange(len(one)) + np.repeat(start - np.cumsum(count) + count, count)
         apart = points[one] - others[other]
         near = np.flatnonzero(apart[:, 0] ** 2 + apart[:, 1] ** 2 <= reach**2)
         pairs.append((turn[one[near]], order[other[near]]))
