@@ -60,6 +60,24 @@ def shrink(picture: Path, out: Path) -> None:
         image.convert("RGB").save(out, optimize=True)
 
 
+def paper() -> None:
+    """Draw figure 12 of Liu et al.: the side alone, the top alone, both; and what the defaults draw."""
+    scene, defaults = scene_root() / "paper" / "figure-12-caps.yaml", "assets.venus.dpci={resolution: 512}"
+    ways = ("render.lod.cases=side",), ("render.lod.cases=cap",), (), ("render.preset=default", defaults)
+    with tempfile.TemporaryDirectory() as name:
+        parts = []
+        for number, settings in enumerate(ways):
+            out = Path(name) / f"{number}.png"
+            options = [option for setting in settings for option in ("--set", setting)]
+            command = [*_DEPTHWALK, "render", str(scene), "-o", str(out), "--resolution", "320,360", *options]
+            subprocess.run([*command, "--representation", "dpci"], check=True)
+            with Image.open(out) as picture:
+                parts.append(np.asarray(picture.convert("RGB")))
+    gap = np.full((len(parts[0]), _GAP, 3), 255, np.uint8)
+    joined = np.concatenate([parts[0], *(half for part in parts[1:] for half in (gap, part))], axis=1)
+    (IMAGES / "paper.png").write_bytes(png_bytes(joined))
+
+
 def dpci() -> None:
     """Draw colour, depth and normals of layer 0 of a bust's side image."""
     mesh = load_mesh(asset_root() / "head_venus.ply")
@@ -155,6 +173,7 @@ MAKERS: dict[str, Callable[[], None]] = {
     "garden": garden,
     "room": room,
     "night": night,
+    "paper": paper,
     "dpci": dpci,
     "hud": hud,
     **{name: partial(draw, name, figure) for name, figure in FIGURES.items()},
