@@ -1,12 +1,12 @@
 """A draped woman with a bowl, on a plinth: the head of `heads` on a body of the same clay. Centimetres inside."""
 
 import numpy as np
-from tools.make_models.decimate import with_exact_count
 from tools.make_models.heads import venus_head
 from tools.make_models.meshing import polygonise
 from tools.make_models.model import Model
 from tools.make_models.noise import fractal, noise
 from tools.make_models.paint import mossy, stone
+from tools.make_models.relief import weathered
 from tools.make_models.sdf import (
     Blob,
     Distance,
@@ -26,7 +26,7 @@ from tools.make_models.sdf import (
 
 CHIN = 144.5  # the head frame's origin
 PLINTH = 9.0  # its height; it lies below y = 0
-FACES = 32_000
+CELL = 0.26  # centimetres: about a million triangles
 
 TORSO: list[Stroke] = [
     Blob((0, 122, -0.5), (14.2, 19, 10), 3.0),
@@ -114,7 +114,7 @@ def figure(p: Points) -> Distance:
 
 def statue() -> Model:
     """Make the figure in weathered limestone, 1.8 m with its plinth, closed."""
-    raw = polygonise(figure, (-29, -PLINTH - 1, -27), (29, 170, 38), 0.3)
-    model = with_exact_count(raw, FACES).scaled(0.01).grounded()
-    weathered = stone(model, (0.80, 0.77, 0.69), (0.66, 0.62, 0.54), 0.4, 131)
-    return mossy(weathered, 0.05, 0.25, 132)
+    raw = polygonise(figure, (-29, -PLINTH - 1, -27), (29, 170, 38), CELL).scaled(0.01)
+    model = weathered(raw, 0.0009, 133, chisel=0.0007).grounded()
+    limestone = stone(model, (0.80, 0.77, 0.69), (0.66, 0.62, 0.54), 0.4, 131)
+    return mossy(limestone, 0.05, 0.25, 132)
