@@ -22,6 +22,7 @@ _SECTIONS = {  # models in the order of the page, and their headings
     "MeshAssetParams": "Mesh asset",
     "DpciParams": "dpci",
     "MesoParams": "meso",
+    "BakedAssetParams": "Baked asset",
     "DepthImageParams": "depth_image",
     "IntrinsicsParams": "intrinsics",
     "ObjectParams": "Object",

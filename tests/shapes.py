@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 from tools.make_models.model import vertex_normals
 
+from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.division import Cell, part_faces
 from depthwalk.bake.levels import mesh_levels
@@ -143,6 +144,9 @@ class ShapeLibrary:
 
     def baked(self, asset):
         return self._baked[asset]
+
+    def cooked(self, asset, options, *, again=False):
+        return cooked_objects(self, asset, options, again=again)
 
     def mesh(self, asset):
         return self._meshes[asset]

@@ -183,7 +183,7 @@ def test_bake_writes_where_it_is_told(run, meshes, tmp_path):
         (["{d}/ball.ply", "{d}/bad.ply", "-o", "{d}/x.exr"], "{d}/x.exr: several meshes need an existing folder"),
         (
             ["{d}/ball.ply", "-o", "{d}/x.png"],
-            "{d}/x.png: must be an existing folder, or a file that ends in .dpci.exr",
+            "{d}/x.png: must be an existing folder, or a file that ends in .dpci.exr or .dpci.npz",
         ),
         (["{d}/ball.ply", "-o", "{d}/no/x.exr"], "{d}/no/x.exr: the folder '{d}/no' does not exist"),
         (["{d}/ball.ply", "--height", "0"], "--height 0: must be above 0 and at most 1000000 metres"),

@@ -14,6 +14,7 @@ from depthwalk.bake.axis import Axis
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
+from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
 from depthwalk.errors import InputError
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.quality.goals import MEASURES, summarise
@@ -49,7 +50,8 @@ def bake_mesh(
     Parameters
     ----------
     mesh : OBJ, PLY, glTF or any other mesh that docs/scene-file.md names.
-    out : the file to write, which ends in .exr; None: beside the mesh, `bust.dpci.exr` beside `bust.obj`.
+    out : the file to write, which ends in .exr, or in .dpci.npz for cooked depth images, which scenes name as `baked`;
+        None: beside the mesh, `bust.dpci.exr` beside `bust.obj`.
     resolution : side of every image, texels.
     layers : surfaces behind each other that an image holds; auto: as many as can be seen.
     parts : objects that share the mesh; auto: as many as sample its surface well.
@@ -78,8 +80,8 @@ def bake_mesh(
     """
     spec = _spec(mesh, texture, up, height)
     file = sidecar(spec.mesh) if out is None else Path(out)
-    if file.suffix != ".exr":
-        raise InputError(f"{file}: must end in {SUFFIX}")
+    if not file.name.endswith((".exr", COOKED_SUFFIX)):
+        raise InputError(f"{file}: must end in {SUFFIX} or {COOKED_SUFFIX}")
     params = ModelParams(resolution=resolution, layers=layers, parts=parts, axis=axis, method=method)
 
     def stage(number: int, name: str) -> None:

@@ -23,6 +23,9 @@ from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.cache import forget
+from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
+from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, staging_folder
 from depthwalk.ingest.sources import Sources, source_hash
@@ -46,7 +49,7 @@ class Job:
     params
         How it is baked.
     out
-        The file, which is replaced where it exists.
+        The file, which is replaced where it exists; it holds cooked depth images where its name ends in `.dpci.npz`.
     force
         Whether to bake although the file, or one in the cache, is up to date; the cache then forgets the mesh, too.
     """
@@ -144,6 +147,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     InputError
         Where the mesh cannot be used or the file cannot be written.
     """
+    cooked = job.out.name.endswith(COOKED_SUFFIX)
     clock = _Stopwatch(stage)
     clock.start("read")
     sources = Sources()
@@ -153,17 +157,21 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     if job.force:
         forget(key)
         forget(levels_key(job.spec, source))
-    elif read_model(job.out, key) is not None:  # read as a whole: its pixels may be damaged though its header is not
+    elif _is_up_to_date(job.out, key):
         return Kept(job.out, cached=False)
-    elif find_cached(key) is not None:
+    elif not cooked and find_cached(key) is not None:
         shutil.copyfile(BAKED.file(key), staged)
         return Kept(job.out, cached=True)
     mesh = read_body(job.spec, sources)
     del sources  # frees the bytes of the files
     clock.start("structure")  # that rays are cast against
     model = bake_model(mesh, job.params, key, clock.start, workers)
-    clock.start("write")
-    write_baked(staged, model)
+    if cooked:
+        clock.start("cook")
+        write_cooked(staged, key, tuple(cook_object(part, CookOptions()) for part in model.parts))
+    else:
+        clock.start("write")
+        write_baked(staged, model)
     return Baked(
         out=job.out,
         triangles=len(mesh.faces),
@@ -172,6 +180,17 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         seconds=clock.stop(),
         bytes=staged.stat().st_size,
     )
+
+
+def _is_up_to_date(file: Path, key: str) -> bool:
+    """Return whether a file holds the depth images of `key`, cooked or not, undamaged."""
+    # Read as a whole: its pixels may be damaged though its header is not.
+    if not file.name.endswith(COOKED_SUFFIX):
+        return read_model(file, key) is not None
+    try:
+        return cooked_key(file) == key and all(cooked.load() for cooked in read_cooked(file))
+    except InputError:
+        return False
 
 
 class _Stopwatch:

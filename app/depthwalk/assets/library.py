@@ -26,20 +26,27 @@ from depthwalk.assets.asset_files import (
     read_relief,
 )
 from depthwalk.assets.batch_bake import Job, bake_all
+from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.cache import BAKED, find_baked, has_key, keep_baked, sidecar
+from depthwalk.bake.file import read_baked, read_header
 from depthwalk.bake.level_file import find_levels, keep_levels
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.cache import make_room
+from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
+from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_height
 from depthwalk.ingest.mesh import Mesh, MeshLevel
-from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset
 
 log = logging.getLogger(__name__)
+
+_NEEDS_IMAGES = "lod.mode and lod.cases `paper`, and warp.order `epipole`, need the depth images (.dpci.exr)"
 
 Report = Callable[[str, str], None]
 """Called with the name of an asset, and what is being done for it."""
@@ -98,11 +105,11 @@ class SceneLibrary:
     def has_baked(self, asset: int) -> bool:
         """Return whether an asset has depth images, without making them."""
         spec = self._assets[asset]
-        return isinstance(spec, DepthImageAsset) or spec.dpci is not None
+        return not isinstance(spec, MeshAsset) or spec.dpci is not None
 
     def has_mesh(self, asset: int) -> bool:
         """Return whether an asset has a mesh, without reading it."""
-        return isinstance(self._assets[asset], MeshAsset)
+        return _mesh_spec(self._assets[asset]) is not None
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
         """Return the texels (H, W, 4) of an image file, sRGB."""
@@ -121,7 +128,21 @@ class SceneLibrary:
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
             return self._planar(spec) if spec.intrinsics is None else self._range_model(asset, spec)
+        if isinstance(spec, BakedAsset):
+            if _is_cooked(spec.baked):
+                raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
+            return read_baked(spec.baked)
         return None if spec.dpci is None else self._mesh_model(asset, spec)
+
+    def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
+        """Return the cooked depth images of an asset, one object for each part; see `cooked_objects`."""
+        spec = self._assets[asset]
+        if not (isinstance(spec, BakedAsset) and _is_cooked(spec.baked)):
+            return cooked_objects(self, asset, options, again=again)
+        if options != CookOptions():
+            raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
+        self.report(spec.name, "depth images")
+        return read_cooked(spec.baked)
 
     def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake into the cache, several at a time, what is missing of the depth images of `assets`.
@@ -220,8 +241,8 @@ class SceneLibrary:
 
     def mesh(self, asset: int) -> Mesh | None:
         """Return the mesh of an asset, None where it has none."""
-        spec = self._assets[asset]
-        if isinstance(spec, DepthImageAsset):
+        spec = _mesh_spec(self._assets[asset])
+        if spec is None:
             return None
         if asset not in self._meshes:
             self._meshes[asset] = self._read_mesh(spec)
@@ -230,8 +251,8 @@ class SceneLibrary:
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         """Return the mesh of an asset and its simplified levels, the finest first; none where it has no mesh."""
         if asset not in self._levels:
-            spec, mesh = self._assets[asset], self.mesh(asset)
-            if isinstance(spec, MeshAsset) and mesh is not None:
+            spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
+            if spec is not None and mesh is not None:
                 self._levels[asset] = self._found_or_made_levels(spec, *self._meshes[asset])
             else:
                 self._levels[asset] = ()
@@ -262,10 +283,23 @@ class SceneLibrary:
         return levels
 
 
+def _mesh_spec(spec: Asset) -> MeshAsset | None:
+    """Return how the mesh of an asset is read; None where it has none."""
+    if isinstance(spec, BakedAsset):
+        return spec.source
+    return spec if isinstance(spec, MeshAsset) else None
+
+
+def _is_cooked(path: Path) -> bool:
+    return path.name.endswith(COOKED_SUFFIX)
+
+
 def _key_of(spec: Asset) -> str:
     """Return the key of an asset's depth images; "" where they are not kept, or not as they are drawn."""
     if isinstance(spec, DepthImageAsset):
         return range_key(spec) if spec.intrinsics is not None else ""
+    if isinstance(spec, BakedAsset):
+        return cooked_key(spec.baked) or "" if _is_cooked(spec.baked) else str(read_header(spec.baked)["depthwalk.key"])
     if spec.dpci is None or spec.dpci.meso is not None:
         return ""
     return mesh_key(spec, model_params(spec.dpci))

@@ -33,7 +33,7 @@ def main(
             "-o",
             "--output",
             metavar="FILE_OR_DIR",
-            help="File or existing folder to write to.",
+            help="File or existing folder to write to; a file .dpci.npz holds cooked depth images, which open at once.",
             show_default="beside each mesh",
         ),
     ] = None,
@@ -68,7 +68,8 @@ def main(
 ) -> None:
     """Bake meshes to depth images, NAME.dpci.exr.
 
-    Scenes that name the mesh with the same values use the file. Depth images that are up to date, or in the cache, are
+    Scenes that name the mesh with the same values use the file. Cooked depth images, NAME.dpci.npz, are smaller and
+    complete: scenes name them as `baked`, and need no mesh. Depth images that are up to date, or in the cache, are
     not baked again: after Ctrl-C, the same command continues where it stopped.
     """
     from depthwalk.bake.parts import ModelParams
@@ -76,6 +77,8 @@ def main(
 
     files = output_files(meshes, out)
     specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
+    if verify and any(file.suffix == ".npz" for file in files):
+        raise InputError("--verify compares depth images, .dpci.exr; cooked ones, .dpci.npz, are drawn from them")
     chosen = parse_layers(layers), parse_parts(parts), parse_axis(axis)
     try:
         params = ModelParams(

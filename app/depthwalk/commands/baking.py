@@ -11,6 +11,7 @@ from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.progress import live_options, log, show_progress
+from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder
 from depthwalk.limits import MAX_COORDINATE
@@ -31,8 +32,8 @@ def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
         files = [out / sidecar(mesh).name for mesh in meshes]
     elif len(meshes) > 1:
         raise InputError(f"{out}: several meshes need an existing folder")
-    elif not out.name.endswith(".exr"):
-        raise InputError(f"{out}: must be an existing folder, or a file that ends in {SUFFIX}")
+    elif not out.name.endswith((".exr", COOKED_SUFFIX)):
+        raise InputError(f"{out}: must be an existing folder, or a file that ends in {SUFFIX} or {COOKED_SUFFIX}")
     else:
         files = [out]
     for number, file in enumerate(files):

@@ -65,6 +65,8 @@ def describe_file(path: Path) -> Iterator[Row]:
             yield from _path_rows(path) if is_path_file(path) else _scene_rows(path)
         case ".exr":
             yield from _baked_rows(path)
+        case ".npz":
+            yield from _cooked_rows(path)
         case _:
             yield from _mesh_rows(path)
 
@@ -97,7 +99,7 @@ def _opengl() -> Iterator[Row]:
 def _scene_rows(path: Path) -> Iterator[Row]:
     from depthwalk.scene.arrays import Representation
     from depthwalk.scene.loader import load_scene
-    from depthwalk.scene.scene import DepthImageAsset
+    from depthwalk.scene.scene import BakedAsset, DepthImageAsset
 
     scene = load_scene(path)
     yield "kind", "scene"
@@ -106,7 +108,10 @@ def _scene_rows(path: Path) -> Iterator[Row]:
     yield "drawn as", ", ".join(f"{kind.label} {drawn[kind]}" for kind in Representation if drawn[kind]) or "-"
     uses = np.bincount(scene.objects.asset, minlength=len(scene.assets))
     for asset, count in zip(scene.assets, uses.tolist(), strict=True):
-        file = asset.depth if isinstance(asset, DepthImageAsset) else asset.mesh
+        if isinstance(asset, BakedAsset):
+            file = asset.baked
+        else:
+            file = asset.depth if isinstance(asset, DepthImageAsset) else asset.mesh
         yield f"asset {asset.name}", f"{file.name}, {count} objects"
     if scene.camera is not None:
         yield "camera", f"{_point(scene.camera.position)} to {_point(scene.camera.target)}"
@@ -133,6 +138,26 @@ def _baked_rows(path: Path) -> Iterator[Row]:
         yield "parts", str(len(model.parts))
     for number, baked in enumerate(model.parts, 1):
         yield from _object_rows(baked, f"part{number}." if len(model.parts) > 1 else "")
+
+
+def _cooked_rows(path: Path) -> Iterator[Row]:
+    from depthwalk.cook.cases import PIECES
+    from depthwalk.cook.cooked_file import cooked_key, read_cooked
+
+    objects = read_cooked(path)
+    yield "kind", "cooked depth images"
+    yield "bytes", str(path.stat().st_size)
+    yield "key", cooked_key(path) or "-"
+    yield "on the GPU", f"{sum(cooked.bytes for cooked in objects) / 1e6:.1f} MB"
+    for number, cooked in enumerate(objects, 1):
+        prefix = f"part{number}." if len(objects) > 1 else ""
+        cylinder, triangles = cooked.outline.cylinder, cooked.count[:, :PIECES].sum(-1) // 3
+        yield (
+            f"{prefix}cylinder",
+            f"radius {cylinder.radius:.6g} m, y from {cylinder.bottom:.6g} to {cylinder.top:.6g} m",
+        )
+        yield f"{prefix}images", ", ".join(f"{image.name} {image.depth.shape[1]}²" for image in cooked.outline.images)
+        yield f"{prefix}triangles", " ".join(map(str, triangles.tolist()))
 
 
 def _object_rows(baked: "BakedObject", prefix: str) -> Iterator[Row]:

@@ -7,7 +7,7 @@ from depthwalk.bake.cache import sidecar
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, write_bytes
 from depthwalk.ingest.sources import source_files
-from depthwalk.scene.scene import Asset, DepthImageAsset, Scene
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, Scene
 
 
 def asset_files(asset: Asset) -> list[Path]:
@@ -18,6 +18,8 @@ def asset_files(asset: Asset) -> list[Path]:
     InputError
         Where a mesh cannot be searched for the names of its files.
     """
+    if isinstance(asset, BakedAsset):
+        return [asset.baked, *(asset_files(asset.source) if asset.source else [])]
     if isinstance(asset, DepthImageAsset):
         files = [asset.depth, asset.colour, asset.normal, sidecar(asset.depth)]
     else:

@@ -5,12 +5,12 @@ from functools import partial
 from pathlib import Path
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.formats import is_mesh_file
+from depthwalk.ingest.formats import is_model_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import is_path_file, load_path
-from depthwalk.scene.scene import DepthImageAsset, Scene
+from depthwalk.scene.scene import BakedAsset, DepthImageAsset, Scene
 from depthwalk.scene.schema import MesoParams
 
 
@@ -31,7 +31,7 @@ def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, 
     InputError
         Where something is wrong, with a line per mistake.
     """
-    if not is_mesh_file(path) and is_path_file(path):
+    if not is_model_file(path) and is_path_file(path):
         walk = load_path(path)
         return f"{path}: ok, {len(walk.times)} keyframes, {len(walk.frames())} frames"
     scene = load_scene(path, asset_roots, overrides)
@@ -63,6 +63,11 @@ def _readers(scene: Scene) -> Iterator[Callable[[], object]]:
         if isinstance(asset, DepthImageAsset):
             yield partial(_read_depth_image, asset)
             continue
+        if isinstance(asset, BakedAsset):
+            yield partial(_read_baked, asset.baked)
+            if asset.source is None:
+                continue
+            asset = asset.source
         yield partial(
             check_mesh,
             asset.mesh,
@@ -82,6 +87,17 @@ def _read_meso(params: MesoParams) -> None:
     from depthwalk.assets.asset_files import read_meso  # imports the baker, which few scenes need here
 
     read_meso(params)
+
+
+def _read_baked(path: Path) -> None:
+    from depthwalk.bake.file import read_baked
+    from depthwalk.cook.cooked_file import SUFFIX, read_cooked
+
+    if path.name.endswith(SUFFIX):
+        for cooked in read_cooked(path):
+            cooked.load()
+    else:
+        read_baked(path)
 
 
 def _read_depth_image(asset: DepthImageAsset) -> None:

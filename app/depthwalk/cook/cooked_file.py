@@ -1,12 +1,13 @@
-"""Keep cooked assets in the user's cache folder.
+"""Keep cooked assets: in the user's cache folder, or as files of their own, `NAME.dpci.npz`, that scenes name.
 
 Cooking takes seconds; reading the file, a fraction of one. Thus an asset can leave the GPU's memory and return while
-somebody walks. A file holds all objects of one model: their headers, which drawing needs at once, and columns of
-arrays, which are read for one object at a time.
+somebody walks, and a scene can ship without meshes. A file holds all objects of one model: their headers, which drawing
+needs at once, and columns of arrays, which are read for one object at a time.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -20,8 +21,12 @@ from depthwalk.cache import Cache, read_arrays, write_arrays
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, bare_image
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.virtual_texture import VirtualTexture
+from depthwalk.errors import InputError
 
 COOKED = Cache(suffix=".npz", content="cooked depth images")
+
+SUFFIX = ".dpci.npz"
+"""How the names of cooked files end that are not in the cache."""
 
 _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that are needed before an object is drawn
 
@@ -42,12 +47,84 @@ def keep_cooked(key: str, options: CookOptions, objects: tuple[CookedObject, ...
     OSError
         Where the file cannot be written.
     """
+    arrays = _arrays(objects)
+    path = COOKED.keep(_name(key, options), lambda path: write_arrays(path, arrays))
+    return tuple(replace(cooked, load=_loader(path, number)) for number, cooked in enumerate(objects))
+
+
+def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> None:
+    """Write cooked objects to a file of their own, compressed, whole or not at all.
+
+    Parameters
+    ----------
+    path
+        The file, whose name ends in `SUFFIX`.
+    key
+        The key of the depth images that the objects were cooked of.
+    objects
+        All objects of a model, cooked with the default `CookOptions`.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written.
+    """
+    write_arrays(path, {"made_of": json.dumps({"key": key, "version": COOK_VERSION})} | _arrays(objects), True)
+
+
+def cooked_key(path: Path) -> str | None:
+    """Return the key of the depth images that a file of `write_cooked` was made of; None where it is no such file.
+
+    It is none, too, where another COOK_VERSION wrote it.
+    """
+    try:
+        made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
+        return str(made_of["key"]) if made_of["version"] == COOK_VERSION else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def read_cooked(path: Path) -> tuple[CookedObject, ...]:
+    """Return the objects in a file of `write_cooked`, whose geometry and textures are read by their `load` only.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, is damaged, or was written by another COOK_VERSION; `load` raises it, too.
+    """
+    with _complaints(path):
+        made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
+        if made_of["version"] != COOK_VERSION:
+            problem = f"cooked by version {made_of['version']}, not {COOK_VERSION}; bake it again"
+            raise InputError(f"{path}: {problem}")
+        objects = _objects(path)
+    return tuple(replace(cooked, load=partial(_load_user_file, path, i)) for i, cooked in enumerate(objects))
+
+
+def _load_user_file(path: Path, number: int) -> tuple[LodGeometry, VirtualTexture]:
+    """Return geometry and texture of an object of a file that the cache does not own. Raises InputError."""
+    with _complaints(path):
+        return _read(path, number)
+
+
+@contextmanager
+def _complaints(path: Path) -> Iterator[None]:
+    """Raise what goes wrong with reading `path` in the `with` block as InputError."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: damaged cooked depth images: {error}") from None
+
+
+def _arrays(objects: tuple[CookedObject, ...]) -> dict[str, Any]:
+    """Return what is stored of the objects of a model, by the names of the columns."""
     arrays: dict[str, Any] = {"objects": json.dumps([_header(cooked) for cooked in objects])}
     for number, cooked in enumerate(objects):
         for part in cooked.load():
             arrays |= {_column(type(part), number, name): value for name, value in _values(part).items()}
-    path = COOKED.keep(_name(key, options), lambda path: write_arrays(path, arrays))
-    return tuple(replace(cooked, load=_loader(path, number)) for number, cooked in enumerate(objects))
+    return arrays
 
 
 def _name(key: str, options: CookOptions) -> str:

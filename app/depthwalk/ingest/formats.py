@@ -19,6 +19,7 @@ OTHER_MESH_SUFFIXES = (
     ".wrl",
     ".x3d",
 )
+BAKED_SUFFIXES = (".dpci.exr", ".dpci.npz")
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
 
 
@@ -38,3 +39,16 @@ def is_mesh_file(path: Path) -> bool:
     if path.suffix.lower() in OTHER_MESH_SUFFIXES:
         check_suffix(path)
     return path.suffix.lower() in MESH_SUFFIXES
+
+
+def is_baked_file(path: Path) -> bool:
+    """Return whether the file's name is that of depth images, baked or cooked."""
+    return path.name.lower().endswith(BAKED_SUFFIXES)
+
+
+def is_model_file(path: Path) -> bool:
+    """Return whether the file's name is that of a mesh or of depth images; it raises InputError as `is_mesh_file` does.
+
+    Such a file is shown as a scene that holds nothing else.
+    """
+    return is_baked_file(path) or is_mesh_file(path)

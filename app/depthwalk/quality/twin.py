@@ -8,7 +8,9 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.model import BakedModel
+from depthwalk.cook.cook import CookedObject, CookOptions
 from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.quality.views import Viewpoint, bounding_sphere, view_of
 from depthwalk.render.headless import HeadlessRenderer
@@ -121,6 +123,9 @@ class _OneObject:
 
     def baked(self, asset: int) -> BakedModel:
         return self._baked
+
+    def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
+        return cooked_objects(self, asset, options, again=again)
 
     def mesh(self, asset: int) -> Mesh:
         return self._mesh

@@ -3,7 +3,7 @@
 Python loops over the items of the file only; the objects of an item, millions for a grid, are placed all at once.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from depthwalk.scene.scatter import grid_instances, room_for, scatter_instances
 from depthwalk.scene.scene import Nodes, place_nodes, place_objects
 from depthwalk.scene.schema import (
     AssetParams,
+    BakedAssetParams,
     DepthImageAssetParams,
     GridItemParams,
     GridParams,
@@ -91,8 +92,18 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
     return rows
 
 
-def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source: Source) -> list[InputError]:
-    """Return errors about assets that do not exist and representations that their asset does not have."""
+def reference_errors(
+    rows: list[Row], assets: Mapping[str, AssetParams], source: Source, missing: Collection[str] = ()
+) -> list[InputError]:
+    """Return errors about assets that do not exist and representations that their asset does not have.
+
+    Parameters
+    ----------
+    rows : the items of the file.
+    assets : the assets by name.
+    source : where values came from, to locate errors.
+    missing : names of the assets whose mesh need not exist, and does not.
+    """
     errors = []
     for row in rows:
         if isinstance(row.spec, GroupParams):
@@ -105,6 +116,9 @@ def reference_errors(rows: list[Row], assets: Mapping[str, AssetParams], source:
             lack = "no dpci" if wanted in ("dpci", "dmesh") else "no mesh"
             choice = " or ".join(map(repr, possible))
             message = f"must be {choice}, not {wanted!r}: asset {row.spec.asset!r} has {lack}"
+            errors.append(source.error((*row.loc, "representation"), message))
+        elif wanted is not None and row.spec.asset in missing and wanted.startswith("mesh"):
+            message = f"{wanted!r} needs the mesh of asset {row.spec.asset!r}, whose file is missing"
             errors.append(source.error((*row.loc, "representation"), message))
     return errors
 
@@ -168,6 +182,8 @@ def _representations(asset: AssetParams) -> tuple[str, ...]:
     """Return what an asset can be drawn as, the default first."""
     if isinstance(asset, DepthImageAssetParams):
         return "dpci", "dmesh"
+    if isinstance(asset, BakedAssetParams):
+        return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.mesh else ("dpci", "dmesh")
     return ("dpci", "mesh", "mesh-lod", "dmesh") if asset.dpci else ("mesh", "mesh-lod")
 
 

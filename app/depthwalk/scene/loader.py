@@ -10,29 +10,36 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.formats import is_mesh_file
+from depthwalk.ingest.formats import is_baked_file, is_model_file
 from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.document import Document, Loc, parse_document, read_document
 from depthwalk.scene.environment import CameraParams, Environment
 from depthwalk.scene.flatten import flatten, list_rows, reference_errors
 from depthwalk.scene.places import read_places
-from depthwalk.scene.scene import Asset, DepthImageAsset, MeshAsset, Scene
-from depthwalk.scene.schema import AssetParams, DpciParams, MeshAssetParams, PlacesParams, SceneFile
+from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset, Scene
+from depthwalk.scene.schema import (
+    AssetParams,
+    BakedAssetParams,
+    DpciParams,
+    MeshAssetParams,
+    PlacesParams,
+    SceneFile,
+)
 from depthwalk.scene.validate import Source, check_model, raise_all
 
 
 def load_scene(
     path: Path | str, asset_roots: Sequence[Path | str] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
-    """Load a scene file, or a mesh as a scene that holds nothing else.
+    """Load a scene file; or a mesh, or depth images, as a scene that holds nothing else.
 
     Of the files that the scene names, only the lists of positions of `places` items are opened; of all others it is
     made sure that they exist.
 
     Parameters
     ----------
-    path : the scene file or mesh; errors cite it as given.
+    path : the scene file, mesh or depth images; errors cite it as given.
     asset_roots : folders besides the scene's own in which its files may lie; the program's own assets come last.
     overrides : dotted path in the file → YAML text of the value, as `--set` gives them.
 
@@ -42,19 +49,20 @@ def load_scene(
         With one located line per mistake.
     """
     path = Path(path)
-    is_mesh = is_mesh_file(path)
-    document = _mesh_document(path) if is_mesh else read_document(path)
+    is_model = is_model_file(path)
+    document = _model_document(path) if is_model else read_document(path)
     if document.holds(("keyframes",)):
         raise InputError(f"{path}: is a camera path, not a scene; give it as --path")
     file, source = check_model(document, SceneFile, overrides)
     rows = list_rows(file.objects, source)
-    finder = _finder(path.resolve() if is_mesh else path, asset_roots, source)
+    finder = _finder(path.resolve() if is_model else path, asset_roots, source)
     assets = tuple(_asset(name, spec, finder) for name, spec in file.assets.items())
     environment = _environment(file.environment, finder)
     named = {
         row.loc: finder.find((*row.loc, "file"), row.spec.file) for row in rows if isinstance(row.spec, PlacesParams)
     }
-    raise_all(reference_errors(rows, file.assets, source) + finder.errors)
+    missing = {asset.name for asset in assets if isinstance(asset, BakedAsset) and asset.source is None}
+    raise_all(reference_errors(rows, file.assets, source, missing) + finder.errors)
     places = {loc: read_places(found) for loc, found in named.items()}
     flat = flatten(rows, file.assets, places, source)
     return Scene(
@@ -109,6 +117,18 @@ class FileFinder:
         """Return what `find` returns, or None where the scene names no file."""
         return None if name is None else self.find(loc, name)
 
+    def find_if_present(self, loc: Loc, name: Path | None) -> Path | None:
+        """Return what `find` returns, or None where the scene names no file or one that does not exist."""
+        if name is None:
+            return None
+        known = len(self.errors)
+        path = self.find(loc, name)
+        missing = [error for error in self.errors[known:] if str(error).endswith("not found")]
+        if missing:
+            del self.errors[known:]
+            return None
+        return path
+
     def _find(self, loc: Loc, name: Path) -> Path:
         candidates = [(root / name).resolve() for root in self.roots]
         inside = [path for path in candidates if any(path.is_relative_to(root) for root in self.roots)]
@@ -134,8 +154,8 @@ def _finder(scene: Path, asset_roots: Sequence[Path | str], source: Source) -> F
     return FileFinder(source, tuple(Path(root).resolve() for root in (scene.parent, *asset_roots)))
 
 
-def _mesh_document(path: Path) -> Document:
-    """Return the scene file that one would write to look at a mesh: its depth images, and nothing around.
+def _model_document(path: Path) -> Document:
+    """Return the scene file that one would write to look at a mesh or at depth images: those, and nothing around.
 
     Its asset is called `model`, so that `--set assets.model.…` reaches it; links are followed, so that the file lies in
     the scene's folder. Raises InputError where there is no such file.
@@ -143,9 +163,8 @@ def _mesh_document(path: Path) -> Document:
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     name = json.dumps(path.resolve().name, ensure_ascii=False)
-    return parse_document(
-        f"{{version: 1, assets: {{model: {{mesh: {name}, dpci: {{}}}}}}, objects: [{{asset: model}}]}}", str(path)
-    )
+    asset = f"{{baked: {name}}}" if is_baked_file(path) else f"{{mesh: {name}, dpci: {{}}}}"
+    return parse_document(f"{{version: 1, assets: {{model: {asset}}}, objects: [{{asset: model}}]}}", str(path))
 
 
 def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
@@ -159,6 +178,8 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
             height=spec.height,
             dpci=_dpci((*loc, "dpci"), spec.dpci, finder),
         )
+    if isinstance(spec, BakedAssetParams):
+        return BakedAsset(name=name, baked=finder.find((*loc, "baked"), spec.baked), source=_source(name, spec, finder))
     image = spec.depth_image
     return DepthImageAsset(
         name=name,
@@ -170,6 +191,15 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
         unit=image.unit,
         intrinsics=image.intrinsics,
     )
+
+
+def _source(name: str, spec: BakedAssetParams, finder: FileFinder) -> MeshAsset | None:
+    """Return the mesh that depth images were made from, where it and its texture exist."""
+    mesh = finder.find_if_present(("assets", name, "mesh"), spec.mesh)
+    if mesh is None:
+        return None
+    texture = finder.find_optional(("assets", name, "texture"), spec.texture)
+    return MeshAsset(name=name, mesh=mesh, texture=texture, up=spec.up, height=spec.height, dpci=None)
 
 
 def _dpci(loc: Loc, dpci: DpciParams | None, finder: FileFinder) -> DpciParams | None:

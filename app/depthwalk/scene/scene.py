@@ -62,7 +62,23 @@ class DepthImageAsset:
     intrinsics: IntrinsicsParams | None
 
 
-Asset = MeshAsset | DepthImageAsset
+@dataclass(frozen=True, kw_only=True)
+class BakedAsset:
+    """Describe an asset whose depth images are a file.
+
+    Attributes
+    ----------
+    name : of the asset in the scene file.
+    baked : absolute path of the depth images, cooked or not.
+    source : the mesh that they were made from, without depth images of its own; None where there is none.
+    """
+
+    name: str
+    baked: Path
+    source: MeshAsset | None
+
+
+Asset = MeshAsset | DepthImageAsset | BakedAsset
 
 
 @dataclass(frozen=True, kw_only=True)

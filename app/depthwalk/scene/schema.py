@@ -132,6 +132,18 @@ class MeshAssetParams(FileParams):
     dpci: DpciParams | None = param(None, "Depth images to bake; left out: the mesh itself is drawn")
 
 
+class BakedAssetParams(FileParams):
+    """An asset whose depth images are a file: nothing is read, baked or cooked before it is seen."""
+
+    baked: FilePath = param(..., "Cooked depth images, .dpci.npz, or depth images, .dpci.exr, made by `depthwalk bake`")
+    mesh: FilePath | None = param(
+        None, "Mesh that the depth images were made from; where the file is missing, no mesh is drawn"
+    )
+    texture: FilePath | None = param(None, "Colour image that replaces the textures of the mesh file")
+    up: Literal["y", "z"] = param("y", "Axis of the mesh file that points upward")
+    height: Length | None = param(None, "Height to scale the mesh to; left out: its size in the file", unit="m")
+
+
 class IntrinsicsParams(FileParams):
     """The pinhole camera of a range image, without distortion; 0, 0 is the centre of the top left pixel."""
 
@@ -172,20 +184,30 @@ class DepthImageAssetParams(FileParams):
     depth_image: DepthImageParams = param(..., "A relief or a range image: colour with a depth per pixel")
 
 
-def _kind(*keys: str) -> Discriminator:
-    """Return what decides a union's branch, by the one key that only this branch has."""
+def _kind(*keys: str, first: str = "") -> Discriminator:
+    """Return what decides a union's branch, by the one key that only this branch has.
+
+    Parameters
+    ----------
+    *keys
+        The keys that decide.
+    first
+        The one of them that may stand beside others, over which it wins.
+    """
 
     def present(value: Any) -> str | None:
         found = [key for key in keys if isinstance(value, dict) and key in value]
-        return KIND + found[0] if len(found) == 1 else None
+        return KIND + (first if first in found else found[0]) if len(found) == 1 or first in found else None
 
     message = f"needs exactly one of {', '.join(map(repr, keys))}"
     return Discriminator(present, custom_error_type="no_kind", custom_error_message=message)
 
 
 AssetParams = Annotated[
-    Annotated[MeshAssetParams, Tag(KIND + "mesh")] | Annotated[DepthImageAssetParams, Tag(KIND + "depth_image")],
-    _kind("mesh", "depth_image"),
+    Annotated[MeshAssetParams, Tag(KIND + "mesh")]
+    | Annotated[DepthImageAssetParams, Tag(KIND + "depth_image")]
+    | Annotated[BakedAssetParams, Tag(KIND + "baked")],
+    _kind("mesh", "baked", "depth_image", first="baked"),
 ]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
-from depthwalk.ingest.formats import is_mesh_file
+from depthwalk.ingest.formats import is_model_file
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
@@ -131,7 +131,7 @@ class _Walk:
         self._next_file = None
         with self._loader.clock_stopped():
             try:
-                if not is_mesh_file(file) and is_path_file(file):
+                if not is_model_file(file) and is_path_file(file):
                     self._state.playback = Playback(load_path(file))
                     self._state.tell(f"P plays {file.name}")
                 else:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
-from depthwalk.ingest.formats import is_mesh_file
+from depthwalk.ingest.formats import is_model_file
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
@@ -104,7 +104,7 @@ class Viewer:
         """Begin in a scene: at home, with the speed that suits it; in orbit, where it is a mesh without a scene."""
         self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
         self.walker.walking = False
-        self.turned = self.home if is_mesh_file(self.scene.path) else None
+        self.turned = self.home if is_model_file(self.scene.path) else None
         self._place(self.home)
 
     def advance(self, dt: float) -> None:

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
-from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
-from depthwalk.cook.cooked_file import find_cooked, keep_cooked
+from depthwalk.cook.cook import CookedObject, CookOptions
 from depthwalk.gpu.device import Device
 from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth
 from depthwalk.render.resources.mesh_object import WHITE
@@ -45,8 +44,11 @@ class Library(MeshLibrary, Protocol):
         """Bake what is missing of the depth images of `assets`, several at a time if the library can."""
         ...
 
-    def key(self, asset: int) -> str:
-        """Return the cache's key of an asset's depth images; "" where they are not to be kept in the cache."""
+    def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
+        """Return the cooked depth images of an asset, made if need be, one object for each part.
+
+        again: whether what is kept of them cannot be loaded; then the objects hold their arrays in memory.
+        """
         ...
 
     def baked(self, asset: int) -> BakedModel | None:
@@ -109,7 +111,7 @@ class AssetStore:
     def depth_numbers(self, asset: int) -> range:
         """Return the numbers of the depth objects that show `asset`, whose depth images are read and cooked for it."""
         if asset not in self._numbers:
-            objects, first = self._prepare(asset), len(self)
+            objects, first = self._library.cooked(asset, self.form), len(self)
             self._assets += [asset] * len(objects)
             self._numbers[asset] = range(first, len(self))
             self._prepared.update(zip(self._numbers[asset], objects, strict=True))
@@ -119,7 +121,7 @@ class AssetStore:
         """Return depth object `number` as it was cooked, with its large arrays left in the cache."""
         if number not in self._prepared:
             asset = self.asset_of(number)
-            self._prepared.update(zip(self._numbers[asset], self._prepare(asset), strict=True))
+            self._prepared.update(zip(self._numbers[asset], self._library.cooked(asset, self.form), strict=True))
         return self._prepared[number]
 
     def baked(self, number: int) -> BakedObject:
@@ -145,8 +147,8 @@ class AssetStore:
         Return that object with its arrays in memory, so that a cache which fails again does no harm.
         """
         asset = self.asset_of(number)
-        objects = self._cook(asset)
-        self._prepared.update(zip(self._numbers[asset], self._keep(asset, objects), strict=True))
+        objects = self._library.cooked(asset, self.form, again=True)
+        self._prepared.update(zip(self._numbers[asset], objects, strict=True))
         return objects[number - self._numbers[asset].start]
 
     def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
@@ -221,26 +223,6 @@ class AssetStore:
         if model is None:
             raise LookupError(f"asset {asset} has no depth images")
         return model
-
-    def _prepare(self, asset: int) -> tuple[CookedObject, ...]:
-        """Return the cooked objects of an asset from the cache; cook them, and let the cache keep them, if need be."""
-        key = self._library.key(asset)
-        objects = find_cooked(key, self.form) if key else None
-        return self._keep(asset, self._cook(asset)) if objects is None else objects
-
-    def _cook(self, asset: int) -> tuple[CookedObject, ...]:
-        """Cook the depth images of an asset, with all arrays in memory."""
-        return tuple(cook_object(part, self.form) for part in self._model(asset).parts)
-
-    def _keep(self, asset: int, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-        """Let the cache keep cooked objects; return them with their arrays there, or as they are where it cannot."""
-        key = self._library.key(asset)  # another one if the asset's file was replaced before it was baked
-        if key:
-            try:
-                return keep_cooked(key, self.form, objects)
-            except OSError as error:  # then they stay in memory
-                log.warning("cannot keep what was prepared of depth images: %s", error)
-        return objects
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
         """Return the texels (H, W, 4) of an image file, sRGB; one white texel for None."""

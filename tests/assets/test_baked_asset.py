@@ -1,0 +1,114 @@
+"""Assets whose depth images are a file: shown without a mesh, a bake or a cache."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from depthwalk.api.mesh import bake_mesh
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.cache import read_arrays, write_arrays
+from depthwalk.cook.cook import CookOptions
+from depthwalk.cook.cooked_file import read_cooked
+from depthwalk.errors import InputError
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import BakedAsset
+
+FILES = ("ball.dpci.npz", "ball.dpci.exr")
+
+
+def scene_of(folder: Path, asset: str, look: str = "") -> Path:
+    scene = folder / "baked.yaml"
+    scene.write_text(f"version: 1\nassets: {{ball: {{{asset}}}}}\nobjects: [{{asset: ball{look}}}]\n")
+    return scene
+
+
+@pytest.fixture(scope="module")
+def baked_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with depth images of a ball, cooked and not, and its mesh."""
+    import shapes
+    from files import write_ply
+
+    folder = tmp_path_factory.mktemp("baked")
+    mesh = write_ply(folder / "ball.ply", shapes.sphere(1.0, columns=32, rows=16))
+    for name in FILES:
+        bake_mesh(mesh, folder / name, resolution=32, layers=1)
+    return folder
+
+
+@pytest.fixture
+def folder(baked_files: Path, tmp_path: Path) -> Path:
+    """A copy of these files, without the mesh."""
+    for name in FILES:
+        shutil.copy(baked_files / name, tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_depth_images_need_no_mesh(folder: Path, name: str) -> None:
+    scene = load_scene(scene_of(folder, f"baked: {name}, mesh: ball.ply"))
+    assert scene.assets == (BakedAsset(name="ball", baked=(folder / name).resolve(), source=None),)
+    library = SceneLibrary(scene.assets)
+    assert library.has_baked(0) and not library.has_mesh(0) and library.mesh(0) is None
+    (cooked,) = library.cooked(0, CookOptions())
+    geometry, texture = cooked.load()
+    assert geometry.count[0].sum() > 0 and len(texture.normals)
+
+
+def test_both_kinds_of_file_hold_the_same(folder: Path) -> None:
+    libraries = [SceneLibrary(load_scene(scene_of(folder, f"baked: {name}")).assets) for name in FILES]
+    shipped, made = (library.cooked(0, CookOptions())[0] for library in libraries)
+    assert shipped.outline.cylinder == made.outline.cylinder and shipped.outline.key == made.outline.key
+    for ours, theirs in zip(shipped.load(), made.load(), strict=True):
+        for name, value in vars(ours).items():
+            tolerance = 8 if name == "normals" else 0  # .exr files round normals to half precision
+            np.testing.assert_allclose(value, getattr(theirs, name), rtol=0, atol=tolerance, err_msg=name)
+
+
+def test_the_mesh_is_drawn_where_it_exists(baked_files: Path) -> None:
+    scene = load_scene(scene_of(baked_files, "baked: ball.dpci.npz, mesh: ball.ply", ", representation: mesh"))
+    library = SceneLibrary(scene.assets)
+    mesh = library.mesh(0)
+    assert library.has_mesh(0) and mesh is not None and len(mesh.faces) == 32 * 15 * 2
+
+
+def test_the_mesh_cannot_be_asked_for_where_it_is_missing(folder: Path) -> None:
+    with pytest.raises(InputError, match=r"baked.yaml:3:.*'mesh' needs the mesh of asset 'ball'"):
+        load_scene(scene_of(folder, "baked: ball.dpci.npz, mesh: ball.ply", ", representation: mesh"))
+    with pytest.raises(InputError, match=r"asset 'ball' has no mesh"):
+        load_scene(scene_of(folder, "baked: ball.dpci.npz", ", representation: mesh"))
+
+
+def test_a_file_is_a_scene(folder: Path) -> None:
+    for name in FILES:
+        scene = load_scene(folder / name)
+        assert [asset.baked.name for asset in scene.assets if isinstance(asset, BakedAsset)] == [name]
+
+
+def test_grids_by_step_need_depth_images(folder: Path) -> None:
+    library = SceneLibrary(load_scene(folder / "ball.dpci.npz").assets)
+    with pytest.raises(InputError, match=r"ball.dpci.npz: holds cooked depth images; lod.mode"):
+        library.cooked(0, CookOptions(stepped=True))
+
+
+@pytest.mark.parametrize("place", [0.02, 0.5, 0.97])
+def test_a_damaged_file_is_named_and_kept(folder: Path, place: float) -> None:
+    file = folder / "ball.dpci.npz"
+    data = bytearray(file.read_bytes())
+    data[int(place * len(data))] ^= 0x40
+    file.write_bytes(data)
+    with pytest.raises(InputError, match=r"ball.dpci.npz: damaged"):
+        for cooked in read_cooked(file):
+            cooked.load()
+    assert file.read_bytes() == data
+
+
+def test_a_file_of_another_version_says_so(folder: Path) -> None:
+    file = folder / "ball.dpci.npz"
+    arrays = read_arrays(file)
+    made_of = json.loads(str(arrays["made_of"])) | {"version": 1}
+    write_arrays(file, arrays | {"made_of": json.dumps(made_of)})
+    with pytest.raises(InputError, match="cooked by version 1"):
+        read_cooked(file)
