@@ -1,6 +1,7 @@
 """Assets whose depth images are a file: shown without a mesh, a bake or a cache."""
 
 import json
+import zipfile
 import shutil
 from pathlib import Path
 
@@ -97,7 +98,9 @@ def test_grids_by_step_need_depth_images(folder: Path) -> None:
 def test_a_damaged_file_is_named_and_kept(folder: Path, place: float) -> None:
     file = folder / "ball.dpci.npz"
     data = bytearray(file.read_bytes())
-    data[int(place * len(data))] ^= 0x40
+    with zipfile.ZipFile(file) as archive:
+        members = archive.start_dir  # bytes; a date in the directory after them may be wrong, and nobody minds
+    data[int(place * members)] ^= 0x40
     file.write_bytes(data)
     with pytest.raises(InputError, match=r"ball.dpci.npz: damaged"):
         for cooked in read_cooked(file):

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject, Cylinder, Face
 from depthwalk.cache import Cache, read_arrays, write_arrays
+from depthwalk.cook.array_packing import pack_picture, pack_words, unpack_picture, unpack_words
 from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, bare_image
 from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.virtual_texture import VirtualTexture
@@ -27,6 +28,9 @@ COOKED = Cache(suffix=".npz", content="cooked depth images")
 
 SUFFIX = ".dpci.npz"
 """How the names of cooked files end that are not in the cache."""
+
+_WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
+_PICTURES = ("normals",)  # columns that are packed as pictures; colours are smaller as they are
 
 _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that are needed before an object is drawn
 
@@ -69,7 +73,8 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
     OSError
         Where the file cannot be written.
     """
-    write_arrays(path, {"made_of": json.dumps({"key": key, "version": COOK_VERSION})} | _arrays(objects), True)
+    made_of = json.dumps({"key": key, "version": COOK_VERSION, "packed": True})
+    write_arrays(path, {"made_of": made_of} | {name: _packed(name, a) for name, a in _arrays(objects).items()}, True)
 
 
 def cooked_key(path: Path) -> str | None:
@@ -98,13 +103,14 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
             problem = f"cooked by version {made_of['version']}, not {COOK_VERSION}; bake it again"
             raise InputError(f"{path}: {problem}")
         objects = _objects(path)
-    return tuple(replace(cooked, load=partial(_load_user_file, path, i)) for i, cooked in enumerate(objects))
+    packed = made_of.get("packed", False)
+    return tuple(replace(cooked, load=partial(_load_user_file, path, i, packed)) for i, cooked in enumerate(objects))
 
 
-def _load_user_file(path: Path, number: int) -> tuple[LodGeometry, VirtualTexture]:
+def _load_user_file(path: Path, number: int, packed: bool) -> tuple[LodGeometry, VirtualTexture]:
     """Return geometry and texture of an object of a file that the cache does not own. Raises InputError."""
     with _complaints(path):
-        return _read(path, number)
+        return _read(path, number, packed)
 
 
 @contextmanager
@@ -116,6 +122,22 @@ def _complaints(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: {error.strerror or error}") from None
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: damaged cooked depth images: {error}") from None
+
+
+def _packed(name: str, values: Any) -> Any:
+    """Return a column as it is stored in a compressed file; `_unpacked` is the inverse."""
+    field = name.rpartition(".")[2]
+    if field in _WORDS and values.dtype == np.uint16:
+        return pack_words(values.reshape(len(values), -1))
+    return pack_picture(values) if field in _PICTURES else values
+
+
+def _unpacked(field: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Return a column of a compressed file. Raises ValueError where it is damaged."""
+    if field in _WORDS and values.dtype == np.uint8:
+        words = unpack_words(values)
+        return words if _WORDS[field] == 2 else words.ravel()
+    return unpack_picture(values) if field in _PICTURES else values
 
 
 def _arrays(objects: tuple[CookedObject, ...]) -> dict[str, Any]:
@@ -194,15 +216,19 @@ def _loader(path: Path, number: int) -> Callable[[], tuple[LodGeometry, VirtualT
     return partial(COOKED.read, path, partial(_read, number=number))
 
 
-def _read(path: Path, number: int) -> tuple[LodGeometry, VirtualTexture]:
-    """Return geometry and texture of an object. Raises OSError, or ValueError where they are damaged."""
+def _read(path: Path, number: int, packed: bool = False) -> tuple[LodGeometry, VirtualTexture]:
+    """Return geometry and texture of an object. Raises OSError, or ValueError where they are damaged.
+
+    packed: whether columns are stored as `_packed` returns them.
+    """
     names = {
         kind: {field.name: _column(kind, number, field.name) for field in fields(kind)}
         for kind in (LodGeometry, VirtualTexture)
     }
     stored = read_arrays(path, [name for columns in names.values() for name in columns.values()])
     geometry, texture = (
-        {field: stored[name] for field, name in names[kind].items()} for kind in (LodGeometry, VirtualTexture)
+        {field: _unpacked(field, stored[name]) if packed else stored[name] for field, name in names[kind].items()}
+        for kind in (LodGeometry, VirtualTexture)
     )
     first_rows, last_mip_tier = texture.pop("first_rows").tolist(), int(texture.pop("last_mip_tier"))
     return LodGeometry(**geometry), VirtualTexture(**texture, first_rows=first_rows, last_mip_tier=last_mip_tier)
