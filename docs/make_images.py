@@ -61,8 +61,8 @@ def shrink(picture: Path, out: Path) -> None:
 
 
 def dpci() -> None:
-    """Draw colour, depth and normals of layer 0 of a bust's side image."""
-    mesh = load_mesh(asset_root() / "head_venus.ply")
+    """Draw colour, depth and normals of layer 0 of a figure's side image."""
+    mesh = load_mesh(asset_root() / "dryad.ply")
     baked = bake_object(mesh, BakeParams(resolution=400, layers=1), key="")
     side = next(image for image in baked.images if image.face is Face.SIDE)
     (IMAGES / "dpci.png").write_bytes(png_bytes(depth_image_picture(side)))

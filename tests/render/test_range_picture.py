@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 from PIL import Image
+from tools.make_models.heads import FLOOR, venus_field
+from tools.make_models.meshing import polygonise
+from tools.make_models.model import write_ply
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.planar import connect_texels, range_mesh
@@ -10,7 +13,6 @@ from depthwalk.bake.raycast import RayCaster
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.range_image import Intrinsics, load_range_image
-from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 
@@ -40,7 +42,10 @@ def camera_depth(mesh, noise=0.0015):
 def taken(tmp_path_factory):
     """The folder with the picture `d.png` and a scene of it, and where it shows the head (H, W)."""
     folder = tmp_path_factory.mktemp("range")
-    counts, head = camera_depth(load_mesh(asset_root() / "head_venus.ply", texture=None, up="y", height=None))
+    write_ply(
+        folder / "head.ply", polygonise(venus_field, (-14, FLOOR - 1, -17), (14, 26, 13), 0.5).scaled(0.01).grounded()
+    )
+    counts, head = camera_depth(load_mesh(folder / "head.ply"))
     Image.fromarray(counts).save(folder / "d.png")
     colour = np.where(head[..., None], np.uint8([230, 60, 60]), np.uint8([60, 60, 230]))
     Image.fromarray(colour).save(folder / "c.png")

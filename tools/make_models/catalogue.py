@@ -9,10 +9,17 @@ from tools.make_models.model import Model
 
 @dataclass(frozen=True)
 class Images:
-    """Say how a model is baked. resolution: texels; layers: surfaces behind each other, see `depthwalk bake`."""
+    """Say how a model is baked and cooked.
+
+    resolution: texels.
+    layers: surfaces behind each other, see `depthwalk bake`.
+    finest: the error that the finest level of detail may have, texels. Finer ones would be two thirds of a file, and
+    are seen only where texels are large on the screen.
+    """
 
     resolution: int
     layers: int = 2
+    finest: float = 0.4
 
 
 @dataclass(frozen=True)
@@ -30,23 +37,24 @@ class Entry:
 
 
 MODELS: dict[str, Entry] = {
-    "head_venus": Entry(heads.head_venus, "bust of a woman, rasped marble", Images(384), closed=True),
-    "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(384), closed=True),
-    "statue": Entry(statue.statue, "draped woman with a bowl, chiselled limestone", Images(448), closed=True),
-    "tree_oak": Entry(plants.oak, "broad-leaved tree, 19,000 lobed leaves", Images(192), closed=True),
-    "tree_fir": Entry(plants.fir, "conifer, 5,700 twigs of 91 needles", Images(192), closed=True),
-    "topiary": Entry(plants.topiary, "two clipped balls of box in a terracotta pot", Images(192), closed=True),
-    "rock_boulder": Entry(stone.boulder, "mossy boulder", Images(192), closed=True),
-    "rock_slab": Entry(stone.slab_rock, "low mossy rock", Images(192), closed=True),
-    "urn": Entry(stone.urn, "garden urn with garland and two handles", Images(256), closed=True),
-    "column": Entry(stone.column, "fluted column with leafy capital and ivy", Images(256)),
-    "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(256, 4), closed=True),
-    "sundial": Entry(stone.sundial, "sundial on a baluster", Images(192)),
-    "path_tile": Entry(props.path_tile, "2 m of flagged path along z", Images(256, 1), closed=True),
-    "bench": Entry(props.bench, "garden bench, faces +z", Images(256), closed=True),
-    "hedge": Entry(props.hedge, "2 m of clipped hedge along x", Images(192), closed=True),
-    "wall": Entry(props.wall, "2 m of low brick wall along x", Images(256, 1), closed=True),
-    "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(192, 1), closed=True),
+    "head_venus": Entry(heads.head_venus, "bust of a woman, rasped marble", Images(288), closed=True),
+    "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(288), closed=True),
+    "statue": Entry(statue.statue, "draped woman with a bowl, chiselled limestone", Images(320), closed=True),
+    "tree_oak": Entry(plants.oak, "broad-leaved tree, 19,000 lobed leaves", Images(144, 2, 0.5), closed=True),
+    "tree_fir": Entry(plants.fir, "conifer, 5,700 twigs of 91 needles", Images(128, 2, 0.8), closed=True),
+    "topiary": Entry(plants.topiary, "two clipped balls of box in a terracotta pot", Images(128, 1, 1.0), closed=True),
+    "rock_boulder": Entry(stone.boulder, "mossy boulder", Images(144), closed=True),
+    "rock_slab": Entry(stone.slab_rock, "low mossy rock", Images(144), closed=True),
+    "urn": Entry(stone.urn, "garden urn with garland and two handles", Images(192), closed=True),
+    "column": Entry(stone.column, "fluted column with leafy capital and ivy", Images(192)),
+    "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(192, 3), closed=True),
+    "sundial": Entry(stone.sundial, "sundial on a baluster", Images(144)),
+    "path_tile": Entry(props.path_tile, "2 m of flagged path along z", Images(192, 1), closed=True),
+    "bench": Entry(props.bench, "garden bench, faces +z", Images(160), closed=True),
+    "hedge": Entry(props.hedge, "2 m of clipped hedge along x", Images(144, 1, 1.0), closed=True),
+    "wall": Entry(props.wall, "2 m of low brick wall along x", Images(160, 1), closed=True),
+    "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(160, 1), closed=True),
+    "dryad": Entry(statue.dryad, "the statue, smooth and light, for the relief of meso.yaml", closed=True),
     "teapot": Entry(props.teapot, "blue and white pot with lid, handle and spout", closed=True),
     "table": Entry(props.table, "wooden table"),
     "room": Entry(props.room, "room seen from inside, window in the wall at −z"),

@@ -22,7 +22,7 @@ def _leaf_faces(stations: int) -> NDArray[np.int32]:
             part = np.concatenate(
                 [[[0, side[0], rib[0]], [side[-1], 1, rib[-1]]], np.stack([a, b, c], 1), np.stack([a, c, d], 1)]
             )
-            faces.append(part[:, ::-1] if flip else part)
+            faces.append(part if flip else part[:, ::-1])
     return np.concatenate(faces).astype(np.int32)
 
 

@@ -173,7 +173,7 @@ def topiary() -> Model:
     cores = [
         lathe(_ball(r * 0.86, 40), 80).moved(c).painted((0.07, 0.12, 0.05)) for c, r in zip(centres, radii, strict=True)
     ]
-    count = 24_000
+    count = 28_500
     ball = rng.choice(2, count, p=radii**2 / (radii**2).sum())
     out = scattered_directions(rng, count)
     base = centres[ball] + out * (radii[ball] * rng.uniform(0.86, 0.97, count))[:, None]

@@ -51,7 +51,7 @@ def path_tile() -> Model:
         for low, high in ((-0.6, split), (split, 0.6)):
             top = 0.055 + rng.uniform(-0.004, 0.005)
             flag = rounded_block([low + 0.012, 0.01, z + 0.012], [high - 0.012, top, z + 0.388], 0.009, 0.0034)
-            worn = weathered(flag, 0.0014, 56, chisel=0.0009)
+            worn = weathered(flag, 0.022, 56, chisel=0.05)
             parts.append(worn.painted(toned(rng, (0.62, 0.58, 0.52), 0.07)))
     tile = assembled(*parts)
     return shaded(tile.painted(tile.colours * (1 + 0.12 * fractal(tile.positions, 0.12, 52)[:, None])), 0.08, 0.4)
@@ -116,11 +116,14 @@ def wall() -> Model:
             low = max(-1.0, -1 + 0.25 * (k + 0.5 * (row % 2)))
             high = min(1.0, -1 + 0.25 * (k + 1 + 0.5 * (row % 2)))
             corners = [low + 0.006, 0.08 * row + 0.006, -0.115], [high - 0.006, 0.08 * row + 0.074, 0.115]
-            brick = weathered(rounded_block(*corners, 0.005, 0.0052), 0.0016, 83)
+            brick = weathered(rounded_block(*corners, 0.005, 0.0052), 0.018, 83, 0.09)
             parts.append(brick.painted(toned(rng, (0.62, 0.34, 0.25), 0.12)))
     coping = [
         weathered(
-            rounded_block([-1 + 0.5 * k, 0.72, -0.15], [-0.505 + 0.5 * k, 0.8, 0.15], 0.008, 0.0045), 0.0012, 84, 0.0009
+            rounded_block([-1 + 0.5 * k, 0.72, -0.15], [-0.505 + 0.5 * k, 0.8, 0.15], 0.008, 0.0045),
+            0.02,
+            84,
+            chisel=0.06,
         ).painted(toned(rng, (0.70, 0.66, 0.58), 0.05))
         for k in range(4)
     ]
@@ -186,7 +189,7 @@ def pedestal() -> Model:
     steps = [(0.25, 0, 0.12), (0.225, 0.12, 0.16), (0.19, 0.16, 0.92), (0.215, 0.92, 0.96), (0.245, 0.96, 1.05)]
     parts = [rounded_block([-h, low, -h], [h, high, h], 0.005, 0.0031) for h, low, high in steps]
     fields = [rounded_block([-0.13, 0.26, 0.185], [0.13, 0.82, 0.2], 0.005, 0.003).turned(1, 90 * k) for k in range(4)]
-    plinth = weathered(merged(parts + fields), 0.0008, 96, chisel=0.0005).grounded()
+    plinth = weathered(merged(parts + fields), 0.014, 96, chisel=0.05).grounded()
     return shaded(
         plinth.painted(mix((0.80, 0.78, 0.74), (0.66, 0.64, 0.61), 0.5 + fractal(plinth.positions, 0.4, 95))), 0.25, 0.4
     )

@@ -49,14 +49,23 @@ def grain(p: NDArray[np.floating], size: float, depth: float, seed: int, octaves
     return (np.float32(depth) * fractal(p, size, seed, octaves)).astype(np.float32)
 
 
-def weathered(model: Model, depth: float, seed: int, chisel: float = 0.0) -> Model:
+def weathered(model: Model, size: float, seed: int, depth: float = 0.07, chisel: float = 0.0) -> Model:
     """Return stone as rain leaves it: rough, pitted, cracked here and there, with what is left of the chisel.
 
-    depth: of the deepest pits; chisel: of its furrows; metres.
+    Parameters
+    ----------
+    model
+        The stone, metres.
+    size
+        Of the smallest pits, metres. What is smaller than two texels of depth images would only be noise in them.
+    seed
+        Of the places.
+    depth, chisel
+        Of the pits, and of the chisel's furrows, as shares of `size`.
     """
     p = model.positions
-    height = grain(p, 12 * depth, 0.5 * depth, seed) + pores(p, 5 * depth, depth, seed + 10)
-    height += cracks(p, 0.35, 1.2 * depth, seed + 20)
+    height = grain(p, 3 * size, depth * size, seed, 2) + pores(p, size, depth * size, seed + 10)
+    height += cracks(p, 30 * size, 1.5 * depth * size, seed + 20)
     if chisel:
-        height += chisel_marks(p, 12 * chisel, chisel, seed + 30)
+        height += chisel_marks(p, 1.5 * size, chisel * size, seed + 30)
     return displaced(model, height)

@@ -6,6 +6,7 @@ their meshes stay in out/models. The few polygons and the textures ship as they 
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -16,10 +17,12 @@ from tools.make_models.__main__ import OUT, generate, make_folder
 from tools.make_models.catalogue import MODELS, TEXTURES, Images
 
 from depthwalk.assets.batch_bake import Baked, Job, bake_all
+from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.options import Verbose
 from depthwalk.commands.program import as_program, guarded
-from depthwalk.cook.cooked_file import SUFFIX
+from depthwalk.cook.cook import CookedObject
+from depthwalk.cook.cooked_file import SUFFIX, cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError, suggest
 from depthwalk.files import write_bytes
 from depthwalk.ingest.loader import load_mesh
@@ -77,7 +80,8 @@ def ship(names: list[str], models: Path, assets: Path) -> None:
     heavy = [(name, images) for name in names if name in MODELS and (images := MODELS[name].images)]
     for name in set(names) - {name for name, _ in heavy}:
         shutil.copyfile(_made(name, models), assets / _made(name, models).name)
-    _bake([_job(name, images, models, assets) for name, images in heavy])
+    jobs = [_job(name, images, models, assets) for name, images in heavy]
+    _bake(jobs, {name: images.finest for name, images in heavy})
     rows = _listed(assets) | {name: _row(name, models) for name in names}
     ordered = ["".join(rows.get(name, "") for name in group) for group in (MODELS, TEXTURES)]
     write_bytes(assets / "SOURCES.md", (HEADER + ordered[0] + TEXTURE_HEADER + ordered[1]).encode())
@@ -93,13 +97,59 @@ def _job(name: str, images: Images, models: Path, assets: Path) -> Job:
     return Job(spec=spec, params=params, out=assets / shipped_name(name))
 
 
-def _bake(jobs: list[Job]) -> None:
-    """Bake and cook, as many models at a time as there are cores, and print a line for each."""
+def _bake(jobs: list[Job], finest: dict[str, float]) -> None:
+    """Bake and cook, as many models at a time as there are cores, and print a line for each.
+
+    finest: by the name of the model, see `Images`.
+    """
     for number, outcome in bake_all(jobs, None, lambda number, stage: None):
         if isinstance(outcome, InputError):
             raise outcome
+        _coarsen(jobs[number], finest[jobs[number].spec.name])
         took = f", {sum(outcome.seconds.values()):.0f} s" if isinstance(outcome, Baked) else ", is up to date"
         print(f"{jobs[number].out}: {jobs[number].out.stat().st_size / 1e6:.2f} MB{took}", flush=True)
+
+
+def _coarsen(job: Job, finest: float) -> None:
+    """Leave levels of detail out of a file where the next one's error is at most `finest` texels, see `Images`."""
+    objects = read_cooked(job.out)
+    coarser = tuple(without_levels(cooked, finest * square_texel(cooked.outline)) for cooked in objects)
+    if any(len(new.error) < len(old.error) for new, old in zip(coarser, objects, strict=True)):
+        key = cooked_key(job.out)
+        assert key is not None  # it has just been baked, or found up to date
+        write_cooked(job.out, key, coarser)
+
+
+def without_levels(cooked: CookedObject, error: float) -> CookedObject:
+    """Return the object without the levels of detail that are finer than one whose error is at most `error` metres."""
+    geometry, texture = cooked.load()
+    level = max(int(np.searchsorted(geometry.error, error, side="right")) - 1, 0)
+    index = int(geometry.first[level].min())
+    chunk = int(np.searchsorted(geometry.chunks[:, 0], index))
+    if chunk == len(geometry.chunks) or geometry.chunks[chunk, 0] != index:
+        return cooked  # grids, whose levels share vertices
+    vertex = int(geometry.chunks[chunk, 1])
+    kept = replace(
+        geometry,
+        vertices=geometry.vertices[vertex:],
+        texels=geometry.texels[vertex:],
+        indices=geometry.indices[index:],
+        chunks=geometry.chunks[chunk:] - [index, vertex],
+        first=geometry.first[level:] - index,
+        count=geometry.count[level:],
+        horizon=geometry.horizon[level:],
+        error=geometry.error[level:],
+    )
+    saved = geometry.vertices[:vertex].nbytes + geometry.indices[:index].nbytes
+    return replace(
+        cooked,
+        first=kept.first,
+        count=kept.count,
+        horizon=kept.horizon,
+        error=kept.error,
+        bytes=cooked.bytes - saved,
+        load=lambda: (kept, texture),
+    )
 
 
 def _row(name: str, models: Path) -> str:

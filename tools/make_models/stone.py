@@ -51,7 +51,7 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, cell: float) 
         return intersection(d, -0.35 * size[1] - p[:, 1], 0.02)
 
     raw = polygonise(field, np.multiply(size, (-1.25, -0.45, -1.25)), np.multiply(size, 1.25), cell)
-    mesh = weathered(raw, 0.0022, seed + 80).grounded()
+    mesh = weathered(raw, 0.02, seed + 80, 0.12).grounded()
     base = stone(mesh, *GRANITE, 0.35, seed)
     lichen = smoothstep(0.35, 0.6, fractal(base.positions, 0.16, seed + 11, 3))
     base = base.painted(mix(base.colours, (0.66, 0.66, 0.54), 0.7 * lichen))
@@ -84,7 +84,7 @@ def urn() -> Model:
         [[0.26, 0.58, 0], [0.36, 0.64, 0], [0.38, 0.75, 0], [0.32, 0.83, 0], [0.25, 0.78, 0], [0.19, 0.75, 0]], 240
     )
     handles = [tube(handle, 0.018 + 0.007 * np.cos(np.linspace(0, 2 * np.pi, 240)), 64).turned(1, a) for a in (0, 180)]
-    urn = weathered(merged([body, *handles]), 0.0007, 16, chisel=0.0005).grounded()
+    urn = weathered(merged([body, *handles]), 0.011, 16, chisel=0.05).grounded()
     return mossy(stone(urn, (0.82, 0.77, 0.68), (0.70, 0.63, 0.53), 0.2, 14), 0.12, 0.2, 15)
 
 
@@ -116,7 +116,7 @@ def column() -> Model:
         rounded_block([-0.31, 0, -0.31], [0.31, 0.14, 0.31], 0.008, 0.006),
         rounded_block([-0.29, 3.06, -0.29], [0.29, 3.17, 0.29], 0.006, 0.006),
     ]
-    carved = weathered(merged([base, shaft, bell, *plates, *_acanthus()]), 0.0012, 22, chisel=0.0006)
+    carved = weathered(merged([base, shaft, bell, *plates, *_acanthus()]), 0.024, 22, 0.05)
     marble = stone(carved, *LIMESTONE, 0.5, 21)
     return shaded(assembled(marble, *_ivy()), 0.2, 0.35)
 
@@ -215,7 +215,7 @@ def fountain() -> Model:
     ]  # fmt: skip
     basin = lathe(dense(bevelled_profile(wall, 0.015), 0.006), 720, _panels)
     parts = [basin, lathe(rounded_profile(stem, 300), 240, _reeds), _bowl(0.62, 0.9), _bowl(0.36, 1.34)]
-    rough = weathered(merged(parts), 0.0014, 35, chisel=0.0008)
+    rough = weathered(merged(parts), 0.024, 35, chisel=0.04)
     carved = mossy(stone(rough, *LIMESTONE, 0.6, 33), 0.1, 0.3, 34)
     waters = [_water(1.02, 0.37), _water(0.54, 1.0), _water(0.306, 1.412)]
     return shaded(assembled(carved, *waters), 0.4, 0.3)
@@ -292,7 +292,7 @@ def sundial() -> Model:
         720,
         lambda a, y: 1 + 0.03 * smoothstep(0.24, 0.32, y) * smoothstep(0.74, 0.66, y) * np.cos(12 * a),
     )
-    rough = weathered(merged([foot, shaft]), 0.0008, 43, chisel=0.0006)
+    rough = weathered(merged([foot, shaft]), 0.013, 43, chisel=0.05)
     pedestal = mossy(stone(rough, *LIMESTONE, 0.3, 41), 0.08, 0.2, 42)
     bronze = (0.45, 0.40, 0.24)
     plate = lathe(
