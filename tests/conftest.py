@@ -1,14 +1,29 @@
 """What tests of several parts share: a GL device, a cache of their own, and a small scene on disk."""
 
+import logging
 import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 import shapes
 from files import write_ply
+
+_PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+settings.register_profile("quick", _PATIENT, max_examples=30, derandomize=True)  # the same ones every time
+settings.register_profile("long", _PATIENT, max_examples=1000)
+settings.load_profile("quick")  # unless --hypothesis-profile names another
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """With a process for each core, libraries need no threads of their own, which would wait for each other."""
+    if getattr(config.option, "numprocesses", None):
+        # Of llvmpipe, NumPy and SciPy, which are loaded later; without threads llvmpipe draws in the caller's.
+        for library, threads in (("LP", "0"), ("OPENBLAS", "1"), ("OMP", "1")):
+            os.environ.setdefault(f"{library}_NUM_THREADS", threads)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -43,6 +58,15 @@ def _current_context(request) -> Iterator[None]:
         yield
 
 
+@pytest.fixture(autouse=True)
+def _logger_as_it_was() -> Iterator[None]:
+    """A command sets up the package's logger for its own process, which here runs other tests, too."""
+    log = logging.getLogger("depthwalk")
+    before = log.handlers, log.propagate, log.level
+    yield
+    log.handlers, log.propagate, log.level = before
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _interruptible() -> None:
     """What a shell starts in the background ignores SIGINT, which programs that tests start would inherit."""
@@ -52,8 +76,10 @@ def _interruptible() -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_home(tmp_path_factory) -> Iterator[Path]:
-    """Where baked objects are kept during the tests, from before the first fixture that bakes one."""
-    folder = tmp_path_factory.mktemp("cache")
+    """Where baked and cooked objects are kept during the tests, for all processes, from before the first is baked."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
+    folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
         yield folder

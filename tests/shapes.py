@@ -119,12 +119,14 @@ def model_of(baked):
 class ShapeLibrary:
     """Meshes and their depth images by number; either may be None.
 
-    kept: what renderers prepare of these is kept in the cache, which spares the second and later ones seconds.
+    kept: what renderers prepare of these is kept in the tests' cache, which spares the second and later ones seconds;
+    not to be had where a test changes how it is prepared.
     """
 
-    def __init__(self, meshes, baked=None, kept=False, **params):
+    def __init__(self, meshes, baked=None, kept=True, **params):
         self._meshes = meshes
         self._baked = [model_of(each) for each in baked or (bake(mesh, **params) for mesh in meshes)]
+        self._levels = {}
         self._keys = [hashlib.sha256(pickle.dumps(each)).hexdigest() if kept else "" for each in self._baked]
 
     def __len__(self):
@@ -152,7 +154,9 @@ class ShapeLibrary:
         return self._meshes[asset]
 
     def mesh_levels(self, asset):
-        return mesh_levels(self._meshes[asset])
+        if asset not in self._levels:
+            self._levels[asset] = mesh_levels(self._meshes[asset])
+        return self._levels[asset]
 
     def forget_mesh(self, asset):
         """It stays."""
@@ -177,12 +181,9 @@ def scene_of(*placed, representation=Representation.DPCI, **environment):
     return SimpleNamespace(objects=objects, environment=Environment(**environment), render=render)
 
 
-def two_halves(mesh):
+def two_halves(mesh, resolution=128):
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]
-    return BakedModel(
-        parts=tuple(
-            bake_model(piece, ModelParams(resolution=128, layers=1, axis="x"), "halves").parts[0] for piece in pieces
-        )
-    )
+    params = ModelParams(resolution=resolution, layers=1, axis="x")
+    return BakedModel(parts=tuple(bake_model(piece, params, "halves").parts[0] for piece in pieces))

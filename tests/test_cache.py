@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk import cache
@@ -54,7 +54,6 @@ def arrays_file(tmp_path_factory):
     return path
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 7))
 def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
     damaged = arrays_file.with_name("damaged.npz")
@@ -68,7 +67,6 @@ def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
         np.testing.assert_array_equal(found[name], value)
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.floats(0, 1, exclude_max=True))
 def test_a_file_cut_short_is_seen(arrays_file, place):
     short = arrays_file.with_name("short.npz")
@@ -101,7 +99,7 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
     library = SceneLibrary(load_scene(tiny_scene).assets)
     store = AssetStore(gl_device, library)
     (number,) = store.depth_numbers(0)
-    before = store.prepared(number).load()
+    before = store.cooked(number).load()
     (cooked,) = COOKED.file("").parent.glob(f"{library.key(0)}*.npz")
     flip_within(cooked, before[1].normals.tobytes())
     flip(BAKED.file(library.key(0)), -1000)
@@ -121,6 +119,12 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
     if not again:
         after = find_cooked(library.key(0), CookOptions())[0].load()
         np.testing.assert_array_equal(before[1].normals, after[1].normals)
+
+
+@pytest.fixture(scope="module")
+def simplified():
+    mesh: Mesh = sphere(columns=32, rows=16)
+    return mesh, mesh_levels(mesh)
 
 
 def crafted(number, name, change):
@@ -147,9 +151,9 @@ def crafted(number, name, change):
         lambda arrays: arrays.update({"parts.0": arrays["parts.0"][:0]}),
     ],
 )
-def test_levels_that_cannot_be_drawn_are_passed_over(craft, caplog):
-    mesh: Mesh = sphere(columns=32, rows=16)
-    path = keep_levels(mesh_levels(mesh), "ab")
+def test_levels_that_cannot_be_drawn_are_passed_over(simplified, craft, caplog):
+    mesh, levels = simplified
+    path = keep_levels(levels, "ab")
     assert find_levels(mesh, "ab") is not None
     arrays = read_arrays(path)
     craft(arrays)

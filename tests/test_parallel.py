@@ -2,6 +2,7 @@
 
 import os
 import threading
+import time
 from dataclasses import fields
 
 import numpy as np
@@ -13,6 +14,7 @@ from depthwalk.parallel import batches, default_workers, thread_map
 from shapes import box, joined, sphere
 
 
+@pytest.mark.slow
 def test_threads_do_not_show():
     """Past 2^15 texels every stage has several batches."""
     mesh = joined(sphere(0.7, 48, 24), box(0.3, 1, 0.9, (0.5, 1.2, 0)), box(1.2, 0.1, 0.1, (0, 0.9, 0.3)))
@@ -45,13 +47,14 @@ def test_what_goes_wrong_in_a_thread_reaches_the_caller_and_ends_the_rest():
 
     def fail(number: int) -> None:
         done.append(number)
+        time.sleep(0.005 if number else 0)  # all of them: 2.5 s, in which even a busy machine calls the first off
         raise ValueError(number)
 
     before = threading.active_count()
     with pytest.raises(ValueError, match="0"), thread_map(2) as each:
-        list(each(fail, range(10_000)))
+        list(each(fail, range(1000)))
     assert threading.active_count() == before
-    assert len(done) < 10_000
+    assert len(done) < 1000
 
 
 @pytest.mark.parametrize(("cores", "processes", "threads"), [(1, 1, 1), (2, 1, 2), (16, 1, 4), (16, 8, 2), (2, 3, 1)])

@@ -44,7 +44,7 @@ class Cache:
     Attributes
     ----------
     suffix
-        How their names end, after the key.
+        How the names of the files end, after the key.
     content
         What the files hold, in words for messages.
     """
@@ -57,9 +57,19 @@ class Cache:
         return cache_folder() / (key + self.suffix)
 
     def find(self, key: str, read: Callable[[Path], T]) -> T | None:
-        """Return what `read` makes of the file of `key`; None where there is none, or it cannot be read or is damaged.
+        """Read the file of a key, and count it as used now: `make_room` first removes what was not used for longest.
 
-        The file counts as used now: `make_room` removes those first that were not used for longest.
+        Parameters
+        ----------
+        key
+            The key.
+        read
+            Reads the file at the path that it is given.
+
+        Returns
+        -------
+        T | None
+            What `read` returns; None where there is no file, or it cannot be read or is damaged.
         """
         path = self.file(key)
         if not path.is_file():
@@ -75,7 +85,19 @@ class Cache:
         return value
 
     def read(self, path: Path, read: Callable[[Path], T]) -> T:
-        """Return what `read` makes of one of the files.
+        """Read one of the files.
+
+        Parameters
+        ----------
+        path
+            The file.
+        read
+            Reads the file at the path that it is given.
+
+        Returns
+        -------
+        T
+            What `read` returns.
 
         Raises
         ------
@@ -98,7 +120,7 @@ class Cache:
             raise DamagedFileError(f"{path}: damaged: {reason}") from error
 
     def keep(self, key: str, write: Callable[[Path], object]) -> Path:
-        """Let `write` write the file of `key`, make room for it, and return where it is.
+        """Write the file of a key, and remove the oldest files where the cache is full.
 
         Parameters
         ----------
@@ -106,6 +128,11 @@ class Cache:
             The key under which `find` will find it.
         write
             Writes the file at the path that it is given, whole or not at all.
+
+        Returns
+        -------
+        Path
+            The file.
 
         Raises
         ------
@@ -133,9 +160,9 @@ def forget(key: str) -> None:
 
 
 def make_room(newest: Path) -> None:
-    """Keep the cache within MAX_CACHE_BYTES.
+    """Remove files until the cache is within MAX_CACHE_BYTES.
 
-    Leftovers of killed writers are removed first, then the files that were not used for longest.
+    Leftovers of killed writers go first, then the files that were not used for longest.
 
     Parameters
     ----------
@@ -159,7 +186,10 @@ def make_room(newest: Path) -> None:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
-    """Write named arrays to a `.npz` file, whole or not at all. Raises OSError where that fails."""
+    """Write `arrays`, by their names, to the `.npz` file `path`, whole or not at all.
+
+    `compressed` deflates them. Raises OSError where the file cannot be written.
+    """
     with replacing(path) as temporary, temporary.open("wb") as file:
         (np.savez_compressed if compressed else np.savez)(file, **arrays)
 
@@ -199,7 +229,7 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
             raise ValueError("it points outside of itself") from error
         except MemoryError:
             raise
-        except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception's kin included
+        except Exception as error:  # damaged archives and headers raise nearly anything, bare Exception included
             raise ValueError(" ".join(str(error).split())[:100] or type(error).__name__) from error
 
 

@@ -12,6 +12,9 @@ class InputError(Exception):
 
 
 def suggest(word: str, choices: Iterable[str]) -> str:
-    """Return `; did you mean 'x'?` for the choice closest to `word`, to end a message with; "" where none is close."""
+    """Return `; did you mean 'x'?`, to end a message with, for the one of `choices` that is closest to `word`.
+
+    Returns "" where none is close.
+    """
     close = get_close_matches(word, list(choices), n=1, cutoff=0.6)
     return f"; did you mean {close[0]!r}?" if close else ""

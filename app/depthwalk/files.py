@@ -21,9 +21,14 @@ _STALE = 86_400  # seconds after which the leftovers of a process that is gone m
 
 
 def check_folder(path: Path) -> None:
-    """Make sure that a file can be written at `path`, before work is put into its contents.
+    """Check that a file can be written, before work is put into its contents.
 
-    It tries, in the folder of `path`: permissions and read-only disks cannot be told otherwise.
+    Tries to write in the folder of the file: only this shows missing permissions and read-only disks.
+
+    Parameters
+    ----------
+    path
+        The file, which may exist.
 
     Raises
     ------
@@ -49,10 +54,20 @@ def check_folder(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Provide a name beside `path` to write to, which takes the place of `path` when the `with` block ends.
+    """Provide a file name to write to; the new file takes the place of `path` when the `with` block ends.
 
-    The name ends like `path`, since writers choose the format by it. Its contents are on the disk before it replaces
-    anything; where the block raises, the file is removed and `path` stays as it was.
+    The name ends as `path` does, since writers choose the format by it. The contents are on the disk before they
+    replace anything. Where the block raises, the new file is removed and `path` stays as it was.
+
+    Parameters
+    ----------
+    path
+        The file to write or replace.
+
+    Yields
+    ------
+    Path
+        The name to write to, beside `path`.
 
     Raises
     ------
@@ -96,18 +111,18 @@ def _flush(path: Path) -> None:
 def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
     """Make a folder for unfinished files in `folder`, on the same disk; it is removed when the `with` block ends.
 
-    Folders that killed processes left there are removed first, see `remove_leftovers`. Raises OSError where no folder
-    can be made.
+    What killed processes left in `folder` is removed first, see `remove_leftovers`. Raises OSError where no folder can
+    be made.
     """
     remove_leftovers(folder, (_STAGING,))
     return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-", dir=folder)
 
 
 def remove_leftovers(folder: Path, prefixes: tuple[str, ...] = (".", _STAGING)) -> None:
-    """Remove what killed processes left unfinished in `folder`.
+    """Remove what killed processes left unfinished in a folder.
 
-    That is files and folders which are named as this module names them, for a process that is gone, and a day old,
-    since a disk may be shared with other machines whose processes cannot be seen. What cannot be removed stays.
+    Leftovers are files and folders that bear a name of this module's, for a process that does not run, and are a day
+    old: a disk may be shared with machines whose processes cannot be seen. What cannot be removed stays.
 
     Parameters
     ----------
@@ -139,6 +154,6 @@ def _is_running(process: int) -> bool:
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file, whole or not at all. Raises OSError where that fails."""
+    """Write `data` to the file `path`, whole or not at all. Raises OSError where that fails."""
     with replacing(path) as temporary, _about(path, temporary):
         temporary.write_bytes(data)

@@ -30,6 +30,11 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
     ----------
     workers
         How many threads; None for `default_workers`. One is plain `map`, in the calling thread.
+
+    Yields
+    ------
+    Map
+        Calls a function for many things, in several threads.
     """
     workers = workers or default_workers()
     if workers == 1:
@@ -40,14 +45,17 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
 
 
 def default_workers(processes: int = 1) -> int:
-    """Return how many threads each of `processes` that bake side by side should use.
+    """Return how many threads each of `processes` processes that bake side by side should use.
 
-    Together they use one per core, but each at least one and at most four.
+    Together they use one thread per core, but each at least one and at most four.
     """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(max(cores // processes, 1), _MAX_WORKERS)
 
 
 def batches(count: int, size: int) -> list[slice]:
-    """Return slices of at most `size` that together cover `count` things; one empty slice where there are none."""
+    """Return slices of at most `size` things each that together cover `count` things.
+
+    Without any things the result is one empty slice.
+    """
     return [slice(first, first + size) for first in range(0, max(count, 1), size)]

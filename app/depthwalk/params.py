@@ -20,12 +20,17 @@ def param(default: Any, help: str, *, unit: str = "", ge: float | None = None, l
     Parameters
     ----------
     default
-        What the parameter is where nobody sets it.
+        The value where nobody sets the parameter.
     help
         One line that tells users what the parameter does.
     unit
         The unit of its value, as users read it; "" where it has none.
     ge, le
-        The least and the greatest value that is allowed; None where there is no such bound.
+        Least and greatest value that is allowed; None for no such bound.
+
+    Returns
+    -------
+    Any
+        The field, for pydantic.
     """
     return Field(default, description=help, ge=ge, le=le, json_schema_extra={"unit": unit} if unit else None)

@@ -38,7 +38,7 @@ class LinearImage:
 
 
 def save_exr(path: Path, file: "OpenEXR.File") -> None:
-    """Write an OpenEXR file, whole or not at all. Raises OSError where that fails."""
+    """Write the OpenEXR `file` to `path`, whole or not at all. Raises OSError where that fails."""
     with replacing(path) as temporary:
         try:
             file.write(str(temporary))
@@ -47,7 +47,7 @@ def save_exr(path: Path, file: "OpenEXR.File") -> None:
 
 
 def write_exr(path: Path, image: LinearImage) -> None:
-    """Write an OpenEXR file of float32 channels: R, G, B (linear), A and Z (metres along the view axis, +inf for none).
+    """Write `image` to `path` as OpenEXR with float32 channels R, G, B (linear), A and Z (metres, +inf for none).
 
     Raises OSError where that fails; `path` is then as it was before.
     """
@@ -60,12 +60,12 @@ def write_exr(path: Path, image: LinearImage) -> None:
 
 
 def png_bytes(pixels: Picture) -> bytes:
-    """Return the PNG file of an sRGB picture (H, W, 3) or (H, W, 4), row 0 at the top."""
+    """Return the PNG file of `pixels`, (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top."""
     return _encoded(pixels, "PNG", compress_level=_PNG_EFFORT)
 
 
 def jpeg_bytes(pixels: Picture) -> bytes:
-    """Return the JPEG file of an sRGB picture (H, W, 3), row 0 at the top."""
+    """Return the JPEG file of `pixels`, (H, W, 3) uint8 sRGB, row 0 at the top."""
     return _encoded(pixels, "JPEG", quality=_JPEG_QUALITY, subsampling="4:4:4")
 
 

@@ -9,7 +9,7 @@ import depthwalk
 def commit() -> str | None:
     """Return the commit of the checkout that this package runs from.
 
-    None where the package is installed, even if that is inside somebody else's checkout, and where there is no git.
+    Returns None where the package is installed, even inside the checkout of another project, and where git is missing.
     """
     package = Path(depthwalk.__file__).resolve().parent
     git = ["git", "-C", str(package)]

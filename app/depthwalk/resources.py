@@ -8,10 +8,15 @@ _PACKAGE = Path(__file__).resolve().parent
 def data_root() -> Path:
     """Return the folder that holds `shaders`, `scenes` and `assets`.
 
+    Returns
+    -------
+    Path
+        The folder.
+
     Raises
     ------
     FileNotFoundError
-        Where the installation is incomplete; so do the functions below.
+        Where the installation is incomplete. The functions below raise it too.
     """
     for root in (_PACKAGE / "_data", _PACKAGE.parent.parent):
         if (root / "shaders").is_dir():
@@ -30,5 +35,5 @@ def scene_root() -> Path:
 
 
 def asset_root() -> Path:
-    """Return the folder of meshes and textures of the shipped scenes; every scene may name files there."""
+    """Return the folder of meshes and textures of the shipped scenes; every scene may name files in it."""
     return data_root() / "assets"

@@ -39,7 +39,10 @@ def _own_group() -> dict[str, Any]:
 
 
 class VideoEncoder:
-    """Run an encoder that makes an MP4 (H.264) file of frames. `video` makes one, and reports where it fails."""
+    """Run an encoder that turns frames into an MP4 file (H.264).
+
+    `video` makes one and reports its failures.
+    """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float, scaled: tuple[int, int]) -> None:
         """Start the encoder.
@@ -73,7 +76,7 @@ class VideoEncoder:
         self._listener.start()
 
     def send(self, frame: Picture) -> None:
-        """Send the next frame (H, W, 3), sRGB, row 0 at the top. Raises OSError where the encoder has ended."""
+        """Send the next `frame`, (H, W, 3) uint8 sRGB, row 0 at the top. Raises OSError where the encoder has ended."""
         assert self._process.stdin is not None
         self._process.stdin.write(np.ascontiguousarray(frame).data)
 

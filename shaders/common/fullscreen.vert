@@ -1,4 +1,4 @@
-// Covers the picture with one triangle, in clip space; uv runs over [0, 1] there.
+// Covers the picture with one triangle, in clip space; uv runs over [0, 1] in it.
 out vec2 uv;
 
 void main() {

@@ -41,7 +41,7 @@ Meso wound_at(vec3 p, float footprint) {
 }
 
 // Within the shallow radius a point is moved in proportion to how far it is from the axis. p: the point; depth: `part` of
-// the relief's there. How far inward it goes,
+// the relief's at that point. How far inward it goes,
 float wound_in(vec3 p, float depth) { return depth * min(length(p.xz) / shallow_radius(), 1.0); }
 // how far out again, p being where it went,
 float wound_out(vec3 p, float depth) { return depth * min(length(p.xz) / (shallow_radius() - depth), 1.0); }

@@ -3,7 +3,7 @@
 #ifdef PREETHAM
 #from depthwalk.render.lighting.sky import RGB_FROM_XYZ
 uniform vec3 perez[5];      // A to E of Y, x and y
-uniform vec3 at_zenith;     // these over Perez' function there
+uniform vec3 at_zenith;     // these over Perez' function at the zenith
 uniform vec3 sky_sun;       // to the sun, not below the horizon
 
 vec3 sky_at(vec3 direction) {

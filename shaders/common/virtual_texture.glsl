@@ -31,7 +31,7 @@ bool in_pages(int image, vec2 texel, int tier, out vec2 place) {
     return (row >> (sub_tile.x & 1) & 1) != 0;
 }
 
-// Returns where a point of an image is stored, in the finest mip tier that `lod` asks for or that is stored there. xy: texels of
+// Returns where a point of an image is stored, in the finest mip tier that is stored and that `lod` asks for. xy: texels of
 // the pages; z: the level of detail within the tier. uv: within the image.
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);

@@ -4,7 +4,7 @@
 // The tile may have been warped for a viewer C0 who was not where the present one, C, is. Where C looks at x on the plane
 // (from the epipole of C0, D0 away; C is D away and off by δ), the surface at λ shows that C0 has, with r = D0 / D, at
 //   λ·x + (1 − λ)·r·(x − δ):
-// between x itself and x(∞) = r·(x − δ), what C sees at infinity there. So the tile's texel is linear in λ too.
+// between x itself and x(∞) = r·(x − δ), what C sees at infinity in that direction. So the tile's texel is linear in λ too.
 #include "common/per_sample.glsl"
 #include "common/rotation.glsl"
 #include "common/view.glsl"
@@ -12,7 +12,7 @@
 in vec4 in_right;               // plane axes, object frame; w: low corner of the rectangle
 in vec4 in_up;
 in vec4 in_normal;              // toward the viewer; w: D0
-in vec4 in_reach;               // high corner of the rectangle; λ of the nearest and of the farthest that may be there
+in vec4 in_high;                // high corner of the rectangle; λ of the object's nearest and farthest points
 in vec4 in_origin;              // C0, object frame; the tile's least w / λ
 in vec3 in_to_x;                // homography from plane coordinates, relative to the epipole, to texels from the tile's corner
 in vec3 in_to_y;
@@ -35,7 +35,7 @@ flat out float nearest_distance;    // metres along the view axis, of what is st
 PER_SAMPLE out vec3 texel_near;            // homogeneous, of x and of x(∞)
 PER_SAMPLE out vec3 texel_far;
 flat out float least;           // w / λ of the tile
-flat out vec3 parallax;         // r; λ in the middle of what may be there; 1 where C is not C0
+flat out vec3 parallax;         // r; λ in the middle of the object; 1 where C is not C0
 #endif
 
 // Where C sees what C0 has at `position`, if its λ is `lambda`.
@@ -48,10 +48,10 @@ void main() {
     vec2 aside = vec2(dot(in_right.xyz, moved), dot(in_up.xyz, moved));
     float away = in_normal.w + dot(in_normal.xyz, moved);
     float ratio = in_normal.w / away;
-    vec2 low = vec2(in_right.w, in_up.w), high = in_reach.xy;
+    vec2 low = vec2(in_right.w, in_up.w), high = in_high.xy;
     bvec2 last = bvec2(gl_VertexID & 1, gl_VertexID >> 1);
     vec2 corner = mix(low, high, last);
-    vec2 near = shifted(corner, in_reach.z, ratio, aside), far = shifted(corner, in_reach.w, ratio, aside);
+    vec2 near = shifted(corner, in_high.z, ratio, aside), far = shifted(corner, in_high.w, ratio, aside);
     vec2 place = mix(min(near, far), max(near, far), last);
 
     vec3 direction = in_right.xyz * (place.x - aside.x) + in_up.xyz * (place.y - aside.y) - in_normal.xyz * away;
@@ -68,6 +68,6 @@ void main() {
     texel_near = texel_from_plane * vec3(place, 1.0);
     texel_far = texel_from_plane * vec3(ratio * (place - aside), 1.0);
     least = in_origin.w;
-    parallax = vec3(ratio, 0.5 * (in_reach.z + in_reach.w), dot(moved, moved) > 0.0);
+    parallax = vec3(ratio, 0.5 * (in_high.z + in_high.w), dot(moved, moved) > 0.0);
 #endif
 }

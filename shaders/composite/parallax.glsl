@@ -7,7 +7,7 @@
 PER_SAMPLE in vec3 texel_near;      // homogeneous, of x and of x(∞)
 PER_SAMPLE in vec3 texel_far;
 flat in float least;                // w / λ of the tile
-flat in vec3 parallax;              // r; λ in the middle of what may be there; 1 where the viewer moved
+flat in vec3 parallax;              // r; λ in the middle of the object; 1 where the viewer moved
 
 // Homogeneous texel, from the tile's corner. A step takes λ from where the last one led.
 vec3 surface_texel() {

@@ -1,6 +1,6 @@
 // Traces rays from a pixel's point of the focal plane to points of the lens through the depth buffer, in pixels (Lee, Eisemann
 // and Seidel 2010). Where the circle of confusion is c, a ray to the point u of the unit disc passes c·u beside the pixel. So
-// it meets the surface that has the circle c there. From the nearest on: what is in front hides what is behind. Twin:
+// it meets the surface that has the circle c at that place. From the nearest on: what is in front hides what is behind. Twin:
 // reference/dof.py.
 #include "dof/circle.glsl"
 #from depthwalk.render.view.lens import GOLDEN_ANGLE, SHARP_RADIUS, RAY_STRIDE, RAY_DENSITY, MIN_RAYS

@@ -7,6 +7,6 @@ in vec2 uv;
 
 void main() {
     uvec2 visibility = texture(visibility_texture, uv).xy;
-    gl_FragDepth = object_texel(object_of(visibility), SURFACE_RECORD_LEVEL).x;
+    gl_FragDepth = object_texel(object_of(visibility), SURFACE_RECORD_MATERIAL_DEPTH).x;
     if (uncovered_of(visibility) > 0.0) gl_FragDepth -= FULL_COVERAGE;   // before all that are fully covered
 }

@@ -38,7 +38,7 @@ void main() {
     if (dot(surface.normal, view) > AVERTED) surface.normal = -surface.normal;
 #endif
 #ifdef SHOW_TILES
-    if (object_texel(object_of(visibility), SURFACE_RECORD_LEVEL).y > 0.0) {
+    if (object_texel(object_of(visibility), SURFACE_RECORD_MATERIAL_DEPTH).y > 0.0) {
         surface.albedo = fract(float(object_of(visibility)) * vec3(0.618, 0.414, 0.732));
         surface.specular = 0.0;
     }

@@ -1,4 +1,4 @@
-// Warps every depth sample within a plane that touches the object, toward the epipole (the viewer's foot), into its impostor
+// Warps every depth sample within a plane that touches the object, toward the epipole, into its impostor
 // tile. From the object frame to clip space of the atlas, Liu, Liu and Wu 2007, §2.2 and §3.2:
 //   X = e + (1 − Table(depth))·(S − e),  1 − Table = λ = D_t / (D_t + depth).
 #include "common/displace.glsl"
@@ -12,7 +12,7 @@ in vec3 in_depths;      // D_t, of the viewer to the plane; the least w / λ of 
 in vec3 in_to_x;        // homography from plane coordinates, relative to the epipole, to the atlas in clip space
 in vec3 in_to_y;
 in vec3 in_to_w;
-in vec4 in_bounds;      // of the tile there: a near object's samples reach beyond what the camera sees of it
+in vec4 in_bounds;      // of the tile in clip space: a near object's samples reach beyond what the camera sees of it
 
 flat out uint image;
 out float gl_ClipDistance[4];

@@ -1,10 +1,14 @@
 """Bakes in several processes: what is there already is left, what is interrupted leaves whole files and nobody."""
 
+import errno
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +16,7 @@ import shapes
 from depthwalk.assets.asset_files import mesh_key
 from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.cache import BAKED
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
 from depthwalk.errors import InputError
@@ -28,35 +33,34 @@ def ignore(number, stage):
 
 @pytest.fixture
 def meshes(tmp_path):
-    names = [tmp_path / f"ball{k}.ply" for k in range(3)]
+    names = [tmp_path / f"ball{k}.ply" for k in range(4)]
     return [write_ply(name, shapes.sphere(1 + k, columns=32, rows=16)) for k, name in enumerate(names)]
 
 
-def jobs_of(meshes, **how):
+def jobs_of(meshes):
     return [
         Job(
             spec=MeshAsset(name=mesh.stem, mesh=mesh, texture=None, up="y", height=None, dpci=None),
             params=PARAMS,
             out=mesh.with_suffix(SUFFIX),
-            **how,
         )
         for mesh in meshes
     ]
 
 
-@pytest.mark.parametrize("processes", [1, 2])
+@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_what_is_baked_already_is_left(meshes, processes):
+    """One that is up to date, one of another mesh by the same name, one that is asked for again, and a new one."""
     jobs = jobs_of(meshes)
-    first = dict(bake_all(jobs[:2], processes, ignore))
+    first = dict(bake_all(jobs[:3], 1, ignore))
     assert all(isinstance(outcome, Baked) for outcome in first.values())
-    written = [job.out.stat().st_mtime_ns for job in jobs[:2]]
-    write_ply(meshes[1], shapes.sphere(9.0, columns=32, rows=16))  # another mesh by the same name
+    written = [job.out.stat().st_mtime_ns for job in jobs[:3]]
+    write_ply(meshes[1], shapes.sphere(9.0, columns=32, rows=16))
+    jobs[2] = replace(jobs[2], force=True)
     again = dict(bake_all(jobs, processes, ignore))
-    assert again[0] == Kept(jobs[0].out, cached=False)
-    assert isinstance(again[1], Baked) and isinstance(again[2], Baked)
-    assert jobs[0].out.stat().st_mtime_ns == written[0] and jobs[1].out.stat().st_mtime_ns > written[1]
-    forced = dict(bake_all(jobs_of(meshes, force=True), processes, ignore))
-    assert all(isinstance(outcome, Baked) for outcome in forced.values())
+    assert again.pop(0) == Kept(jobs[0].out, cached=False)
+    assert sorted(again) == [1, 2, 3] and all(isinstance(outcome, Baked) for outcome in again.values())
+    assert [job.out.stat().st_mtime_ns > before for job, before in zip(jobs, written, strict=False)] == [0, 1, 1]
 
 
 def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
@@ -69,6 +73,7 @@ def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
     assert read_baked(out).key == mesh_key(spec, params)
 
 
+@pytest.mark.slow
 def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     baked = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
@@ -87,10 +92,11 @@ def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch
         library.baked(3)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc"), reason="only Linux says whose child a process is")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_home, number):
-    meshes = [write_ply(tmp_path / f"b{k}.ply", shapes.sphere(1 + k, columns=200, rows=100)) for k in range(6)]
+    meshes = [write_ply(tmp_path / f"b{k:02}.ply", shapes.sphere(1 + k, columns=64, rows=32)) for k in range(20)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     command = [
         sys.executable,
@@ -102,7 +108,7 @@ def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_h
         *map(str, meshes),
     ]
     with subprocess.Popen(
-        [*command, "--dpci-resolution", "128"],
+        [*command, "--dpci-resolution", "64"],
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -118,7 +124,7 @@ def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_h
         time.sleep(0.05)
     assert not any(map(alive, workers))
     whole = list(tmp_path.glob("*.exr"))
-    assert 1 <= len(whole) < 6 and all(read_baked(path).key for path in whole)
+    assert 1 <= len(whole) < len(meshes) and all(read_baked(path).key for path in whole)
     if number != signal.SIGKILL:
         assert process.returncode == 130 if number == signal.SIGINT else 143
         assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
@@ -144,3 +150,38 @@ def alive(pid):
             return stat.read().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
         return False
+
+
+def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(meshes, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    job = jobs_of(meshes)[0]
+    list(bake_all([job], 1, ignore))
+    cached = BAKED.file(mesh_key(job.spec, PARAMS))
+    cached.parent.mkdir(parents=True)
+    job.out.rename(cached)
+
+    def vanished(source, target):
+        target.write_bytes(b"half a file")
+        raise FileNotFoundError(source)
+
+    monkeypatch.setattr(shutil, "copyfile", vanished)
+    assert isinstance(dict(bake_all([job], 1, ignore))[0], Baked)
+    assert read_baked(job.out).key == mesh_key(job.spec, PARAMS)
+
+
+@pytest.mark.parametrize("place", ["depthwalk.assets.batch_bake.write_baked", "os.replace"])
+def test_a_file_that_cannot_be_written_fails_its_own_job_only(meshes, monkeypatch, place):
+    owner, name = place.rsplit(".", 1)
+    module = sys.modules[owner]
+    original = getattr(module, name)
+
+    def full(*arguments):
+        if any(Path(what).name == "ball0" + SUFFIX for what in arguments if isinstance(what, Path)):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return original(*arguments)
+
+    monkeypatch.setattr(module, name, full)
+    jobs = jobs_of(meshes)[:2]
+    outcomes = dict(bake_all(jobs, 1, ignore))
+    assert str(outcomes[0]) == f"{jobs[0].out}: cannot be written: {os.strerror(errno.ENOSPC)}"
+    assert isinstance(outcomes[0], InputError) and isinstance(outcomes[1], Baked) and not jobs[0].out.exists()

@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 import pytest
@@ -139,3 +140,21 @@ def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monke
             library.baked(0)
         return
     assert library.baked(0).key == library.key(0) == SceneLibrary((spec,)).key(0) != first
+
+
+def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(tiny_scene, tmp_path, monkeypatch, caplog):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    names = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
+    tiny_scene.write_text(f"version: 1\nassets: {{{names}}}\n")
+
+    def ended(*arguments):
+        raise BrokenProcessPool("A process in the process pool was terminated abruptly")
+        yield
+
+    monkeypatch.setattr(depthwalk.assets.library, "bake_all", ended)
+    library = SceneLibrary(load_scene(tiny_scene).assets, processes=2)
+    library.bake_missing([0, 1])
+    assert [record.message for record in caplog.records] == [
+        "the system ended a process that baked; the depth images that are missing are baked singly"
+    ]
+    assert library.baked(0) is not None

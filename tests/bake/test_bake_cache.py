@@ -1,12 +1,13 @@
 """The cache keeps within its limit."""
 
+import errno
 import os
 from dataclasses import replace
 
 import pytest
 
 from depthwalk import limits
-from depthwalk.bake.cache import find_baked, keep_baked
+from depthwalk.bake.cache import find_baked, has_key, keep_baked, sidecar
 from shapes import bake, model_of, sphere
 
 
@@ -79,3 +80,32 @@ def test_files_that_vanish_or_stay_in_spite_do_not_matter(cache, baked, monkeypa
     monkeypatch.setattr(type(old), "unlink", disturbed)
     new = keep(baked, "new")
     assert set(cache.iterdir()) == ({middle, recent, new} if gone else {old, recent, new})
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EMFILE, os.strerror(errno.EMFILE)), MemoryError()])
+def test_what_the_machine_cannot_read_now_stays_in_the_cache(cache, baked, monkeypatch, tmp_path, error):
+    path = keep(baked, "old")
+
+    def fail(*arguments, **options):
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr("OpenEXR.File", fail)
+        try:
+            assert find_baked(tmp_path / "ball.ply", "old") is None
+        except MemoryError:
+            assert isinstance(error, MemoryError)
+    assert path.is_file() and find_baked(tmp_path / "ball.ply", "old").key == "old"
+
+
+def test_a_file_beside_the_mesh_that_cannot_be_read_now_is_passed_over(cache, baked, monkeypatch, tmp_path):
+    mesh = tmp_path / "ball.ply"
+    keep(baked, "old").rename(sidecar(mesh))
+
+    def fail(*arguments, **options):
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("OpenEXR.File", fail)
+        assert not has_key(sidecar(mesh), "old") and find_baked(mesh, "old") is None
+    assert has_key(sidecar(mesh), "old")

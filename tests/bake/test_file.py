@@ -1,18 +1,21 @@
 """Baked files that are large, malformed or damaged."""
 
+import errno
+import os
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.grid import MAX_STEPS
+from depthwalk.bake.header import inspect_header
 from depthwalk.bake.images import BoundaryStrip, Face
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
@@ -80,8 +83,10 @@ def test_what_is_read_is_written_again_to_the_byte(path, tmp_path):
     assert (tmp_path / "again.dpci.exr").read_bytes() == path.read_bytes()
 
 
-def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, baked):
-    count = 4096 * 1024 + 1
+def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, baked, monkeypatch):
+    """Rows of lists are no texels, of which images may have 4096."""
+    monkeypatch.setattr("depthwalk.bake.file._LIST_WIDTH", 16)
+    count = 4096 * 16 + 1
     triangles = np.tile(np.arange(3, dtype=np.int32), (count, 1))
     nothing = np.zeros((0, 2), np.float16)
     border = BoundaryStrip(
@@ -94,10 +99,12 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, bake
 def test_borders_past_their_limit_are_neither_written_nor_read(path, baked, monkeypatch):
     before = path.read_bytes()
     monkeypatch.setattr(limits, "MAX_BOUNDARY_STRIP_ENTRIES", 4096)
-    with pytest.raises(InputError, match=r"x\.dpci\.exr: borders of \d+ entries; at most 4096 are allowed: bake at"):
+    with pytest.raises(
+        InputError, match=r"x\.dpci\.exr: boundary strips of \d+ entries; at most 4096 are allowed: bake at"
+    ):
         write_baked(path, model_of(baked))
     assert path.read_bytes() == before and list(path.parent.iterdir()) == [path]
-    refused(path, r"borders of \d+ entries; at most 4096 are allowed")
+    refused(path, r"boundary strips of \d+ entries; at most 4096 are allowed")
 
 
 def test_images_past_their_limit_are_not_read(path, monkeypatch):
@@ -174,7 +181,7 @@ def test_parts_of_other_names_are_refused(path, old, new, message):
 @pytest.mark.parametrize(
     ("missing", "message"),
     [
-        (("triangles.side.0",), "a border without its triangles"),
+        (("triangles.side.0",), "a boundary strip without its triangles"),
         (("side.0",), "layers are missing"),
         (("top.0", "top.1"), "or its face"),
     ],
@@ -228,7 +235,7 @@ def test_corners_on_layers_that_are_not_there_are_refused(tmp_path, baked):
             tmp_path / "x.dpci.exr",
             model_of(replace(baked, images=(replace(first, cells=(cells, *first.cells[1:])), *baked.images[1:]))),
         )
-        refused(tmp_path / "x.dpci.exr", r"part top\.0 has triangles on layers that are not there")
+        refused(tmp_path / "x.dpci.exr", r"part top\.0 has triangles on layers that its face does not have")
 
 
 def test_texels_of_no_face_are_refused(tmp_path, baked):
@@ -288,7 +295,6 @@ def valid(tmp_path_factory, baked) -> tuple[Path, bytes, int]:
     return path, data, data.rindex(b"screenWindowWidth") + 32
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(0, 1, exclude_max=True), st.integers(1, 255), st.booleans())
 def test_a_flipped_byte_is_refused_or_does_no_harm(valid, baked, place, flip, in_header):
     path, data, header = valid
@@ -302,3 +308,40 @@ def test_a_flipped_byte_is_refused_or_does_no_harm(valid, baked, place, flip, in
         assert str(error).startswith(f"{target}: ")
     else:
         assert identical(again, read_baked(path))
+
+
+@pytest.mark.parametrize("read", [read_baked, inspect_header])
+def test_what_the_machine_lacks_is_no_damage(path, monkeypatch, read):
+    def no_memory(*arguments, **options):
+        raise MemoryError
+
+    monkeypatch.setattr(OpenEXR, "File", no_memory)
+    with pytest.raises(MemoryError):
+        read(path)
+
+
+@pytest.mark.parametrize("code, error", [(errno.EMFILE, OSError), (errno.EACCES, InputError)])
+def test_a_file_that_cannot_be_opened_is_not_damaged(path, monkeypatch, code, error):
+    def fail(*arguments, **options):
+        raise OSError(code, os.strerror(code), str(path))
+
+    def unopened(*arguments, **options):
+        raise RuntimeError(f"Unable to open '{path}' for read")
+
+    monkeypatch.setattr(OpenEXR, "File", unopened)
+    monkeypatch.setattr(Path, "open", fail)
+    with pytest.raises(error, match=os.strerror(code)):
+        read_baked(path)
+
+
+def test_channels_left_out_for_lack_of_memory_are_no_damage(path, monkeypatch):
+    original = OpenEXR.File
+
+    def without_pixels(*arguments, **options):
+        if options.get("separate_channels"):
+            print("Warning: Exception raised reading pixel data for part 2 - MemoryError: Unable to allocate 7 KiB")
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(OpenEXR, "File", without_pixels)
+    with pytest.raises(MemoryError):
+        read_baked(path)

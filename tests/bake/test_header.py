@@ -51,7 +51,7 @@ def test_channels_have_one_type_each(channel, dtype):
 def test_entries_have_a_limit(tmp_path, monkeypatch):
     monkeypatch.setattr(limits, "MAX_BOUNDARY_STRIP_ENTRIES", 10)
     check_entries(tmp_path / "x", 10)
-    with pytest.raises(InputError, match="x: borders of 11 entries; at most 10 are allowed"):
+    with pytest.raises(InputError, match="x: boundary strips of 11 entries; at most 10 are allowed"):
         check_entries(tmp_path / "x", 11)
 
 

@@ -70,6 +70,7 @@ def test_a_part_of_a_mesh_keeps_materials_and_corners():
         np.testing.assert_array_equal(getattr(part, name)[part.faces], getattr(mesh, name)[mesh.faces[kept]])
 
 
+@pytest.mark.slow
 def test_a_ball_is_one_part_and_a_heap_several(model):
     assert (
         len(bake_model(sphere(columns=48, rows=24), ModelParams(resolution=32, layers=1, parts="auto"), "").parts) == 1
@@ -77,6 +78,7 @@ def test_a_ball_is_one_part_and_a_heap_several(model):
     assert 1 < len(model.parts) <= 16 and model.key == "key" and {part.key for part in model.parts} == {"key"}
 
 
+@pytest.mark.slow
 def test_parts_hold_what_one_object_does_not(model):
     """The gaps beside the box in the middle, of which one layer sees nothing from outside."""
     held = points_of(model)
@@ -89,6 +91,7 @@ def test_parts_hold_what_one_object_does_not(model):
     assert off.max() < 2e-3
 
 
+@pytest.mark.slow
 def test_texels_of_parts_are_about_as_large_as_the_whole_has(model):
     (one,) = bake_model(heap(3), ModelParams(resolution=64, layers=1), "").parts
     size = max(2 * one.cylinder.radius, one.cylinder.height) / 64
@@ -104,6 +107,7 @@ def test_parts_are_at_most_as_many_as_wanted():
             ModelParams(parts=parts)
 
 
+@pytest.mark.slow
 def test_a_file_holds_all_parts(tmp_path, model):
     path = tmp_path / "x.dpci.exr"
     write_baked(path, model)

@@ -16,16 +16,30 @@ def statue():
     return joined(sphere(0.7, 48, 24), box(0.3, 1, 0.9, (0.5, 1.2, 0)), box(1.2, 0.1, 0.1, (0, 0.9, 0.3)))
 
 
-@pytest.fixture
-def untrimmed(monkeypatch):
-    with monkeypatch.context() as patch:
+@pytest.fixture(scope="module")
+def untrimmed():
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr("depthwalk.bake.baker.trim", lambda images, borders, each: (images, borders))
         return bake_object(statue(), BakeParams(resolution=96, layers=2), "untrimmed")
 
 
-def triangles(baked, level, case=Case.ALL):
+@pytest.fixture(scope="module")
+def trimmed():
+    return bake(statue(), resolution=96, layers=2)
+
+
+def grids_of(baked):
+    """All triangles of the grids: larger ones depend on what is around."""
+    return build_grid_lods(baked, paper_cases=True, tolerance=-np.inf)
+
+
+@pytest.fixture(scope="module")
+def grids(trimmed, untrimmed):
+    return grids_of(trimmed), grids_of(untrimmed)
+
+
+def triangles(grids, level, case=Case.ALL):
     """The triangles drawn, in an order of their own: positions (n, 3) packed into numbers, smallest first in each."""
-    grids = build_grid_lods(baked, paper_cases=True, tolerance=-np.inf)  # larger ones depend on what is around
     positions = grids.vertices[grids.drawn(level, int(PAPER_PIECES[case])), :3].astype(np.int64) @ [1 << 32, 1 << 16, 1]
     rows = np.sort(positions, axis=1)
     return rows[np.lexsort(rows.T)]
@@ -33,14 +47,11 @@ def triangles(baked, level, case=Case.ALL):
 
 @pytest.mark.parametrize("level", [0, 1, 3])
 @pytest.mark.parametrize("case", Case)
-def test_what_is_drawn_stays(untrimmed, level, case):
-    trimmed = bake(statue(), resolution=96, layers=2)
-    np.testing.assert_array_equal(triangles(trimmed, level, case), triangles(untrimmed, level, case))
+def test_what_is_drawn_stays(grids, level, case):
+    np.testing.assert_array_equal(*(triangles(each, level, case) for each in grids))
 
 
-def test_the_rest_goes(untrimmed, tmp_path):
-    trimmed = bake(statue(), resolution=96, layers=2)
-
+def test_the_rest_goes(trimmed, untrimmed, grids, tmp_path):
     def samples(baked, faces):
         return sum(int(np.isfinite(image.depth).sum()) for image in baked.images if image.face in faces)
 
@@ -49,4 +60,4 @@ def test_the_rest_goes(untrimmed, tmp_path):
     assert samples(trimmed, {Face.SIDE}) == samples(untrimmed, {Face.SIDE})
     write_baked(tmp_path / "trimmed.dpci.exr", BakedModel(parts=(trimmed,)))
     again = read_baked(tmp_path / "trimmed.dpci.exr").parts[0]
-    np.testing.assert_array_equal(triangles(again, 0), triangles(trimmed, 0))
+    np.testing.assert_array_equal(triangles(grids_of(again), 0), triangles(grids[0], 0))

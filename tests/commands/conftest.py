@@ -1,21 +1,9 @@
 """Running commands in this process."""
 
-import logging
-from collections.abc import Iterator
-
 import pytest
 from typer.testing import CliRunner
 
 from depthwalk.commands.cli import app
-
-
-@pytest.fixture(autouse=True)
-def _logger_as_it_was() -> Iterator[None]:
-    """A command sets up the package's logger for its own process."""
-    log = logging.getLogger("depthwalk")
-    before = log.handlers, log.propagate, log.level
-    yield
-    log.handlers, log.propagate, log.level = before
 
 
 @pytest.fixture

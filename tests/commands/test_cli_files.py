@@ -40,7 +40,7 @@ def test_what_lies_level_is_drawn_as_polygons(run, tmp_path):
     """And baked nowhere; what is flat and stands has depth images."""
     floor, out = tmp_path / "floor.obj", tmp_path / "floor.png"
     floor.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")
-    refusal = f"{floor}: lies level; draw it as polygons, without 'dpci' or by --representation mesh\n"
+    refusal = f"{floor}: is flat and horizontal; draw it as polygons, without 'dpci' or by --representation mesh\n"
     drawn = "render", floor, "-o", out, "--resolution", "96,64", "--no-background"
     for arguments in (("check", floor), ("bake", floor), ("compare", floor), drawn):
         result = run(*arguments)
@@ -142,7 +142,7 @@ def meshes(tmp_path):
 def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
     good, bad = meshes
     other = write_ply(tmp_path / "box.ply", shapes.box(1.0, 2.0, 1.0))
-    result = run("bake", bad, good, other, "--dpci-resolution", 64, "--layers", 1)
+    result = run("bake", bad, good, other, "--dpci-resolution", 64, "--layers", 1, "--jobs", 1)
     assert result.exit_code == 2
     assert result.stderr.startswith(f"{bad}: ") and result.stderr.count("\n") == 1
     lines = sorted(result.stdout.splitlines())

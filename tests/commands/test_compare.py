@@ -177,6 +177,7 @@ def test_a_scene_that_is_missing_is_named(tmp_path):
     assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'none.yaml'}: no such file\n")
 
 
+@pytest.mark.slow
 def test_a_bake_is_measured_in_a_process_of_its_own(ball, tmp_path):
     spec = mesh_spec(ball, None, "y", None)
     small, large = (measured_bake(spec, ModelParams(resolution=side), tmp_path / "b.dpci.exr") for side in (32, 256))

@@ -57,6 +57,6 @@ def triangles_of(grids, level):
 
 
 def pictured(device, scene, baked, camera):
-    with OnScreen(device, scene, ShapeLibrary([None], [baked]), (320, 240)) as stage:
+    with OnScreen(device, scene, ShapeLibrary([None], [baked], kept=False), (320, 240)) as stage:
         stage.draw(View(camera, (320, 240)), transparent=True)
         return read_pixels(stage.screen).astype(float) / 255

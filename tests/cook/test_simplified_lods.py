@@ -99,7 +99,7 @@ def test_folds_are_found_nowhere(baked, levels):
 
 
 def test_foliage_has_levels_between_its_leaves_and_what_is_welded():
-    crown = bake(leaves(150, 0.25), 48, layers=4)
+    crown = bake(leaves(60, 0.25), 32, layers=3)
     levels = build_simplified_lods(crown)
     counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
     assert counts[0] < 0.25 * len(build_grid_lods(crown).drawn(0))

@@ -246,8 +246,8 @@ void main() {
 
 def test_the_shader_matches_its_twin(gl_device, baked, pages):
     """Random points of every image at random levels of detail, by transform feedback."""
-    store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked])), gl_device.scope("test")
-    store.form = CookOptions(stepped=True)  # as the pages to compare with
+    store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked], kept=False)), gl_device.scope("test")
+    store.cook_options = CookOptions(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.depth_numbers(0)[0])
     preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
     text = Source("common/virtual_texture.glsl", preamble).text + LOOK_UP

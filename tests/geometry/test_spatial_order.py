@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.geometry.spatial_order import kd_tree_order, morton_codes, runs, within_runs
+from depthwalk.geometry.spatial_order import cell_members, kd_tree_order, morton_codes, within_runs
 
 
 def mean_extent(points, order, size):
@@ -17,7 +17,7 @@ def test_members_are_counted_within_their_runs(dtype):
 
 
 def test_runs_hold_the_members_of_cells():
-    assert runs(np.array([0, 2, 2, 5]), np.array([2, 0, 1])).tolist() == [2, 3, 4, 0, 1]
+    assert cell_members(np.array([0, 2, 2, 5]), np.array([2, 0, 1])).tolist() == [2, 3, 4, 0, 1]
 
 
 def test_both_orders_keep_neighbours_together():

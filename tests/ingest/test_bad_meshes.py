@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk import limits
@@ -121,7 +121,6 @@ STARTS = st.sampled_from([
 ])  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(start=STARTS, rest=st.binary(max_size=200), suffix=st.sampled_from(formats.MESH_SUFFIXES))
 def test_garbage_raises_nothing_but_input_errors(tmp_path, start, rest, suffix):
     path = tmp_path / f"garbage{suffix}"

@@ -322,9 +322,9 @@ def test_what_lies_level_has_no_height(tmp_path):
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")
     floor = load_mesh(path)
     assert np.ptp(floor.positions, axis=0).tolist() == [1, 0, 1]
-    with pytest.raises(InputError, match="lies level: it cannot be given a height"):
+    with pytest.raises(InputError, match="is flat and horizontal: it cannot be scaled to a height"):
         load_mesh(path, height=2.0)
-    with pytest.raises(InputError, match="lies level; draw it as polygons"):
+    with pytest.raises(InputError, match="is flat and horizontal; draw it as polygons"):
         check_height(floor, path)
     wall = load_mesh(path, up="z")
     check_height(wall, path)

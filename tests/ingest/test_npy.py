@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from depthwalk.errors import InputError
@@ -74,7 +74,6 @@ def test_objects_are_refused(tmp_path):
         map_npy(tmp_path / "a.npy")
 
 
-@settings(max_examples=200, deadline=None)
 @given(st.integers(0, 127), st.binary(min_size=1, max_size=4))
 @example(61, b"\n(")
 def test_a_damaged_header_is_one_line_or_an_array(tmp_path_factory, at, patch):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk.errors import InputError
@@ -103,7 +103,6 @@ numbers = st.floats(-1e6, 1e6).map(lambda value: np.round(value, 6))
 points = st.lists(st.tuples(numbers, numbers, numbers), min_size=3, max_size=20)
 
 
-@settings(deadline=None, max_examples=50)
 @given(points=points, data=st.data(), ending=st.sampled_from(["\n", "\r\n", "\r"]), blank=st.sampled_from([" ", "\t "]))
 def test_what_was_written_is_read(points, data, ending, blank):
     index = st.integers(1, len(points))
@@ -149,3 +148,14 @@ def test_twice_the_file_takes_about_twice_the_time(tmp_path, kind):
     once = seconds(path)
     path.write_text(HOSTILE[kind](4 * size))
     assert seconds(path) < 8 * max(once, 0.01)
+
+
+def test_a_comment_that_ends_with_a_backslash_continues_nothing():
+    assert parsed(f"{VERTICES}# a comment \\\nf 1 2 3 # another \\\nf 1 2 4\n").sizes.tolist() == [3, 3]
+
+
+def test_lines_after_continued_ones_keep_their_numbers():
+    text = f"{VERTICES}f 1 \\\n 2 \\\n3\n"  # lines 5 to 7
+    assert parsed(f"{text}f 1 2 4\n").corners[:, 0].tolist() == [1, 2, 3, 1, 2, 4]
+    assert refusal(f"{text}f 1 2 9\n") == "a.obj:8: face refers to vertex 9 of 4"
+    assert refusal(f"{VERTICES}f 1 \\\n 2 \\\n9\n") == "a.obj:5: face refers to vertex 9 of 4"

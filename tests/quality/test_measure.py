@@ -15,8 +15,8 @@ from depthwalk.quality.advise import recommend
 from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
+from depthwalk.quality.pair_renderer import Pair, PairRenderer, Shot
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
-from depthwalk.quality.twin import Pair, Shot, TwinRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 
@@ -94,10 +94,10 @@ def test_a_missing_side_is_a_hole(gl_device, ball):
     assert bare.holes > 30 and bare.iou < 0.7 and bare.psnr < whole.psnr - 5
 
 
-def test_the_twin_draws_the_mesh_and_the_images(gl_device, ball):
-    with TwinRenderer(*ball, RenderSettings(), SIZE) as twin:
-        pair = twin.pair(LEVEL)
-        again = twin.pair(LEVEL)
+def test_the_renderer_draws_the_mesh_and_the_images(gl_device, ball):
+    with PairRenderer(*ball, RenderSettings(), SIZE) as renderer:
+        pair = renderer.pair(LEVEL)
+        again = renderer.pair(LEVEL)
     assert pair.mesh.pixels[0, 0] == pytest.approx(127.5, abs=1)
     assert np.array_equal(pair.mesh.pixels[0, 0], pair.dpci.pixels[0, 0])
     assert np.array_equal(pair.mesh.pixels, again.mesh.pixels)

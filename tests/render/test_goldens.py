@@ -23,7 +23,7 @@ def still_life():
     normal[..., 2] = 1
     relief = bake_planar(PlanarImage(depth=depth, colour=colour, normal=normal, size=(1.2, 1.2)), "relief")
     balls = ShapeLibrary([sphere(0.7, 64, 32, colour=(210, 90, 60)), steps], resolution=128)
-    return ShapeLibrary([balls.mesh(0), balls.mesh(1), None], [balls.baked(0), balls.baked(1), relief], kept=True)
+    return ShapeLibrary([balls.mesh(0), balls.mesh(1), None], [balls.baked(0), balls.baked(1), relief])
 
 
 PLACES = ((0, (-1.4, 0, 0), 0.0, 1.0), (1, (0.2, 0, 0.3), 0.5, 1.0), (2, (1.7, 0, -0.4), -0.4, 1.0))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import maximum_filter, minimum_filter
 
@@ -124,11 +124,12 @@ def test_hidden_cells_are_left_out_whole(gl_device, library, small_phases, monke
     assert 50 < unseen.sum() < len(unseen) - 50
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32), st.sampled_from([Representation.MESH, Representation.DMESH]), st.integers(1, 60))
 @example(0, Representation.DMESH, 1)
 @example(8445, Representation.MESH, 21)
 @example(302333, Representation.DMESH, 40)
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12)
 def test_any_crowd_looks_the_same(gl_device, library, small_phases, seed, representation, count):
     places, rng = crowd(seed, count)
     with Both(gl_device, library, places, representation) as both:

@@ -233,6 +233,7 @@ def modes():
     yield {"shadows.enabled": False, "lamps": False}
 
 
+@pytest.mark.slow
 def test_declared_targets_are_those_that_passes_use(gl_device, library, monkeypatch):
     """Nothing undeclared is used, or drawing raises; nothing is declared that no mode uses."""
     used = defaultdict(set)

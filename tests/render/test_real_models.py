@@ -13,6 +13,7 @@ from depthwalk.scene.path import load_path
 SIZE = (640, 480)
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 def test_the_bust_agrees_with_its_mesh_at_every_pose(real_scenes):
     scene = load_scene(real_scenes / "bust.yaml", overrides={"render.lod.magnification": "0"})

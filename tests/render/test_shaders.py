@@ -104,7 +104,7 @@ def ball_hits(view, centre, radius):
 def test_a_sphere_has_known_depth_and_colour(studio, position, representation):
     scene = scene_of((0, (0, 0, 0), 0.7, 1.0), representation=representation)
     scene.render.lod.error = 0.0  # pixels
-    library = ShapeLibrary([sphere()], resolution=256, kept=True)
+    library = ShapeLibrary([sphere()], resolution=256)
     camera = Camera(position, (0, 1.0, 0), 0.8)
     pixels, depth, _ = studio.picture(scene, library, camera, size=(240, 180), transparent=True, depth=True)
     distance, normal, direction = ball_hits(View(camera, (240, 180)), (0, 1, 0), 1.0)
@@ -175,7 +175,7 @@ def test_near_and_inside_there_are_no_holes(studio, position):
     walls = joined(
         *[box(0.05, 2.0, 2.0, (x, 1.0, 0.0)) for x in (-1, 1)], *[box(2.0, 2.0, 0.05, (0.0, 1.0, z)) for z in (-1, 1)]
     )
-    library = ShapeLibrary([walls], resolution=256, layers=3, kept=True)
+    library = ShapeLibrary([walls], resolution=256, layers=3)
     camera = Camera(position, (position[0] + 0.1, position[1] - 0.02, position[2] - 1), 1.0)
     masks = []
     for representation in (Representation.DPCI, Representation.MESH):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import GpuError
 from depthwalk.render.passes import PASSES
 from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, _atlas_size, declared
 
@@ -52,6 +53,13 @@ def test_with_several_they_have_textures_of_their_own(gl_device):
     assert several.drawn.albedo.samples == 4 and several.albedo.samples == 0
     assert several.offsets.shape == (4, 2) and several.defines == ("MULTISAMPLED",)
     several.release()
+
+
+def test_a_texture_that_is_refused_leaves_none_of_the_others(gl_device):
+    before = gl_device.live.copy()
+    with pytest.raises(GpuError):
+        Targets(gl_device, (1 << 20, 1))
+    assert +gl_device.live == +before
 
 
 def test_a_copy_of_the_light_outlives_what_is_drawn_over_it(targets):

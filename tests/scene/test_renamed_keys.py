@@ -76,7 +76,7 @@ def test_an_option_wins_over_the_file_by_either_name(tmp_path: Path, option: str
 
 def test_both_names_at_once(tmp_path: Path) -> None:
     text = "environment: {ground: {size: 2, half_size: 3}}\n"
-    said = "environment.ground.size: is the former name of environment.ground.half_size, which is there too"
+    said = "environment.ground.size: is the former name of environment.ground.half_size, which is given too"
     assert told(tmp_path, text) == f"{tmp_path}/scene.yaml:2:24: {said}"
     assert told(tmp_path, "", {"environment.ground": "{size: 2, half_size: 3}"}) == f"--set environment.ground: {said}"
 

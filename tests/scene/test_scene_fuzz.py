@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
@@ -13,9 +13,6 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
 from depthwalk.scene.schema import SceneFile
 
-SETTINGS = settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
-)
 SCENE = (
     b"version: 1\nassets: {box: {mesh: box.obj, dpci: {resolution: 64}}}\nobjects:\n"
     b"- {asset: box, position: [0, 1, 0], yaw: 30}\n- {grid: {asset: box, count: [2, 3], spacing: [1, 2]}}\n"
@@ -62,19 +59,16 @@ def test_the_seed_scene_loads(tmp_path: Path) -> None:
     assert len(load_scene(tmp_path / "x.yaml").objects) == 1 + 6 + 9
 
 
-@SETTINGS
 @given(data=st.binary(max_size=60))
 def test_random_bytes(tmp_path: Path, data: bytes) -> None:
     load_all(tmp_path, data)
 
 
-@SETTINGS
 @given(text=YAML_PIECES)
 def test_random_yaml_pieces(tmp_path: Path, text: str) -> None:
     load_all(tmp_path, text.encode())
 
 
-@SETTINGS
 @given(edits=st.lists(st.tuples(st.integers(0, len(SCENE) - 1), st.binary(max_size=2)), min_size=1, max_size=3))
 def test_a_scene_with_bytes_changed(tmp_path: Path, edits: list[tuple[int, bytes]]) -> None:
     data = SCENE
@@ -83,7 +77,6 @@ def test_a_scene_with_bytes_changed(tmp_path: Path, edits: list[tuple[int, bytes
     load_all(tmp_path, data)
 
 
-@settings(SETTINGS, max_examples=75)  # each is written as YAML first
 @given(values=st.dictionaries(st.sampled_from([*sorted(SceneFile.model_fields), "keyframes", "fps"]), VALUES))
 def test_random_values_under_known_keys(tmp_path: Path, values: dict[str, Any]) -> None:
     path = tmp_path / "dump.yaml"
@@ -92,7 +85,6 @@ def test_random_values_under_known_keys(tmp_path: Path, values: dict[str, Any]) 
     load_all(tmp_path, path.read_bytes())
 
 
-@SETTINGS
 @given(key=st.lists(st.sampled_from([*WORDS, "0", "1", "-1", "", "x[0]"]), max_size=4).map(".".join), text=YAML_PIECES)
 def test_random_overrides(tmp_path: Path, key: str, text: str) -> None:
     (tmp_path / "box.obj").touch()

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from ruamel.yaml import YAML
@@ -95,13 +95,11 @@ def assert_close(actual: NDArray[np.float64], wanted: list[NDArray[np.float64]])
     np.testing.assert_allclose(actual, wanted_array, rtol=1e-4, atol=1e-3)
 
 
-@settings(max_examples=60, deadline=None)
 @given(ITEMS)
 def test_flattened_transforms_are_the_matrix_products(items: list[Any]) -> None:
     assert_close(matrices_of(scene_of(items)), matrices(items, np.eye(4)))
 
 
-@settings(max_examples=40, deadline=None)
 @given(ITEMS.filter(bool), st.fixed_dictionaries(PLACEMENT), st.data())
 def test_moving_a_node_is_loading_it_there(items: list[Any], placement: dict[str, Any], data: st.DataObject) -> None:
     which = data.draw(st.integers(0, len(items) - 1))

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from tools.make_models import leaves, props, relief, surfaces
+from tools.make_models import leaves, props, relief, stone, surfaces
 from tools.make_models.__main__ import generate
 from tools.make_models.decimate import unpinched, with_exact_count, without_flaps
 from tools.make_models.meshing import ambient_occlusion, interpolated_occlusion, largest_part, polygonise
@@ -192,7 +192,7 @@ def test_noise_is_bounded_smooth_and_seeded() -> None:
     assert not np.array_equal(fractal(p, 1.0, 8), values)
 
 
-@pytest.mark.parametrize("make", [props.bench, props.teapot])
+@pytest.mark.parametrize("make", [pytest.param(stone.slab_rock, marks=pytest.mark.slow), props.hedge, props.teapot])
 def test_generators_repeat_themselves(make: object, tmp_path: Path) -> None:
     write_ply(tmp_path / "a.ply", make())
     write_ply(tmp_path / "b.ply", make())

@@ -1,29 +1,9 @@
 import threading
-from types import SimpleNamespace
 
 import pytest
 
-from depthwalk.scene.arrays import Representation
-from depthwalk.walk.loading import LoadingScreen, StoppedError
-from depthwalk.walk.scene_loader import SceneLoader
-
-
-class FakeWindow(SimpleNamespace):
-    """Counts what it shows."""
-
-    def __init__(self):
-        screen = SimpleNamespace(use=lambda: None, clear=lambda *colour: None)
-        super().__init__(size=(64, 48), buffer_size=(64, 48), fbo=screen, is_closing=False, shown=0)
-
-    def swap_buffers(self):
-        self.shown += 1
-
-
-def loading(drawn):
-    told = []
-    window = FakeWindow()
-    overlay = SimpleNamespace(draw=lambda *arguments: drawn.append(threading.current_thread()))
-    return window, told, LoadingScreen(window, overlay, lambda *line: told.append(line))
+from depthwalk.walk.loading import StoppedError
+from walks import loading
 
 
 def test_each_stage_is_told_and_shown():
@@ -70,24 +50,3 @@ def test_a_thread_that_reads_beside_the_frames_touches_no_window():
     thread.start()
     thread.join()
     assert told == [("bust", "reading")] and window.shown == 0 and not drawn
-
-
-def test_a_stopped_bake_leads_back_to_what_was_shown():
-    """However impatient its user is, a window that showed meshes shows them again, and stays open."""
-    window, _, screen = loading([])
-    baked, told = [], []
-
-    def table():
-        if world.representation is None:
-            baked.append("bust")
-            screen.report("bust", "side")
-            screen.stop()
-            screen.report("bust", "caps")
-
-    world = SimpleNamespace(representation=None, table=table)
-    renderer = SimpleNamespace(world=world, settings=SimpleNamespace(aa="none"))
-    loader = SceneLoader(None, window, screen)
-    loader._usable = Representation.MESH
-    loader.load_missing(renderer, told.append)
-    assert world.representation is Representation.MESH and baked == ["bust"]
-    assert told == ["Loading was stopped"] and not screen.busy

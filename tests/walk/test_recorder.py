@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk.errors import InputError
@@ -59,7 +59,6 @@ def test_who_stands_or_goes_straight_needs_two_keyframes():
 
 
 @pytest.mark.gl
-@settings(deadline=None)  # on a busy machine an example takes as long as it takes
 @given(st.lists(st.floats(-100, 100), min_size=1, max_size=30), st.integers(0, 2**32 - 1))
 def test_any_samples_are_met_and_read_again(tmp_path_factory, places, seed):
     random = np.random.default_rng(seed)

@@ -49,23 +49,37 @@ def bake_mesh(
 
     Parameters
     ----------
-    mesh : OBJ, PLY, glTF or any other mesh that docs/scene-file.md names.
-    out : the file to write, which ends in .exr, or in .dpci.npz for cooked depth images, which scenes name as `baked`;
-        None: beside the mesh, `bust.dpci.exr` beside `bust.obj`.
-    resolution : side of every image, texels.
-    layers : surfaces behind each other that an image holds; auto: as many as can be seen.
-    parts : objects that share the mesh; auto: as many as sample its surface well.
-    axis : axis of the cylinder, a letter or a direction; auto: the one that samples the surface best.
-    method : by rays, or by the six views of the paper.
-    texture : an image for meshes whose files name none.
-    up : which way up is in the file.
-    height : metres that the mesh is scaled to; None: as the file has it.
-    force : bake even where the file is up to date.
-    progress : called with the name of each stage.
+    mesh
+        Path of an OBJ, PLY, glTF or any other mesh file that docs/scene-file.md names.
+    out
+        The file to write, which ends in .exr, or in .dpci.npz for cooked depth images, which scenes name as `baked`.
+        None writes beside the mesh, `bust.dpci.exr` beside `bust.obj`.
+    resolution
+        Side of every image, texels.
+    layers
+        Surfaces behind each other that an image holds; "auto": as many as can be seen.
+    parts
+        Most objects that share the mesh, each with images of its own; "auto": as many as sample its surface well.
+    axis
+        Axis of the cylinder, a letter or a direction (3,) in the asset's frame; "auto": the one that samples the
+        surface best.
+    method
+        How surfaces are sampled: by rays, or by the six views of the paper.
+    texture
+        Path of a picture that replaces the textures of the mesh file; None keeps these.
+    up
+        The axis that points upward in the file.
+    height
+        Height in metres to which the mesh is scaled; None keeps the file's size.
+    force
+        Whether to bake even where the file is up to date.
+    progress
+        Called with the name of each stage as it begins.
 
     Returns
     -------
-    The file.
+    Path
+        The file with the depth images.
 
     Raises
     ------
@@ -101,17 +115,21 @@ def bake_mesh(
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """How depth images compare with their mesh, over views from all around.
+    """Tell how closely the pictures of depth images resemble those of their mesh, seen from all around.
 
     The measures are psnr (dB), iou (of the silhouettes), flip (0 to 1), depth_median and depth_p99 (errors, in heights
     of the object) and holes (per cent of the mesh's pixels); docs/quality-method.md defines them.
 
     Attributes
     ----------
-    mean : the mean over the views of each measure, by name.
-    worst : the worst view's value of each measure, by name.
-    views : how many views showed anything.
-    gpu_bytes : bytes that the depth images take on the GPU.
+    mean
+        The mean over the views of each measure, by name.
+    worst
+        The worst view's value of each measure, by name.
+    views
+        Number of views that showed anything.
+    gpu_bytes
+        Bytes of GPU memory that the depth images take.
 
     Examples
     --------
@@ -136,22 +154,32 @@ def compare(
     size: tuple[int, int] = (1024, 768),
     views: Literal[6, 42] = 42,
 ) -> Comparison:
-    """Measure the pictures that depth images give against those of their mesh, in the same light.
+    """Compare pictures of depth images with pictures of their mesh, in the same light.
 
     Parameters
     ----------
-    mesh : the file that was baked.
-    baked : the file that `bake_mesh` made of it.
-    texture, up, height : as for `bake_mesh`.
-    size : width and height of the pictures, pixels.
-    views : 42 directions all around, or a quick sample of 6.
+    mesh
+        Path of the mesh file that was baked.
+    baked
+        Path of the file that `bake_mesh` made of it.
+    texture, up, height
+        The values that `bake_mesh` was given.
+    size
+        Width and height of the pictures, pixels.
+    views
+        Number of directions to look from: 42 all around, or a quick sample of 6.
+
+    Returns
+    -------
+    Comparison
+        Mean and worst of each measure.
 
     Raises
     ------
     InputError
         For files that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
 
     Examples
     --------

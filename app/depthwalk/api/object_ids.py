@@ -20,27 +20,32 @@ _SAME_SURFACE, _SAME_SURFACE_SAMPLED = 1e-3, 5e-2
 
 
 def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) -> NDArray[np.int32]:
-    """Return the scene's object in front at each pixel of the targets of the frame drawn last.
+    """Return which object of the scene is in front at each pixel of the frame drawn last.
 
-    Depth-image objects are read from the visibility buffer. Polygons leave no trace there: one that `ids` found is seen
-    where it is as near as what the frame shows.
+    Objects drawn as depth images are read from the visibility buffer. Polygons leave no trace in it: an object that
+    `ids` found counts as seen where it is as near as what the frame shows.
 
     Parameters
     ----------
-    renderer : it has just drawn a frame, and its context is current.
-    ids : one of its passes, which was `wanted` in that frame.
-    scene_objects : of the scene, one row for each number.
+    renderer
+        The renderer, which has just drawn a frame; its context is current.
+    ids
+        One of the renderer's passes, whose `wanted` was set before that frame.
+    scene_objects
+        The objects of the scene, one row for each number.
 
     Returns
     -------
-    (H, W) int32, −1 where there is no object, row 0 at the bottom; of supersampled pictures a value for every sample.
+    numpy.ndarray
+        (H, W) int32, row 0 at the bottom; −1 where there is no object. Supersampled pictures have a value for every
+        sample.
     """
     targets, view, plan = renderer.targets, renderer.view, renderer.plan
     assert targets is not None and view is not None and plan is not None  # the frame made them
     width, height = targets.size
     visible = np.frombuffer(targets.visibility_texture.read(alignment=1), np.uint32).reshape(height, width, 2)
     image_object = visible[..., 0] >> IMAGE_BITS  # counted from 1; 0 for polygons and nothing
-    owner = np.concatenate([[-1], _scene_objects(renderer)[plan.numbered]]).astype(np.int32)
+    owner = np.concatenate([[-1], _scene_objects(renderer)[plan.object_rows]]).astype(np.int32)
     found: NDArray[np.int32] = owner[image_object]
     meshes = ids.read()
     if meshes is None or not len(plan.mesh.records):

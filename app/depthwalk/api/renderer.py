@@ -31,14 +31,17 @@ RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
 
 @dataclass(frozen=True, kw_only=True)
 class Image:
-    """What a renderer saw, row 0 at the top.
+    """Hold a picture of a scene, with depth and objects; row 0 is at the top.
 
     Attributes
     ----------
-    rgba : (H, W, 4) uint8, sRGB colours, and alpha, which is 0 only where the background was left out.
-    depth : (H, W) float32, metres along the view axis to the nearest surface in each pixel, +inf where there is none.
-    object_id : (H, W) int32, number of the scene's object that is seen there, −1 where none is; None unless it was
-        asked for.
+    rgba
+        (H, W, 4) uint8: sRGB colours and alpha, which is 0 only where the background was left out.
+    depth
+        (H, W) float32, metres along the view axis to the nearest surface in each pixel, +inf where there is none.
+    object_id
+        (H, W) int32: number of the scene's object in front, −1 where there is none. None unless `render` was asked for
+        it.
 
     Examples
     --------
@@ -58,6 +61,11 @@ class Image:
     def save(self, path: PathLike) -> None:
         """Write the colours to a PNG file, or without alpha to a JPEG file.
 
+        Parameters
+        ----------
+        path
+            The file, whose name ends in .png or .jpg.
+
         Raises
         ------
         InputError
@@ -74,25 +82,32 @@ class Image:
 
 
 class Renderer:
-    """Renders one scene into arrays. Use it in a `with` block, which frees what it holds on the GPU.
+    """Render a scene into arrays. Use it in a `with` block, which frees its GPU memory at the end.
 
-    Making it reads the scene's assets, and bakes those depth images that are neither beside their meshes nor in the
-    user's cache. It prints nothing: what it does goes to `progress`, or else to the log. Several may live at a time.
+    Making a renderer reads the scene's assets, and bakes the depth images that are neither beside their meshes nor in
+    the user's cache. It prints nothing: what it does goes to `progress`, or else to the log. Several renderers may
+    exist at a time.
 
     Parameters
     ----------
-    scene : what to render. Changes of it show in the next picture.
-    size : width and height of the pictures, pixels.
-    representation : how to draw every object whose asset allows it; None as the scene file says.
-    passes : the passes of a frame in their order, `default_passes()` with others in between; None: these alone.
-    reuse : let a picture reuse impostors and visibility of the one before, which is faster where the camera moves
+    size
+        Width and height of the pictures, pixels.
+    scene
+        What to render. Changes of the scene show in the next picture.
+    representation
+        How to draw every object whose asset allows it; None leaves it to the scene file.
+    passes
+        The passes of a frame in their order: `default_passes()` with others in between. None uses the default ones.
+    reuse
+        Whether a picture may reuse impostors and visibility of the one before, which is faster where the camera moves
         little; pictures then depend on those before them.
-    progress : called with the name of an asset and what is being done to it.
+    progress
+        Called with the name of an asset and what is being done to it; None logs this.
 
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     InputError
         For assets that cannot be used.
 
@@ -149,21 +164,29 @@ class Renderer:
 
         Parameters
         ----------
-        camera : where to look from; None: the scene's camera, or `frame_all()` where it has none.
-        object_id : also find which object is seen at each pixel, for which meshes are drawn once more.
-        background : show sky or background colour where there is no surface, instead of alpha 0.
+        camera
+            Where to look from; None uses the scene's camera, or `frame_all()` where it has none.
+        object_id
+            Whether to find which object is seen at each pixel, for which meshes are drawn once more.
+        background
+            Whether to show the sky or the background colour where there is no surface, instead of alpha 0.
+
+        Returns
+        -------
+        Image
+            The picture.
         """
         world = self._headless.renderer.world
         with self._headless.device.context:
             for objects in self._moved:
                 world.moved(objects)
         self._moved.clear()
-        self._ids.wanted = object_id
+        self._ids.requested = object_id
         self._headless.draw(View(camera or self._scene.camera or self.frame_all(), self.size), not background)
         return self._read(object_id)
 
     def frame_all(self) -> Camera:
-        """Return a camera that sees every object in pictures of this size."""
+        """Return a camera that sees every object of the scene in pictures of this renderer's size."""
         return self._headless.frame_all()
 
     def _note_moved(self, objects: slice) -> None:

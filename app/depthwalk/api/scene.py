@@ -17,7 +17,7 @@ PathLike = str | os.PathLike[str]
 
 
 class Scene:
-    """A scene that `load_scene` has read: a tree of nodes, and the objects that hang on them.
+    """Hold a scene that `load_scene` has read: a tree of nodes with their objects.
 
     A node is an entry of the file's `objects`, named or not; one node may hold many objects, as a `grid` does. Objects
     are numbered from 0 in the order of the file, and `Image.object_id` holds these numbers.
@@ -77,26 +77,45 @@ class Scene:
 
         Parameters
         ----------
-        node : the node's number, its row in `nodes`, or its name.
+        node
+            The node's number, its row in `nodes`, or its name.
+
+        Returns
+        -------
+        range
+            The numbers of the objects.
         """
         number, nodes = self._number(node), self._loaded.nodes
         first = int(nodes.first_object[number])
         return range(first, first + int(nodes.object_count[number]))
 
     def node_of(self, object_id: int) -> int:
-        """Return the number of the node that an object hangs on.
+        """Return the number of the node that an object belongs to.
+
+        Parameters
+        ----------
+        object_id
+            Number of the object, as in `Image.object_id`.
+
+        Returns
+        -------
+        int
+            The node's row in `nodes`.
 
         Raises
         ------
         InputError
-            Where there is no such object, as for the −1 that `Image.object_id` holds where nothing is.
+            Where there is no such object, as for the −1 that `Image.object_id` holds for the background.
         """
         if not 0 <= object_id < self.object_count:
             raise InputError(f"no object {object_id}: the scene has {self.object_count}")
         return int(self._loaded.owner[object_id])
 
     def position_of(self, node: int | str) -> tuple[float, float, float]:
-        """Return where a node is in its parent, metres; see `move`."""
+        """Return where a node is in its parent's frame, metres.
+
+        `node` is the node's number, its row in `nodes`, or its name. Raises InputError as `move` does.
+        """
         x, y, z = self._loaded.nodes.local.position[self._number(node)].tolist()
         return x, y, z
 
@@ -108,16 +127,20 @@ class Scene:
         yaw: float | None = None,
         scale: float | None = None,
     ) -> None:
-        """Place a node, with everything below it, in its parent; what is not given stays as it is.
+        """Move a node, with everything below it, within its parent.
 
-        Every renderer of the scene shows the change in its next frame.
+        What is not given stays as it is. Every renderer of the scene shows the change in its next frame.
 
         Parameters
         ----------
-        node : the node's number, its row in `nodes`, or its name.
-        position : metres, in the parent's frame.
-        yaw : radians about +Y, counter-clockwise seen from above.
-        scale : a factor above 0.
+        node
+            The node's number, its row in `nodes`, or its name.
+        position
+            (3,) metres, in the parent's frame.
+        yaw
+            Radians about +Y, counter-clockwise seen from above.
+        scale
+            Scale relative to the parent, above 0.
 
         Raises
         ------
@@ -145,7 +168,7 @@ class Scene:
                 notify(changed)
 
     def watch(self, notify: Callable[[slice], None]) -> None:
-        """Call a method with the run of objects that `move` has moved, for as long as the method's owner lives."""
+        """Call the method `notify` with each run of objects that `move` moves, as long as the method's owner lives."""
         self._watchers = [watcher for watcher in self._watchers if watcher() is not None]
         self._watchers.append(WeakMethod(notify))
 
@@ -173,9 +196,17 @@ def load_scene(
 
     Parameters
     ----------
-    path : a scene file (docs/scene-file.md), or a mesh.
-    asset_roots : folders besides the scene's own in which its files may lie.
-    overrides : values to replace, YAML text by dotted key, as `--set` of the command line takes them.
+    path
+        A scene file (docs/scene-file.md), or a mesh.
+    asset_roots
+        Folders besides the scene's own in which its files may lie.
+    overrides
+        Values to replace, YAML text by dotted key, as `--set` of the command line takes them.
+
+    Returns
+    -------
+    Scene
+        The scene.
 
     Raises
     ------

@@ -15,10 +15,14 @@ def view(
 
     Parameters
     ----------
-    scene : what to walk through. Keys and mouse are listed in docs/walking.md.
-    path : a camera path file, which the key P plays.
-    size : width and height of the window, pixels.
-    fullscreen : cover the whole screen.
+    scene
+        What to walk through. Keys and mouse are listed in docs/walking.md.
+    path
+        A camera path file, which the key P plays; None for no path.
+    size
+        Width and height of the window, pixels.
+    fullscreen
+        Whether the window covers the whole screen.
 
     Raises
     ------

@@ -26,14 +26,19 @@ _MAX_READINGS = 3  # of a range image that changes while it is read
 
 
 def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
-    """Return the mesh of an asset, in the asset's frame.
+    """Read the mesh of an asset.
 
     Parameters
     ----------
     spec
         The asset.
     sources
-        Where files are read from, which keeps their bytes to be hashed later; None: from the disk.
+        Reads files and keeps their bytes, to be hashed later; None reads them from the disk.
+
+    Returns
+    -------
+    Mesh
+        The mesh, asset frame, metres.
 
     Raises
     ------
@@ -44,16 +49,34 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
-    """Return the mesh of an asset, and the `source_hash` of the very bytes that it was read from. Raises InputError."""
+    """Read the mesh of the asset `spec`, and return it with the `source_hash` of the same bytes.
+
+    Raises InputError for files that cannot be used.
+    """
     sources = Sources()
     mesh = read_mesh(spec, sources)
     return mesh, source_hash(spec.mesh, spec.texture, sources)
 
 
 def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
-    """Return the mesh of an asset that is to have depth images, as `read_mesh` does.
+    """Read the mesh of an asset that is to be baked.
 
-    Raises InputError also where depth images could not show the mesh, because it has no height.
+    Parameters
+    ----------
+    spec
+        The asset.
+    sources
+        Reads files and keeps their bytes, to be hashed later; None reads them from the disk.
+
+    Returns
+    -------
+    Mesh
+        The mesh, asset frame, metres.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be used, and for a mesh without height, which depth images could not show.
     """
     mesh = read_mesh(spec, sources)
     check_height(mesh, spec.mesh)
@@ -61,12 +84,18 @@ def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 
 def read_meso(meso: MesoParams) -> Meso:
-    """Return the relief that is laid over an asset's depth images. Raises InputError."""
+    """Read the relief that `meso`, of a scene file, lays over an asset's depth images.
+
+    Raises InputError for files that cannot be used.
+    """
     return load_meso(meso.depth, height=meso.height, tile=meso.tile, normal=meso.normal)
 
 
 def read_relief(spec: DepthImageAsset) -> PlanarImage:
-    """Return the planar depth image of an asset that has a `size`. Raises InputError."""
+    """Read the planar depth image of the asset `spec`, which has a `size`.
+
+    Raises InputError for files that cannot be used.
+    """
     assert spec.size is not None  # the scene file has exactly one of size and intrinsics
     return load_depth_image(
         spec.depth, size=spec.size, depth_range=spec.range, unit=spec.unit, colour=spec.colour, normal=spec.normal
@@ -74,17 +103,30 @@ def read_relief(spec: DepthImageAsset) -> PlanarImage:
 
 
 def read_range_image(spec: DepthImageAsset) -> RangeImage:
-    """Return the range image of an asset that has `intrinsics`. Raises InputError."""
+    """Read the range image of the asset `spec`, which has `intrinsics`.
+
+    Raises InputError for files that cannot be used.
+    """
     assert spec.intrinsics is not None
     lens = Intrinsics(**spec.intrinsics.model_dump())
     return load_range_image(spec.depth, lens=lens, unit=spec.unit, colour=spec.colour, normal=spec.normal)
 
 
 def read_keyed(spec: DepthImageAsset) -> tuple[RangeImage, str]:
-    """Return the range image of an asset that has `intrinsics`, and the key of its depth image.
+    """Read the range image of an asset that has `intrinsics`, and hash its files.
 
     NPY and OpenEXR files are read by their names, not from bytes that could be hashed as well. So the files are hashed
-    before and after, and read again where these differ.
+    before and after, and read again where the hashes differ.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+
+    Returns
+    -------
+    tuple
+        The range image, and the key of the depth image that is baked from it.
 
     Raises
     ------
@@ -100,7 +142,7 @@ def read_keyed(spec: DepthImageAsset) -> tuple[RangeImage, str]:
 
 @contextmanager
 def complaints_about(file: Path) -> Iterator[None]:
-    """Put a file's name before the complaints of code in the `with` block that knows its contents only."""
+    """Put the name of `file` before the InputErrors of a `with` block that knows only the file's contents."""
     try:
         yield
     except InputError as error:
@@ -108,14 +150,14 @@ def complaints_about(file: Path) -> Iterator[None]:
 
 
 def model_params(dpci: DpciParams) -> ModelParams:
-    """Return the parameters of the bake that a scene wants for an asset."""
+    """Return the bake parameters that `dpci`, of a scene file, asks for."""
     return ModelParams(
         resolution=dpci.resolution, layers=dpci.layers, method=dpci.method, parts=dpci.parts, axis=dpci.axis
     )
 
 
 def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) -> str:
-    """Return the key of a mesh asset's depth images.
+    """Return the key of a mesh asset's depth images, a hash of everything that they depend on.
 
     Parameters
     ----------
@@ -124,7 +166,12 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
     params
         How it is baked.
     source
-        The `source_hash` of the bytes that it is baked from; None: of what its files hold now.
+        The `source_hash` of the bytes that the mesh is read from; None hashes what its files hold now.
+
+    Returns
+    -------
+    str
+        64 hex digits.
 
     Raises
     ------
@@ -145,12 +192,28 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
 
 
 def levels_key(spec: MeshAsset, source: str) -> str:
-    """Return the key of a mesh asset's simplified levels; source: the `source_hash` of the mesh they are made from."""
+    """Return the key of the simplified levels of a mesh asset.
+
+    Parameters
+    ----------
+    spec
+        The asset.
+    source
+        The `source_hash` of the bytes that the mesh was read from.
+
+    Returns
+    -------
+    str
+        64 hex digits.
+    """
     return bake_key(source, up=spec.up, height=spec.height, ratios=RATIOS, fewest=FEWEST)
 
 
 def range_key(spec: DepthImageAsset) -> str:
-    """Return the key of the depth image that a range image is baked to, by what its files hold. Raises InputError."""
+    """Return the key of the depth image that the range image of `spec` is baked to: a hash of what its files hold now.
+
+    Raises InputError for files that cannot be read.
+    """
     assert spec.intrinsics is not None
     normal = None if spec.normal is None else source_hash(spec.normal)
     return bake_key(

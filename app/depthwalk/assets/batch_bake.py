@@ -62,20 +62,20 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Baked:
-    """Tell of a job that baked its mesh.
+    """Report that a job baked its mesh.
 
     Attributes
     ----------
     out
         The file.
     triangles
-        How many the mesh has.
+        Number of triangles of the mesh.
     parts
-        Objects that the mesh was divided into.
+        Number of objects that the mesh was divided into.
     images
-        Depth images that show anything.
+        Number of depth images that hold samples.
     seconds
-        How long each stage took, in the order of the stages.
+        Seconds that each stage took, in the order of the stages.
     bytes
         Size of the file.
     """
@@ -90,7 +90,15 @@ class Baked:
 
 @dataclass(frozen=True)
 class Kept:
-    """Tell of a job that needed no bake. cached: whether its file was copied from the user's cache folder."""
+    """Report that a job needed no bake.
+
+    Attributes
+    ----------
+    out
+        The file.
+    cached
+        Whether it was copied from the user's cache folder; else it was up to date.
+    """
 
     out: Path
     cached: bool
@@ -104,7 +112,7 @@ Outcomes = Generator[tuple[int, Outcome], None, None]
 
 
 def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcomes:
-    """Do jobs, and yield the number of each with what it came to, as they end.
+    """Do jobs, and yield what became of each as it ends.
 
     Callers that leave before the end close the generator, which ends what still runs.
 
@@ -115,32 +123,45 @@ def bake_all(jobs: Sequence[Job], processes: int | None, stage: Stage) -> Outcom
     processes
         How many jobs to do at a time; None: as many as there are cores. With one they are done in this process.
     stage
-        Told what is being done.
+        Called with the number of a job and the name of the stage that it begins.
+
+    Yields
+    ------
+    tuple
+        The number of a job, and what became of it; an InputError where the job failed, while the others go on.
     """
     processes = min(len(jobs), processes or os.cpu_count() or 1)
     with contextlib.ExitStack() as stack:
         staged = [stack.enter_context(_staging(job.out)) for job in jobs]
         run = _run_here(jobs, staged, stage) if processes < 2 else _run_parallel(jobs, staged, processes, stage)
         for number, outcome in stack.enter_context(contextlib.closing(run)):
-            if staged[number].is_file():  # a file that is up to date is not staged
-                os.replace(staged[number], jobs[number].out)
+            try:
+                if staged[number].is_file():  # a file that is up to date is not staged
+                    os.replace(staged[number], jobs[number].out)
+            except OSError as error:
+                outcome = _unwritable(jobs[number].out, error)
             yield number, outcome
 
 
 def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int | None = None) -> Baked | Kept:
-    """Find the file of a job up to date, or in the cache, or else bake it.
+    """Bake a mesh to a file, unless the file is up to date or can be copied from the cache.
 
     Parameters
     ----------
     job
         The job.
     staged
-        Where to write the file; the caller puts it in the place of `job.out` when it is whole. Nothing is written where
-        `job.out` is up to date.
+        Where to write the file; the caller moves it to `job.out` when it is whole. Nothing is written where `job.out`
+        is up to date.
     stage
-        Called with the name of each stage.
+        Called with the name of each stage as it begins.
     workers
-        How many threads to use, see `thread_map`.
+        How many threads to use; None: as many as `default_workers` returns.
+
+    Returns
+    -------
+    Baked | Kept
+        What was done.
 
     Raises
     ------
@@ -159,19 +180,20 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         forget(levels_key(job.spec, source))
     elif _is_up_to_date(job.out, key):
         return Kept(job.out, cached=False)
-    elif not cooked and find_cached(key) is not None:
-        shutil.copyfile(BAKED.file(key), staged)
+    elif not cooked and find_cached(key) is not None and _copied(BAKED.file(key), staged):
         return Kept(job.out, cached=True)
     mesh = read_body(job.spec, sources)
     del sources  # frees the bytes of the files
     clock.start("structure")  # that rays are cast against
     model = bake_model(mesh, job.params, key, clock.start, workers)
-    if cooked:
-        clock.start("cook")
-        write_cooked(staged, key, tuple(cook_object(part, CookOptions()) for part in model.parts))
-    else:
-        clock.start("write")
-        write_baked(staged, model)
+    clock.start("cook" if cooked else "write")
+    try:
+        if cooked:
+            write_cooked(staged, key, tuple(cook_object(part, CookOptions()) for part in model.parts))
+        else:
+            write_baked(staged, model)
+    except OSError as error:
+        raise _unwritable(job.out, error) from error
     return Baked(
         out=job.out,
         triangles=len(mesh.faces),
@@ -180,6 +202,21 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
         seconds=clock.stop(),
         bytes=staged.stat().st_size,
     )
+
+
+def _copied(cached: Path, staged: Path) -> bool:
+    """Copy a file of the cache, and return whether that worked: another process may have removed it to make room."""
+    try:
+        shutil.copyfile(cached, staged)
+    except OSError:
+        staged.unlink(missing_ok=True)  # half a copy must not take the place of the job's file
+        return False
+    return True
+
+
+def _unwritable(out: Path, error: OSError) -> InputError:
+    """Return the complaint that the file of one job cannot be written; the other jobs go on."""
+    return InputError(f"{out}: cannot be written: {error.strerror or error}")
 
 
 def _is_up_to_date(file: Path, key: str) -> bool:
@@ -246,12 +283,12 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
     """Do jobs in so many processes. Those that still run when the caller leaves are ended."""
     context = multiprocessing.get_context("spawn")
     reports = context.Queue()
-    pool = ProcessPoolExecutor(processes, context, _set_up_worker, (reports,))
-    work, workers = enumerate(zip(jobs, staged, strict=True)), default_workers(processes)
-    running: dict[Future[Baked | Kept], int] = {
-        pool.submit(_work, number, *job, workers): number for number, job in work
-    }
+    pool = ProcessPoolExecutor(processes, context, set_up_worker, (reports,))
+    workers = default_workers(processes)
+    running: dict[Future[Baked | Kept], int] = {}
     try:
+        for number, job in enumerate(zip(jobs, staged, strict=True)):
+            running[pool.submit(_work, number, *job, workers)] = number
         while running:
             done, _ = wait(running, timeout=_POLL_SECONDS, return_when=FIRST_COMPLETED)
             with contextlib.suppress(queue.Empty):
@@ -274,7 +311,7 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
 _reports: Any = None  # in a worker process: the queue into which it says what it does
 
 
-def _set_up_worker(reports: Any) -> None:
+def set_up_worker(reports: Any) -> None:
     """Prepare a worker process: it leaves Ctrl-C to its parent, and ends with it."""
     global _reports
     _reports = reports

@@ -1,6 +1,7 @@
 """Provide cooked depth images: from the cache, or cooked now and kept there."""
 
 import logging
+from collections.abc import Callable
 from typing import Protocol
 
 from depthwalk.bake.model import BakedModel
@@ -14,16 +15,24 @@ class BakedSource(Protocol):
     """Describe where depth images come from, by the number of their asset."""
 
     def key(self, asset: int) -> str:
-        """Return the cache's key of an asset's depth images; "" where they are not to be kept in the cache."""
+        """Return the key in the cache of the depth images of the asset numbered `asset`.
+
+        It is "" where the cache is not to keep them.
+        """
         ...
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return an asset's depth images, made if need be; None where it has none."""
+        """Return the depth images of the asset numbered `asset`, baked if they must be; None where it has none."""
         ...
 
 
 def cooked_objects(
-    source: BakedSource, asset: int, options: CookOptions, *, again: bool = False
+    source: BakedSource,
+    asset: int,
+    options: CookOptions,
+    *,
+    again: bool = False,
+    begin: Callable[[], None] = lambda: None,
 ) -> tuple[CookedObject, ...]:
     """Return the cooked depth images of an asset, one object for each part.
 
@@ -38,6 +47,8 @@ def cooked_objects(
     again
         Whether to cook although the cache has them, because what it has cannot be loaded. The objects returned then
         hold their arrays in memory, so that a cache which fails again does no harm.
+    begin
+        Called when the cooking begins, if it does.
 
     Raises
     ------
@@ -53,6 +64,7 @@ def cooked_objects(
     model = source.baked(asset)
     if model is None:
         raise LookupError(f"asset {asset} has no depth images")
+    begin()
     objects = tuple(cook_object(part, options) for part in model.parts)
     key = source.key(asset)  # another one if the asset's file was replaced before it was baked
     if key:

@@ -7,8 +7,10 @@ holds for the simplified levels of meshes.
 import logging
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +67,7 @@ class SceneLibrary:
     Attributes
     ----------
     report
-        Told what is being done; may be replaced.
+        Called with the name of an asset and what is being done for it; may be replaced.
     """
 
     def __init__(
@@ -81,7 +83,7 @@ class SceneLibrary:
         assets
             The assets, by number.
         report
-            Told what is being done.
+            Called with the name of an asset and what is being done for it.
         processes
             How many missing assets to bake at a time; None: as many as there are cores. More than one is for programs
             whose main module can be imported again, since that is how processes are started.
@@ -95,7 +97,7 @@ class SceneLibrary:
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
-        """Return a library of other assets, which bakes as many at a time."""
+        """Return a library of other `assets`, which bakes as many at a time as this one."""
         return SceneLibrary(assets, processes=self._processes)
 
     def __len__(self) -> int:
@@ -103,20 +105,23 @@ class SceneLibrary:
         return len(self._assets)
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether an asset has depth images, without making them."""
+        """Return whether the asset numbered `asset` has depth images, without making them."""
         spec = self._assets[asset]
         return not isinstance(spec, MeshAsset) or spec.dpci is not None
 
     def has_mesh(self, asset: int) -> bool:
-        """Return whether an asset has a mesh, without reading it."""
+        """Return whether the asset numbered `asset` has a mesh, without reading it."""
         return _mesh_spec(self._assets[asset]) is not None
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4) of an image file, sRGB."""
+        """Return the texels (H, W, 4) uint8, sRGB with alpha, row 0 at the top, of the image file `path`."""
         return load_texture(path)
 
     def key(self, asset: int) -> str:
-        """Return the key of an asset's depth images; "" where they are not kept, or not as they are drawn."""
+        """Return the key of the depth images of the asset numbered `asset`.
+
+        It is "" where the cache keeps none, or keeps them otherwise than they are drawn.
+        """
         if asset not in self._keys:
             self._keys[asset] = _key_of(self._assets[asset])
         return self._keys[asset]
@@ -124,7 +129,10 @@ class SceneLibrary:
     # Depth images ----------------------------------------------------------------------------------------------------
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return the depth images of an asset: found, or baked and kept; None where it has none."""
+        """Return the depth images of the asset numbered `asset`; None where it has none.
+
+        Those that are found neither beside the mesh nor in the cache are baked, and kept in the cache.
+        """
         spec = self._assets[asset]
         if isinstance(spec, DepthImageAsset):
             return self._planar(spec) if spec.intrinsics is None else self._range_model(asset, spec)
@@ -135,20 +143,34 @@ class SceneLibrary:
         return None if spec.dpci is None else self._mesh_model(asset, spec)
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of an asset, one object for each part; see `cooked_objects`."""
+        """Return the cooked depth images of the asset numbered `asset`, one object for each part.
+
+        The parameters `options` and `again` are those of `cooked_objects`.
+        """
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and _is_cooked(spec.baked)):
-            return cooked_objects(self, asset, options, again=again)
+            begin = partial(self.report, spec.name, "cooking")
+            return cooked_objects(self, asset, options, again=again, begin=begin)
         if options != CookOptions():
             raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
         self.report(spec.name, "depth images")
         return read_cooked(spec.baked)
 
-    def bake_missing(self, assets: Sequence[int]) -> None:
-        """Bake into the cache, several at a time, what is missing of the depth images of `assets`.
+    def is_shipped_cooked(self, asset: int) -> bool:
+        """Return whether the scene names cooked depth images of an asset, so that none are ever made."""
+        spec = self._assets[asset]
+        return isinstance(spec, BakedAsset) and _is_cooked(spec.baked)
 
-        Where the library bakes one at a time, or no more than one is missing, nothing is done: `baked` will do it. So
-        it will for assets that fail here, and then raises.
+    def bake_missing(self, assets: Sequence[int]) -> None:
+        """Bake the depth images that are missing into the cache, several at a time.
+
+        Does nothing where the library bakes one at a time or at most one model is missing: `baked` bakes that when it
+        is asked for. It also tries those again that fail here, and raises their errors.
+
+        Parameters
+        ----------
+        assets
+            Numbers of the assets to look for.
         """
         missing = self._missing(assets) if self._processes != 1 else []
         if len(missing) < 2:
@@ -167,6 +189,8 @@ class SceneLibrary:
                         make_room(missing[number].out)
         except OSError as error:
             log.warning("cannot keep depth images: %s", error)
+        except BrokenExecutor:  # the system ended a process, for lack of memory say: one at a time needs less
+            log.warning("the system ended a process that baked; the depth images that are missing are baked singly")
 
     def _missing(self, assets: Sequence[int]) -> list[Job]:
         """Return the bakes, into the cache, of depth images that `assets` need and that are found nowhere."""
@@ -240,7 +264,7 @@ class SceneLibrary:
     # Meshes ----------------------------------------------------------------------------------------------------------
 
     def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of an asset, None where it has none."""
+        """Return the mesh of the asset numbered `asset`, asset frame, metres; None where it has none."""
         spec = _mesh_spec(self._assets[asset])
         if spec is None:
             return None
@@ -249,7 +273,10 @@ class SceneLibrary:
         return self._meshes[asset][0]
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
-        """Return the mesh of an asset and its simplified levels, the finest first; none where it has no mesh."""
+        """Return the mesh of the asset numbered `asset` and its simplified levels, the finest first.
+
+        The result is empty where the asset has no mesh.
+        """
         if asset not in self._levels:
             spec, mesh = _mesh_spec(self._assets[asset]), self.mesh(asset)
             if spec is not None and mesh is not None:
@@ -259,7 +286,7 @@ class SceneLibrary:
         return self._levels[asset]
 
     def forget_mesh(self, asset: int) -> None:
-        """Free the memory of an asset's mesh and its levels, until they are asked for again."""
+        """Free the memory of the mesh and the levels of the asset numbered `asset`, until they are asked for again."""
         self._meshes.pop(asset, None)
         self._levels.pop(asset, None)
 

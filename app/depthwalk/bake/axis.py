@@ -36,6 +36,11 @@ def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakePa
         Points spread over its surface, at which the footprints are measured.
     params
         How it would be baked; its axis is ignored.
+
+    Returns
+    -------
+    Direction
+        The axis, a unit vector (3,) in the asset frame.
     """
     axes = candidate_axes(probes)
     texel = extent(cylinder_around(place_along(NAMED["y"], points), points)) / params.resolution
@@ -50,9 +55,10 @@ def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakePa
 
 
 def candidate_axes(probes: Probes) -> NDArray[np.float64]:
-    """Return the unit directions (c, 3), asset frame, that are worth trying as an axis; none points down.
+    """Return the unit directions (c, 3), asset frame, that are worth trying as axis of a surface with these `probes`.
 
-    They are y, x and z, the principal axes of the probes, and others spread over the upper half of the sphere.
+    They are y, x and z, the principal axes of the probes, and others spread over the upper half of the sphere; none
+    points down.
     """
     around = spread_directions(2 * _SPREAD)[:_SPREAD]
     axes = np.concatenate([[NAMED["y"], NAMED["x"], NAMED["z"]], probes.principal_axes(), around])

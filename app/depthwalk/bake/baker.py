@@ -130,9 +130,14 @@ def bake_object(
     progress
         Called with the name of each stage as it begins.
     two_sided
-        See `RayCaster`.
+        Whether surfaces are seen from behind too; None: only those of an open mesh.
     workers
-        See `thread_map`.
+        How many threads to use; None: as many as `default_workers` returns.
+
+    Returns
+    -------
+    BakedObject
+        The depth images, their boundary strips and the cylinder, object frame, metres.
     """
     cylinder = with_margins(enclosing_cylinder(mesh.positions), params.resolution)
     refinements, side = params.refinements, params.resolution
@@ -184,9 +189,21 @@ def _owned(rivals: Rivals, images: list[DepthImage], parallel_map: Map) -> list[
 
 
 def peeled_layers(params: BakeParams, caster: RayCaster) -> int:
-    """Return how many surfaces a ray counts.
+    """Return how many surfaces along each ray become layers, `MAX_DPCI_LAYERS` at most.
 
-    They are twice as many of an open mesh, which shows its inside, though little of it.
+    An open mesh gets twice the layers of `params`, because its inside shows as well.
+
+    Parameters
+    ----------
+    params
+        How the mesh is baked; `layers` "auto" asks for as many layers as a file may hold.
+    caster
+        The mesh, which knows whether it is open.
+
+    Returns
+    -------
+    int
+        The number of surfaces.
     """
     if params.layers == "auto":
         return MAX_DPCI_LAYERS
@@ -201,7 +218,7 @@ def cast_face(
     rivals: Rivals | None = None,
     parallel_map: Map = map,
 ) -> FaceSamples:
-    """Sample what the rays of one face meet, less what nobody outside can see.
+    """Sample the surfaces that the rays of one face meet, except those that cannot be seen from outside.
 
     Parameters
     ----------
@@ -214,7 +231,12 @@ def cast_face(
     rivals
         Faces that were sampled before. A box face leaves out what these hold well enough.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
+
+    Returns
+    -------
+    FaceSamples
+        Depths, normals and colours, L layers of (H, W) texels.
     """
     origin, direction = (part.reshape(-1, 3) for part in grid.rays)
     hits = caster.peel(origin, direction, peeled_layers(params, caster), grid.max_depth, parallel_map)
@@ -250,9 +272,9 @@ def connect_face(
     refinements: Refinements = EVERYTHING,
     parallel_map: Map = map,
 ) -> list[DepthImage]:
-    """Build the layers of one face that see anything at all.
+    """Build the layers of one face, leaving out layers that hold no sample.
 
-    Until owners are assigned, the face owns all that it sees.
+    Until owners are assigned, the face owns all its samples.
 
     Parameters
     ----------
@@ -267,7 +289,12 @@ def connect_face(
     refinements
         Whether to cut, and whether to connect across layers.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
+
+    Returns
+    -------
+    list
+        The depth images of the face, layer 0 first.
     """
     depth = seen.samples.depth
     if not np.isfinite(depth).any():
@@ -297,8 +324,25 @@ def trace_boundary_strips(
 ) -> list[BoundaryStrip]:
     """Trace the boundary strips of `images`, level by level and face by face.
 
-    Where another face owns a surface, it needs none. `grids` and `seen` hold the texels and the samples of each face
-    that has images.
+    A surface that another face owns gets no strip from this one.
+
+    Parameters
+    ----------
+    caster
+        The mesh, ready for rays, object frame.
+    grids
+        For each face that has images, its rays and texels.
+    seen
+        For each face that has images, its samples.
+    images
+        The depth images of all faces, with their owners.
+    parallel_map
+        `map`, or what `thread_map` yields to work in several threads.
+
+    Returns
+    -------
+    list
+        A strip for each face and level that has a boundary.
     """
 
     def trace(task: tuple[int, Face]) -> BoundaryStrip:

@@ -49,12 +49,13 @@ def trace_boundary_strip(
     samples: Samples,
     level: int,
     codes: list[NDArray[np.uint16]],
-    wanted: NDArray[np.bool_],
+    followed: NDArray[np.bool_],
 ) -> BoundaryStrip:
     """Trace the boundary strip of the grid of one level.
 
-    From each sample that none of its grid triangles uses, the surface is followed with rays along the triangle's edges
-    until it ends; the triangles between samples and end points complete the cells.
+    A sample that some grid triangle lacks lies near the edge of its surface. Rays follow the surface from that sample,
+    along the sides of the missing triangle, to the edge. Triangles between samples and the points found there complete
+    the cells.
 
     Parameters
     ----------
@@ -63,20 +64,25 @@ def trace_boundary_strip(
     grid
         The face.
     samples
-        Its hits.
+        The hits of the face's rays.
     level
         The grid has step 2^level.
     codes
         The cells (cells,) of each layer at this level, as `connect` returns them.
-    wanted
+    followed
         (L, H, W) bool: the samples from which the surface is followed.
+
+    Returns
+    -------
+    BoundaryStrip
+        The strip of `grid.face` at `level`; it may be empty.
     """
     layers, height, width = samples.depth.shape
     corners = grid_cells(grid.shape, grid.face, 1 << level)
     columns, rows = (axis.reshape(-1, 3) for axis in cell_triangles(grid.face, *corners))  # (triangles, 3)
     texels = rows * width + columns
     free = _free_corners(np.isfinite(samples.depth).reshape(layers, -1), texels, codes)
-    begins = (free & wanted.reshape(layers, -1).take(texels, 1)).any(0)
+    begins = (free & followed.reshape(layers, -1).take(texels, 1)).any(0)
     selected = np.unique(np.flatnonzero(begins) // 3)
     free, columns, rows, texels = (
         free.take(selected, 1),
@@ -235,7 +241,7 @@ def _polygons(
 
     start (n,): vertex of each free corner; corner (n,): which of the triangle it is; partner (2, n): the free corner
     after and before it on the same surface, or −1; along, ending (2, n): how far the surface goes toward the corner
-    after and before it, and the vertex there.
+    after and before it, and the vertex at it.
     """
     after, before = partner
     follower = np.where(after >= 0, after[after], -1)  # of the one after

@@ -17,21 +17,26 @@ BAKED = Cache(suffix=SUFFIX, content="depth images")
 
 
 def bake_key(source: str, **parameters: object) -> str:
-    """Return the key of a baked model, 64 hex digits: a hash of all that it depends on.
+    """Return the key of a baked model: a hash of everything that the model depends on.
 
     Parameters
     ----------
     source
-        Hash of the files it is made from.
+        Hash of the files that the model is made from.
     **parameters
-        The bake's parameters, values that JSON can hold; the file format is added.
+        The parameters of the bake, values that JSON can hold. The file format is added.
+
+    Returns
+    -------
+    str
+        64 hex digits.
     """
     text = json.dumps({"source": source, "format": FORMAT_VERSION, **parameters}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def sidecar(mesh: Path) -> Path:
-    """Return the path of the baked file beside a mesh: `bust.dpci.exr` beside `bust.obj`."""
+    """Return the path of the baked file beside the file `mesh`: `bust.dpci.exr` beside `bust.obj`."""
     return mesh.with_name(mesh.stem + SUFFIX)
 
 
@@ -39,46 +44,80 @@ def has_key(path: Path, key: str) -> bool:
     """Return whether the file at `path` is a baked model of `key`, by its header; its pixels may still be damaged."""
     try:
         return path.is_file() and read_header(path)["depthwalk.key"] == key
-    except InputError:
+    except (InputError, OSError):
         return False
 
 
 def read_model(path: Path, key: str) -> BakedModel | None:
-    """Return the whole model of `key` that the user's file `path` holds.
+    """Return the model in a file of the user's, unless the file is missing, has another key or is damaged.
 
-    None where it is missing or of another key; and, with a warning, where it is damaged.
+    A damaged file is named in a warning.
+
+    Parameters
+    ----------
+    path
+        The baked file.
+    key
+        The key that the model must have, see `bake_key`.
+
+    Returns
+    -------
+    BakedModel | None
+        The whole model, or None.
     """
     if not has_key(path, key):
         return None
     try:
         return read_baked(path)
-    except InputError as error:
+    except (InputError, OSError) as error:
         log.warning("%s; passed over", error)
         return None
 
 
 def find_baked(mesh: Path, key: str) -> BakedModel | None:
-    """Find the model of `key` beside the mesh or in the cache.
+    """Find a baked model beside its mesh or in the cache.
 
-    A stale or damaged file is passed over, since baking again replaces it. Returns None where no other is found.
+    Skips stale and damaged files, since baking again replaces them.
+
+    Parameters
+    ----------
+    mesh
+        The mesh file, which need not exist.
+    key
+        The key that the model must have, see `bake_key`.
+
+    Returns
+    -------
+    BakedModel | None
+        The whole model; None where neither place has it.
     """
     return read_model(sidecar(mesh), key) or find_cached(key)
 
 
 def find_cached(key: str) -> BakedModel | None:
-    """Return the model of `key` in the cache, or None."""
+    """Return the whole model that the cache holds under `key`; None where it holds none, or a damaged one."""
     return BAKED.find(key, lambda path: _read(path, key))
 
 
 def keep_baked(baked: BakedModel) -> Path:
-    """Store `baked` in the cache folder, make room for it, and return its path.
+    """Store a model in the cache folder, and remove the oldest files where the cache is full.
+
+    Parameters
+    ----------
+    baked
+        The model; its `key` names the file.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     OSError
         Where it cannot be written.
     InputError
-        As `write_baked` does.
+        Where the boundary strips are more than a file may hold.
     """
     return BAKED.keep(baked.key, lambda path: write_baked(path, baked))
 

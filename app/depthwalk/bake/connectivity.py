@@ -58,7 +58,7 @@ def connect(
     across_layers
         Whether a triangle's corners may be on different layers.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------

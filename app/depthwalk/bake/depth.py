@@ -40,7 +40,23 @@ def measure_depth(
 ) -> list[Depth]:
     """Measure what images of 1, 2, … `MAX_DPCI_LAYERS` layers would hold of a surface, without baking any.
 
-    The parameters are those of `sampled_footprints`; the layers of `params` are ignored.
+    Parameters
+    ----------
+    caster
+        The whole mesh, which may hide parts of the surface, asset frame.
+    probes
+        Points of the surface, asset frame.
+    placement
+        The frame of the cylinder in the asset's.
+    cylinder
+        The volume that the images would enclose, in the frame of `placement`, metres.
+    params
+        How the images would be baked; its `layers` is ignored.
+
+    Returns
+    -------
+    list
+        What images of 1, 2, … layers hold, in this order.
     """
     texel = extent(cylinder) / params.resolution
     weights = probes.weight if probes.weight.any() else None  # nothing is seen of a solid turned inside out
@@ -54,5 +70,5 @@ def measure_depth(
 
 
 def deep_enough(depths: list[Depth]) -> Depth:
-    """Return the first of `depths`, which are ever deeper, that holds the surface about as well as the last."""
+    """Return the first of `depths`, which have ever more layers, that holds the surface about as well as the last."""
     return next(depth for depth in depths if depth.footprint - depths[-1].footprint < _LEAST_GAIN)

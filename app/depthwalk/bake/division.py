@@ -39,15 +39,15 @@ class Cell:
     planes: Array = field(default_factory=lambda: np.zeros((0, 4)))
 
     def beyond(self, points: Array) -> Array:
-        """Return how far (n, k) points (n, 3) are outside each plane, metres; negative inside."""
+        """Return how far (n, k), metres, `points` (n, 3), asset frame, are outside each plane; negative inside."""
         return points @ self.planes[:, :3].T - self.planes[:, 3]
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
-        """Return which points (n, 3) lie inside."""
+        """Return which `points` (n, 3), metres, asset frame, lie inside the cell: (n,) bool."""
         return np.asarray(np.all(self.beyond(points) <= 0, axis=1))
 
     def cut(self, plane: Array) -> tuple["Cell", "Cell"]:
-        """Return the pieces on either side of `plane` (4,); the first is where n · point ≤ d."""
+        """Return the cell's pieces on either side of `plane`, (4,) as a row of `planes`; n · point ≤ d in the first."""
         return Cell(planes=np.vstack([self.planes, plane])), Cell(planes=np.vstack([self.planes, -plane]))
 
 
@@ -77,7 +77,22 @@ class _Piece:
 
 
 def part_faces(mesh: Mesh, cell: Cell, margin: float) -> NDArray[np.bool_]:
-    """Return which faces (F,) of a mesh reach into `cell`, or within `margin` metres of it."""
+    """Return which faces of a mesh reach into a cell, or come near it.
+
+    Parameters
+    ----------
+    mesh
+        The mesh, asset frame.
+    cell
+        The piece of space, asset frame.
+    margin
+        Distance from the cell up to which faces count, metres.
+
+    Returns
+    -------
+    numpy.ndarray
+        (F,) bool.
+    """
     return np.asarray(np.all(cell.beyond(mesh.positions)[mesh.faces].min(1) <= margin, axis=1))
 
 

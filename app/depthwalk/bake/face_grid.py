@@ -68,7 +68,7 @@ class FaceGrid:
 
     @classmethod
     def of(cls, cylinder: Cylinder, image: DepthImage) -> Self:
-        """Return the grid that `image` lies on."""
+        """Return the grid of the texels of `image`, a depth image of `cylinder` (object frame, metres)."""
         height, width = image.depth.shape
         return cls(cylinder=cylinder, face=image.face, height=height, width=width)
 
@@ -140,7 +140,7 @@ class FaceGrid:
         return origin, direction
 
     def points(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the points (H, W, 3), object frame, metres, of an image's depths (H, W).
+        """Return the points (H, W, 3), object frame, metres, of an image's `depth` (H, W), metres from the face inward.
 
         Empty texels, of depth +inf, give NaN or infinite points.
         """
@@ -149,14 +149,27 @@ class FaceGrid:
             return origin + depth[..., None] * direction
 
     def points_at(self, u: Array, v: Array, depth: Array) -> NDArray[np.float32]:
-        """Return the points (…, 3), object frame, of depths (…), metres, at positions u, v (…) in [0, 1]."""
+        """Return the points at given positions and depths.
+
+        Parameters
+        ----------
+        u, v
+            Positions (…) on the face in [0, 1], broadcast against each other.
+        depth
+            (…) metres from the face inward.
+
+        Returns
+        -------
+        numpy.ndarray
+            (…, 3) float32, metres, object frame.
+        """
         origin, direction = self.rays_at(u, v)
         return origin + depth[..., None] * direction
 
     def border_points(
         self, images: Sequence[DepthImage], border: BoundaryStrip
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the points (b, 3), object frame, and depths (b,), metres, of the vertices of a boundary strip.
+        """Return where the vertices of a boundary strip lie.
 
         Parameters
         ----------
@@ -164,6 +177,13 @@ class FaceGrid:
             All layers of the face, in order.
         border
             A strip of this face.
+
+        Returns
+        -------
+        points
+            (b, 3) float32, metres, object frame.
+        depths
+            (b,) float32, metres from the face inward.
         """
         row, column = np.divmod(border.start % (self.height * self.width), self.width)
         u = (column + 0.5 + border.offset[:, 0]) / self.width
@@ -172,7 +192,10 @@ class FaceGrid:
         return self.points_at(u, v, depth).astype(np.float32), depth.astype(np.float32)
 
     def position_of(self, point: Array) -> tuple[Array, Array]:
-        """Return u and v (n,) of points (n, 3), object frame, on this side of the axis; in [0, 1] within the face."""
+        """Return u and v, (n,) each, of `point` (n, 3), metres, object frame, on this face's side of the axis.
+
+        Both are in [0, 1] where the point falls on the face.
+        """
         if self.face is Face.SIDE:
             theta = np.arctan2(point[:, 2], point[:, 0])
             return theta / (2 * np.pi) % 1.0, (point[:, 1] - self.cylinder.bottom) / self.cylinder.height
@@ -181,24 +204,30 @@ class FaceGrid:
         return (point[:, across] - low[across]) / size[across], (point[:, up] - low[up]) / size[up]
 
     def texel_at(self, u: Array, v: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return row and column (…) of the texels nearest to positions u, v (…); what lies outside is clipped."""
+        """Return row and column, (…) each, of the texels nearest to positions `u`, `v` (…) in [0, 1] on the face.
+
+        Positions outside the face give the nearest texel on its edge.
+        """
         row = np.clip((v * self.height).astype(int), 0, self.height - 1)
         return row, np.clip((u * self.width).astype(int), 0, self.width - 1)
 
     def project(self, point: Array) -> Projection:
-        """Return where points (n, 3), object frame, fall on the face, and the rays that meet them."""
+        """Return where `point` (n, 3), metres, object frame, falls on the face, and the rays that meet it."""
         u, v = self.position_of(point)
         origin, direction = self.rays_at(u, v)
         return Projection(point=point, u=u, v=v, origin=origin, direction=direction)
 
 
 def texel_centres(count: int) -> NDArray[np.float64]:
-    """Return the centres (count,) of `count` texels over [0, 1]."""
+    """Return the centres, (count,) float64, of `count` texels that divide [0, 1] evenly."""
     return (np.arange(count) + 0.5) / count
 
 
 def square_texel(baked: BakedObject) -> float:
-    """Return the side, metres, of a square of a texel's area, on the side image or else on the first one."""
+    """Return the side, metres, of a square as large as a texel of the side image of `baked`.
+
+    Without a side image, the first image takes its place.
+    """
     image = next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
     width, height = FaceGrid.of(baked.cylinder, image).texel_size
     return float(np.sqrt(width * height))

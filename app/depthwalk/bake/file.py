@@ -8,9 +8,11 @@ EXR counts rows from the top; ours count from the bottom, so rows are flipped he
 """
 
 import contextlib
+import io
 import sys
+import threading
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,7 @@ from depthwalk.bake.header import (
     Header,
     channel_type,
     check_entries,
+    complaints,
     first_line,
     inspect_header,
     is_list,
@@ -40,12 +43,20 @@ from depthwalk.pictures import save_exr
 
 SUFFIX = ".dpci.exr"
 _LIST_WIDTH = 1024
+_HEARING = threading.Lock()  # two threads that replace standard output at once would not put it back
 
 Channels = dict[str, NDArray[Any]]
 
 
 def write_baked(path: Path, model: BakedModel) -> None:
-    """Write `model` to `path` in one step: a reader sees the old file or the whole new one.
+    """Write a model to a file in one step: a reader sees the old file or the whole new one.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is made where it does not exist.
+    model
+        The model.
 
     Raises
     ------
@@ -70,22 +81,31 @@ def write_baked(path: Path, model: BakedModel) -> None:
 
 
 def read_baked(path: Path) -> BakedModel:
-    """Read the model stored at `path`.
+    """Read a model from a baked file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    BakedModel
+        The model, each of its arrays checked.
 
     Raises
     ------
     InputError
         Where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than the limits.
+    OSError, MemoryError
+        Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
     """
     import OpenEXR
 
     headers = inspect_header(path)[1]
-    try:
-        # The binding prints what it cannot decode; standard output may be a picture.
-        with contextlib.redirect_stdout(sys.stderr), OpenEXR.File(str(path), separate_channels=True) as file:
-            stored = {part.name(): {k: channel.pixels for k, channel in part.channels.items()} for part in file.parts}
-    except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
-        raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
+    damage = complaints(path, "damaged depth images")
+    with damage, _binding_heard(), OpenEXR.File(str(path), separate_channels=True) as file:
+        stored = {part.name(): {k: channel.pixels for k, channel in part.channels.items()} for part in file.parts}
     try:
         _check_pixels(stored, headers[0].checksum)
         contents: list[dict[str, Channels]] = [{} for _ in headers]
@@ -97,8 +117,27 @@ def read_baked(path: Path) -> BakedModel:
         raise InputError(f"{path}: damaged depth images: {first_line(error)}") from error
 
 
+@contextlib.contextmanager
+def _binding_heard() -> Iterator[None]:
+    """Pass what OpenEXR prints about pixels that it cannot decode to standard error: standard output may be a picture.
+
+    Raises MemoryError where it tells of one, since it raises none itself and leaves the channels out.
+    """
+    told = io.StringIO()
+    try:
+        with _HEARING, contextlib.redirect_stdout(told):
+            yield
+    finally:
+        if "MemoryError" in told.getvalue() or "bad_alloc" in told.getvalue():
+            raise MemoryError("no memory for the pixels of depth images")
+        print(told.getvalue(), end="", file=sys.stderr)
+
+
 def read_header(path: Path) -> dict[str, Any]:
-    """Read the checked header of a baked file, without its pixels; raises InputError as `read_baked` does."""
+    """Read and check the header of the baked file `path`, without its pixels; raises what `read_baked` raises.
+
+    Returns the attributes of the file's first part, by name.
+    """
     return inspect_header(path)[0]
 
 
@@ -151,7 +190,7 @@ def _check_cells(images: list[DepthImage]) -> None:
             for code in (codes & 127, codes >> 7 & 127):
                 kept = code[code & 1 > 0]
                 if np.maximum(kept >> 1 & 7, kept >> 4).max(initial=0) >= layers:
-                    raise ValueError(f"part {image.name} has triangles on layers that are not there")
+                    raise ValueError(f"part {image.name} has triangles on layers that its face does not have")
 
 
 def _header(baked: BakedObject) -> dict[str, Any]:

@@ -10,14 +10,28 @@ _TURNED = Face.BOTTOM, Face.FRONT, Face.LEFT  # u × v points outward
 
 
 def usable_steps(shape: tuple[int, int]) -> int:
-    """Return how many grids an image of (H, W) gets: steps 1, 2, … as long as eight cells remain, 64 at most."""
+    """Return how many grids an image of `shape` (H, W) gets: steps 1, 2, … 64, as long as eight cells remain."""
     return max(1, min(MAX_STEPS, int(np.log2(min(shape))) - 2))
 
 
 def grid_nodes(count: int, step: int, wraps: bool) -> NDArray[np.int64]:
-    """Return the texel indices of the nodes along one axis at `step`.
+    """Return the texel indices, (n,) int64, of a grid's nodes along one axis of an image.
 
     They are every step-th texel, and the last one unless the axis wraps, so that a coarse grid still ends at the edge.
+
+    Parameters
+    ----------
+    count
+        Texels along the axis.
+    step
+        Texels between two nodes.
+    wraps
+        Whether the last texel is followed by the first, as on the side image.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) int64, rising texel numbers.
     """
     nodes = np.arange(0, count, step)
     return nodes if wraps or nodes[-1] == count - 1 else np.append(nodes, count - 1)
@@ -60,14 +74,14 @@ def cell_triangles(
     Parameters
     ----------
     face
-        Decides how the triangles are wound.
+        The face, which decides in which direction the triangles are wound.
     i0, j0, i1, j1
-        (cells,), as `grid_cells` returns them.
+        (cells,) int64: columns i and rows j of the lower (0) and upper (1) corners, from `grid_cells`.
 
     Returns
     -------
     tuple
-        Columns and rows, each (2, cells, 3), of the lower and the upper triangles.
+        Columns and rows, each (2, cells, 3) int64, of the lower and the upper triangles.
     """
     lower = (i1, j0), (i0, j0), (i0, j1)
     upper = (i1, j0), (i0, j1), (i1, j1)
@@ -78,7 +92,10 @@ def cell_triangles(
 
 
 def whole_cells(image: DepthImage, level: int) -> NDArray[np.bool_]:
-    """Return which cells (cells,) lie on the surface with both triangles and all four corners on this layer."""
+    """Return which cells, (cells,) bool, of the grid of step 2^`level` lie whole on one layer's surface.
+
+    Both triangles of such a cell lie on the surface, and all four corners are samples of `image`.
+    """
     triangle = 1 | image.layer << 1 | image.layer << 4
     return np.asarray(image.cells[level] == (triangle | triangle << 7))
 
@@ -95,7 +112,7 @@ def layer_triangles(
     level
         The grid has step 2^level.
     without
-        (cells,) bool: cells to leave out.
+        (cells,) bool: cells to leave out; None leaves out none.
 
     Returns
     -------
@@ -108,9 +125,23 @@ def layer_triangles(
 def triangle_corners(
     image: DepthImage, level: int, half: NDArray[np.intp], cell: NDArray[np.intp]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return layers and texels, as `layer_triangles` does, of given triangles.
+    """Return the corners of given triangles of a grid.
 
-    half: (triangles,), 0 for the lower, 1 for the upper triangle of its cell; cell: (triangles,), number of the cell.
+    Parameters
+    ----------
+    image
+        The layer of their first corners.
+    level
+        The grid has step 2^level.
+    half
+        (triangles,) 0 for the lower, 1 for the upper triangle of its cell.
+    cell
+        (triangles,) number of the cell.
+
+    Returns
+    -------
+    tuple
+        Layers and texel numbers, each (triangles, 3) int64.
     """
     code = image.cells[level][cell] >> 7 * half
     layers = np.stack([np.full(len(cell), image.layer), code >> 1 & 7, code >> 4 & 7])
@@ -127,7 +158,22 @@ def triangle_corners(
 def triangle_places(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return which half of which cell, each (triangles,), the triangles of `layer_triangles` are, in its order."""
+    """Return in which cells the triangles of `layer_triangles` lie, in its order.
+
+    Parameters
+    ----------
+    image
+        One layer.
+    level
+        The grid has step 2^level.
+    without
+        (cells,) bool: cells to leave out; None leaves out none.
+
+    Returns
+    -------
+    tuple
+        Half (0 the lower, 1 the upper triangle) and number of the cell, each (triangles,).
+    """
     codes = image.cells[level] if without is None else np.where(without, 0, image.cells[level])
     lower, upper = np.flatnonzero(codes & 1), np.flatnonzero(codes & 128)
     return np.repeat([0, 1], [len(lower), len(upper)]), np.concatenate([lower, upper])

@@ -2,6 +2,8 @@
 
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,7 +35,7 @@ class Header:
     Attributes
     ----------
     cylinder, position, rotation, shininess, steps, key
-        As in `BakedObject`.
+        The attributes of `BakedObject` with these names.
     checksum
         CRC-32 in hex over all pixels of the file.
     """
@@ -50,25 +52,29 @@ class Header:
 def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     """Read and check a file's header, without decoding a pixel.
 
+    Parameters
+    ----------
+    path
+        The file.
+
     Returns
     -------
     tuple
-        The header of the first part as it stands there, and for each object what all its parts agree on.
+        The attributes of the first part by name, and for each object the header that all its parts agree on.
 
     Raises
     ------
     InputError
         Where the file is missing, not ours, of another version, inconsistent or larger than the limits.
+    OSError, MemoryError
+        Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
     """
     import OpenEXR
 
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    try:
-        with OpenEXR.File(str(path), header_only=True) as file:
-            parts = [dict(part.header) for part in file.parts]
-    except Exception as error:  # the binding raises bare RuntimeError and ValueError alike
-        raise InputError(f"{path}: not an OpenEXR file: {first_line(error)}") from error
+    with complaints(path, "not an OpenEXR file"), OpenEXR.File(str(path), header_only=True) as file:
+        parts = [dict(part.header) for part in file.parts]
     if not parts or ATTRIBUTE + "version" not in parts[0]:
         raise InputError(f"{path}: an OpenEXR file, but not one of baked depth images")
     version = parts[0][ATTRIBUTE + "version"]
@@ -87,8 +93,44 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     return parts[0], headers
 
 
+@contextmanager
+def complaints(path: Path, defect: str) -> Iterator[None]:
+    """Turn what the OpenEXR binding raises in the `with` block into an InputError, unless the machine is at fault.
+
+    The binding raises the same RuntimeError for a file that is damaged and for one that cannot be opened. So the file
+    is opened here once more, which raises the system's own error.
+
+    Parameters
+    ----------
+    path
+        The file that the block reads.
+    defect
+        What is wrong with the file, for the message.
+
+    Raises
+    ------
+    InputError
+        Where the file is damaged, or the user must not read it.
+    OSError, MemoryError
+        Where the machine lacks file handles or memory, or cannot read its disk.
+    """
+    try:
+        yield
+    except (OSError, MemoryError):
+        raise
+    except Exception as error:  # bare RuntimeError and ValueError alike
+        try:
+            path.open("rb").close()
+        except PermissionError as denied:
+            raise InputError(f"{path}: cannot be read: {denied.strerror}") from error
+        raise InputError(f"{path}: {defect}: {first_line(error)}") from error
+
+
 def split_name(name: str) -> tuple[int, str]:
-    """Split a part's name into the number of its object, from 0, and the rest: `part2.side.0` is (1, `side.0`)."""
+    """Split the `name` of a part into the number of its object, from 0, and the rest.
+
+    The name `part2.side.0` gives (1, `side.0`).
+    """
     match = _OBJECT.fullmatch(name)
     assert match is not None  # it matches anything
     return (int(match[1]) - 1 if match[1] else 0), match[2]
@@ -172,7 +214,7 @@ def _check_names(sizes: dict[str, tuple[int, int]]) -> None:
         raise ValueError("its images differ in size")
     borders, triangles = ({n.removeprefix(kind) for n in sizes if n.startswith(kind)} for kind in LISTS)
     if borders != triangles or not {name.split(".")[1] for name in borders} <= set(faces):
-        raise ValueError("a border without its triangles or its face")
+        raise ValueError("a boundary strip without its triangles or its face")
 
 
 def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[Header, ...]) -> None:
@@ -197,10 +239,23 @@ def _check_sizes(path: Path, sizes: dict[str, tuple[int, int]], headers: tuple[H
 
 
 def check_entries(path: Path, entries: int) -> None:
-    """Raise InputError where the lists of all boundary strips hold more `entries` than a file may."""
+    """Check the size of all boundary strips together, before they are written or read.
+
+    Parameters
+    ----------
+    path
+        The file, for the message.
+    entries
+        Entries in all lists of the file.
+
+    Raises
+    ------
+    InputError
+        Where there are more entries than `MAX_BOUNDARY_STRIP_ENTRIES`.
+    """
     if entries > limits.MAX_BOUNDARY_STRIP_ENTRIES:
         raise InputError(
-            f"{path}: borders of {entries} entries; at most {limits.MAX_BOUNDARY_STRIP_ENTRIES} are allowed: "
+            f"{path}: boundary strips of {entries} entries; at most {limits.MAX_BOUNDARY_STRIP_ENTRIES} are allowed: "
             "bake at a lower resolution or with fewer layers"
         )
 
@@ -218,12 +273,12 @@ def channel_names(name: str, steps: int) -> tuple[str, ...]:
 
 
 def channel_type(channel: str) -> type[np.generic]:
-    """Return the type of the pixels of a channel, whichever part it is in."""
+    """Return the type of the pixels of the channel called `channel`, in whichever part it is."""
     if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c"):
         return np.uint32
     return np.float32 if channel == "Z" else np.float16
 
 
 def first_line(error: Exception) -> str:
-    """Return what an error says, short enough for one line."""
+    """Return the first line of the message of `error`, or the name of its type where it has none."""
     return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

@@ -56,8 +56,8 @@ class Cylinder:
     bottom, top
         Heights y0 < y1 of the two caps, metres.
     half_width, half_depth
-        Caps and box faces cover |x| ≤ half_width and |z| ≤ half_depth, metres. Both equal R around a mesh; they differ
-        only for a single planar image, which is a top cap alone.
+        Caps and box faces cover |x| ≤ half_width and |z| ≤ half_depth, metres. Around a mesh both equal the radius;
+        they differ only for a single planar image, which is a top cap alone.
     """
 
     radius: float
@@ -79,9 +79,9 @@ class Cylinder:
 
 
 def enclosing_cylinder(points: Array) -> Cylinder:
-    """Return the smallest cylinder about +Y that holds points (n, 3), object frame, metres.
+    """Return the smallest cylinder about +Y that holds `points` (n, 3), object frame, metres.
 
-    It is widened by 1e-4 of its extent so that no ray starts on the surface, however flat the points lie.
+    It is widened by 1e-4 of its extent, so that no ray starts on the surface, however flat the points lie.
     """
     radius = float(np.hypot(points[:, 0], points[:, 2]).max()) * 1.0001
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
@@ -91,7 +91,7 @@ def enclosing_cylinder(points: Array) -> Cylinder:
 
 
 def with_margins(cylinder: Cylinder, rows: int) -> Cylinder:
-    """Return `cylinder` made higher by one texel, of images with `rows` rows, at either end.
+    """Return `cylinder` (object frame, metres) made one texel higher at either end, for images of `rows` rows.
 
     Grid cells extend from centre to centre of the first and last row of texels. Without the margin, upright walls would
     end half a texel early. The numbers are rounded to single precision, as files hold them.
@@ -103,12 +103,12 @@ def with_margins(cylinder: Cylinder, rows: int) -> Cylinder:
 
 @dataclass(frozen=True, kw_only=True)
 class DepthImage:
-    """Hold one layer of one face.
+    """Hold one layer of one face: a depth, a normal and a colour for every texel.
 
     Attributes
     ----------
     face, layer
-        Where the image lies, and how many surfaces its rays met before these (0 to 7).
+        The face that the image lies on, and how many surfaces its rays met before those of this layer (0 to 7).
     depth
         (H, W) float32, metres from the face inward, +inf where empty.
     normal
@@ -135,7 +135,7 @@ class DepthImage:
 
     @property
     def name(self) -> str:
-        """Its name in files: `side.0`, `top.1`, …."""
+        """The name of the image in files: `side.0`, `top.1`, …."""
         return f"{self.face.name.lower()}.{self.layer}"
 
 
@@ -203,12 +203,12 @@ class BakedObject:
 
 
 def face_outward(face: Face) -> NDArray[np.float64]:
-    """Return the unit vector (3,), object frame, that a planar face looks along outward, against its depth."""
+    """Return the outward unit vector (3,), object frame, of `face`, a cap or box face; depth grows against it."""
     axis, sign = INWARD[face]
     return np.asarray(-sign * np.eye(3)[axis])
 
 
 def plane_axes(face: Face) -> tuple[int, int]:
-    """Return the axes (0, 1, 2 for x, y, z) that u and v of a planar face run along."""
+    """Return along which axes (0, 1, 2 for x, y, z) u and v run on `face`, a cap or box face."""
     inward, _ = INWARD[face]
     return (2 if inward == 0 else 0), (2 if inward == 1 else 1)

@@ -17,13 +17,40 @@ _ARRAYS = (*_VERTEX, "faces")
 
 
 def find_levels(mesh: Mesh, key: str) -> tuple[MeshLevel, ...] | None:
-    """Return `mesh` and its simplified levels, if they are in the cache under `key`; a damaged file is passed over."""
+    """Find the simplified levels of a mesh in the cache.
+
+    Removes a damaged file, with a warning.
+
+    Parameters
+    ----------
+    mesh
+        The mesh, which is the first level itself.
+    key
+        The key under which `keep_levels` kept the others.
+
+    Returns
+    -------
+    tuple | None
+        `mesh` and its levels, the finest first; None where the cache does not hold them.
+    """
     levels = LEVELS.find(key, lambda path: _read(path, mesh))
     return None if levels is None else (MeshLevel(mesh, 0.0), *levels)
 
 
 def keep_levels(levels: tuple[MeshLevel, ...], key: str) -> Path:
-    """Store all levels but the mesh itself in the cache folder and return the file's path.
+    """Store the simplified levels of a mesh in the cache folder.
+
+    Parameters
+    ----------
+    levels
+        The mesh, which is not stored, and its levels.
+    key
+        Hash of all that the levels depend on.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -50,7 +77,7 @@ def _read(path: Path, mesh: Mesh) -> list[MeshLevel]:
 
 
 def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: float) -> MeshLevel:
-    """One level of `mesh`. Raises ValueError or KeyError where it cannot be drawn."""
+    """Return one level of `mesh`. Raises ValueError or KeyError where it cannot be drawn."""
     arrays = {name: stored[f"{name}.{number}"] for name in _ARRAYS}
     faces, rows = arrays["faces"], stored[f"parts.{number}"]
     count = len(np.atleast_1d(arrays["positions"]))
@@ -63,7 +90,7 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype != np.int32 or not len(faces):
         raise ValueError(f"level {number}: faces are {faces.dtype} of {faces.shape}")
     if faces.min() < 0 or faces.max() >= count:
-        raise ValueError(f"level {number}: a face refers to a vertex that is not there")
+        raise ValueError(f"level {number}: a face refers to a vertex that does not exist")
     if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in "iu" or not len(rows):
         raise ValueError(f"level {number}: parts are {rows.dtype} of {rows.shape}")
     first, length, material = rows.astype(np.int64).T
@@ -71,6 +98,6 @@ def _level(mesh: Mesh, stored: dict[str, NDArray[Any]], number: int, error: floa
     if (length <= 0).any() or ends[-1] != len(faces) or (first != ends - length).any():
         raise ValueError(f"level {number}: its parts do not cover its faces")
     if material.min() < 0 or material.max() >= len(mesh.materials):
-        raise ValueError(f"level {number}: a part is of a material that is not there")
+        raise ValueError(f"level {number}: a part is of a material that does not exist")
     parts = tuple(Part(*row) for row in rows.tolist())
     return MeshLevel(Mesh(**arrays, parts=parts, materials=mesh.materials), error)

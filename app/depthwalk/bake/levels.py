@@ -31,6 +31,11 @@ _INWARD = 0.1  # of the way from a corner to the middle of its face, which is on
 def mesh_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
     """Simplify a mesh in steps, to a fourth of the triangles each, by quadric edge collapse (Garland, Heckbert 1997).
 
+    Parameters
+    ----------
+    mesh
+        The mesh, asset frame, metres.
+
     Returns
     -------
     tuple

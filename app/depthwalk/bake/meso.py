@@ -38,9 +38,19 @@ class Meso:
 
 
 def tiling_slopes(depth: Array, tile: tuple[float, float]) -> NDArray[np.float32]:
-    """Return the slopes (H, W, 2) of a tile's depth (H, W), to the right and upward, metres per metre.
+    """Return the slopes of a tile that repeats: central differences that continue across its edges.
 
-    They are central differences that go on across the tile's edges; tile: its width and height, metres.
+    Parameters
+    ----------
+    depth
+        (H, W) metres, row 0 at the bottom.
+    tile
+        Width and height of the tile, metres.
+
+    Returns
+    -------
+    numpy.ndarray
+        (H, W, 2) float32, to the right and upward, metres per metre.
     """
     slopes = [
         (np.roll(depth, -1, axis) - np.roll(depth, 1, axis)) * (depth.shape[axis] / (2 * extent))
@@ -50,10 +60,10 @@ def tiling_slopes(depth: Array, tile: tuple[float, float]) -> NDArray[np.float32
 
 
 def straight_share(normal: Array, outward: Array, from_axis: Array) -> Array:
-    """Return how much (…), 0 to 1, of the relief straight below a planar face its surfaces take.
+    """Return how much of a planar face's relief moves its samples straight inward, rather than toward the axis.
 
-    It is all where they face outward as the face does, and none where they face away from the axis, since there they
-    have the relief that winds round the axis.
+    It is all of the relief where a surface faces outward as the face does. It is none where a surface faces away from
+    the axis, since the relief that winds round the axis moves that.
 
     Parameters
     ----------
@@ -63,6 +73,11 @@ def straight_share(normal: Array, outward: Array, from_axis: Array) -> Array:
         (…, 3) unit vectors out of the face.
     from_axis
         (…, 3) unit vectors from the cylinder's axis.
+
+    Returns
+    -------
+    numpy.ndarray
+        (…) shares, 0 to 1.
     """
     square = (np.einsum("...i,...i->...", normal, outward) - SQUARE_LEAST) / SQUARE_RANGE
     wound = np.abs(np.einsum("...i,...i->...", normal, from_axis))

@@ -10,12 +10,28 @@ from depthwalk.ingest.range_image import load_depth_image
 
 
 def load_meso(depth: Path, *, height: float, tile: tuple[float, float], normal: Path | None = None) -> Meso:
-    """Read a tile of relief.
+    """Read a tile of relief from picture files.
 
-    depth:  grey, 8 or 16 bits: white on the object's surface, black `height` metres below it; without empty pixels.
-    tile:   width and height on the object, metres.
-    normal: RGB normal map, x right, y up, z outward; where None the slopes are those of the depth.
-    Raises InputError.
+    Parameters
+    ----------
+    depth
+        Grey picture of 8 or 16 bits without empty pixels: white on the object's surface, black `height` below it.
+    height
+        Depth of black below the surface, metres.
+    tile
+        Width and height of the tile on the object, metres.
+    normal
+        RGB normal map, x right, y up, z outward; None: the slopes are those of the depth.
+
+    Returns
+    -------
+    Meso
+        The tile.
+
+    Raises
+    ------
+    InputError
+        Where a file cannot be used.
     """
     image = load_depth_image(depth, size=tile, depth_range=height, normal=normal)
     if not np.isfinite(image.depth).all():

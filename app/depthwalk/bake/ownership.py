@@ -50,12 +50,32 @@ Rivals = Mapping[Face, FaceLayers]
 
 
 def face_layers(grid: FaceGrid, images: Sequence[DepthImage]) -> FaceLayers:
-    """Return the layers `images` of one face, which may not be empty, with their inner texels."""
+    """Return the layers of one face together with their inner texels.
+
+    Parameters
+    ----------
+    grid
+        Rays and texels of the face.
+    images
+        The face's layers, in order; at least one.
+
+    Returns
+    -------
+    FaceLayers
+        The face, ready to be compared with others.
+    """
     return FaceLayers(grid=grid, images=images, inner=inner_texels(images))
 
 
 def assign_owners(rivals: Rivals, parallel_map: Map = map) -> list[NDArray[np.uint8]]:
     """Choose for each texel the face that samples its surface with the smallest footprint.
+
+    Parameters
+    ----------
+    rivals
+        The layers of each face.
+    parallel_map
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -85,16 +105,21 @@ def assign_owners(rivals: Rivals, parallel_map: Map = map) -> list[NDArray[np.ui
 
 
 def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) -> Mask:
-    """Return which points (n, 3), object frame, the face of `grid` would own against all of `rivals`.
+    """Return which points of a surface a further face would own, because it samples them finest.
 
     Parameters
     ----------
     rivals
-        Other faces.
+        The layers of the faces that exist.
     grid
-        The face in question.
+        The further face.
     point, normal
         (n, 3) points of the surface, metres, and its unit normals, object frame.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) bool.
     """
     own = _handicap(grid.face) * footprints(grid, grid.project(point), normal)
     worth = np.isfinite(own)
@@ -111,9 +136,16 @@ def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) ->
 def yield_triangles(rivals: Rivals, parallel_map: Map = map) -> list[DepthImage]:
     """Mark the triangles that another face holds better, whoever owns their corners.
 
-    A wall spans what no ray samples between two samples (the tread of a step between two risers). It lies on another
-    surface than they do, so their normals and owners say nothing of it. And where owners meet, triangles overlap, of
-    which a slanted one is a worse guess at the surface.
+    A triangle across a gap between two samples, as over the tread of a step between two risers, lies on another surface
+    than the samples, so their normals and owners do not tell who should draw it. And where the areas of two owners
+    meet, triangles of both overlap, of which the more slanted one is the worse guess at the surface.
+
+    Parameters
+    ----------
+    rivals
+        The layers of each face.
+    parallel_map
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -223,7 +255,18 @@ def _holds(rival: FaceLayers, seen_from: Projection, normal: Array, footprint: A
 
 
 def inner_texels(layers: Sequence[DepthImage]) -> Mask:
-    """Return the texels (L, H, W) of a face's layers that its finest grid surrounds with triangles on all sides."""
+    """Return the texels that a face's finest grid surrounds with triangles on all sides.
+
+    Parameters
+    ----------
+    layers
+        All layers of the face, L images of (H, W) texels.
+
+    Returns
+    -------
+    numpy.ndarray
+        (L, H, W) bool.
+    """
     size = layers[0].depth.size
     count = np.zeros(len(layers) * size, np.int64)
     for anchor in layers:

@@ -75,7 +75,12 @@ def bake_model(
     progress
         Called with the name of each stage as it begins.
     workers
-        See `thread_map`.
+        How many threads to use; None: as many as `default_workers` returns.
+
+    Returns
+    -------
+    BakedModel
+        One object for each part, placed in the asset's frame.
 
     Raises
     ------
@@ -96,7 +101,7 @@ def bake_model(
 
 
 def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:
-    """Return the faces `kept` (F,) bool of a mesh, with the vertices and materials that they use."""
+    """Return the part of `mesh` that the faces `kept`, (F,) bool, make, with the vertices and materials they use."""
     used, corners = np.unique(mesh.faces[kept], return_inverse=True)
     counts = [int(kept[run.first_face : run.first_face + run.face_count].sum()) for run in mesh.parts]
     firsts = np.cumsum([0, *counts]).tolist()
@@ -138,9 +143,23 @@ def _bake_placed(
 
 
 def probed_depth(mesh: Mesh, placement: Placement, params: BakeParams, two_sided: bool | None = None) -> list[Depth]:
-    """Measure what images of `mesh` about `placement` would hold, by their layers.
+    """Measure what depth images of a mesh would hold, for each number of layers.
 
-    The mesh is in the asset's frame; two_sided: see `RayCaster`.
+    Parameters
+    ----------
+    mesh
+        The mesh, asset frame, metres.
+    placement
+        The frame of the cylinder in the asset's.
+    params
+        How the mesh would be baked; its `layers` is ignored.
+    two_sided
+        Whether surfaces are seen from behind too; None: only those of an open mesh.
+
+    Returns
+    -------
+    list
+        What images of 1, 2, … `MAX_DPCI_LAYERS` layers hold, in this order.
     """
     caster = RayCaster(mesh, two_sided)
     probes = probe(mesh, caster, _DEPTH_PROBES)

@@ -24,35 +24,47 @@ class Placement:
     position
         (3,) metres, asset frame.
     rotation
-        From the object's frame to the asset's.
+        Turns vectors of the object's frame into the asset's.
     """
 
     position: Array  # (3,), metres
     rotation: "Rotation"
 
     def into_object(self, points: Array) -> Array:
-        """Return points (n, 3) of the asset in the object's frame, metres."""
+        """Return `points` (n, 3), metres, which are in the asset's frame, in the object's."""
         return np.asarray(self.rotation.apply(points - self.position, inverse=True))
 
     def into_asset(self, points: Array) -> NDArray[np.float32]:
-        """Return points (n, 3) of the object in the asset's frame, metres."""
+        """Return `points` (n, 3), metres, which are in the object's frame, in the asset's, as float32."""
         return np.asarray((self.position + self.rotation.apply(points)).astype(np.float32))
 
     def turned_into_object(self, vectors: Array) -> Array:
-        """Return directions (n, 3) of the asset in the object's frame."""
+        """Return direction `vectors` (n, 3), which are in the asset's frame, in the object's."""
         return np.asarray(self.rotation.apply(vectors, inverse=True))
 
     def placed(self, mesh: Mesh) -> Mesh:
-        """Return `mesh`, which is in the asset's frame, in the object's."""
+        """Return `mesh`, which is in the asset's frame, moved into the object's, metres."""
         positions, normals = self.into_object(mesh.positions), self.turned_into_object(mesh.normals)
         return replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32))
 
 
 def place_along(axis: ArrayLike, points: Array) -> Placement:
-    """Return the placement whose +Y is `axis` (3,), amid points (n, 3) of the asset's frame.
+    """Return the frame of a cylinder that points along an axis, with given points around it.
 
-    The axis goes through the middle of the smallest circle around the points seen along it. The turn from +Y to the
-    axis is the shortest one.
+    The axis goes through the centre of the smallest circle around the points seen along the axis. The rotation is the
+    shortest one from +Y.
+
+    Parameters
+    ----------
+    axis
+        (3,) unit vector, asset frame: +Y of the cylinder's frame.
+    points
+        (n, 3) metres, asset frame.
+
+    Returns
+    -------
+    Placement
+        The frame in the asset's frame.
     """
     from scipy.spatial.transform import Rotation
 
@@ -62,20 +74,20 @@ def place_along(axis: ArrayLike, points: Array) -> Placement:
 
 
 def cylinder_around(placement: Placement, points: Array) -> Cylinder:
-    """Return the smallest cylinder at `placement` that holds points (n, 3) of the asset's frame."""
+    """Return the smallest cylinder in the frame `placement` that holds `points` (n, 3), metres, asset frame."""
     return enclosing_cylinder(placement.into_object(points))
 
 
 def extent(cylinder: Cylinder) -> float:
-    """Return the side of the largest square that an image of the cylinder covers, metres."""
+    """Return the side, metres, of the largest square that an image of `cylinder` covers."""
     return max(2 * cylinder.radius, cylinder.height)
 
 
 def smallest_circle(points: Array) -> tuple[Array, float]:
-    """Return centre (2,) and radius of the smallest circle around points (n, 2).
+    """Return the centre (2,) and the radius of the smallest circle around `points` (n, 2), in their unit.
 
-    Grows from the circle around a few points, those that lie on it, by whichever lies farthest outside (Gärtner 1999,
-    "Fast and robust smallest enclosing balls", in the plane).
+    Starts with the circle around a few points and repeatedly takes in the point that lies farthest outside it (Gärtner
+    1999, "Fast and robust smallest enclosing balls", in the plane).
     """
     support = points[:1]
     centre, radius = support[0], 0.0

@@ -28,9 +28,21 @@ _MAX_RANGE_TEXELS = 2048  # a side
 
 
 def bake_planar(image: PlanarImage, key: str) -> BakedObject:
-    """Make a planar depth image (Liu, Liu and Wu 2007, §2) an object upright on its lower edge, seen from +Z.
+    """Bake a relief (Liu, Liu and Wu 2007, §2): one depth image that stands upright on its lower edge, seen from +Z.
 
-    The picture's x is the asset's x, and its top is up. `key` is kept with the object.
+    The picture's x axis is the asset's x axis.
+
+    Parameters
+    ----------
+    image
+        The relief.
+    key
+        Hex digest of what the object is made from, kept with it.
+
+    Returns
+    -------
+    BakedObject
+        The object, which has a top cap only, placed in the asset's frame.
     """
     width, height = image.size
     depth = np.ascontiguousarray(image.depth[::-1])  # the cap's rows run along z, from the picture's top down
@@ -56,17 +68,29 @@ def bake_planar(image: PlanarImage, key: str) -> BakedObject:
 
 
 def bake_range(image: RangeImage, key: str) -> BakedObject:
-    """Resample what a depth camera saw to a plane, which stands on its lowest point, centred, seen from +Z.
+    """Resample a range image to a plane seen from +Z, which stands centred on its lowest point.
 
-    The renderer's planes are seen in parallel, a camera's pixels are not. So the pixels become a mesh, torn where the
-    image is, and rays are cast at that as at any mesh: the second layer keeps what only the camera's perspective
-    uncovered, and discontinuity cuts and boundary strips are exact. A texel is as large as what the median pixel saw;
-    the nearest point lies on the front plane.
+    A camera's pixels are seen in perspective, the renderer's planes in parallel. So the pixels become a mesh, torn
+    where the image is torn, and rays are cast at that mesh as at any other. The second layer keeps surfaces that only
+    the camera's perspective shows. A texel is as large as what the median pixel saw, and the nearest point lies on the
+    front plane.
+
+    Parameters
+    ----------
+    image
+        What a depth camera saw.
+    key
+        Hex digest of what the object is made from, kept with it.
+
+    Returns
+    -------
+    BakedObject
+        The object, placed in the asset's frame.
 
     Raises
     ------
     InputError
-        Where no surface is left.
+        Where no two neighbouring pixels show one surface.
     """
     mesh = range_mesh(image)
     low, high = mesh.bounds
@@ -88,14 +112,24 @@ def bake_range(image: RangeImage, key: str) -> BakedObject:
 
 
 def range_mesh(image: RangeImage) -> Mesh:
-    """Connect the pixels of a range image to a mesh, in the camera's frame, metres.
+    """Connect the pixels of a range image to a mesh.
 
-    There are two triangles between four pixels that belong together, and none across a tear.
+    Four neighbouring pixels on one surface get two triangles; no triangle spans a tear.
+
+    Parameters
+    ----------
+    image
+        What a depth camera saw.
+
+    Returns
+    -------
+    Mesh
+        The mesh, camera frame, metres.
 
     Raises
     ------
     InputError
-        Where no surface is left.
+        Where no two neighbouring pixels show one surface.
     """
     inverse = np.where(np.isfinite(image.depth), 1 / image.depth.astype(np.float64), np.nan)
     kept = _triangles(inverse, tolerance(inverse, inverse / min(image.lens.fx, image.lens.fy)))

@@ -24,9 +24,9 @@ class Hits:
     face
         (L, n) int32, the triangle that was hit, −1 without a hit.
     u, v
-        (L, n) float32, barycentric weights of the triangle's second and third corner.
+        (L, n) float32, barycentric weights of the second and third corner of the triangle.
     normal
-        (L, n, 3) float32, the triangle's own, unit, turned toward the ray's origin.
+        (L, n, 3) float32, unit normal of the triangle, turned toward the ray's origin.
     flipped
         (L, n) bool: the surface was hit from behind.
     """
@@ -50,11 +50,11 @@ class FirstHits:
     Attributes
     ----------
     distance
-        (n,) float32, metres, +inf for nothing.
+        (n,) float32, metres, +inf for rays that meet nothing.
     normal
-        (n, 3) float32, the triangle's own, unit, turned toward the ray's origin.
+        (n, 3) float32, unit normal of the triangle, turned toward the ray's origin.
     flipped
-        (n,) bool: it was hit from behind.
+        (n,) bool: the surface was hit from behind.
     """
 
     distance: NDArray[np.float32]
@@ -67,14 +67,22 @@ class RayCaster:
 
     Attributes
     ----------
-    two_sided
-        The mesh is open, so that its surfaces are seen from behind too.
     epsilon
         How far behind a hit the next ray starts, metres.
+    two_sided
+        Whether the mesh is open, so that its surfaces are seen from behind too.
     """
 
     def __init__(self, mesh: Mesh, two_sided: bool | None = None) -> None:
-        """Build the tree of `mesh`; where `two_sided` is None, find out whether the mesh is open."""
+        """Build Embree's search tree of a mesh.
+
+        Parameters
+        ----------
+        mesh
+            The mesh; rays are in its frame, metres.
+        two_sided
+            Whether surfaces are seen from behind too; None: only those of an open mesh.
+        """
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
 
@@ -86,7 +94,20 @@ class RayCaster:
         self.escapes(np.zeros((0, 3)), np.zeros((0, 3)))  # builds embree's tree, which must not begin in two threads
 
     def first(self, origin: NDArray[np.floating], direction: NDArray[np.floating]) -> FirstHits:
-        """Return what rays meet first, from either side; origins (n, 3), metres, and unit directions (n, 3)."""
+        """Return what rays meet first, from either side.
+
+        Parameters
+        ----------
+        origin
+            (n, 3) metres, in the mesh's frame.
+        direction
+            (n, 3) unit vectors.
+
+        Returns
+        -------
+        FirstHits
+            n hits.
+        """
         rays = _single(origin), _single(direction)
         result = self._scene.run(*rays, query="INTERSECT", output=True)
         distance = np.where(result["primID"] >= 0, result["tfar"], np.float32(np.inf))
@@ -96,7 +117,22 @@ class RayCaster:
     def escapes(
         self, origin: NDArray[np.floating], direction: NDArray[np.floating], parallel_map: Map = map
     ) -> NDArray[np.bool_]:
-        """Return which rays (n,) meet nothing; origins (n, 3), metres, and directions (n, 3)."""
+        """Return which rays meet nothing.
+
+        Parameters
+        ----------
+        origin
+            (n, 3) metres, in the mesh's frame.
+        direction
+            (n, 3) vectors of any length.
+        parallel_map
+            `map`, or what `thread_map` yields to work in several threads.
+
+        Returns
+        -------
+        numpy.ndarray
+            (n,) bool.
+        """
 
         def escapes(batch: slice) -> NDArray[np.bool_]:
             return np.asarray(self._scene.run(_single(origin[batch]), _single(direction[batch]), query="OCCLUDED") < 0)
@@ -111,20 +147,26 @@ class RayCaster:
         max_distance: float | NDArray[np.floating],
         parallel_map: Map = map,
     ) -> Hits:
-        """Peel the first surfaces along rays: those that face the ray's origin, and of an open mesh the others as well.
+        """Find the first surfaces along rays.
 
-        The very first surface counts from either side.
+        The very first surface counts from either side. Of the others, those count that face the ray's origin; of an
+        open mesh, all count.
 
         Parameters
         ----------
         origin, direction
-            (n, 3) float32, metres and unit vectors.
+            (n, 3) float32, metres in the mesh's frame, and unit vectors.
         layers
             How many surfaces along each ray to find, at most.
         max_distance
             How far the rays go, metres; (n,) or the same for all.
         parallel_map
-            See `parallel.Map`.
+            `map`, or what `thread_map` yields to work in several threads.
+
+        Returns
+        -------
+        Hits
+            L = `layers` hits along each ray, the nearest first.
         """
         limit = np.broadcast_to(np.asarray(max_distance, np.float32), len(origin))
 
@@ -170,7 +212,7 @@ class RayCaster:
 
 
 def is_open(mesh: Mesh) -> bool:
-    """Return whether some edge has but one face: the mesh is a shell with a boundary, not the skin of a solid."""
+    """Return whether `mesh` is a shell with a boundary, not the skin of a solid: some edge has only one face."""
     welded, _ = row_ids(mesh.positions)
     faces = welded[mesh.faces]
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
@@ -181,14 +223,27 @@ def is_open(mesh: Mesh) -> bool:
 def facing_normals(
     normal: NDArray[np.float32], direction: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return normals (n, 3) made unit and turned against ray directions (n, 3), and which (n,) had to be turned."""
+    """Return normals at unit length, turned toward the origins of rays.
+
+    Parameters
+    ----------
+    normal
+        (n, 3) float32, of any length above 0.
+    direction
+        (n, 3) float32, directions of the rays.
+
+    Returns
+    -------
+    tuple
+        The unit normals (n, 3) float32, and which (n,) bool were turned around.
+    """
     flipped = np.einsum("ij,ij->i", normal, direction) > 0
     length = np.maximum(lengths(normal), np.float32(1e-30))
     return np.asarray(normal / np.where(flipped, -length, length)[:, None], np.float32), flipped
 
 
 def no_hits(layers: int, count: int) -> Hits:
-    """Return `layers` × `count` hits, all of them empty."""
+    """Return hits of `layers` layers along `count` rays, all of them empty."""
     shape = (layers, count)
     return Hits(
         distance=np.full(shape, np.inf, np.float32),

@@ -14,7 +14,7 @@ from depthwalk.parallel import Map
 
 @dataclass(frozen=True, kw_only=True)
 class FaceSamples:
-    """Hold the L layers of a face.
+    """Hold the L layers of samples of one face, (H, W) texels each.
 
     Attributes
     ----------
@@ -32,18 +32,23 @@ class FaceSamples:
 
 
 def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: Map = map) -> FaceSamples:
-    """Return the samples of hits (L, H · W) on `mesh`, which are those of a face's texels, row by row.
+    """Return the samples of a face, given what the ray of each of its texels hit.
 
     Parameters
     ----------
     mesh
-        What was hit, object frame.
+        The mesh that was hit, object frame.
     hits
-        What the ray of each texel met.
+        (L, H · W) hits: those of each texel's ray, row by row.
     shape
         Height H and width W of the face's images.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
+
+    Returns
+    -------
+    FaceSamples
+        L layers of (H, W) samples.
     """
     layers = (len(hits), *shape)
     normal, albedo = surface_at(mesh, hits, parallel_map)

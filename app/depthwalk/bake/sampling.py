@@ -31,9 +31,9 @@ class Probes(StructOfArrays):
     point
         (n, 3) metres, asset frame.
     normal
-        (n, 3) unit.
+        (n, 3) unit normals, asset frame.
     weight
-        (n,) part, weighted by the cosine, of the directions above the surface from which the point is seen.
+        (n,) 0 to 1: the part of the directions above the surface from which the point is seen, weighted by cosine.
     """
 
     point: Array
@@ -50,7 +50,22 @@ class Probes(StructOfArrays):
 
 
 def probe(mesh: Mesh, caster: RayCaster, count: int) -> Probes:
-    """Spread `count` points over `mesh`, the same ones each time; of an open mesh on the side that is seen more."""
+    """Spread points over a mesh, the same points each time; those of an open mesh lie on the side that is seen more.
+
+    Parameters
+    ----------
+    mesh
+        The mesh, asset frame.
+    caster
+        The same mesh, ready for rays.
+    count
+        How many points.
+
+    Returns
+    -------
+    Probes
+        The points, with their normals and weights.
+    """
     point, normal = sample_surface(mesh, count)
     weight = _openness(caster, point, normal)
     if caster.two_sided:
@@ -73,22 +88,22 @@ def sampled_footprints(
     Parameters
     ----------
     caster
-        What hides the surface, asset frame.
+        The whole mesh, which may hide parts of the surface, asset frame.
     probes
         Points of the surface, asset frame.
     placement
         The frame of the cylinder in the asset's.
     cylinder
-        What the images would enclose, in the frame of `placement`.
+        The volume that the images would enclose, in the frame of `placement`, metres.
     params
-        How they would be baked.
+        How the images would be baked.
     part
         (F,) bool: the mesh's faces that alone would be baked; None: all of them.
 
     Returns
     -------
     numpy.ndarray
-        The least footprint (n,), metres, with which a face would hold each probe; +inf where none would.
+        (n,) metres: the least footprint with which a face would hold each probe; +inf where no face would.
     """
     point, normal = placement.into_object(probes.point), placement.turned_into_object(probes.normal)
     faces = [face for face in Face if face not in BOX_FACES or params.method != "six-view"]  # which makes no box faces
@@ -114,12 +129,28 @@ def sampled_footprints(
 
 
 def squared_texels(footprint: Array, texel: float) -> NDArray[np.float64]:
-    """Return footprints (n,), metres, squared in texels² of side `texel`, metres, and bounded."""
+    """Return footprints squared and bounded, so that a few very coarse samples do not outweigh all others.
+
+    Parameters
+    ----------
+    footprint
+        (n,) metres; +inf where a probe is not held.
+    texel
+        Side of a texel, metres.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) texels².
+    """
     return np.asarray(np.minimum((footprint / texel) ** 2, _WORST))
 
 
 def sample_surface(mesh: Mesh, count: int) -> tuple[Array, Array]:
-    """Return points (count, 3) spread evenly over a mesh, the same each time, and its unit normals (count, 3)."""
+    """Return `count` points (count, 3) spread evenly over `mesh`, metres, and its unit normals (count, 3) at them.
+
+    The same arguments give the same points.
+    """
     return sample_triangles(mesh.positions[mesh.faces].astype(np.float64), count)
 
 

@@ -99,7 +99,7 @@ def sample_six_views(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, Fa
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     # In a thread of its own: a window's context that is current in this one stays so.
     with ThreadPoolExecutor(1) as thread:

@@ -18,11 +18,11 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
     Parameters
     ----------
     mesh
-        What was hit.
+        The mesh that was hit.
     hits
         L hits along each of n rays.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
 
 
 def mean_shininess(mesh: Mesh) -> float:
-    """Return the Phong exponent of the whole mesh: the mean over its faces."""
+    """Return the mean over all faces of `mesh` of their materials' Phong exponents."""
     weights = np.array([part.face_count for part in mesh.parts], float)
     exponents = np.array([mesh.materials[part.material].shininess for part in mesh.parts])
     return float(np.average(exponents, weights=weights))

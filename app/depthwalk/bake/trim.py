@@ -19,10 +19,19 @@ def trim(
 ) -> tuple[list[DepthImage], list[BoundaryStrip]]:
     """Leave out what is never drawn: samples and triangles of caps and box faces that another face owns.
 
+    Parameters
+    ----------
+    images
+        All depth images of an object, with their owners.
+    borders
+        All its boundary strips.
+    parallel_map
+        `map`, or what `thread_map` yields to work in several threads.
+
     Returns
     -------
     tuple
-        The images and the boundary strips that remain. The side's are left as they are.
+        The images and the boundary strips that remain. Those of the side are left as they are.
     """
 
     def trim_face(face: Face) -> tuple[list[DepthImage], list[BoundaryStrip]]:

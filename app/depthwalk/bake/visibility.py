@@ -49,27 +49,27 @@ def prune_hidden(
     found: NDArray[np.bool_],
     parallel_map: Map = map,
 ) -> Hits:
-    """Drop samples that nobody outside can see: what lies in a closed cavity or on the inside of a closed shell.
+    """Drop samples that cannot be seen from outside: those in a closed cavity or on the inside of a closed shell.
 
     Parameters
     ----------
     caster
-        The mesh.
+        The mesh, ready for rays, object frame.
     rays
-        Origins and directions (n, 3) of the texels' rays.
+        Origins and directions (n, 3) float32 of the texels' rays, metres and unit vectors.
     hits
-        What they meet, L layers.
+        What the rays meet, L layers.
     shape
         Height H and width W of the image; n = H · W.
     found
         (L, n) bool: the hits that may stay. The first of each ray always does.
     parallel_map
-        See `parallel.Map`.
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
     Hits
-        What remains, moved up to the first layers.
+        The remaining hits, moved up to the first layers.
     """
     origin, inward = rays
     layer, texel = found[1:].nonzero()

@@ -22,16 +22,19 @@ _BISECTIONS = 8
 
 
 def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[Picture]:
-    """Render reference pictures.
+    """Render reference pictures, averaged in linear light.
 
     Parameters
     ----------
-    headless : a renderer of `SUPERSAMPLING` times the width and height that is wanted.
-    cameras : one for each picture.
+    headless
+        A renderer of `SUPERSAMPLING` times the width and height of the returned pictures.
+    cameras
+        The camera of each picture.
 
     Returns
     -------
-    Pictures (H, W, 3), sRGB, averaged in linear light.
+    list
+        Pictures (H, W, 3) uint8, sRGB.
     """
     return [_reduced(headless, camera) for camera in cameras]
 
@@ -46,17 +49,23 @@ def _reduced(headless: HeadlessRenderer, camera: Camera) -> Picture:
 def path_flip(
     headless: HeadlessRenderer, moments: Sequence[Sequence[Camera]], references: Sequence[Picture], pool: Executor
 ) -> float:
-    """Measure how far the pictures of a path are from their references.
+    """Measure how far the pictures of a camera path are from their references.
 
     Parameters
     ----------
-    moments : cameras of successive frames, of which the last is compared; the others fill the caches.
-    references : a picture (H, W, 3), sRGB, for each moment.
-    pool : where FLIP is computed while the next frames are drawn.
+    headless
+        What draws the pictures.
+    moments
+        Cameras of successive frames; the last of each moment is compared, those before it fill the caches.
+    references
+        A picture (H, W, 3), sRGB, for each moment.
+    pool
+        Processes that compute FLIP while the next frames are drawn.
 
     Returns
     -------
-    The mean of FLIP over all pixels and moments, 0 to 1.
+    float
+        The mean of FLIP over all pixels and moments, 0 to 1.
     """
     pending = []
     for cameras, reference in zip(moments, references, strict=True):
@@ -75,19 +84,24 @@ def _picture_flip(reference: Picture, test: Picture) -> float:
 
 
 def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:
-    """Find the coarsest setting whose FLIP is the target, within `TOLERANCE`.
+    """Find the coarsest setting whose FLIP reaches a target, within `TOLERANCE`.
 
-    Bisects on after the first setting that would do: where FLIP hardly rises, the last percent may halve the cost.
+    The bisection continues after the first setting that would do: where FLIP hardly rises, the last per cent may halve
+    the cost.
 
     Parameters
     ----------
-    flip_at : FLIP of a setting; rises from `fine`, where it is at most the target, to `coarse`.
-    fine, coarse : the ends of the range that is searched.
-    target : FLIP, 0 to 1.
+    flip_at
+        Returns the FLIP of a setting; it rises from `fine`, where it is at most the target, to `coarse`.
+    fine, coarse
+        Ends of the range of settings that is searched.
+    target
+        FLIP to reach, 0 to 1.
 
     Returns
     -------
-    The setting and its FLIP.
+    tuple
+        The setting and its FLIP.
     """
     most = (1 + TOLERANCE) * target
     flip = flip_at(coarse)

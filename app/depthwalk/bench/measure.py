@@ -15,7 +15,21 @@ from depthwalk.scene.path import CameraPath
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """Describe many times, in milliseconds, by percentiles, maximum and mean."""
+    """Describe many times by percentiles, maximum and mean, milliseconds.
+
+    Attributes
+    ----------
+    p50
+        Median.
+    p95
+        95th percentile.
+    p99
+        99th percentile.
+    max
+        Maximum.
+    mean
+        Mean.
+    """
 
     p50: float
     p95: float
@@ -30,10 +44,18 @@ class Run:
 
     Attributes
     ----------
-    frame_ms : from the call to the finished picture, by the clock.
-    passes_ms : each pass by name, in those frames whose passes were timed, see `Report.timer`.
-    counts : what was drawn, mean over all frames.
-    frame_times : the times that `frame_ms` describes, one for each frame.
+    representation
+        How objects were drawn.
+    frames
+        Number of measured frames.
+    frame_ms
+        Time from the call to the finished picture, by the clock, milliseconds.
+    passes_ms
+        Time of each pass by its name, milliseconds, in those frames whose passes were timed, see `Report.timer`.
+    counts
+        What was drawn, by name: means over all frames.
+    frame_times
+        The times that `frame_ms` describes, one for each frame, milliseconds.
     """
 
     representation: str
@@ -50,11 +72,22 @@ class Report:
 
     Attributes
     ----------
-    commit : of the checkout that ran; None where the package is installed.
-    renderer : the GL driver's name.
-    timer : "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
-    resolution : width and height, pixels.
-    path : the camera path's file; None for a still camera.
+    version
+        Version of the package.
+    commit
+        Commit of the checkout that ran; None where the package is installed.
+    renderer
+        Name of the GL driver.
+    timer
+        "gpu" where timer queries measure all frames; "finish" where every eighth frame waits for every pass.
+    resolution
+        Width and height of the pictures, pixels.
+    scene
+        The scene file.
+    path
+        The camera path's file; None for a still camera.
+    runs
+        The measured frames of each representation.
     """
 
     version: str
@@ -68,7 +101,7 @@ class Report:
 
 
 def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
-    """Return the cameras of a path's frames, or of `frames` moments spread evenly from its start to its end."""
+    """Return the cameras of the frames of `path`, or of `frames` moments spread evenly from its start to its end."""
     times = path.frames() if frames is None else np.linspace(0, path.frames()[-1], frames).tolist()
     return [path.sample(time) for time in times]
 
@@ -80,10 +113,21 @@ def measure(
 
     Parameters
     ----------
-    name : of the representation that `headless` draws, for the report.
-    cameras : one for each measured frame.
-    warmup : frames that are drawn with the first camera before any is measured.
-    advance : called after each measured frame.
+    headless
+        What draws the frames.
+    name
+        Name of the representation that `headless` draws, for the report.
+    cameras
+        The camera of each measured frame.
+    warmup
+        Number of frames that are drawn with the first camera before any is measured.
+    advance
+        Called after each measured frame.
+
+    Returns
+    -------
+    Run
+        The measured times.
     """
     finish = headless.device.context.finish
     timers = headless.renderer.timers
@@ -122,7 +166,7 @@ def measure(
 
 
 def spread(milliseconds: Sequence[float]) -> Spread:
-    """Return the statistics of n times, rounded to a microsecond."""
+    """Return the statistics of n times in `milliseconds`, rounded to a microsecond."""
     p50, p95, p99 = np.percentile(milliseconds, (50, 95, 99))
     values = {"p50": p50, "p95": p95, "p99": p99, "max": np.max(milliseconds), "mean": np.mean(milliseconds)}
     return Spread(**{name: round(float(value), 3) for name, value in values.items()})

@@ -23,10 +23,14 @@ class _Plot:
 
     Attributes
     ----------
-    left, right, bottom : of the axes.
-    ticks : height and text of each horizontal line.
-    lines : points and colour of each run's curve, as SVG and CSS have them.
-    label : what the axes show.
+    left, right, bottom
+        Of the axes.
+    ticks
+        Height and text of each horizontal line.
+    lines
+        Points and colour of each run's curve, as SVG and CSS have them.
+    label
+        What the axes show.
     """
 
     left: int = _LEFT
@@ -38,7 +42,7 @@ class _Plot:
 
 
 def to_json(report: Report) -> str:
-    """Return the report for programs, in the format of docs/bench.md."""
+    """Return `report` as JSON, in the format of docs/bench.md."""
     document = asdict(report)
     for run in document["runs"]:
         del run["frame_times"]
@@ -46,7 +50,7 @@ def to_json(report: Report) -> str:
 
 
 def to_text(report: Report) -> str:
-    """Return the report as tables for reading."""
+    """Return `report` as tables for reading."""
     lines = _headline(report)
     for run in report.runs:
         (_, *titles), *rows = _table(run)
@@ -57,7 +61,7 @@ def to_text(report: Report) -> str:
 
 
 def to_html(report: Report) -> str:
-    """Return the report as a page: a plot of the frame times, and a table for each representation."""
+    """Return `report` as an HTML page: a plot of the frame times, and a table for each representation."""
     sections = [
         Section(title=_title(run), tables=[_table(run)], notes=[_counts(run)], colour=colour)
         for run, colour in zip(report.runs, cycle(_COLOURS), strict=False)

@@ -35,14 +35,17 @@ SETTLING = 30  # frames before each moment's timed ones, so that kept images are
 
 @dataclass(frozen=True)
 class Walk:
-    """Choose what of a camera path is looked at.
+    """Choose which frames of a camera path are timed and compared.
 
     Attributes
     ----------
-    moments : the cameras of each moment: `SETTLING` frames that lead there, then those to be timed, the first of which
-        is compared too.
-    seconds : for timing a column.
-    size : width and height of the pictures, pixels.
+    moments
+        The cameras of each moment: first `SETTLING` frames that lead up to it, then the frames to be timed, the first
+        of which is also compared.
+    seconds
+        Time to spend on timing a column, seconds.
+    size
+        Width and height of the pictures, pixels.
     """
 
     moments: tuple[tuple[Camera, ...], ...]
@@ -55,8 +58,21 @@ class Walk:
 
         Parameters
         ----------
-        moments : how many.
-        run : successive frames of each that are timed.
+        path
+            The camera path.
+        moments
+            Number of moments.
+        run
+            Number of successive frames that are timed at each moment.
+        seconds
+            Time to spend on timing a column, seconds.
+        size
+            Width and height of the pictures, pixels.
+
+        Returns
+        -------
+        Self
+            The frames to draw.
 
         Raises
         ------
@@ -73,25 +89,31 @@ class Walk:
 
     @property
     def compared(self) -> list[Camera]:
-        """The camera of each moment that pictures are compared at."""
+        """The camera of each moment at which pictures are compared."""
         return [moment[SETTLING] for moment in self.moments]
 
     @property
     def approaches(self) -> list[tuple[Camera, ...]]:
-        """The frames that lead to each compared one, which is the last of them."""
+        """The cameras that lead up to each compared frame, whose own camera is the last."""
         return [moment[: SETTLING + 1] for moment in self.moments]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """Hold what one way to draw the objects came to.
+    """Hold the measurements of one way to draw the objects.
 
     Attributes
     ----------
-    frame_ms : median over `frames` frames.
-    flip : mean over the moments; None where nothing was compared.
-    setting : what was tuned, as `name=value`.
-    passes_ms, counts : medians over the moments.
+    frame_ms
+        Median time of a frame, milliseconds.
+    frames
+        Number of timed frames.
+    flip
+        Mean FLIP over the moments, 0 to 1; None where nothing was compared.
+    setting
+        The setting that was tuned, as `name=value`.
+    passes_ms, counts
+        Medians over the moments: times of the passes, milliseconds, and what was drawn, by name.
     """
 
     frame_ms: float
@@ -108,8 +130,14 @@ class Row:
 
     Attributes
     ----------
-    reference : how the pictures were drawn that all are compared with.
-    commit : of the checkout that measured; None where the package is installed.
+    objects
+        Number of objects.
+    reference
+        How the reference pictures were drawn.
+    commit
+        Commit of the checkout that measured; None where the package is installed.
+    columns
+        The measurements, by the ways to draw the objects.
     """
 
     objects: int
@@ -119,7 +147,17 @@ class Row:
 
 
 def row_from(document: dict[str, Any]) -> Row:
-    """Return the row that `dataclasses.asdict` made a document of.
+    """Return the row that `dataclasses.asdict` turned into a document.
+
+    Parameters
+    ----------
+    document
+        The document, as read from JSON.
+
+    Returns
+    -------
+    Row
+        The row.
 
     Raises
     ------
@@ -136,9 +174,12 @@ class _Knob:
 
     Attributes
     ----------
-    group, name : of the render settings.
-    coarsest : the end of its range.
-    exponential : the logarithm of the setting to base 2 is what is turned.
+    group, name
+        Of the render settings.
+    coarsest
+        The end of its range.
+    exponential
+        The logarithm of the setting to base 2 is what is turned.
     """
 
     group: str
@@ -170,13 +211,27 @@ _FINEST_MESH = -6  # of _MESH_ERROR: 1/64 pixel
 def make_row(
     walk: Walk, scene: Scene, library: SceneLibrary, count: int, pool: Executor, report: Callable[[str], None]
 ) -> Row:
-    """Tune and time every column for some of the scene's objects.
+    """Tune and time every way to draw objects, for some of the scene's objects.
 
     Parameters
     ----------
-    count : how many objects.
-    pool : where FLIP is computed.
-    report : called with what is being done.
+    walk
+        The frames to draw.
+    scene
+        The scene.
+    library
+        The scene's assets.
+    count
+        Number of objects to draw.
+    pool
+        Processes that compute FLIP.
+    report
+        Called with a text that says what is being done.
+
+    Returns
+    -------
+    Row
+        The measurements.
     """
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     report("reference")
@@ -199,11 +254,21 @@ def make_row(
 
 
 def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
-    """Choose objects so that few moments look past them.
+    """Choose objects so that most moments of a walk show some of them.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    walk
+        The moments.
+    count
+        Number of objects to choose.
 
     Returns
     -------
-    Numbers (count,) of those objects that most moments show, of equals the nearest.
+    numpy.ndarray
+        (count,) numbers of the objects that most moments show; of equals, the nearest.
     """
     position = scene.objects.position
     places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)

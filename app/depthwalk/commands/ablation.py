@@ -41,7 +41,7 @@ SHOWN = [measure for measure in MEASURES if measure.key in ("psnr", "iou", "flip
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """How the meshes are baked and rendered for one row of the table.
+    """Say how meshes are baked and rendered for one row of the table.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Setup:
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """What was measured in one setup.
+    """Hold the measurements of one setup.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Row:
     means
         The mean over the views of each measure of `SHOWN`, by its key.
     bake_seconds, bytes_disk, bytes_gpu
-        The costs.
+        The costs: seconds to bake, bytes of the file, and bytes of GPU memory.
     """
 
     title: str
@@ -90,7 +90,17 @@ class Row:
 
 @dataclass(frozen=True)
 class Ablation:
-    """The rows of one mesh, which is named by its file as the user gave it."""
+    """Hold the rows of one mesh.
+
+    Attributes
+    ----------
+    mesh
+        The mesh file as the user gave it.
+    triangles
+        Number of its triangles.
+    rows
+        One row for each setup.
+    """
 
     mesh: str
     triangles: int
@@ -131,24 +141,29 @@ def ablate(
     Parameters
     ----------
     spec
-        The mesh.
+        The asset whose mesh is baked and measured.
     resolution
         Width and height of its depth images, texels.
     size
         (width, height) of the pictures, pixels.
     chosen
-        The setups.
+        The setups to measure, in order.
     pool
-        What measures pictures in parallel; None measures them here.
+        Processes that compute FLIP; None computes it in this process.
     advance
         Called after each setup.
+
+    Returns
+    -------
+    Ablation
+        A row for each setup.
 
     Raises
     ------
     InputError
         Where the mesh cannot be baked.
     GpuError
-        Without OpenGL.
+        Where no OpenGL 3.3 context can be created.
     """
     mesh = read_mesh(spec)
     rows = []
@@ -171,7 +186,7 @@ def ablate(
 
 
 def to_markdown(ablations: Sequence[Ablation]) -> str:
-    """Return a table per mesh."""
+    """Return a Markdown table for each of `ablations`."""
     titles = "", *(measure.title for measure in SHOWN), "bake, s", "disk, MB", "GPU, MB"
     head = f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|\n"
     tables = []
@@ -187,7 +202,7 @@ def to_markdown(ablations: Sequence[Ablation]) -> str:
 
 
 def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
-    """Return the rows as JSON."""
+    """Return the rows of `ablations` as JSON; `resolution` is that of their depth images, texels."""
     head = {"version": depthwalk.__version__, "commit": commit(), "resolution": resolution, "layers": LAYERS}
     views = [{"elevation": view.elevation, "azimuth": view.azimuth} for view in FEW]
     document = head | {"image_size": SIZE, "views": views, "models": [asdict(ablation) for ablation in ablations]}

@@ -19,7 +19,19 @@ from depthwalk.scene.scene import MeshAsset
 
 
 def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
-    """Return the file of each mesh: in the folder `out`, the file `out`, or beside the mesh where that is None.
+    """Return the file to which each mesh is baked.
+
+    Parameters
+    ----------
+    meshes
+        The mesh files.
+    out
+        The folder to write to, or the file; None writes beside each mesh.
+
+    Returns
+    -------
+    list
+        One file for each mesh.
 
     Raises
     ------
@@ -52,16 +64,21 @@ def mesh_spec(mesh: Path, texture: Path | None, up: Literal["y", "z"], height: f
     mesh
         The mesh file.
     texture
-        A picture in place of those that the mesh names, or None.
+        A picture that replaces those that the mesh names; None keeps these.
     up
-        The file's upward axis.
+        The axis that points upward in the file.
     height
-        Metres to scale the mesh to; None keeps its size.
+        Height in metres to which the mesh is scaled; None keeps its size.
+
+    Returns
+    -------
+    MeshAsset
+        The asset, named by the file.
 
     Raises
     ------
     InputError
-        Where the height is no length.
+        Where the height is not a positive number of metres.
     """
     if height is not None and not 0 < height <= MAX_COORDINATE:
         raise InputError(f"--height {height:g}: must be above 0 and at most {MAX_COORDINATE:.0f} metres")
@@ -76,7 +93,7 @@ def bake_meshes(
     Parameters
     ----------
     specs, files
-        The meshes and the file of each.
+        The meshes, and the file to which each is baked.
     params
         How to bake all of them.
     processes
@@ -104,7 +121,7 @@ def bake_meshes(
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:
-    """Return the line that reports a baked mesh; `resolution` is that of its images, texels."""
+    """Return the line that reports on `baked`, whose images are `resolution` texels wide and high."""
     if isinstance(baked, Kept):
         return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it again"
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())

@@ -30,7 +30,7 @@ class Plan:
     scene
         What is drawn.
     path_file, path
-        The camera path and its file, or None for a camera that stands still.
+        The camera path's file and the path; None for a camera that stands still.
     camera
         Changes to the camera that stands still.
     frames
@@ -54,7 +54,10 @@ class Plan:
 
 
 def parse_representations(texts: Sequence[str] | None) -> list[RepresentationName]:
-    """Return the names in repeated options and comma-separated lists, each once. Raises InputError."""
+    """Return the representations named in `texts`, each once: an option may be repeated and hold a list with commas.
+
+    None means `scene` alone. Raises InputError for names that do not exist.
+    """
     names = [name.strip() for text in texts or ["scene"] for name in text.split(",")]
     unknown = [name for name in names if name not in set(RepresentationName)]
     if unknown:
@@ -63,7 +66,7 @@ def parse_representations(texts: Sequence[str] | None) -> list[RepresentationNam
 
 
 def run_bench(plan: Plan) -> Report:
-    """Draw and time the frames of `plan` in each representation."""
+    """Draw and time the frames of `plan` in each of its representations."""
     runs: list[Run] = []
     for name in plan.representations:
         with open_headless(plan.scene, plan.size, representation(name)) as headless:

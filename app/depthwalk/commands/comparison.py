@@ -26,8 +26,8 @@ from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES, SILHOUETTE, summarise
 from depthwalk.quality.measure import ViewQuality, flip_workers, measure, measure_views, object_height
 from depthwalk.quality.page import WorstView, panels, worst_viewpoints
+from depthwalk.quality.pair_renderer import PairRenderer
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, cell
-from depthwalk.quality.twin import TwinRenderer
 from depthwalk.quality.views import CLOSE_BY, SPHERE, VERIFY
 from depthwalk.scene.document import parse_document
 from depthwalk.scene.render_settings import RenderSettings
@@ -51,7 +51,7 @@ class Plan:
     size
         (width, height) of the pictures, pixels.
     wanted
-        PSNR, dB, to recommend parameters for, or None.
+        The PSNR, dB, for which to recommend parameters; None recommends none.
     pictures
         Whether to keep the worst views for the page.
     """
@@ -68,18 +68,25 @@ class _Overridable(Params):
 
 
 def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
-    """Return the default settings with `render.…` keys replaced, as `--set` gives them. Raises InputError."""
+    """Return the default render settings with the values of `overrides`, YAML texts by key as `--set` takes them.
+
+    Raises InputError for keys other than `render.…` and for values that cannot be used.
+    """
     return check_model(parse_document("render: {}", "settings"), _Overridable, overrides)[0].render
 
 
 def check_plan(plan: Plan) -> None:
-    """Make sure that the meshes can be measured.
+    """Check that a plan can be measured, before the first mesh is, which takes a while.
+
+    Parameters
+    ----------
+    plan
+        The plan; every file that it names is looked for.
 
     Raises
     ------
     InputError
-        Where the pictures are too small, the PSNR is none, or a file is missing: every file is looked for before the
-        first mesh is measured, which takes a while.
+        Where the pictures are too small, the PSNR is not above 0 and at most 100 dB, or a file is missing.
     """
     if min(plan.size) < SMALLEST:
         width, height = plan.size
@@ -95,16 +102,22 @@ def check_plan(plan: Plan) -> None:
 def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
     """Bake and measure each mesh of a plan.
 
+    Parameters
+    ----------
+    plan
+        The meshes, and how to bake and render them.
+
     Returns
     -------
-    The report, and for each mesh its worst views with pictures, where `plan.pictures` wants them.
+    tuple
+        The report, and for each mesh its worst views; these are empty unless `plan.pictures` is set.
 
     Raises
     ------
     InputError
         Where a mesh cannot be baked, or shows nothing.
     GpuError
-        Without OpenGL.
+        Where no OpenGL 3.3 context can be created.
     """
     models: list[ModelReport] = []
     worst: list[list[WorstView]] = []
@@ -130,7 +143,7 @@ def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path
     Parameters
     ----------
     specs, files
-        The meshes and the file of each.
+        The meshes, and the file to which each was baked.
     params
         How all of them were baked.
     """
@@ -166,20 +179,20 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
         report(spec.name, "examining")
         candidate = examine(mesh, baked, subject.params)
     height = object_height(mesh)
-    with TwinRenderer(mesh, baked, plan.settings, plan.size) as twin:
+    with PairRenderer(mesh, baked, plan.settings, plan.size) as renderer:
         with frame_progress(spec.name, len(SPHERE) + len(CLOSE_BY)) as advance:
-            views = measure_views(twin, height, SPHERE, pool, advance)
-            close = measure_views(twin, height, CLOSE_BY, pool, advance)
+            views = measure_views(renderer, height, SPHERE, pool, advance)
+            close = measure_views(renderer, height, CLOSE_BY, pool, advance)
         if not views:
             raise InputError(f"{spec.mesh}: shows no pixel in any view")
         costs = Costs(
             bake_seconds=bake.seconds,
             bake_peak_bytes=bake.peak_bytes,
             bytes_disk=bake.bytes_disk,
-            bytes_gpu=twin.gpu_bytes,
+            bytes_gpu=renderer.gpu_bytes,
         )
-        shown = _worst_views(twin, views) if plan.pictures else []
-        driver = twin.driver
+        shown = _worst_views(renderer, views) if plan.pictures else []
+        driver = renderer.driver
     outlines = SILHOUETTE.reached(summarise(SILHOUETTE, views).mean, SILHOUETTE.goal_worst)
     model = ModelReport(
         name=subject.name,
@@ -206,9 +219,9 @@ def _advice(subject: Subject, mesh: Mesh, plan: Plan) -> Recommendation | None:
         return recommend(mesh, subject.params, plan.settings, plan.size, plan.wanted, progress=progress)
 
 
-def _worst_views(twin: TwinRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:
+def _worst_views(renderer: PairRenderer, views: Sequence[ViewQuality]) -> list[WorstView]:
     by_viewpoint = {view.viewpoint: view for view in views}
     return [
-        WorstView(by_viewpoint[viewpoint], titles, panels(twin.pair(viewpoint)))
+        WorstView(by_viewpoint[viewpoint], titles, panels(renderer.pair(viewpoint)))
         for viewpoint, titles in worst_viewpoints(views).items()
     ]

@@ -51,17 +51,17 @@ def main(
 
     scene = open_scene(shipped_file("garden.yaml"), None, None)
     tour = load_path(shipped_file("paths", "garden.yaml"))
-    wanted = representation(representation_name)
+    chosen = representation(representation_name)
     library = SceneLibrary(scene.assets, processes=None)
     try:
-        walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=wanted)
+        walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
     except walk.NoDisplayError as error:
         print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
-        render_tour(scene, tour, frames, size, wanted)
+        render_tour(scene, tour, frames, size, chosen)
 
 
 def render_tour(
-    scene: "Scene", tour: "CameraPath", frames: int | None, size: tuple[int, int], wanted: "Representation | None"
+    scene: "Scene", tour: "CameraPath", frames: int | None, size: tuple[int, int], chosen: "Representation | None"
 ) -> None:
     """Render stills and a video of a tour to `FOLDER`.
 
@@ -70,12 +70,12 @@ def render_tour(
     scene
         What to show.
     tour
-        The way through it.
+        The camera path through it.
     frames
-        Number of its frames to render; None renders all.
+        Number of frames of the tour to render; None renders all.
     size
         (width, height) of the pictures, pixels.
-    wanted
+    chosen
         How to draw every object; None leaves it to the scene.
 
     Raises
@@ -91,6 +91,6 @@ def render_tour(
     except OSError as error:
         raise InputError(f"{FOLDER}: cannot be made: {error.strerror}") from None
     stills, video = Output(str(FOLDER / "garden-{frame:2}.png")), Output(str(FOLDER / "garden.mp4"))
-    with open_headless(scene, size, wanted) as headless:
+    with open_headless(scene, size, chosen) as headless:
         draw_frames(headless, sample_path(tour, STILLS)[: frames or STILLS], stills, tour.fps)
         draw_frames(headless, path_cameras(tour, frames), video, tour.fps)

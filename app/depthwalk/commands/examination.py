@@ -35,7 +35,10 @@ def shipped_scenes() -> list[Path]:
 
 
 def parse_parts(text: str | None) -> list[str]:
-    """Return the parts that are named, each once, in the order of `PARTS`; all of them for None. Raises InputError."""
+    """Return the names in `text`, separated by commas, each once, in the order of `PARTS`; None names all of them.
+
+    Raises InputError for names that do not exist.
+    """
     names = list(PARTS) if text is None else [name.strip() for name in text.split(",")]
     unknown = [name for name in names if name not in PARTS]
     if unknown:
@@ -58,16 +61,21 @@ def run_quality(scenes: Sequence[Scene], parts: Sequence[str], size: tuple[int, 
     scenes
         What to draw; their settings are copied, as a part may change them.
     parts
-        Names of `PARTS`.
+        Names of the parts of the examination, keys of `PARTS`.
     size
         (width, height) of the pictures, pixels.
+
+    Returns
+    -------
+    Overview
+        The measured values of each part.
 
     Raises
     ------
     InputError
         Where an asset cannot be used.
     GpuError
-        Without OpenGL.
+        Where no OpenGL 3.3 context can be created.
     """
     device = headless_device()
     renderer = device.renderer

@@ -56,7 +56,10 @@ def installation() -> Iterator[Row]:
 
 
 def describe_file(path: Path) -> Iterator[Row]:
-    """Yield what a scene, a camera path, a baked file or a mesh holds. Raises InputError."""
+    """Yield what the scene, camera path, baked file or mesh at `path` holds.
+
+    Raises InputError where it cannot be read.
+    """
     yield "file", str(path)
     match path.suffix.lower():
         case ".yaml" | ".yml":

@@ -33,21 +33,21 @@ Point = tuple[float, float, float]
 
 
 class Method(StrEnum):
-    """How depth images are sampled."""
+    """Name the ways in which depth images are sampled."""
 
     RAYCAST = "raycast"
     SIX_VIEW = "six-view"
 
 
 class UpAxis(StrEnum):
-    """The axis of a mesh file that points upward."""
+    """Name the axes of a mesh file that may point upward."""
 
     Y = "y"
     Z = "z"
 
 
 class RepresentationName(StrEnum):
-    """How to draw every object whose asset allows it; `scene` leaves it to the scene file."""
+    """Name the ways to draw every object whose asset allows it; `scene` leaves it to the scene file."""
 
     SCENE = "scene"
     DPCI = "dpci"
@@ -138,12 +138,12 @@ DEFAULT_RESOLUTION = "1024,768"
 
 @dataclass(frozen=True)
 class CameraOptions:
-    """Changes to a camera, as the --camera options give them; None leaves a value as it is.
+    """Hold the changes to a camera that the --camera options ask for; None leaves a value as it is.
 
     Attributes
     ----------
     position, target
-        Metres, world.
+        Where the camera stands, and a point that it looks at, metres, world.
     angle
         Vertical angle of view, radians.
     """
@@ -153,7 +153,7 @@ class CameraOptions:
     angle: float | None = None
 
     def apply(self, camera: "Camera") -> "Camera":
-        """Return `camera` with these values. Raises InputError where its target would be its own position."""
+        """Return `camera` with these changes. Raises InputError where its target would be its own position."""
         position, target = self.position or camera.position, self.target or camera.target
         if self.given and position == target:
             raise InputError("--camera-target: must be elsewhere than the camera's position")
@@ -166,7 +166,27 @@ class CameraOptions:
 
 
 def parse_camera(position: str | None, target: str | None, angle: float | None) -> CameraOptions:
-    """Return the values of the --camera options; `angle` is in degrees. Raises InputError."""
+    """Read the --camera options.
+
+    Parameters
+    ----------
+    position
+        The text "x,y,z", metres, world; None where the option is not given.
+    target
+        The text "x,y,z", metres, world; None where the option is not given.
+    angle
+        Vertical angle of view, degrees; None where the option is not given.
+
+    Returns
+    -------
+    CameraOptions
+        The values, the angle in radians.
+
+    Raises
+    ------
+    InputError
+        Where a text cannot be read or a value is out of range.
+    """
     if angle is not None and not MIN_FOV <= angle <= MAX_FOV:
         raise InputError(f"--camera-view-angle {angle:g}: must be {MIN_FOV:g} to {MAX_FOV:g} degrees")
     return CameraOptions(
@@ -177,13 +197,13 @@ def parse_camera(position: str | None, target: str | None, angle: float | None) 
 
 
 def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
-    """Raise InputError where both a camera path and the --camera options say where the camera is."""
+    """Raise InputError where both a camera `path` and one of the options in `camera` say where the camera is."""
     if path is not None and camera.given:
         raise InputError("--path: already says where the camera is; leave out the --camera options")
 
 
 def parse_resolution(text: str) -> tuple[int, int]:
-    """Return width and height, pixels. Raises InputError."""
+    """Return width and height, pixels, from a `text` such as "640,480" or "640x480". Raises InputError."""
     parts = text.replace("x", ",").split(",")
     if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
         raise InputError(f"--resolution {text}: must be W,H or WxH, whole numbers of pixels")
@@ -196,17 +216,26 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 
 def parse_layers(text: str | None) -> int | Literal["auto"] | None:
-    """Return how many surfaces are sampled along each ray. Raises InputError."""
+    """Return how many surfaces are sampled along each ray, from the option's `text`; None where it is not given.
+
+    Raises InputError for values out of range.
+    """
     return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
 
 
 def parse_parts(text: str | None) -> int | Literal["auto"] | None:
-    """Return among how many cylinders a mesh is divided. Raises InputError."""
+    """Return among how many cylinders a mesh is divided at most, from the option's `text`; None where it is not given.
+
+    Raises InputError for values out of range.
+    """
     return _auto_or_up_to(MAX_DPCI_PARTS, "--parts", text)
 
 
 def parse_axis(text: str | None) -> "BakeAxis | None":
-    """Return the axis of a cylinder. Raises InputError."""
+    """Return the axis of a cylinder from the option's `text`; None where it is not given.
+
+    Raises InputError for what is neither a letter, a direction nor "auto".
+    """
     if text is None or text in ("auto", "x", "y", "z"):
         return text  # type: ignore[return-value]  # a text is not narrowed to its literals
     try:
@@ -219,7 +248,10 @@ def parse_axis(text: str | None) -> "BakeAxis | None":
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
-    """Return the --set options as `load_scene` takes them: texts by key. Raises InputError."""
+    """Return the --set options `settings` as `load_scene` takes them: YAML texts by dotted key.
+
+    Raises InputError where an option is not of the form KEY=VALUE.
+    """
     overrides = {}
     for text in settings or ():
         key, equals, value = text.partition("=")
@@ -230,20 +262,40 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
 
 
 def refuse_reuse(settings: Sequence[str] | None) -> None:
-    """Raise InputError where `reuse_error` is set: pictures of this command must not depend on earlier frames."""
+    """Raise InputError where `settings` set `reuse_error`: pictures of this command must not depend on others."""
     if any("reuse_error" in text for text in settings or ()):
         raise InputError("--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames")
 
 
 def representation(name: RepresentationName) -> "Representation | None":
-    """Return the representation of that name; None, for `scene`, leaves it to the scene file."""
+    """Return the representation called `name`; None, for `scene`, leaves the choice to the scene file."""
     from depthwalk.scene.arrays import Representation
 
     return None if name is RepresentationName.SCENE else Representation[name.name]
 
 
 def open_scene(path: Path, asset_roots: Sequence[Path] | None, settings: Sequence[str] | None) -> "Scene":
-    """Load a scene file with the --set options applied to it. Raises InputError."""
+    """Load a scene for a command.
+
+    Parameters
+    ----------
+    path
+        The scene file, or a mesh.
+    asset_roots
+        Folders besides the scene's own in which its files may lie; None for none.
+    settings
+        The --set options; None for none.
+
+    Returns
+    -------
+    Scene
+        The scene, with the options applied.
+
+    Raises
+    ------
+    InputError
+        Where the scene or an option cannot be used.
+    """
     from depthwalk.scene.loader import load_scene
 
     return load_scene(path, asset_roots or (), parse_settings(settings))

@@ -29,7 +29,7 @@ WriteFrame = Callable[[HeadlessRenderer], None]  # stores the frame that the ren
 
 @dataclass(frozen=True)
 class Output:
-    """Name where frames are written.
+    """Say where frames are written.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Output:
 
 
 def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[Path]) -> None:
-    """Make sure that frames can be written, before anything is rendered.
+    """Check that frames can be written, before anything is rendered.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _check_files(output: Output, frames: int, inputs: Sequence[Path]) -> None:
 
 
 def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
-    """Return the cameras of a path's frames, only the first `frames` where that is given."""
+    """Return the cameras of the frames of `path`, or of its first `frames` frames where that is not None."""
     return [path.sample(time) for time in path.frames()[:frames]]
 
 
@@ -127,6 +127,11 @@ def open_headless(scene: Scene, size: tuple[int, int], representation: Represent
         (width, height) of the pictures, pixels.
     representation
         How to draw every object; None leaves it to the scene.
+
+    Returns
+    -------
+    HeadlessRenderer
+        The renderer, which the caller uses in a `with` block.
     """
     with asset_progress() as report:
         return HeadlessRenderer(scene, SceneLibrary(scene.assets, report, processes=None), size, representation)

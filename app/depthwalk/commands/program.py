@@ -51,22 +51,25 @@ class _OneLineErrors:
 
 
 class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
-    """A group of commands whose usage errors are one line."""
+    """Group commands whose usage errors are one line."""
 
 
 class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
-    """A command whose usage errors are one line."""
+    """Run a command whose usage errors are one line."""
 
 
 def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:
-    """Return a program of one command, `main`, whose annotations declare its arguments and options."""
+    """Return a program of one command, called `name` in messages.
+
+    The annotations of the function `main` declare its arguments and options.
+    """
     program = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     program.command(name, cls=OneLineCommand)(main)
     return program
 
 
 def guarded(command: Command) -> Command:
-    """Wrap the function of a command so that it ends with the exit codes above.
+    """Wrap the function `command` so that it ends with the exit codes that this module documents.
 
     An InputError prints its bare message; anything else prints one line, and its traceback only with --verbose. SIGTERM
     unwinds the command as Ctrl-C does, so that half-written files vanish. The command's options `verbose` and `quiet`

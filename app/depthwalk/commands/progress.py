@@ -15,7 +15,7 @@ Report = Callable[[str, str], None]  # called with the name of an asset and the 
 
 
 def show_progress() -> bool:
-    """Return whether live progress is wanted: stderr is a terminal and --quiet was not given."""
+    """Return whether to show live progress: stderr is a terminal and --quiet was not given."""
     return sys.stderr.isatty() and log.getEffectiveLevel() < logging.ERROR
 
 
@@ -29,7 +29,10 @@ def live_options() -> dict[str, Any]:
 
 @contextmanager
 def asset_progress() -> Iterator[Report]:
-    """Show which asset is being read or baked; the block calls what is yielded at each stage."""
+    """Show which asset is being read or baked.
+
+    The `with` block gets a function to call with an asset's name and the stage that begins.
+    """
     if not show_progress():
         yield lambda name, stage: log.info("%s: %s", name, stage)
         return
@@ -42,7 +45,10 @@ def asset_progress() -> Iterator[Report]:
 
 @contextmanager
 def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show a bar over `total` frames; the block calls what is yielded after each frame."""
+    """Show a progress bar called `label` over `total` frames.
+
+    The `with` block gets a function to call after each frame.
+    """
     if total < 2 or not show_progress():
         yield lambda: None
         return

@@ -11,7 +11,17 @@ from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, Scene
 
 
 def asset_files(asset: Asset) -> list[Path]:
-    """Return the files of an asset: those that its mesh names included, and the place of its depth images.
+    """Return the files of an asset: its own, those that its mesh names, and the place of its depth images.
+
+    Parameters
+    ----------
+    asset
+        The asset.
+
+    Returns
+    -------
+    list
+        The files, whether or not they exist.
 
     Raises
     ------
@@ -30,7 +40,19 @@ def asset_files(asset: Asset) -> list[Path]:
 
 
 def input_files(scene: Scene, path: Path | None) -> list[Path]:
-    """Return every file that a scene is made of, and `path`, the camera path, where there is one.
+    """Return every file that a scene is made of.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    path
+        A camera path's file, to be returned as well; None for none.
+
+    Returns
+    -------
+    list
+        The files.
 
     Raises
     ------
@@ -44,12 +66,12 @@ def input_files(scene: Scene, path: Path | None) -> list[Path]:
 
 
 def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], use: str) -> None:
-    """Make sure that reports can be written, before anything is measured for them.
+    """Check that reports can be written, before anything is measured for them.
 
     Parameters
     ----------
     reports
-        Files to write; None where a report is not wanted.
+        Files to write; None for reports that nobody asked for.
     inputs
         Files that must stay as they are.
     use
@@ -70,6 +92,6 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
 
 
 def write_report(file: Path | None, text: str) -> None:
-    """Write `text` to `file`, where one is wanted."""
+    """Write `text` to `file`; do nothing where that is None."""
     if file is not None:
         write_bytes(file, text.encode())

@@ -15,7 +15,7 @@ from depthwalk.scene.schema import MesoParams
 
 
 def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, str]) -> str:
-    """Return a line about a good scene or path file.
+    """Check a scene file, a path file or a mesh, without rendering anything.
 
     Parameters
     ----------
@@ -24,7 +24,12 @@ def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, 
     asset_roots
         Folders besides the scene's in which its files may lie.
     overrides
-        Values that replace those of the scene file, by their keys.
+        Values that replace those of the scene file, YAML texts by dotted key.
+
+    Returns
+    -------
+    str
+        A line that says what the file holds.
 
     Raises
     ------
@@ -41,6 +46,11 @@ def check_file(path: Path, asset_roots: Sequence[Path], overrides: Mapping[str, 
 
 def check_assets(scene: Scene) -> None:
     """Read every file that a scene names, one after the other, and keep none of them in memory.
+
+    Parameters
+    ----------
+    scene
+        The scene.
 
     Raises
     ------

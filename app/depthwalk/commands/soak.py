@@ -46,16 +46,16 @@ _STATM = Path("/proc/self/statm")
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """What was measured over the second half of a walk.
+    """Hold what was measured over the second half of a walk, at n of its frames.
 
     Attributes
     ----------
-    frame : (n,)
-        Numbers of the frames.
-    gl_objects : (n,)
-        GL objects alive in this process.
-    memory : (n,)
-        Resident bytes of this process.
+    frame
+        (n,) int64, numbers of the frames.
+    gl_objects
+        (n,) int64, GL objects that exist in this process.
+    memory
+        (n,) int64, resident bytes of this process.
     """
 
     frame: NDArray[np.int64]
@@ -80,11 +80,16 @@ def random_walk(bounds: Bounds, frames: int, seed: int = 0) -> Iterator[Camera]:
     Parameters
     ----------
     bounds
-        Of the objects.
+        The bounds of the objects, metres, world.
     frames
-        Length of the walk.
+        Number of cameras.
     seed
         The same seed gives the same cameras.
+
+    Yields
+    ------
+    Camera
+        The camera of the next frame.
     """
     random = np.random.default_rng(seed)
     low, high = (np.array([f(bounds.centre[:, axis]) for axis in (0, 2)]) for f in (np.min, np.max))

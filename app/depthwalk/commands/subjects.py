@@ -19,7 +19,7 @@ SCENE_SUFFIXES = (".yaml", ".yml")
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """A mesh to compare with its depth images.
+    """Describe a mesh that is compared with its depth images.
 
     Attributes
     ----------
@@ -41,14 +41,14 @@ class Subject:
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """Hold the options of the command line; None where one is not given.
+    """Hold the options of the command line; None stands for an option that is not given.
 
     Attributes
     ----------
     resolution, layers, method, parts, axis
         Parameters of every bake; they replace those of a scene.
     texture, up, height
-        How meshes that no scene describes are read.
+        How those meshes are read that no scene describes.
     """
 
     resolution: int | None = None
@@ -62,16 +62,21 @@ class Choices:
 
 
 def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices) -> list[Subject]:
-    """Return the meshes among files, and those assets of the scenes among them that have depth images.
+    """Return the meshes to compare: those among the files, and those of the scenes among them that have depth images.
 
     Parameters
     ----------
     files
         Meshes and scene files.
     roots
-        Folders in which they are looked for, too.
+        Folders in which the files, and those that they name, are looked for as well.
     choices
         The options of the command line.
+
+    Returns
+    -------
+    list
+        The meshes, in the order of the files.
 
     Raises
     ------

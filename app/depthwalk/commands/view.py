@@ -82,12 +82,22 @@ def main(
 
 
 def shipped_file(*name: str) -> Path:
-    """Return a file of the scenes that ship with the program, by its path below their folder.
+    """Return a file of the scenes that ship with the program.
+
+    Parameters
+    ----------
+    *name
+        Path of the file below the folder of these scenes, folder by folder.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     InputError
-        Where the installation lacks it.
+        Where the installation lacks the file.
     """
     file = scene_root().joinpath(*name)
     if not file.is_file():

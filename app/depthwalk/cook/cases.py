@@ -112,7 +112,10 @@ _EDGES = _cone_edges()
 
 
 def piece_numbers(corners: Array) -> Ints:
-    """Return the piece (t,) of triangles (t, 3, 3), whose fronts are counter-clockwise; object frame, metres."""
+    """Return in which piece (t,) each of `corners`, triangles (t, 3, 3), lies: the piece of its normal.
+
+    The triangles are counter-clockwise seen from the front, object frame, metres.
+    """
     x, y, z = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).T
     direction = np.round(np.arctan2(z, x) * (_DIRECTIONS / (2 * np.pi))).astype(np.int64) % _DIRECTIONS
     slope = np.arctan2(np.hypot(x, z), y)
@@ -130,12 +133,12 @@ def piece_horizons(corners: Array, piece: Rows) -> Array:
     corners
         (t, 3, 3) triangles, object frame, metres.
     piece
-        (t,) their pieces, see `piece_numbers`.
+        (t,) number of the piece of each triangle, see `piece_numbers`.
 
     Returns
     -------
     Array
-        (PIECES, 4) metres: the least of `edge · point`; +inf for a piece without triangles.
+        (PIECES, 4) metres: the least `edge · point` over the triangles of a piece; +inf where it has none.
     """
     horizon = np.full((PIECES, 4), np.inf)
     for number in np.unique(piece).tolist():
@@ -144,19 +147,24 @@ def piece_horizons(corners: Array, piece: Rows) -> Array:
 
 
 def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_NUMBERS) -> Ints:
-    """Return which pieces viewers may see, as bit masks (n,).
+    """Return which pieces of an object viewers may see.
 
-    A normal n of a piece is a sum of its cone's edges e with weights that are not negative. Where e·(C − p) ≤ 0 for
-    all four edges and every point p of the piece, n·(C − p) ≤ 0 follows: its triangles turn their backs to C.
+    A normal n of a piece is a sum of its cone's edges e with weights that are not negative. Where e·(C − p) ≤ 0 for all
+    four edges and every point p of the piece, n·(C − p) ≤ 0 follows: its triangles turn their backs to C.
 
     Parameters
     ----------
     horizon
         (n, k, 4) metres, see `piece_horizons`; −inf: always seen.
     viewer
-        (n, 3) C, object frame, metres.
+        (n, 3) positions C of the viewers, object frame, metres.
     among
         (k,) numbers of the pieces that are asked for.
+
+    Returns
+    -------
+    Ints
+        (n,) bit masks: bit k is set where piece k may be seen.
     """
     ahead = (viewer @ _EDGES[among].reshape(-1, 3).T).reshape(-1, len(among), 4)
     ahead += _SLACK * np.linalg.norm(viewer, axis=1)[:, None, None]
@@ -164,19 +172,26 @@ def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_
 
 
 def drawn_cases(pieces: Rows) -> Rows:
-    """Return the `Case` (n,) of bit masks of pieces (n,): which caps' pieces they hold."""
+    """Return the `Case` (n,) of each of `pieces` (n,), bit masks of pieces: the caps whose pieces the mask holds."""
     return (pieces >> TOP_PIECE & 1) * Case.SIDE_AND_TOP + (pieces >> BOTTOM_PIECE & 1) * Case.SIDE_AND_BOTTOM
 
 
 def piece_runs(first: Rows, count: Rows, pieces: int = ALL_PIECES) -> tuple[tuple[int, int], ...]:
-    """Return the runs of indices that hold some pieces: first index and number of indices of each.
+    """Return which runs of an index array draw the chosen pieces of a level.
 
     Parameters
     ----------
-    first, count
-        (RANGES,) index ranges of one level; those that adjoin become one run.
+    first
+        (RANGES,) first index of each of the level's ranges: one per piece, then those of the paper's cases.
+    count
+        (RANGES,) number of indices of each range.
     pieces
-        Bit mask of index ranges.
+        Bit mask of ranges: bit k chooses range k.
+
+    Returns
+    -------
+    tuple
+        First index and number of indices of each run. Ranges that follow one another become one run.
     """
     wanted = np.flatnonzero((pieces >> np.arange(RANGES) & 1 > 0) & (count > 0))
     if not len(wanted):

@@ -16,8 +16,9 @@ _RMS_ERROR, _MAX_ERROR = 0.6, 24.0  # of 255: what sharing tints between 2 × 2 
 class ColourComponents(NamedTuple):
     """Hold colours as components of a palette.
 
-    With c the component and the tints of a texel, its colour is palette[0] + Σ c[i] palette[i + 1], which is filtered
-    as colours are; where k is 0, palette[0]; where k is 4, c.
+    The colour of a texel is palette[0] + Σ c[i] · palette[i + 1], where c is its component followed by its two tints.
+    Where k is 0 it is palette[0] alone; where k is 4 the components are the colour itself. Filtering components gives
+    the same as filtering colours.
 
     Attributes
     ----------
@@ -35,14 +36,19 @@ class ColourComponents(NamedTuple):
 
 
 def few_components(colours: NDArray[np.uint16], used: NDArray[np.bool_]) -> ColourComponents:
-    """Return colours in as few components as show no difference.
+    """Store colours in as few components as show no difference.
 
     Parameters
     ----------
     colours
         (H, W, 4) uint16, of 65535: √linear RGB and specular strength; H and W are even.
     used
-        (H, W) bool, which of them count.
+        (H, W) bool: the texels whose colours matter.
+
+    Returns
+    -------
+    ColourComponents
+        The components of all texels.
     """
     palette, no_tints = np.zeros((4, 4), np.float32), np.zeros((0, 0, 2), np.uint8)
     rounded = np.round(colours / np.float32(257)).astype(np.uint8)

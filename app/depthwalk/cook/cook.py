@@ -72,11 +72,11 @@ class CookedObject:
     footprint
         (DIRECTIONS,) metres, support function, see `geometry.support_function`.
     first, count, horizon, error
-        See `LodGeometry`.
+        The arrays of `LodGeometry` with these names.
     bytes
         Memory that the object takes on the GPU.
     load
-        Returns geometry and texture. Raises OSError where the file that holds them has gone or is damaged.
+        Returns geometry and texture. Raises OSError where the file that holds them is missing or damaged.
     """
 
     outline: BakedObject
@@ -90,7 +90,20 @@ class CookedObject:
 
 
 def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
-    """Return `baked`, cooked as `options` say."""
+    """Turn a baked object into the arrays that the GPU draws.
+
+    Parameters
+    ----------
+    baked
+        The depth images, object frame.
+    options
+        What to build.
+
+    Returns
+    -------
+    CookedObject
+        The object, whose geometry and texture are in memory.
+    """
     geometry = _build_geometry(baked, options)
     texture = build_virtual_texture(baked, geometry)
     relief = 0.0 if baked.meso is None else baked.meso.height
@@ -121,7 +134,7 @@ def _bare(image: DepthImage) -> DepthImage:
 
 
 def bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
-    """Return an empty image of `shape`, (H, W) texels, whose arrays take no memory."""
+    """Return an empty image of `shape`, (H, W) texels, on layer `layer` of `face`; its arrays take no memory."""
     empty = np.broadcast_to(np.float32(np.inf), shape)
     none = np.broadcast_to(np.float32(0), (*shape, 4))
     return DepthImage(

@@ -1,6 +1,6 @@
 """Keep cooked assets: in the user's cache folder, or as files of their own, `NAME.dpci.npz`, that scenes name.
 
-Cooking takes seconds; reading the file, a fraction of one. Thus an asset can leave the GPU's memory and return while
+Cooking takes seconds; reading the file, a fraction of one. So an asset can leave the GPU's memory and return while
 somebody walks, and a scene can ship without meshes. A file holds all objects of one model: their headers, which drawing
 needs at once, and columns of arrays, which are read for one object at a time.
 """
@@ -36,15 +36,41 @@ _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that ar
 
 
 def find_cooked(key: str, options: CookOptions) -> tuple[CookedObject, ...] | None:
-    """Return what `keep_cooked` kept of the model of `key`; None where that is missing or damaged.
+    """Find the cooked objects of a model in the cache.
 
-    Geometry and textures are read, and checked, by each object's `load` only.
+    Reads what drawing must know at once; each object's `load` reads and checks geometry and textures.
+
+    Parameters
+    ----------
+    key
+        Key of the baked model.
+    options
+        What was built of it.
+
+    Returns
+    -------
+    tuple | None
+        The objects in the model's order; None where the cache has none, or a damaged file.
     """
     return COOKED.find(_name(key, options), _objects)
 
 
 def keep_cooked(key: str, options: CookOptions, objects: tuple[CookedObject, ...]) -> tuple[CookedObject, ...]:
-    """Keep the cooked objects of the model of `key` in the cache folder; return the same, which now read the file.
+    """Keep the cooked objects of a model in the cache folder.
+
+    Parameters
+    ----------
+    key
+        Key of the baked model.
+    options
+        What was built of it.
+    objects
+        The objects, in the model's order.
+
+    Returns
+    -------
+    tuple
+        The same objects, which load geometry and textures from the file from now on.
 
     Raises
     ------
@@ -78,9 +104,9 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
 
 
 def cooked_key(path: Path) -> str | None:
-    """Return the key of the depth images that a file of `write_cooked` was made of; None where it is no such file.
+    """Return the key of the depth images from which `write_cooked` made the file `path`.
 
-    It is none, too, where another COOK_VERSION wrote it.
+    Returns None for other files, and for those that another COOK_VERSION wrote.
     """
     try:
         made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
@@ -90,7 +116,9 @@ def cooked_key(path: Path) -> str | None:
 
 
 def read_cooked(path: Path) -> tuple[CookedObject, ...]:
-    """Return the objects in a file of `write_cooked`, whose geometry and textures are read by their `load` only.
+    """Return the objects in `path`, a file of `write_cooked`.
+
+    Each object's `load` reads its geometry and textures when it is called.
 
     Raises
     ------

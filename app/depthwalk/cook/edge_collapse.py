@@ -58,20 +58,24 @@ class _Edges(StructOfArrays):
 
 
 def collapse_edges(surface: ClusteredSurface, tolerance: float, parallel: Map = map) -> ClusteredSurface:
-    """Return a surface with fewer triangles that is no farther off than a tolerance.
+    """Return a surface with fewer triangles that deviates by about a tolerance at most.
 
-    Edges are collapsed as long as the squared distance of the vertex that they make, integrated over the surface that
-    it stands for, is no more than tolerance⁴: an area of tolerance² may come off by the tolerance, a smaller one by
-    more.
+    An edge may collapse to a vertex while the squared distance of this vertex, integrated over the surface that it
+    stands for, is at most tolerance⁴: an area of tolerance² may be off by the tolerance, a smaller area by more.
 
     Parameters
     ----------
     surface
         What to simplify.
     tolerance
-        Metres.
+        Allowed distance from the original surface, metres.
     parallel
-        How batches of edges are worked on; see `thread_map`.
+        `map`, or what `thread_map` yields to work in several threads.
+
+    Returns
+    -------
+    ClusteredSurface
+        The simplified surface.
     """
     random = np.random.default_rng(0)
     live = _Live(*np.ones((2, len(surface.point)), bool))
@@ -133,7 +137,7 @@ def _cheapest(
     """Return all edges that may be collapsed, and those of them that are the cheapest at both of their ends."""
     edges = _cheap_edges(surface, *_live_ends(surface.triangles, live), tolerance, parallel)
     length = lengths(surface.point[edges.start] - surface.point[edges.end])
-    # A little by chance, lest edges whose collapse was undone come first in every round.
+    # A little by chance, so that edges whose collapse was undone do not come first in every round.
     cost = (edges.cost + _SHORT * edges.weight * length**2) * random.uniform(1, 1.3, len(length))
     dearest_first = np.argsort(cost)[::-1]
     best = np.empty(len(surface.point), np.int64)

@@ -63,18 +63,23 @@ class FaceGrids:
 
 
 def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cases: bool, total: int) -> FaceGrids:
-    """Return the grids of one face.
+    """Build the triangles of all grids of one face.
 
     Parameters
     ----------
     baked, face
-        The object, and which of its faces; the face has images.
+        The object, and the face, which has images.
     tolerance
-        How far samples may come off the triangles of step s, in parts of s texels; −inf keeps every cell.
+        How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
     paper_cases
-        Keep what only the paper's cases draw.
+        Whether to keep triangles that only the paper's cases draw.
     total
-        Number of the face's first vertex.
+        Number of vertices of the faces before this one, from which its vertices are numbered on.
+
+    Returns
+    -------
+    FaceGrids
+        Vertices, and the triangles of each level and run.
     """
     images = [image for image in baked.images if image.face is face]
     present = {image.face for image in baked.images}

@@ -18,9 +18,9 @@ _MAX_RATIO = 4.0  # of an offset to the one before it
 
 
 def count_voxels(corners: Array, voxel_size: float) -> int:
-    """Return how many voxels triangles meet.
+    """Return how many voxels a set of triangles touches.
 
-    What lies twice in one place counts once, where areas would be added.
+    Triangles that overlap count once, unlike in a sum of areas.
 
     Parameters
     ----------
@@ -28,6 +28,11 @@ def count_voxels(corners: Array, voxel_size: float) -> int:
         (t, 3, 3) the triangles, metres.
     voxel_size
         Edge of a voxel, metres.
+
+    Returns
+    -------
+    int
+        The number of voxels.
     """
     areas = face_normals(corners)[1]
     # A bit map is several times as quick as sorting the voxels' numbers. It has a voxel to spare, for rounding.

@@ -27,7 +27,7 @@ from depthwalk.cook.index_chunks import WHOLE
 from depthwalk.cook.lod_geometry import LodGeometry, vertex_positions
 from depthwalk.types import Ints
 
-# How far samples may come off the triangles of step s: this part of s texels, hence of about one pixel.
+# How far samples may come off the triangles of step s: this part of s texels, which is about one pixel.
 _TOLERANCE = 0.07
 # Texels: about how far samples between those of step 2 are off its triangles; step s has s − 1 times that.
 _STEP_ERROR = 0.25
@@ -39,7 +39,7 @@ _PAPER_RANGES = np.array(  # of `cook.cases`, by Run
 def build_grid_lods(
     baked: BakedObject, paper_cases: bool = False, tolerance: float = _TOLERANCE, in_pieces: bool = True
 ) -> LodGeometry:
-    """Return the levels of an object as grids, of all its images.
+    """Build the levels of an object as the grids of all its images.
 
     Parameters
     ----------
@@ -48,10 +48,15 @@ def build_grid_lods(
     paper_cases
         Sort triangles into the index ranges of the paper's cases, with what only these draw.
     tolerance
-        How far samples may come off the triangles of step s, in parts of s texels; −inf keeps every cell.
+        How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
     in_pieces
         Sort triangles into the pieces of `cook.cases`, unless for the paper's cases. Otherwise all are in the first
         piece, in the order of their faces.
+
+    Returns
+    -------
+    LodGeometry
+        One level per grid, the finest first.
     """
     low, size = baked.cylinder.box
     faces, total = [], 0

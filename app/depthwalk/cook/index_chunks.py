@@ -15,35 +15,40 @@ Chunks = Ints  # (c, 2), rising: of each chunk the first index, and the vertex f
 
 
 def vertex_numbers(indices: NDArray[np.unsignedinteger], chunks: Chunks, first: int, count: int) -> Ints:
-    """Return the vertices (count,) that a run of `indices` stands for.
+    """Return the vertices that a run of indices refers to.
 
     Parameters
     ----------
     indices
         (i,) uint16 or uint32, all indices of an object.
     chunks
-        (c, 2), the object's chunks.
+        (c, 2), the chunks of the object, see `Chunks`.
     first, count
-        The run: its first index and its number of indices; it may span several chunks.
+        First index and number of indices of the run, which may span several chunks.
+
+    Returns
+    -------
+    Ints
+        (count,) numbers of vertices of the whole object.
     """
     place = np.arange(first, first + count)
     return np.asarray(chunks[np.searchsorted(chunks[:, 0], place, "right") - 1, 1] + indices[place])
 
 
 def chunk_runs(chunks: Chunks, first: int, count: int) -> list[tuple[int, int, int]]:
-    """Return a run of indices, divided where chunks end, as a draw call needs it.
+    """Divide a run of indices where chunks end, since a draw call can draw from one chunk only.
 
     Parameters
     ----------
     chunks
-        (c, 2), the object's chunks.
+        (c, 2), the chunks of the object, see `Chunks`.
     first, count
-        The run: its first index and its number of indices.
+        First index and number of indices of the run.
 
     Returns
     -------
     list
-        First index, number of indices, and the vertex from which these count.
+        For each draw call: first index, number of indices, and the vertex from which the indices count.
     """
     ends = np.append(chunks[1:, 0], first + count)
     start, stop = np.maximum(chunks[:, 0], first), np.minimum(ends, first + count)

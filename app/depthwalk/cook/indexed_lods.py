@@ -19,7 +19,7 @@ _IMAGES = 1 << 16  # more than the numbers of images with their flags, which fit
 
 
 def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Array) -> LodGeometry:
-    """Return levels of triangles as vertex and index arrays.
+    """Turn levels of triangles into vertex and index arrays.
 
     Parameters
     ----------
@@ -28,9 +28,14 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
     levels
         (t, 3, 3) triangles of each level, metres, object frame; finest first.
     views
-        (all t,) the image that each triangle looks into, with flags; triangles of `NOWHERE` are left out.
+        (all t,) the image that each triangle looks into, with flags; triangles whose image is `NOWHERE` are left out.
     error
-        (levels,) metres.
+        (levels,) geometric error of each level, metres.
+
+    Returns
+    -------
+    LodGeometry
+        The levels, the finest first.
     """
     ends = np.cumsum([len(corners) for corners in levels])
     vertices: list[NDArray[np.uint16]] = []

@@ -66,11 +66,11 @@ class LodGeometry:
         return vertex_positions(self.vertices, self.box_low, self.box_size)
 
     def triangles(self, first: int, count: int) -> NDArray[np.int64]:
-        """Return the vertices (count / 3, 3) of the triangles of a run of indices."""
+        """Return the vertices (count / 3, 3) of the triangles in the run of `count` indices from index `first` on."""
         return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)
 
     def drawn(self, level: int, pieces: int = ALL_PIECES) -> NDArray[np.int64]:
-        """Return the vertices (t, 3) of the triangles of a level that are in `pieces`, a bit mask."""
+        """Return the vertices (t, 3) of the triangles of level `level` whose pieces are in `pieces`, a bit mask."""
         runs = piece_runs(self.first[level], self.count[level], pieces)
         return np.concatenate([np.zeros((0, 3), np.int64), *(self.triangles(*run) for run in runs)])
 
@@ -78,7 +78,7 @@ class LodGeometry:
 def vertex_positions(
     vertices: NDArray[np.uint16], box_low: NDArray[np.float32], box_size: NDArray[np.float32]
 ) -> NDArray[np.float64]:
-    """Return the positions (n, 3) of vertices, object frame, metres.
+    """Decode the positions of vertices.
 
     The shaders do the same in `sample_position`, shaders/common/samples.glsl.
 
@@ -88,5 +88,10 @@ def vertex_positions(
         (n, 4) uint16, see `LodGeometry`.
     box_low, box_size
         (3,) float32, the box that they are counted over, metres.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n, 3) float64, metres, object frame.
     """
     return box_low.astype(np.float64) + vertices[:, :3] * (box_size / np.float32(POSITION_STEPS))

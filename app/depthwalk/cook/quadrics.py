@@ -46,9 +46,9 @@ class ClusteredSurface:
 
 
 def clustered_surface(point: Array, triangles: Ints, features: SharpFeatures | None = None) -> ClusteredSurface:
-    """Return a surface whose vertices stand for the planes of their own triangles, and of nothing else yet.
+    """Return a surface whose vertices stand for the planes of their own triangles only, as before any simplification.
 
-    Planes perpendicular to the surface along its boundary hold that in place.
+    Along the boundary, planes perpendicular to the surface keep it in place.
 
     Parameters
     ----------
@@ -57,9 +57,14 @@ def clustered_surface(point: Array, triangles: Ints, features: SharpFeatures | N
     triangles
         (t, 3) rows of `point`.
     features
-        Planes of the n vertices. Each triangle's corners' planes then count for one half, its own plane and those on
-        the boundary for the other. The former meet in ridges that the latter cut off; but where the surface is round
-        the former lie outside it, the latter within.
+        One plane for each of the n vertices, or None. The planes of a triangle's corners then count one half; its own
+        plane and those along the boundary count the other. The corners' planes meet in ridges that the triangles' own
+        planes cut off. Where the surface is round, the former lie outside of it and the latter inside.
+
+    Returns
+    -------
+    ClusteredSurface
+        The surface.
     """
     quadric, weight = _quadrics(point, triangles)
     if features is not None:
@@ -68,7 +73,20 @@ def clustered_surface(point: Array, triangles: Ints, features: SharpFeatures | N
 
 
 def squared_distances(quadric: Array, point: Array) -> Array:
-    """Return the weighted squared distances (n,), metres⁴, of points (n, 3) from the planes of quadrics (10, n)."""
+    """Return weighted squared distances of points from the planes that quadrics stand for.
+
+    Parameters
+    ----------
+    quadric
+        (10, n), see `ClusteredSurface`.
+    point
+        (n, 3) metres.
+
+    Returns
+    -------
+    Array
+        (n,) metres⁴.
+    """
     xx, xy, xz, xw, yy, yz, yw, zz, zw, ww = quadric
     x, y, z = point.T
     mixed = x * (xy * y + xz * z + xw) + y * (yz * z + yw) + z * zw
@@ -76,18 +94,23 @@ def squared_distances(quadric: Array, point: Array) -> Array:
 
 
 def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
-    """Return the points (n, 3) with the least squared distances, springs to `middle` included.
+    """Return the points that are nearest to the planes of quadrics, held by springs where the planes do not decide.
 
     Solves n systems of 3 equations by Cramer's rule.
 
     Parameters
     ----------
     quadric
-        (10, n).
+        (10, n), see `ClusteredSurface`.
     stiffness
-        (n,) of the springs, metres².
+        (n,) stiffness of the springs, metres².
     middle
-        (n, 3) where the springs are fixed, metres.
+        (n, 3) points that the springs pull to, metres.
+
+    Returns
+    -------
+    Array
+        (n, 3) metres.
     """
     xx, xy, xz, xw, yy, yz, yw, zz, zw, _ = quadric
     xx, yy, zz = xx + stiffness, yy + stiffness, zz + stiffness

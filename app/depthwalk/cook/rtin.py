@@ -4,7 +4,7 @@ Evans, Kirkpatrick and Townsend 2001, "Right-Triangulated Irregular Networks". G
 resolution: colour and normal are looked up per pixel, so a grid may be drawn with larger triangles where no sample
 comes off them by more than a tolerance. These are the halves of square blocks, split again and again from the right
 angle to the middle of the hypotenuse, at the finest into halves of cells. The two triangles on one hypotenuse, here a
-*diamond*, are split together, and so is every diamond that contains one that is split. Thus there are no cracks, and
+*diamond*, are split together, and so is every diamond that contains one that is split. So there are no cracks, and
 the nodes in the middle of split diamonds describe the whole network.
 """
 
@@ -80,7 +80,7 @@ def rtin_triangles(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Replace cells of a grid by larger triangles where that shows no difference.
 
-    Only cells are replaced whose two triangles lie on the surface, with all corners on this layer and of one label.
+    Replaces only cells whose two triangles lie on the surface, with all corners on this layer and of one label.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def rtin_triangles(
     level
         The grid has step 2^level.
     tolerance
-        How far samples may be off the triangles, along normals, metres; −inf replaces nothing.
+        How far samples may be off the triangles, along their normals, metres; −inf replaces nothing.
 
     Returns
     -------

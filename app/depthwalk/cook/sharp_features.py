@@ -31,16 +31,21 @@ class SharpFeatures:
 
 
 def find_sharp_features(point: Array, triangles: Ints) -> SharpFeatures:
-    """Return the plane of each sample: that of the flattest of its triangles.
+    """Fit a plane to each sample that keeps ridges sharp: the plane of the flattest triangle around the sample.
 
-    Flattest is the triangle whose neighbours across its edges are turned against it least.
+    The flattest triangle is the one that is turned least against its neighbours across its edges.
 
     Parameters
     ----------
     point
-        (n, 3) samples, metres.
+        (n, 3) positions of the samples, metres.
     triangles
         (t, 3) rows of `point`, in which every sample has a triangle.
+
+    Returns
+    -------
+    SharpFeatures
+        n planes.
     """
     normal = face_normals(point[triangles])[0]
     roughest_first = np.argsort(_roughness(triangles, normal), kind="stable")[::-1]

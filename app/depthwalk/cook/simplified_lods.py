@@ -49,9 +49,19 @@ _QUANTILE = 0.98  # of the samples, which are no farther off than a level's erro
 
 
 def build_simplified_lods(baked: BakedObject) -> LodGeometry:
-    """Return the levels of an object by geometric error, each one surface over all of its faces.
+    """Build the levels of an object by geometric error, each one surface over all faces.
 
-    Objects with meso-structure, which displaces every sample, have all their grids instead.
+    An object with meso-structure, which displaces every sample, gets all its grids instead.
+
+    Parameters
+    ----------
+    baked
+        The object.
+
+    Returns
+    -------
+    LodGeometry
+        The levels, the finest first.
     """
     if baked.meso is not None:
         return build_grid_lods(baked)

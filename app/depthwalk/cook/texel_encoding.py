@@ -14,8 +14,8 @@ _LENGTHS = 8  # of normals that are tried
 def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     """Return the texels of a depth image as a virtual texture stores them.
 
-    An empty texel gets the values of the nearest one that is not, so that filtering meets no black, and the depth that
-    is farthest from that one's.
+    An empty texel gets the values of the nearest texel with a surface, so that filtering mixes in no black. Its depth
+    code is the one that differs most from that texel's.
 
     Parameters
     ----------
@@ -47,18 +47,19 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
 
 
 def depth_code(depth: Array) -> NDArray[np.uint8]:
-    """Return the remainders (…) of depths (…), in texels, by `DEPTH_PERIOD`, as numbers of 8 bits.
+    """Return `depth` (…), in texels, modulo `DEPTH_PERIOD`, as (…) uint8.
 
-    In 8 bits whole depths would not tell surfaces a texel apart; what a shader compares is never half a period off.
+    Whole depths in 8 bits could not tell surfaces apart that are a texel from each other. The remainder can, as what a
+    shader compares is never off by half a period.
     """
     return np.round(depth * (256 / DEPTH_PERIOD)).astype(np.int64).astype(np.uint8)
 
 
 def encode_normals(normal: Array) -> NDArray[np.uint8]:
-    """Return unit vectors (n, 3) in 8 bits per component, (normal + 1) / 2 but for their length.
+    """Return unit vectors `normal` (n, 3) as (n, 3) uint8: (vector + 1) / 2 · 255.
 
-    Of vectors up to 11 % shorter, that is chosen whose direction rounding changes least, which halves the error
-    (Kaplanyan 2010, "CryENGINE 3: Reaching the Speed of Light").
+    Each vector is first shortened by up to 11 %, to the length at which rounding changes its direction least. This
+    halves the error (Kaplanyan 2010, "CryENGINE 3: Reaching the Speed of Light").
     """
     largest = np.abs(normal).max(1, keepdims=True).clip(1e-6)
     best, least_error = np.zeros(normal.shape, np.uint8), np.full(len(normal), np.inf)

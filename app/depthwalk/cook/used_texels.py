@@ -28,7 +28,7 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) ->
     baked, grids
         The object, and the triangles that look into its images.
     levels
-        Ascending. Of each, the result has a mask: what the triangles of so many of the finest levels touch.
+        Ascending numbers of levels; each gives a mask of what the triangles of that many of the finest levels touch.
 
     Returns
     -------

@@ -11,7 +11,7 @@ from depthwalk.types import Array, Ints
 
 
 def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: float) -> tuple[Array, Ints]:
-    """Merge the vertices within each voxel into one of them, and drop what this leaves of triangles.
+    """Merge the vertices within each voxel into one of them, and drop triangles that lose a corner or occur twice.
 
     Vertices that face opposite ways, such as those on the two sides of a leaf, stay apart.
 
@@ -22,7 +22,7 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
     triangles
         (t, 3) rows of `point`.
     rank
-        (n,): of a voxel's vertices, the first of the lowest rank is kept.
+        (n,) order of preference: each voxel keeps the first of its vertices of lowest rank.
     voxel_size
         Edge of a voxel, metres.
 

@@ -86,8 +86,8 @@ class _Triangles(NamedTuple):
 def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Ints:
     """Return the image that shows each triangle best.
 
-    That is where the samples at its middle and near its corners lie on its plane, are on its side of it, are that
-    face's own, and are seen squarely.
+    In that image the samples at the triangle's middle and near its corners lie on its plane and face its way, are owned
+    by the image's face, and are seen squarely.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Int
     corners
         (t, 3, 3) triangles, counter-clockwise seen from the front, metres, object frame.
     parallel
-        How batches of triangles are worked on; see `thread_map`.
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------

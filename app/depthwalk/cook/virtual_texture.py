@@ -96,7 +96,20 @@ class _Chart:
 
 
 def build_virtual_texture(baked: BakedObject, grids: LodGeometry) -> VirtualTexture:
-    """Return the virtual texture of all images of `baked`, with what the triangles of `grids` look up."""
+    """Pack the texels that triangles look up into a virtual texture.
+
+    Parameters
+    ----------
+    baked
+        The object, whose images hold the texels.
+    grids
+        The triangles that look into the images.
+
+    Returns
+    -------
+    VirtualTexture
+        The texture of all images.
+    """
     images = [_mip_tiers(image_texels(baked.cylinder, image), image.face) for image in baked.images]
     shapes = [tile_counts(mip_tier.texels.shape) for mip_tier in images[0]]
     charts = _charts(baked, grids, shapes)

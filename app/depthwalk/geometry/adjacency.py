@@ -28,8 +28,8 @@ class EdgeAdjacency:
     folds
         (e,) float32, cosine of the angle between the normals of the two faces; 1 where an edge is open.
     density
-        Metres of silhouette per square metre of faces seen from their front, 1/m, both as projected, and as means over
-        all view directions.
+        Mean length of silhouette per area of faces seen from their front, both as projected, over all view directions,
+        1/m.
     """
 
     points: NDArray[np.float32]
@@ -57,6 +57,11 @@ def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integ
         (v, 3), metres.
     triangles
         (f, 3) rows of `positions`, counter-clockwise seen from the front.
+
+    Returns
+    -------
+    EdgeAdjacency
+        The edges, each with its one or two faces.
     """
     names, first = row_ids(positions)
     corners = names[triangles]

@@ -15,16 +15,28 @@ _KEY_MASK = (1 << KEY_BITS) - 1
 
 
 def normals_and_areas(point: Array, triangles: Ints) -> tuple[Array, Array]:
-    """Return the unit normals (t, 3) and areas (t,), metres², of triangles (t, 3), rows of `point` (n, 3)."""
+    """Return the unit normals (t, 3) and areas (t,), metres², of `triangles` (t, 3), rows of `point` (n, 3), metres."""
     across = doubled_areas(point, triangles)
     length = lengths(across)
     return across / np.maximum(length, 1e-30)[:, None], length / 2
 
 
 def vertex_directions(point: Array, triangles: Ints) -> Array:
-    """Return normals (n, 3) of vertices, not unit: the sums of their triangles' doubled area vectors, metres².
+    """Return the sums (n, 3), metres², of the doubled area vectors of the triangles at each vertex.
 
-    point: (n, 3), metres; triangles: (t, 3), rows of `point`.
+    They point as vertex normals do, and are as long as the area around the vertex is large.
+
+    Parameters
+    ----------
+    point
+        (n, 3) vertices, metres.
+    triangles
+        (t, 3) rows of `point`.
+
+    Returns
+    -------
+    Array
+        (n, 3) metres².
     """
     facing = np.zeros(point.shape)
     for column, values in zip(facing.T, doubled_areas(point, triangles).T, strict=True):
@@ -64,7 +76,7 @@ def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints
 
 
 def distinct_triangles(triangles: Ints) -> Ints:
-    """Return those of triangles (t, 3) that have three corners, each once, its smallest number first.
+    """Return those of `triangles` (t, 3) that have three different corners, each once, smallest number first.
 
     Copies that are wound the other way are not equal.
     """
@@ -77,7 +89,7 @@ def distinct_triangles(triangles: Ints) -> Ints:
 
 
 def any_corner(vertices: Mask, triangles: Ints) -> Mask:
-    """Return which triangles (t,), of triangles (t, 3), have one of `vertices`, a mask (n,)."""
+    """Return which of `triangles` (t, 3) have a corner among `vertices`, a mask (n,): (t,) bool."""
     a, b, c = triangles.T
     return np.asarray(
         vertices[a] | vertices[b] | vertices[c]
@@ -85,7 +97,20 @@ def any_corner(vertices: Mask, triangles: Ints) -> Mask:
 
 
 def drop_unused(triangles: Ints, count: int) -> tuple[Ints, Ints]:
-    """Return those of `count` vertices that triangles (t, 3) use, rising, and the triangles in their numbers."""
+    """Leave out vertices that no triangle uses.
+
+    Parameters
+    ----------
+    triangles
+        (t, 3) numbers of vertices.
+    count
+        Number of vertices.
+
+    Returns
+    -------
+    tuple
+        The old numbers (m,) of the vertices that stay, rising, and the triangles (t, 3) in new numbers.
+    """
     used = np.zeros(count, bool)
     used[triangles] = True
     return np.flatnonzero(used), (np.cumsum(used) - 1)[triangles]

@@ -12,13 +12,13 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # of each axis, the one
 
 
 def rotate(quaternion: Array, vector: Array) -> Array:
-    """Return vectors (…, 3) rotated by unit quaternions (…, 4); both broadcast."""
+    """Return `vector` (…, 3) rotated by the unit `quaternion` (…, 4), x y z w; both broadcast."""
     axis, w = quaternion[..., :3], quaternion[..., 3:]
     return vector + 2 * cross(axis, cross(axis, vector) + w * vector)
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the cross products a × b (…, 3); both broadcast.
+    """Return the cross products (…, 3) of `a` and `b`, (…, 3) each; both broadcast.
 
     The values are those of `numpy.cross`, which takes several times as long for the few vectors of a frame.
     """
@@ -26,9 +26,9 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def matrices(quaternion: Array) -> NDArray[np.float64]:
-    """Return the rotation matrices (n, 3, 3) of unit quaternions (n, 4).
+    """Return the rotation matrices (n, 3, 3) float64 of the unit `quaternion` (n, 4), x y z w.
 
-    Where several vectors are rotated by each, `rows @ matrices` is twice as quick as `rotate` by the inverse.
+    Where several vectors are rotated by each, `rows @ matrices` is twice as fast as `rotate` by the inverse.
     """
     vector, scalar = quaternion.T[:3], quaternion.T[3]
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = 2.0 * vector[:, None] * vector
@@ -41,12 +41,12 @@ def matrices(quaternion: Array) -> NDArray[np.float64]:
 
 
 def conjugate(quaternion: Array) -> Array:
-    """Return the inverse rotations (…, 4) of unit quaternions (…, 4)."""
+    """Return the inverse rotations (…, 4) of the unit `quaternion` (…, 4), x y z w."""
     return quaternion * np.array([-1, -1, -1, 1], quaternion.dtype)
 
 
 def multiply(outer: Array, inner: Array) -> Array:
-    """Return the rotations (…, 4) that apply `inner` first, then `outer`, each (…, 4); both broadcast."""
+    """Return the rotations (…, 4), x y z w, that apply first `inner` and then `outer`, (…, 4) each; both broadcast."""
     a, b = outer[..., :3], inner[..., :3]
     vector = outer[..., 3:] * b + inner[..., 3:] * a + cross(a, b)
     scalar = outer[..., 3:] * inner[..., 3:] - (a * b).sum(-1, keepdims=True)

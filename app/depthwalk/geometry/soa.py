@@ -23,6 +23,11 @@ class StructOfArrays:
         ----------
         rows
             Row numbers (m,), a mask (n,), or a slice; of a slice the result shares its memory with this structure.
+
+        Returns
+        -------
+        Self
+            A structure with the chosen rows.
         """
         columns = {name: getattr(self, name) for name in self.__dataclass_fields__}
         if isinstance(rows, slice):
@@ -39,6 +44,6 @@ class StructOfArrays:
         return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
     def put(self, rows: NDArray[np.integer] | slice, other: Self) -> None:
-        """Overwrite `rows` of every column with those of `other`."""
+        """Overwrite the rows numbered `rows` (m,) of every column with the m rows of `other`."""
         for name in self.__dataclass_fields__:
             getattr(self, name)[rows] = getattr(other, name)

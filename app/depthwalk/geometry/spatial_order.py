@@ -17,21 +17,31 @@ def within_runs(counts: Rows) -> Rows:
     Parameters
     ----------
     counts
-        (k,) members of each run. The result (their sum,) has the same type.
+        (k,) number of members of each run.
+
+    Returns
+    -------
+    numpy.ndarray
+        (sum of `counts`,), of the type of `counts`.
     """
     dtype = counts.dtype
     return np.arange(int(counts.sum()), dtype=dtype) - np.repeat(np.cumsum(counts, dtype=dtype) - counts, counts)
 
 
-def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
-    """Return the numbers of all members of `cells`, one cell after the other.
+def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
+    """Return the numbers of all members of some cells, one cell after the other.
 
     Parameters
     ----------
     first
-        (all cells + 1,): cell c has the members first[c] to first[c + 1] − 1.
+        (c + 1,) where cell k of all c has the members first[k] to first[k + 1] − 1.
     cells
-        (k,) the cells whose members are wanted.
+        (k,) numbers of the chosen cells.
+
+    Returns
+    -------
+    numpy.ndarray
+        (members,) int64.
     """
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)
@@ -39,7 +49,7 @@ def runs(first: Rows, cells: Rows) -> NDArray[np.int64]:
 
 
 def kd_tree_order(points: Array, size: int) -> Rows:
-    """Return an order (n,) of points (n, 3) in which each run of `size` is a leaf of a balanced k-d tree.
+    """Return an order (n,) of `points` (n, 3) in which each run of `size` is a leaf of a balanced k-d tree.
 
     Each run of twice, four times … `size` is an inner node. The boxes around such runs have a third of the volume of
     those around runs of a Morton curve.
@@ -62,7 +72,7 @@ def kd_tree_order(points: Array, size: int) -> Rows:
 
 
 def morton_codes(points: Array) -> NDArray[np.uint32]:
-    """Return the places (n,) of points (n, 3) on a Morton curve through the cube around them."""
+    """Return the places (n,) uint32 of `points` (n, 3) on a Morton curve through the cube around them."""
     if not len(points):
         return np.zeros(0, np.uint32)
     low = points.min(0)

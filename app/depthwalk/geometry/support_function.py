@@ -15,7 +15,7 @@ _SAMPLED = np.stack([np.cos(_STEP * np.arange(DIRECTIONS)), np.sin(_STEP * np.ar
 
 
 def support_values(points: Array) -> Array:
-    """Return the support function (DIRECTIONS,) of points (n, 3) and of the axis, in metres; object frame."""
+    """Return how far (DIRECTIONS,), metres, `points` (n, 3), object frame, and the axis reach in each direction."""
     across = points[:, [0, 2]].astype(np.float64)
     return np.array([(across @ direction).max(initial=0.0) for direction in _SAMPLED])
 
@@ -27,13 +27,18 @@ def box_support_values(half_width: Array, half_depth: Array) -> Array:
     ----------
     half_width, half_depth
         (n,) half the extents along x and z, metres.
+
+    Returns
+    -------
+    Array
+        (n, DIRECTIONS) metres.
     """
     half = np.stack([half_width, half_depth], -1)
     return np.asarray(half @ np.abs(_SAMPLED).T)
 
 
 def support(footprints: Array, direction: Array) -> Array:
-    """Return how far (n,) objects reach along a direction at most, metres.
+    """Return an upper bound on how far objects reach along a direction.
 
     Parameters
     ----------
@@ -41,6 +46,11 @@ def support(footprints: Array, direction: Array) -> Array:
         (n, DIRECTIONS) support functions, metres.
     direction
         (n, 2) unit vectors, x and z of the object frame.
+
+    Returns
+    -------
+    Array
+        (n,) metres.
     """
     turn = np.arctan2(direction[:, 1], direction[:, 0]) / _STEP
     before = np.floor(turn)

@@ -12,7 +12,7 @@ _BATCH = 1 << 14  # points at a time
 
 
 def spread_directions(count: int) -> NDArray[np.float64]:
-    """Return unit vectors (count, 3) spread evenly over the sphere, from +Y down to −Y: a Fibonacci lattice."""
+    """Return `count` unit vectors (count, 3) spread evenly over the sphere, from +Y down to −Y: a Fibonacci lattice."""
     number = np.arange(count)
     y = 1 - (2 * number + 1) / count
     turn, level = np.pi * (1 + 5**0.5) * number, np.sqrt(1 - y**2)
@@ -20,14 +20,30 @@ def spread_directions(count: int) -> NDArray[np.float64]:
 
 
 def face_normals(corners: Array) -> tuple[Array, Array]:
-    """Return the unit normals (n, 3) and the areas (n,) of triangles (n, 3, 3); of one without area the normal is 0."""
+    """Return the unit normals (n, 3) and the areas (n,) of triangles with `corners` (n, 3, 3).
+
+    The normal of a triangle without area is 0.
+    """
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     doubled = np.linalg.norm(cross, axis=1)
     return cross / np.maximum(doubled, 1e-300)[:, None], doubled / 2
 
 
 def sample_triangles(corners: Array, count: int) -> tuple[Array, Array]:
-    """Return points (count, 3) spread evenly over triangles (n, 3, 3), and the unit normals (count, 3) there."""
+    """Spread points evenly over triangles.
+
+    Parameters
+    ----------
+    corners
+        (n, 3, 3) triangles, metres.
+    count
+        Number of points.
+
+    Returns
+    -------
+    tuple
+        Points (count, 3), metres, and the unit normals (count, 3) of their triangles.
+    """
     normals, areas = face_normals(corners)
     points, triangles = zip(*sample_batches(corners, areas, count), strict=True)
     return np.concatenate(points), normals[np.concatenate(triangles)]
@@ -42,7 +58,7 @@ def sample_batches(corners: Array, areas: Array, count: int) -> Iterator[tuple[A
     Parameters
     ----------
     corners, areas
-        (n, 3, 3) and (n,), the triangles.
+        (n, 3, 3) corners of the triangles, metres, and (n,) areas, metres².
     count
         Points in all, at least 1.
 
@@ -79,6 +95,11 @@ def doubled_areas(positions: Array, faces: Rows) -> NDArray[np.float64]:
         (n, 3) vertices, metres.
     faces
         (t, 3) rows of `positions`, counter-clockwise seen from the front.
+
+    Returns
+    -------
+    numpy.ndarray
+        (t, 3) float64, metres².
     """
     x, y, z = (np.ascontiguousarray(axis)[faces.T] for axis in positions.T)  # half the time of np.cross
     (ux, uy, uz), (vx, vy, vz) = ([axis[k] - axis[0] for axis in (x, y, z)] for k in (1, 2))
@@ -86,7 +107,12 @@ def doubled_areas(positions: Array, faces: Rows) -> NDArray[np.float64]:
 
 
 def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return numbers for the distinct rows of an array (n, k): equal rows have one number.
+    """Give each distinct row of an array a number, so that equal rows have the same.
+
+    Parameters
+    ----------
+    columns
+        (n, k) of any type.
 
     Returns
     -------

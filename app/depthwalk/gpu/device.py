@@ -28,7 +28,7 @@ class GpuError(Exception):
 
 
 class Device:
-    """A GL context, what it can do, and how many objects live in it.
+    """Hold a GL context, what it can do, and how many objects live in it.
 
     Attributes
     ----------
@@ -51,6 +51,7 @@ class Device:
     """
 
     def __init__(self, context: moderngl.Context) -> None:
+        """Find out what `context`, the current one, can do."""
         self.context = context
         self.live: Counter[str] = Counter()
         self.state = StateKeeper(context)
@@ -61,7 +62,7 @@ class Device:
         self.max_samples = _max_samples(context)
 
     def scope(self, owner: str) -> "Scope":
-        """Return a new scope for GL objects; `owner` names it in messages. The caller releases it."""
+        """Return a new scope for GL objects, which the caller releases; `owner` names it in messages."""
         return Scope(self, owner)
 
 
@@ -69,6 +70,11 @@ def headless_device() -> Device:
     """Return a device without a window: by EGL where there is one, else as the platform does it.
 
     The caller releases its `context`.
+
+    Returns
+    -------
+    Device
+        The device.
 
     Raises
     ------
@@ -100,9 +106,17 @@ class Scope:
 
     Every method that creates an object raises GpuError where the driver refuses it, or where it would exceed the
     device's limits.
+
+    Attributes
+    ----------
+    device
+        The device that the objects live on.
+    owner
+        The name of that part of the program, for messages.
     """
 
     def __init__(self, device: Device, owner: str) -> None:
+        """Begin a scope on `device` that owns nothing yet; `owner` names it in messages. Users call `Device.scope`."""
         self.device = device
         self.owner = owner
         self._objects: dict[int, tuple[str, Any]] = {}
@@ -110,7 +124,7 @@ class Scope:
     def texture(
         self, size: tuple[int, int], components: int, dtype: str = "f1", data: bytes | None = None
     ) -> moderngl.Texture:
-        """Create a 2-D texture without filtering, clamped at its edges.
+        """Create and return a 2-D texture without filtering, clamped at its edges.
 
         Parameters
         ----------
@@ -131,14 +145,26 @@ class Scope:
         return texture
 
     def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """Create an RGBA texture of 8-bit sRGB colours (alpha is linear), repeating, with mip-maps.
+        """Create and return an RGBA texture of 8-bit sRGB colours (alpha is linear), repeating, with mip-maps.
 
-        size: (width, height), texels; data: the texels, lower row first.
+        It has `size` (width, height) texels; `data` are the texels, four bytes each, lower row first.
         """
         return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
 
     def tiling_texture(self, size: tuple[int, int], components: int, data: bytes, **layout: Any) -> moderngl.Texture:
-        """Create a 2-D texture with mip-maps, trilinear, repeating. layout: moderngl's dtype or internal_format."""
+        """Create and return a 2-D texture with mip-maps that repeats, filtered trilinearly.
+
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        components
+            Numbers per texel, 1 to 4.
+        data
+            The texels, lower row first.
+        **layout
+            moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
+        """
         self._check_size(size)
         make = self.device.context.texture
         texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, **layout))
@@ -149,7 +175,7 @@ class Scope:
     def mipmapped_texture(
         self, size: tuple[int, int], components: int, data: bytes, levels: int, **layout: Any
     ) -> moderngl.Texture:
-        """Create a 2-D texture with mip-maps, trilinear, clamped at its edges.
+        """Create and return a 2-D texture with mip-maps, filtered trilinearly, clamped at its edges.
 
         Parameters
         ----------
@@ -161,8 +187,8 @@ class Scope:
             The texels of the finest level, lower row first.
         levels
             The number of the coarsest mip-map, each half as large as the one before.
-        layout
-            moderngl's dtype or internal_format; 8-bit where there is neither.
+        **layout
+            moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
         """
         self._check_size(size)
         make = self.device.context.texture
@@ -175,9 +201,18 @@ class Scope:
     def number_array(
         self, size: tuple[int, int, int], components: int, data: bytes, dtype: str
     ) -> moderngl.TextureArray:
-        """Create an array texture of integers, which shaders fetch without filtering.
+        """Create and return an array texture of integers, which shaders fetch without filtering.
 
-        size: (width, height, layers); dtype: as moderngl names it ("i2", "u4" …).
+        Parameters
+        ----------
+        size
+            (width, height, layers), texels.
+        components
+            Numbers per texel, 1 to 4.
+        data
+            The texels, layer by layer, lower row first.
+        dtype
+            As moderngl names it: "i2", "u4" and so on.
         """
         self._check_size(size[:2])
         if size[2] > self.device.max_layers:
@@ -192,9 +227,18 @@ class Scope:
     def multisampled_texture(
         self, size: tuple[int, int], samples: int, components: int, dtype: str = "f1"
     ) -> moderngl.Texture:
-        """Create a 2-D texture of several samples per texel, which shaders fetch one by one.
+        """Create and return a 2-D texture of several samples per texel, which shaders fetch one by one.
 
-        size, components and dtype are as for `texture`; samples: at most `Device.max_samples`.
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        samples
+            Samples per texel, at most `Device.max_samples`.
+        components
+            Numbers per sample, 1 to 4.
+        dtype
+            As for `texture`.
         """
         self._check_size(size)
         make = self.device.context.texture
@@ -204,14 +248,14 @@ class Scope:
         return texture
 
     def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
-        """Create a 24-bit depth texture (width, height) of several samples per texel."""
+        """Create and return a 24-bit depth texture of `size` (width, height) texels, with `samples` samples in each."""
         self._check_size(size)
         make = self.device.context.depth_texture
         texture: moderngl.Texture = self._make("texture", size, lambda: make(size, samples=samples))
         return texture
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
-        """Create a 24-bit depth texture (width, height) that shaders read as plain numbers."""
+        """Create and return a 24-bit depth texture of `size` (width, height) texels, plain numbers for shaders."""
         self._check_size(size)
         texture: moderngl.Texture = self._make("texture", size, lambda: self.device.context.depth_texture(size))
         texture.compare_func = ""
@@ -222,13 +266,23 @@ class Scope:
     def framebuffer(
         self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None
     ) -> moderngl.Framebuffer:
-        """Create a framebuffer that draws into textures, which stay the caller's."""
+        """Create and return a framebuffer that draws into `colours` and `depth`, textures that stay the caller's."""
         make = self.device.context.framebuffer
         framebuffer: moderngl.Framebuffer = self._make("framebuffer", None, lambda: make(colours, depth))
         return framebuffer
 
     def buffer(self, data: Any = None, reserve: int = 0, dynamic: bool = False) -> moderngl.Buffer:
-        """Create a buffer with `data` in it, or of `reserve` bytes. dynamic: its contents will be replaced often."""
+        """Create and return a buffer.
+
+        Parameters
+        ----------
+        data
+            Its contents: bytes, or an array of any shape and dtype. None leaves them undefined.
+        reserve
+            Size in bytes of a buffer without `data`.
+        dynamic
+            Whether the contents will be replaced often.
+        """
         size = reserve if data is None else len(memoryview(data).cast("B"))
         if not size:
             raise GpuError(f"{self.owner}: empty buffer")
@@ -237,7 +291,13 @@ class Scope:
         return buffer
 
     def program(self, vertex: str, fragment: str) -> moderngl.Program:
-        """Compile and link a program from the text of its two stages; raises moderngl.Error with the compiler's log."""
+        """Compile, link and return the program of the shaders `vertex` and `fragment`, both GLSL.
+
+        Raises
+        ------
+        moderngl.Error
+            Where the compiler refuses them; the message is its log.
+        """
         make = self.device.context.program
         program: moderngl.Program = self._make(
             "program", None, lambda: make(vertex_shader=vertex, fragment_shader=fragment)
@@ -245,7 +305,11 @@ class Scope:
         return program
 
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
-        """Create a vertex array. content, options: as `moderngl.Context.vertex_array` takes them."""
+        """Create and return a vertex array for draws by `program`.
+
+        `content` holds buffers, formats and names of attributes, and `options` keyword arguments such as
+        `index_buffer`, all as `moderngl.Context.vertex_array` takes them.
+        """
         make = self.device.context.vertex_array
         array: moderngl.VertexArray = self._make("vertex_array", None, lambda: make(program, content, **options))
         return array
@@ -258,11 +322,25 @@ class Scope:
         colour_mask: ColourMask | None = None,
         **changes: Unpack[Changes],
     ) -> AbstractContextManager[None]:
-        """Set GL state for a `with` block, by the fields of `gpu.state.State`; see `StateKeeper.changed`."""
+        """Set GL state for a `with` block; afterwards it is what it was before.
+
+        The parameters `into`, `depth_write`, `colour_mask` and `changes` are those of `StateKeeper.changed`.
+        """
         return self.device.state.changed(into, depth_write=depth_write, colour_mask=colour_mask, **changes)
 
     def free(self, *objects: Any) -> None:
-        """Release single objects of this scope, before the scope itself. KeyError for what is not this scope's."""
+        """Release some objects of this scope before the scope itself.
+
+        Parameters
+        ----------
+        *objects
+            What methods of this scope have created.
+
+        Raises
+        ------
+        KeyError
+            For an object that this scope does not own.
+        """
         for gl_object in objects:
             kind, _ = self._objects.pop(id(gl_object))
             if gl_object is self.device.context.fbo:  # moderngl binds the last one again whenever it creates another

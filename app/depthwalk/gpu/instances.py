@@ -25,7 +25,7 @@ class InstanceStream:
     """
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
-        """Reserve a small buffer in `scope`, which owns it. dtype: of a record, whose fields are all float32."""
+        """Reserve a small buffer in `scope`, which owns it, for records of `dtype`, all of whose fields are float32."""
         self._scope = scope
         self._stride = dtype.itemsize
         self._fields = []
@@ -37,7 +37,7 @@ class InstanceStream:
         self._buffer = scope.buffer(reserve=256 * self._stride, dynamic=True)
 
     def upload(self, records: NDArray[np.void]) -> None:
-        """Replace the buffer's contents by `records` (n,)."""
+        """Replace the buffer's contents by `records` (n,) of the stream's dtype."""
         room = 2 * max(records.nbytes, 128 * self._stride)
         if records.nbytes > self._buffer.size or _TOO_LARGE * room < self._buffer.size:
             self._scope.free(self._buffer)
@@ -47,7 +47,7 @@ class InstanceStream:
             self._buffer.write(records.tobytes())
 
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
-        """Make record `first` that of instance 0 in the next draws of `array`."""
+        """Let instance 0 of the next draws of `array` read the record with the number `first`."""
         for name, layout, offset in self._fields:
             attribute: Any = array.program.get(name, None)
             if attribute is not None:
@@ -63,7 +63,7 @@ class RecordTexture:
     """
 
     def __init__(self, scope: Scope, dtype: np.dtype[np.void]) -> None:
-        """Make a texture of one row in `scope`, which owns it. dtype: of a record, a multiple of 16 bytes."""
+        """Make a texture of one row in `scope`, which owns it, for records of `dtype`, a multiple of 16 bytes."""
         self._scope = scope
         self._dtype = dtype
         self._texture = self._make(1)
@@ -73,7 +73,7 @@ class RecordTexture:
         return self._scope.texture((RECORDS_PER_ROW * self._dtype.itemsize // _TEXEL_BYTES, rows), 4, "f4")
 
     def upload(self, records: NDArray[np.void]) -> None:
-        """Replace the texture's first records by `records` (n,); those behind them are undefined."""
+        """Replace the texture's first records by `records` (n,) of its dtype; later records become undefined."""
         rows = -(-len(records) // RECORDS_PER_ROW)
         if rows > self._texture.height:
             self._scope.free(self._texture)
@@ -83,7 +83,7 @@ class RecordTexture:
         self._texture.write(padded.tobytes(), viewport=(0, 0, self._texture.width, rows))
 
     def use(self, unit: int) -> None:
-        """Bind the texture to a texture unit."""
+        """Bind the texture to the texture unit with the number `unit`."""
         self._texture.use(unit)
 
 
@@ -95,7 +95,19 @@ class AssetArrays:
     """
 
     def __init__(self, scope: Scope, program: moderngl.Program, layout: str, *attributes: str) -> None:
-        """Remember what arrays are made of. layout, attributes: moderngl's format of a vertex, and names in it."""
+        """Remember what the arrays are made of, and make none yet.
+
+        Parameters
+        ----------
+        scope
+            The scope of the pass that draws, which owns the arrays.
+        program
+            The program that draws with them.
+        layout
+            moderngl's format of a vertex, such as "3f4 2u2".
+        attributes
+            The names of the shader's attributes, in the order of `layout`.
+        """
         self._scope = scope
         self._program = program
         self._format = (layout, *attributes)
@@ -110,10 +122,17 @@ class AssetArrays:
         ----------
         key
             What tells the asset, and its level if it has several, from others.
-        vertices, indices
-            Its buffers.
+        vertices
+            The asset's buffer of vertices.
+        indices
+            The asset's buffer of indices.
         index_bytes
             Bytes of an index: 1, 2 or 4.
+
+        Returns
+        -------
+        moderngl.VertexArray
+            The array, created when it is first asked for.
         """
         if key not in self._arrays:
             content = [(vertices, *self._format)]

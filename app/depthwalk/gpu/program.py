@@ -108,7 +108,7 @@ class Source:
         return "\n".join(out) + "\n"
 
     def locate(self, message: str) -> str:
-        """Return the compiler's message with `shaders/file:line` in place of numbers of sources."""
+        """Return the compiler's `message` with `shaders/file:line` in place of the numbers of sources."""
 
         def name(match: re.Match[str]) -> str:
             number = int(match[1])
@@ -183,7 +183,7 @@ def _included(by: str | Path, name: str) -> str | Path:
 
 
 class Program:
-    """A linked program whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
+    """Hold a linked program, whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
 
     def __init__(
         self,
@@ -228,10 +228,20 @@ class Program:
         self._declared = set(_UNIFORM.findall(stages[0].text) + _UNIFORM.findall(stages[1].text))
 
     def set(self, **values: Any) -> None:
-        """Set uniforms by name; `bytes` are written as they are, for arrays of vectors.
+        """Set uniforms by name.
 
-        A uniform that the compiler removed, because nothing depends on it, is passed over. One that no source declares
-        is a mistake and raises KeyError.
+        A uniform that the compiler removed, because nothing depends on it, is passed over.
+
+        Parameters
+        ----------
+        **values
+            A value for each uniform: a number, a tuple, a list of these for an array, or `bytes`, which are written as
+            they are.
+
+        Raises
+        ------
+        KeyError
+            For a name that no source declares.
         """
         for name, value in values.items():
             uniform: Any = self.gl.get(name, None)
@@ -249,7 +259,7 @@ class Program:
         return self._scope.vertex_array(self.gl, [])
 
     def fill(self) -> None:
-        """Draw one triangle that covers the whole picture; with common/fullscreen.vert or common/far_plane.vert."""
+        """Draw one triangle that covers the whole picture, for common/fullscreen.vert or common/far_plane.vert."""
         self.array.render(moderngl.TRIANGLES, vertices=3)
 
     def rectangles(self, count: int = 1) -> None:
@@ -261,7 +271,7 @@ class Variants(dict[tuple[str, ...], T]):
     """Keep what is made of the variants of a program, by their defines; each is made when it is first asked for."""
 
     def __init__(self, make: Callable[[tuple[str, ...]], T]) -> None:
-        """Remember `make`, which makes the variant with the defines that it is given."""
+        """Remember `make`, which takes the defines of a variant and returns that variant."""
         super().__init__()
         self._make = make
 

@@ -57,7 +57,7 @@ class StateKeeper:
     """Set the state of one context and remember it; GL itself is never asked, which would be slow."""
 
     def __init__(self, context: moderngl.Context) -> None:
-        """Begin with the defaults, which a new context has."""
+        """Begin with the defaults of `State`, which a new `context` has."""
         self._context = context
         self.now = State()
 
@@ -70,7 +70,7 @@ class StateKeeper:
         colour_mask: ColourMask | None = None,
         **changes: Unpack[Changes],
     ) -> Iterator[None]:
-        """Set what is named for as long as the block lasts; what is not named stays as it is around it.
+        """Set GL state for as long as a `with` block lasts; what is not named here stays as it is around the block.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class StateKeeper:
             Whether its depth is written, where there is a depth test.
         colour_mask
             Which of red, green, blue and alpha are written into its one texture; None: all.
-        changes
+        **changes
             Fields of `State`.
         """
         before = self.now

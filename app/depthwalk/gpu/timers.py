@@ -35,7 +35,7 @@ class PassTimers:
     """
 
     def __init__(self, device: Device) -> None:
-        """Choose the kind of measurement that the device needs."""
+        """Choose the kind of measurement that suits `device`."""
         self._context = device.context
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
@@ -51,14 +51,14 @@ class PassTimers:
 
     @contextmanager
     def measure_cpu(self, name: str) -> Iterator[None]:
-        """Measure a `with` block that issues no GL commands, by the clock."""
+        """Measure a `with` block that issues no GL commands, by the clock; `name` is its key in `milliseconds`."""
         start = time.perf_counter()
         yield
         self._measured.append((name, (time.perf_counter() - start) * 1e3))
 
     @contextmanager
     def measure(self, name: str) -> Iterator[None]:
-        """Measure a `with` block of GL commands, as `kind` says."""
+        """Measure a `with` block of GL commands, as `kind` says; `name` is its key in `milliseconds`."""
         if self.kind == "gpu":
             query = self._spare.pop() if self._spare else self._context.query(time=True)
             with query:
@@ -77,11 +77,11 @@ class PassTimers:
         return self.kind == "finish" and self.frame >= self._next
 
     def awaited(self, frame: int) -> bool:
-        """Return whether times of frames up to number `frame` are still to come."""
+        """Return whether the times of `frame`, a frame's number, or of an earlier frame are still to come."""
         return bool(self._pending) and self._pending[0][0] <= frame
 
     def end_frame(self) -> None:
-        """End the frame; publish its times or, on a GPU, those of a frame some frames ago."""
+        """End the frame, and publish its times or, on a GPU, those of an earlier frame."""
         if self.kind == "gpu" or self._drains:
             self._pending.append((self.frame, self._measured))
             self._next = self.frame + _DRAINED_EVERY

@@ -26,14 +26,19 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
 
     Parameters
     ----------
-    path : the file.
-    depth_range : metres between white (depth 0) and black, for whole numbers where `unit` is None.
-    unit : metres per unit of the file; None: floats are metres.
-    camera : whether depth is a distance from a camera, rather than below a plane.
+    path
+        The file: NPY, OpenEXR, PNG or TIFF.
+    depth_range
+        Metres between white (depth 0) and black, for whole numbers where `unit` is None.
+    unit
+        Metres per unit of the file; None: floats are metres.
+    camera
+        Whether depth is a distance from a camera, rather than below a plane.
 
     Returns
     -------
-    (H, W) float32, metres, row 0 at the top, +inf where a pixel has no depth.
+    numpy.ndarray
+        (H, W) float32, metres, row 0 at the top; +inf where a pixel has no depth.
 
     Raises
     ------

@@ -19,10 +19,10 @@ _BLOCK = 256  # rows fitted at a time
 
 
 def noise(values: Array) -> float:
-    """Return the standard deviation of the noise, in the unit of `values`.
+    """Return the standard deviation of the noise of `values` (H, W), in their unit.
 
-    It is estimated from the median second difference along rows and columns, which slopes do not change, nor, because
-    it is a median, edges.
+    It is estimated from the median of second differences along rows and columns. Slopes do not change these, and edges
+    hardly change their median.
     """
     with np.errstate(invalid="ignore"):
         bends = np.concatenate([np.diff(values, 2, axis=axis).ravel() for axis in (0, 1)])
@@ -37,12 +37,15 @@ def tolerance(values: Array, cell: Array | float) -> Array:
 
     Parameters
     ----------
-    values : (H, W) float.
-    cell : (H, W) or one number; how much `values` changes by a step in depth as large as a texel is wide.
+    values
+        (H, W) float, depths or what is affine in them.
+    cell
+        (H, W) or one number: how much `values` changes by a step in depth as large as a texel is wide.
 
     Returns
     -------
-    (H, W), in the unit of `values`.
+    Array
+        (H, W), in the unit of `values`.
     """
     levels = np.unique(values[np.isfinite(values)])
     # A file with two or three depths does not count coarsely: it shows two or three surfaces.
@@ -59,13 +62,17 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    values : (H, W) float.
-    allowed : (H, W), the result of `tolerance`.
-    axis : 0 for steps between rows, 1 for steps between columns.
+    values
+        (H, W) float, depths or what is affine in them.
+    allowed
+        (H, W), the result of `tolerance`.
+    axis
+        0 for steps between rows, 1 for steps between columns.
 
     Returns
     -------
-    (H − 1, W) bool for axis 0, (H, W − 1) bool for axis 1.
+    numpy.ndarray
+        (H − 1, W) bool for axis 0, (H, W − 1) bool for axis 1.
     """
     rows, limit = (np.moveaxis(array, axis, 1) for array in (values, allowed))
     with np.errstate(invalid="ignore"):
@@ -92,13 +99,16 @@ def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64],
 
     Parameters
     ----------
-    values : (H, W) float.
-    cell : (H, W) or one number, as in `tolerance`.
+    values
+        (H, W) float, depths or what is affine in them.
+    cell
+        (H, W) or one number: how much `values` changes by a step in depth as large as a texel is wide.
 
     Returns
     -------
-    a, b, c, each (H, W) float64: the value at the texel, and its change per column (Δi) and per row (Δj). NaN where
-    there is no surface.
+    tuple
+        a, b, c, each (H, W) float64: the value at the texel, and its change per column (Δi) and per row (Δj). They are
+        NaN where there is no surface.
     """
     scale = np.broadcast_to(np.maximum(np.maximum(cell, 3 * noise(values)), 1e-30), values.shape)
     padded = np.pad(np.where(np.isfinite(values), values, np.nan).astype(np.float64), _WINDOW, constant_values=np.nan)

@@ -24,17 +24,16 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".t
 
 
 def check_suffix(path: Path) -> None:
-    """Raise InputError where the file's name is not that of a mesh that can be read."""
+    """Raise InputError where the name of the file `path` does not end like that of a mesh that can be read."""
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise InputError(f"{path}: {suffix!r} is not a mesh format (use {', '.join(MESH_SUFFIXES)})")
 
 
 def is_mesh_file(path: Path) -> bool:
-    """Return whether the file's name is that of a mesh.
+    """Return whether the name of the file `path` ends like that of a mesh.
 
-    Raises InputError for the name of a mesh format that cannot be read, rather than leave the file to be misread as
-    something else.
+    Raises InputError for mesh formats that cannot be read, so that such a file is not taken for a scene.
     """
     if path.suffix.lower() in OTHER_MESH_SUFFIXES:
         check_suffix(path)
@@ -42,13 +41,13 @@ def is_mesh_file(path: Path) -> bool:
 
 
 def is_baked_file(path: Path) -> bool:
-    """Return whether the file's name is that of depth images, baked or cooked."""
+    """Return whether the name of the file `path` is that of depth images, baked or cooked."""
     return path.name.lower().endswith(BAKED_SUFFIXES)
 
 
 def is_model_file(path: Path) -> bool:
-    """Return whether the file's name is that of a mesh or of depth images; it raises InputError as `is_mesh_file` does.
+    """Return whether the name of the file `path` is that of a mesh or of depth images.
 
-    Such a file is shown as a scene that holds nothing else.
+    Raises InputError as `is_mesh_file` does.
     """
     return is_baked_file(path) or is_mesh_file(path)

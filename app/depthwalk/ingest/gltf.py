@@ -16,7 +16,10 @@ _UINT16, _FLOAT = 5123, 5126
 
 
 def read_header(data: bytes, path: Path) -> dict[str, Any]:
-    """Return the JSON header of a .gltf or .glb file. Raises InputError where it is damaged."""
+    """Return the JSON header of the glTF or GLB file `path`, whose contents are `data`.
+
+    Raises InputError where the header is damaged.
+    """
     if path.suffix.lower() == ".glb":
         if len(data) < 20 or data[:4] != b"glTF":
             raise InputError(f"{path}: not a GLB file")
@@ -36,13 +39,29 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
 
 
 def external_uris(header: dict[str, Any], key: str) -> list[str]:
-    """Return the files that the header's `buffers` or `images` name, data URIs left out."""
+    """Return the names of the files in which the list `key` of a glTF `header`, "buffers" or "images", keeps its data.
+
+    Leaves out data that the header holds itself (data URIs).
+    """
     uris = (item.get("uri", "data:") for item in header.get(key, []))
     return [uri for uri in uris if not uri.startswith("data:")]
 
 
 def check_header(header: dict[str, Any], path: Path) -> None:
-    """Raise InputError for data that trimesh skips, misreads or allocates before it looks at its size."""
+    """Check a glTF header for what trimesh skips, misreads or allocates without a look at its size.
+
+    Parameters
+    ----------
+    header
+        The JSON header.
+    path
+        The file, for messages.
+
+    Raises
+    ------
+    InputError
+        `path: defect`, for the first defect.
+    """
     for name in header.get("extensionsRequired", []):
         if not name.startswith(_HARMLESS):
             raise InputError(f"{path}: the required glTF extension {name} is not supported")

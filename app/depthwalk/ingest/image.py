@@ -46,9 +46,9 @@ class PlanarImage:
 
 
 def open_image(data: bytes, name: str) -> "Image.Image":
-    """Return the image with its header read and its size checked; no pixel is decoded yet.
+    """Return the image in the bytes `data` with its header read and its size checked; no pixel is decoded yet.
 
-    Raises InputError, `name: defect`, where it is unknown, damaged or too large.
+    Raises InputError, which begins with `name`, where the image is of an unknown format, damaged or too large.
     """
     from PIL import Image
 
@@ -65,16 +65,16 @@ def open_image(data: bytes, name: str) -> "Image.Image":
 
 
 def check_size(image: "Image.Image", name: str) -> None:
-    """Raise InputError where the image is larger than the limits allow."""
+    """Raise InputError, which begins with `name`, where `image` is larger than the limits allow."""
     width, height = image.size
     if max(width, height) > MAX_TEXTURE_SIDE or width * height > MAX_TEXTURE_PIXELS:
         raise InputError(f"{name}: image of {width} × {height} pixels is larger than {MAX_TEXTURE_SIDE} a side")
 
 
 def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
-    """Decode an image of any mode to (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
+    """Decode `image`, of any mode, to (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
 
-    Raises InputError, `name: defect`, where it is damaged, too large or of a format that is not supported.
+    Raises InputError, which begins with `name`, where it is damaged, too large or of a format that is not supported.
     """
     from PIL import Image
 
@@ -93,7 +93,10 @@ def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
 
 
 def load_texture(path: Path) -> NDArray[np.uint8]:
-    """Read a picture as (H, W, 4) uint8, sRGB with alpha, row 0 at the top. Raises InputError."""
+    """Read the picture file `path` as (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
+
+    Raises InputError where the file cannot be read.
+    """
     return decode_texture(read_bytes(path), path)
 
 

@@ -39,12 +39,22 @@ def load_mesh(
 
     Parameters
     ----------
-    path : the mesh file.
-    texture : a picture that replaces the file's own textures and base colours; needs texture coordinates.
-    up : the file's upward axis; z-up is turned, (x, y, z) → (x, z, −y).
-    height : metres, to which the mesh is scaled uniformly; None takes the file's units for metres.
-    sources : what files are read through. Pass the object that `source_hash` used where the mesh must be made of the
+    path
+        The mesh file.
+    texture
+        A picture that replaces the file's own textures and base colours; the mesh must have texture coordinates.
+    up
+        The file's upward axis. Meshes with z upward are turned: (x, y, z) becomes (x, z, −y).
+    height
+        Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
+    sources
+        Reads files and keeps their bytes. Pass the object that `source_hash` used where the mesh must be made of the
         same bytes as the hash.
+
+    Returns
+    -------
+    Mesh
+        The mesh, asset frame, metres.
 
     Raises
     ------
@@ -87,8 +97,8 @@ def check_mesh(
     ----------
     path, texture, up, height
         As `load_mesh` takes them.
-    upright : bool
-        Raise also what `check_height` would raise of the mesh.
+    upright
+        Whether to raise also what `check_height` would raise of the mesh.
     """
     path = Path(path)
     sources = Sources()
@@ -158,7 +168,7 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
         positions = positions[:, [0, 2, 1]] * [1, 1, -1]
     low, high = positions.min(axis=0), positions.max(axis=0)
     if height is not None and _level(positions):
-        raise InputError(f"{path}: lies level: it cannot be given a height")
+        raise InputError(f"{path}: is flat and horizontal: it cannot be scaled to a height")
     base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
     scale = 1.0 if height is None else height / (high[1] - low[1])
     placed = np.asarray((positions - base) * scale)
@@ -168,13 +178,15 @@ def _placed(positions: NDArray[np.float64], path: Path, up: str, height: float |
 
 
 def check_height(mesh: Mesh, path: Path) -> None:
-    """Raise InputError where `mesh`, of the file `path`, is flat and horizontal: it has no side to bake."""
+    """Raise InputError where `mesh`, of the file `path`, is flat and horizontal: it has no side that could be baked."""
     _check_upright(mesh.positions, path)
 
 
 def _check_upright(positions: NDArray[np.floating], path: Path) -> None:
     if _level(positions):
-        raise InputError(f"{path}: lies level; draw it as polygons, without 'dpci' or by --representation mesh")
+        raise InputError(
+            f"{path}: is flat and horizontal; draw it as polygons, without 'dpci' or by --representation mesh"
+        )
 
 
 def _level(positions: NDArray[np.floating]) -> bool:

@@ -17,13 +17,18 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def convert_material(material: object, name: str) -> Material | None:
-    """Return the Phong material for one of trimesh's, None where the file gave none.
+    """Convert a material that trimesh has read to Phong's model.
 
     Parameters
     ----------
     material : trimesh.visual.material.Material or None
     name : str
         The file, for messages.
+
+    Returns
+    -------
+    Material | None
+        The material; None where the file gave none.
 
     Raises
     ------
@@ -42,7 +47,7 @@ def convert_material(material: object, name: str) -> Material | None:
 
 
 def phong_from_mtl(terms: dict[str, Any], image: "Image.Image | None", name: str) -> Material:
-    """Return the Phong material for the terms of an MTL file.
+    """Convert the terms of an MTL file to Phong's model.
 
     Kd, Ks and Ns are taken as linear, as Blender writes them.
 
@@ -54,6 +59,11 @@ def phong_from_mtl(terms: dict[str, Any], image: "Image.Image | None", name: str
         The colour texture.
     name : str
         The texture, for messages.
+
+    Returns
+    -------
+    Material
+        The material.
 
     Raises
     ------

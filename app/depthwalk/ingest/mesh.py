@@ -32,7 +32,17 @@ class Material:
 
 @dataclass(frozen=True)
 class Part:
-    """Say that faces `first_face` to `first_face + face_count − 1` share one material, an index into Mesh.materials."""
+    """Assign a run of faces of a mesh one material.
+
+    Attributes
+    ----------
+    first_face
+        Number of the run's first face.
+    face_count
+        Number of faces in the run.
+    material
+        Index into `Mesh.materials`.
+    """
 
     first_face: int
     face_count: int
@@ -71,13 +81,21 @@ class Mesh:
 
     @property
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the lowest and the highest corner (3,), (3,) of the axis-aligned bounding box."""
+        """Return the lowest and the highest corner, (3,) float32 each, metres, of the axis-aligned bounding box."""
         return self.positions.min(axis=0), self.positions.max(axis=0)
 
 
 @dataclass(frozen=True)
 class MeshLevel:
-    """Hold a simplified mesh, and in `error` its largest distance from the surface of the original, metres."""
+    """Hold a simplified mesh, and how far it is from the original.
+
+    Attributes
+    ----------
+    mesh
+        The mesh, asset frame, metres.
+    error
+        Largest distance from the surface of the original, metres.
+    """
 
     mesh: Mesh
     error: float

@@ -25,14 +25,25 @@ Terms = dict[str, float | list[float]]
 
 @dataclass
 class MtlMaterial:
-    """Hold what a library says of one material: `terms` by key in lower case, `image` as `map_Kd` names it."""
+    """Hold what an MTL library says of one material.
+
+    Attributes
+    ----------
+    terms
+        Numbers or lists of numbers by their keys in lower case, such as "kd".
+    image
+        The name after `map_Kd`; None where there is none.
+    """
 
     terms: Terms = field(default_factory=dict)
     image: str | None = None
 
 
 def parse_mtl(text: str) -> dict[str, MtlMaterial]:
-    """Return the materials of a library by name, the last one where several have a name; unknown keys are skipped."""
+    """Return the materials that the `text` of an MTL library defines, by their names.
+
+    The last of several materials of one name counts. Unknown keys are skipped.
+    """
     materials: dict[str, MtlMaterial] = {}
     current: MtlMaterial | None = None
     for line in text.splitlines():
@@ -56,14 +67,29 @@ def parse_mtl(text: str) -> dict[str, MtlMaterial]:
 
 
 class MaterialLibrary:
-    """Convert the materials of an OBJ's libraries, each when it is asked for.
+    """Convert the materials of an OBJ file's libraries, each when it is first asked for.
 
-    Every texture that a library names is looked at when the library is read, used or not: a scene that works today
-    must not fail when somebody assigns another of its materials.
+    Every texture that a library names is checked when the library is read, whether or not it is used: a scene that
+    works must not fail once an object gets another of the materials.
     """
 
     def __init__(self, libraries: list[Path], mesh: Path, sources: Sources) -> None:
-        """Read the libraries of the OBJ file `mesh`. Raises InputError for textures that are no pictures."""
+        """Read material libraries.
+
+        Parameters
+        ----------
+        libraries
+            The MTL files.
+        mesh
+            The OBJ file that names them, for messages.
+        sources
+            Reads files and keeps their bytes.
+
+        Raises
+        ------
+        InputError
+            Where a texture is not a picture.
+        """
         self._mesh = mesh
         self._sources = sources
         self._folders = [mesh.parent, *(library.parent for library in libraries)]
@@ -77,7 +103,10 @@ class MaterialLibrary:
             checked.add(path)
 
     def material(self, name: str | None) -> Material | None:
-        """Return the material called `name`, None where the libraries have none. Raises InputError for its texture."""
+        """Return the material called `name`; None where the libraries have none.
+
+        Raises InputError where its texture cannot be decoded.
+        """
         found = self._materials.get(name) if name is not None else None
         if found is None:
             return None

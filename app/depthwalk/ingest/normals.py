@@ -20,15 +20,21 @@ def split_at_creases(
 
     Parameters
     ----------
-    positions : (V, 3) float64.
-    faces : (F, 3) int64, none of zero area.
-    crease : angle between faces, radians, from which their edge stays sharp.
+    positions
+        (V, 3) float64, metres.
+    faces
+        (F, 3) int64, none of zero area.
+    crease
+        Angle between two faces, radians, from which their edge stays sharp.
 
     Returns
     -------
-    source : (N,) int64, the old vertex that each new one copies.
-    faces : (F, 3) int64, the faces with new vertices.
-    normals : (N, 3) float64, unit length.
+    source
+        (N,) int64, the old vertex that each new one copies.
+    faces
+        (F, 3) int64, the faces with new vertices.
+    normals
+        (N, 3) float64, unit length.
     """
     face_normals = doubled_areas(positions, faces)
     face_normals /= np.linalg.norm(face_normals, axis=1, keepdims=True)

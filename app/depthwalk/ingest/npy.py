@@ -15,6 +15,16 @@ def map_npy(path: Path) -> NDArray[Any]:
 
     `numpy.load` would not do: it also opens archives and pickles.
 
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    numpy.ndarray
+        The array, of any shape and type, mapped to memory.
+
     Raises
     ------
     InputError

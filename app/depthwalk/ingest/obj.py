@@ -36,12 +36,14 @@ class ObjMesh:
 
     Attributes
     ----------
-    vertices : (V, 3) float64
+    vertices
+        (V, 3) float64 positions, in the file's unit.
     colours : (V, 3) float64 or None
         sRGB from 0 to 1, written after the coordinates; None unless every vertex has them.
     texture : (T, 2) float64 or None
         Texture coordinates, v upward.
-    normals : (N, 3) float64 or None
+    normals
+        (N, 3) float64, of any length; None where the file has none.
     corners : (C, 3) int64
         Vertex, texture coordinate and normal of every polygon corner, counted from 1; 0 where absent.
     sizes : (P,) int64
@@ -69,6 +71,18 @@ class ObjMesh:
 
 def parse_obj(data: bytes, path: Path) -> ObjMesh:
     """Parse the text of an OBJ file, in UTF-8.
+
+    Parameters
+    ----------
+    data
+        The text, in UTF-8.
+    path
+        The file, for messages.
+
+    Returns
+    -------
+    ObjMesh
+        The polygons.
 
     Raises
     ------
@@ -103,8 +117,10 @@ class _Lines:
 
     Attributes
     ----------
-    starts, ends : (n,) int64, where each line begins, and where its newline stands.
-    blanks : (n,) int64, how many blanks each line holds, which is one less than its words.
+    starts, ends
+        (n,) int64, where each line begins, and where its newline stands.
+    blanks
+        (n,) int64, how many blanks each line holds, which is one less than its words.
     """
 
     def __init__(self, text: bytes, path: Path) -> None:
@@ -145,14 +161,24 @@ class _Lines:
 
 
 def _tidy(data: bytes) -> bytes:
-    """Leave one blank between words, none at the ends of lines, and no comments; lines keep their numbers."""
-    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
+    """Leave one blank between words, none at the ends of lines, and no comments or continued lines.
+
+    Lines keep their numbers. Comments go first: a backslash at the end of one continues nothing.
+    """
+    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in data:
         data = re.sub(rb"(?:^|(?<=\s))#.*", b"", data, flags=re.MULTILINE)
+    if b"\\\n" in data:
+        data = re.sub(rb"^.*\\\n(?:.*\\\n)*.*", _joined, data, flags=re.MULTILINE)
     data = data.translate(bytes.maketrans(b"\t\x0b\x0c", b"   "))
     if b"  " in data:
         data = re.sub(rb" {2,}", b" ", data)
     return data.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
+
+
+def _joined(lines: re.Match[bytes]) -> bytes:
+    """Return lines that end with a backslash as one, with empty lines after it in their place."""
+    return lines[0].replace(b"\\\n", b" ") + b"\n" * lines[0].count(b"\\\n")
 
 
 def _numbers(lines: _Lines, mask: Mask, key: bytes) -> Numbers:

@@ -25,8 +25,10 @@ class Intrinsics:
 
     Attributes
     ----------
-    fx, fy : horizontal and vertical focal length.
-    cx, cy : principal point; 0, 0 is the centre of the first pixel, which is at the top left in files.
+    fx, fy
+        Horizontal and vertical focal length, pixels.
+    cx, cy
+        Principal point, pixels; 0, 0 is the centre of the first pixel, which is at the top left in files.
     """
 
     fx: float
@@ -58,7 +60,10 @@ class RangeImage:
 
     @cached_property
     def points(self) -> NDArray[np.float32]:
-        """Return the point (H, W, 3) that each pixel saw, metres; (0, 0, −inf) where nothing was measured."""
+        """Return the points (H, W, 3) that the pixels saw, metres, camera frame.
+
+        They are (0, 0, −inf) where nothing was measured.
+        """
         rays = _rays(self.lens, (self.depth.shape[0], self.depth.shape[1]))
         known = np.isfinite(self.depth)[..., None]
         points = np.where(known, self.depth[..., None], 0) * rays
@@ -74,17 +79,28 @@ def load_depth_image(
     colour: Path | None = None,
     normal: Path | None = None,
 ) -> PlanarImage:
-    """Read an orthographic depth image from files, whose row 0 is at the top.
+    """Read a relief from picture files.
 
     Parameters
     ----------
-    depth : the file of depths below the front plane: floats (NPY, EXR channel Z, TIFF) or grey of 8 or 16 bits. See
+    depth
+        The file of depths below the front plane: floats (NPY, EXR channel Z, TIFF) or grey of 8 or 16 bits. See
         `read_depth` for what counts as empty.
-    size : width and height of the image, metres.
-    depth_range : metres between white, at the plane, and black, for grey without `unit`.
-    unit : metres per unit of the file, 0 being no surface in grey; None: floats are metres.
-    colour : sRGB picture, resampled to the depth's resolution; None: light grey.
-    normal : RGB normal map, x right, y up, z toward the viewer, resampled likewise; None: fitted to the depth.
+    size
+        Width and height of the image, metres.
+    depth_range
+        Metres between white, at the plane, and black, for grey without `unit`.
+    unit
+        Metres per unit of the file, 0 being no surface in grey; None: floats are metres.
+    colour
+        SRGB picture, resampled to the depth's resolution; None: light grey.
+    normal
+        RGB normal map, x right, y up, z toward the viewer, resampled likewise; None: fitted to the depth.
+
+    Returns
+    -------
+    PlanarImage
+        The relief, row 0 at the bottom.
 
     Raises
     ------
@@ -112,13 +128,25 @@ def load_range_image(
     colour: Path | None = None,
     normal: Path | None = None,
 ) -> RangeImage:
-    """Read a range image, the picture of a depth camera, from files, whose row 0 is at the top.
+    """Read a range image, the picture of a depth camera, from files.
 
     Parameters
     ----------
-    depth : the file of depths along the camera's axis, where 0 always means that nothing was measured.
-    lens : the camera, `cy` counted from the top.
-    unit, colour, normal : as `load_depth_image` takes them.
+    depth
+        The file of depths along the camera's axis, where 0 always means that nothing was measured.
+    lens
+        The camera, its `cy` counted from the top.
+    unit
+        Metres per unit of the file; None: floats are metres.
+    colour
+        sRGB picture, resampled to the depth's resolution; None: light grey.
+    normal
+        RGB normal map, x right, y up, z toward the camera, resampled likewise; None: fitted to the depth.
+
+    Returns
+    -------
+    RangeImage
+        The range image, row 0 at the bottom.
 
     Raises
     ------

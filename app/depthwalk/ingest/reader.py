@@ -14,12 +14,19 @@ from depthwalk.ingest.sources import Sources, as_utf8, material_libraries
 
 
 def read_soup(path: Path, sources: Sources | None = None) -> Soup:
-    """Return all triangles of an OBJ, PLY, STL, GLB or glTF file.
+    """Read all triangles of an OBJ, PLY, STL, GLB or glTF file.
 
     Parameters
     ----------
-    path : the mesh file.
-    sources : where it and the files it names are read from, each once.
+    path
+        The mesh file.
+    sources
+        What the file and those that it names are read through, each once; None reads them from the disk.
+
+    Returns
+    -------
+    Soup
+        The triangles, in the frame and unit of the file.
 
     Raises
     ------

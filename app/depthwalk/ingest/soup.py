@@ -43,14 +43,14 @@ class Soup:
 
 
 def unit_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return normals (V, 3) at unit length, with rows of NaN for those that are zero or not finite."""
+    """Return `normals` (V, 3) scaled to unit length; rows that are zero or not finite become NaN."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(np.isfinite(lengths) & (lengths > 1e-6), normals / lengths, np.nan)
 
 
 def check_triangle_count(count: int, path: Path) -> None:
-    """Raise InputError where the file `path` holds no triangle, or more than can be used."""
+    """Raise InputError where `count`, the triangles of the file `path`, is 0 or above the limit."""
     if count == 0:
         raise InputError(f"{path}: no faces")
     if count > MAX_MESH_TRIANGLES:

@@ -19,12 +19,12 @@ log = logging.getLogger(__name__)
 
 
 class Sources:
-    """The files of one mesh as they were when each was first looked for and first read.
+    """Keep the bytes of a mesh's files, so that all who read a file get the same ones.
 
-    A mesh and the hash that its bake is found by must be of the same bytes: were a file replaced between two readings,
-    the depth images of one mesh would be kept under the key of another for ever. Holding the bytes costs little: the
-    mesh's are needed while it is parsed anyway, and textures are held as the files have them, compressed. Drop the
-    object as soon as the mesh is parsed.
+    A mesh and the hash by which its bake is found must come from the same bytes. If a file were replaced between two
+    readings, the depth images of one mesh would be kept under the key of another for good. Holding the bytes costs
+    little: those of the mesh are needed while it is parsed, and textures are held compressed. Drop the object as soon
+    as the mesh is parsed.
     """
 
     def __init__(self) -> None:
@@ -32,13 +32,16 @@ class Sources:
         self._found: dict[tuple[Path, Path], bool] = {}
 
     def read(self, path: Path) -> bytes:
-        """Return the contents of a file. Raises InputError as `read_bytes`."""
+        """Return the contents of the file `path`, as they were when it was first read.
+
+        Raises InputError as `read_bytes` does.
+        """
         if path not in self._data:
             self._data[path] = read_bytes(path)
         return self._data[path]
 
     def is_inside(self, path: Path, root: Path) -> bool:
-        """Return whether `path` is a file within the folder `root`, which has no symbolic links."""
+        """Return whether `path` is an existing file in the folder `root`, or below it; `root` has no symbolic links."""
         if (path, root) not in self._found:
             try:
                 self._found[path, root] = path.is_file() and path.resolve().is_relative_to(root)
@@ -48,16 +51,24 @@ class Sources:
 
 
 def source_files(path: Path, texture: Path | None = None, sources: Sources | None = None) -> tuple[Path, ...]:
-    """Return every file that determines how a mesh looks: itself, what it names, and `texture`.
+    """Return every file that determines how a mesh looks: the mesh file, those that it names, and `texture`.
 
-    An OBJ file names material libraries, and they colour textures; a glTF or GLB file names buffers and images; a PLY
-    file its texture. Names that lead to no file, or out of the mesh's folder, are left out.
+    An OBJ file names material libraries, and these name colour textures; a glTF or GLB file names buffers and images; a
+    PLY file names its texture. Names of files that do not exist, or lie outside the mesh's folder, are left out.
 
     Parameters
     ----------
-    path : the mesh file.
-    texture : a picture that replaces the file's own, the last one returned.
-    sources : what files are read through.
+    path
+        The mesh file.
+    texture
+        A picture that replaces the file's own textures.
+    sources
+        Reads files and keeps their bytes; None reads them from the disk.
+
+    Returns
+    -------
+    tuple
+        The files; `texture` comes last.
 
     Raises
     ------
@@ -87,7 +98,27 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
 
 
 def source_hash(path: Path, texture: Path | None = None, sources: Sources | None = None) -> str:
-    """Return the SHA-256, in hex, of the contents (not the names or dates) of `source_files`, in their order."""
+    """Return a hash of the contents (not the names or dates) of all files that `source_files` finds.
+
+    Parameters
+    ----------
+    path
+        The mesh file.
+    texture
+        A picture that replaces the file's own textures.
+    sources
+        Reads files and keeps their bytes; None reads them from the disk.
+
+    Returns
+    -------
+    str
+        SHA-256 in hex.
+
+    Raises
+    ------
+    InputError
+        Where a file cannot be read.
+    """
     sources = sources or Sources()
     whole = hashlib.sha256()
     for source in source_files(path, texture, sources):
@@ -96,7 +127,10 @@ def source_hash(path: Path, texture: Path | None = None, sources: Sources | None
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return the contents. Raises InputError where the file is missing, unreadable or over the limit."""
+    """Return the contents of the file `path`.
+
+    Raises InputError where it is missing, unreadable or larger than the limit.
+    """
     try:
         if not path.is_file():
             raise InputError(f"{path}: " + ("not a file" if path.exists() else "no such file"))
@@ -108,7 +142,22 @@ def read_bytes(path: Path) -> bytes:
 
 
 def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path]:
-    """Return the MTL files an OBJ names that exist inside `folder`, in order; a name may hold blanks."""
+    """Return the material libraries that an OBJ file names, as far as they exist in its folder.
+
+    Parameters
+    ----------
+    data
+        The text of the OBJ file; names in it may hold blanks.
+    folder
+        The folder of the OBJ file.
+    sources
+        Reads files and keeps their bytes.
+
+    Returns
+    -------
+    list
+        The MTL files, in the order of their names in the file.
+    """
     libraries: list[Path] = []
     data = as_utf8(data)
     for line in _arguments(data, b"mtllib"):
@@ -118,19 +167,53 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
 
 
 def read_libraries(libraries: list[Path], sources: Sources) -> bytes:
-    """Return the text of material libraries one after the other, in UTF-8."""
+    """Return the texts of the material `libraries`, read through `sources`, one after the other, in UTF-8."""
     return b"\n".join(as_utf8(sources.read(library)) for library in libraries)
 
 
 def find_all(names: Iterable[str], folders: list[Path], sources: Sources, mesh: Path | None = None) -> list[Path]:
-    """Return what `find` finds of `names`."""
+    """Return the files that a mesh names, leaving out those that `find` does not find.
+
+    Parameters
+    ----------
+    names
+        The names, as the mesh file has them.
+    folders
+        Where to look, in this order; the first is the mesh's own.
+    sources
+        Reads files and keeps their bytes.
+    mesh
+        The mesh, about which a warning is logged for each file that is not found; None logs none.
+
+    Returns
+    -------
+    list
+        The files that were found, in the order of `names`.
+    """
     return [path for path in (find(name, folders, sources, mesh) for name in names) if path is not None]
 
 
 def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = None) -> Path | None:
-    """Return the file that a mesh names: in the first of `folders` that has it, else by its last name component.
+    """Return the file that a mesh names, from the first folder that has it.
 
-    None where there is none, or only one outside the first folder's tree; with a warning logged about `mesh`, if given.
+    Exporters write paths of their own machine: where no folder has the whole path, the last component of the name is
+    looked for.
+
+    Parameters
+    ----------
+    name
+        The name, as the mesh file has it.
+    folders
+        Where to look, in this order; the first is the mesh's own.
+    sources
+        Reads files and keeps their bytes.
+    mesh
+        The mesh, about which a warning is logged where the file is not found; None logs none.
+
+    Returns
+    -------
+    Path | None
+        The file; None where none exists, or only one outside the tree of the first folder.
     """
     root = folders[0].resolve()
     name = name.strip().replace("\\", "/")  # Windows exporters
@@ -144,12 +227,12 @@ def find(name: str, folders: list[Path], sources: Sources, mesh: Path | None = N
 
 
 def text(raw: bytes) -> str:
-    """Return a name in UTF-8, with a mark in the place of each byte that is not."""
+    """Return the bytes `raw` of a name as text, with a replacement character for each byte that is not UTF-8."""
     return raw.decode("utf-8", "replace")
 
 
 def as_utf8(data: bytes) -> bytes:
-    """Return text in UTF-8 that may be in Latin-1, as old exporters write it."""
+    """Return the text `data` in UTF-8; text that is not UTF-8 is taken for Latin-1, which old exporters write."""
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:
@@ -158,7 +241,10 @@ def as_utf8(data: bytes) -> bytes:
 
 
 def texture_name(argument: str) -> str:
-    """Return the file name in `map_Kd -s 1 1 1 name`; names may hold blanks unless options precede them."""
+    """Return the file name in the `argument` of `map_Kd`, such as `-s 1 1 1 name`.
+
+    Names may hold blanks unless options precede them.
+    """
     return argument.split()[-1] if argument.startswith("-") else argument
 
 

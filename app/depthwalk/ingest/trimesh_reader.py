@@ -33,12 +33,26 @@ _Placed = list[tuple[trimesh.Trimesh, NDArray[np.float64]]]  # meshes and their 
 
 
 def read_by_trimesh(data: bytes, path: Path, sources: Sources) -> Soup:
-    """Return all triangles of a file that holds `data`, its scene graph flattened.
+    """Read all triangles of a file by trimesh, with the transforms of its scene graph applied.
+
+    Parameters
+    ----------
+    data
+        The contents of the file.
+    path
+        The file, for messages and for the format.
+    sources
+        Reads files and keeps their bytes.
+
+    Returns
+    -------
+    Soup
+        The triangles, in the frame and unit of the file.
 
     Raises
     ------
     InputError
-        `path: defect`, for what the checks find. trimesh itself raises nearly anything on damaged data.
+        `path: defect`. trimesh itself raises nearly anything for damaged data.
     """
     folder = _Folder(path, sources)
     placed = _placed(_read_scene(path, data, folder), path)

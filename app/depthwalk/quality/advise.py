@@ -1,4 +1,4 @@
-"""Find by trial which resolution and number of layers an object needs for a wanted PSNR."""
+"""Find by trial which resolution and number of layers an object needs to reach a PSNR."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ from itertools import product
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
-from depthwalk.quality.twin import TwinRenderer
+from depthwalk.quality.pair_renderer import PairRenderer
 from depthwalk.quality.views import FEW, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 
@@ -18,7 +18,19 @@ LEAST_GAIN = 0.1  # dB; where more layers bring less, still more are not tried
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """Hold what one bake came to; `psnr` is the mean over the views, dB."""
+    """Hold the result of baking with one resolution and one number of layers.
+
+    Attributes
+    ----------
+    resolution
+        Width and height of the depth images, texels.
+    layers
+        Surfaces along each ray.
+    psnr
+        Mean over the views, dB.
+    bytes_gpu
+        Bytes of GPU memory that the depth images take.
+    """
 
     resolution: int
     layers: int
@@ -28,14 +40,20 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Recommendation:
-    """Recommend the cheapest trial that reaches `wanted` dB, or else the best of all.
+    """Recommend the cheapest trial that reaches a PSNR, or else the best of all.
 
     Attributes
     ----------
-    wanted : PSNR, dB.
-    views : how many views it is the mean of.
-    reached : whether `best` reaches it.
-    trials : all bakes that were tried, in order of cost.
+    wanted
+        The PSNR to reach, dB.
+    views
+        Number of views over which the PSNR of a trial is averaged.
+    reached
+        Whether `best` reaches it.
+    best
+        The recommended trial.
+    trials
+        All trials, in order of cost.
     """
 
     wanted: float
@@ -64,22 +82,44 @@ def recommend(
     resolutions: Sequence[int] = RESOLUTIONS,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> Recommendation:
-    """Bake a mesh with ever more texels until its mean PSNR is high enough.
+    """Bake a mesh with more and more texels until its mean PSNR is high enough.
 
     Parameters
     ----------
-    params : parts and axis of the bakes; resolution and layers are tried, the method is by rays.
-    size : width and height of the pictures, pixels.
-    wanted : PSNR, dB.
-    progress : called with what is being tried.
+    mesh
+        The mesh, asset frame, metres.
+    params
+        Parts and axis of the bakes. Resolution and layers are varied; surfaces are sampled by rays.
+    settings
+        How both pictures are rendered.
+    size
+        Width and height of the pictures, pixels.
+    wanted
+        The PSNR to reach, dB.
+    viewpoints
+        The views to average over.
+    resolutions
+        Widths of depth images to try, texels.
+    progress
+        Called with a text that says which trial begins.
+
+    Returns
+    -------
+    Recommendation
+        The recommended trial, and all others.
     """
     trials: list[Trial] = []
     for resolution, layers in _by_cost(resolutions, trials):
         progress(f"trying {resolution}², {layers} layers")
         baked = bake_model(mesh, replace(params, resolution=resolution, layers=layers, method="raycast"), key="")
-        with TwinRenderer(mesh, baked, settings, size) as twin:
+        with PairRenderer(mesh, baked, settings, size) as renderer:
             trials.append(
-                Trial(resolution=resolution, layers=layers, psnr=mean_psnr(twin, viewpoints), bytes_gpu=twin.gpu_bytes)
+                Trial(
+                    resolution=resolution,
+                    layers=layers,
+                    psnr=mean_psnr(renderer, viewpoints),
+                    bytes_gpu=renderer.gpu_bytes,
+                )
             )
         if trials[-1].psnr >= wanted:
             return Recommendation(
@@ -89,11 +129,11 @@ def recommend(
     return Recommendation(wanted=wanted, views=len(viewpoints), reached=False, best=best, trials=tuple(trials))
 
 
-def mean_psnr(twin: TwinRenderer, viewpoints: Sequence[Viewpoint]) -> float:
-    """Return the mean PSNR, dB, over the views that show anything; +inf where none does."""
+def mean_psnr(renderer: PairRenderer, viewpoints: Sequence[Viewpoint]) -> float:
+    """Return the mean PSNR, dB, of what `renderer` draws, over those `viewpoints` that show anything; +inf for none."""
     values = []
     for viewpoint in viewpoints:
-        pair = twin.pair(viewpoint)
+        pair = renderer.pair(viewpoint)
         union = pair.mesh.covered | pair.dpci.covered
         if union.any():
             values.append(metrics.psnr(pair.mesh.pixels, pair.dpci.pixels, union))

@@ -35,14 +35,24 @@ SHOWN = 4  # part of the picture's width and height that the page shows
 
 @dataclass(frozen=True)
 class Kind:
-    """A way to smooth edges: a value of `render.aa`, and of `render.gpaa.samples` where it has one."""
+    """Choose a way to smooth edges.
+
+    Attributes
+    ----------
+    title
+        What tables call it.
+    aa
+        Value of the setting `render.aa`.
+    samples
+        Value of `render.gpaa.samples`, which only `gpaa` and `gpaa-edge` use.
+    """
 
     title: str
     aa: Any
     samples: int = GpaaParams().samples
 
     def apply(self, settings: Any) -> None:
-        """Choose this kind in render settings."""
+        """Set the render `settings` to this kind, in place."""
         settings.aa, settings.gpaa.samples = self.aa, self.samples
 
 
@@ -54,12 +64,14 @@ KINDS = (
 
 @dataclass(frozen=True)
 class Truth:
-    """A picture with `REFERENCE_SAMPLES`² samples per pixel.
+    """Hold a reference picture with `REFERENCE_SAMPLES`² samples per pixel.
 
     Attributes
     ----------
-    pixels : (H, W, 3) uint8, sRGB.
-    edge : (H, W) bool, the pixels that an edge runs through, and their neighbours.
+    pixels
+        (H, W, 3) uint8, sRGB.
+    edge
+        (H, W) bool, the pixels that an edge runs through, and their neighbours.
     """
 
     pixels: NDArray[np.uint8]
@@ -67,20 +79,30 @@ class Truth:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Compare each kind in each scene, seen by its camera, and what `OURS` gains over others.
+    """Compare each kind of anti-aliasing with the reference, in each scene, seen by the scene's camera.
 
-    Changes the scenes' settings.
+    Also measures what `OURS` gains over the others. Changes the scenes' settings.
 
     Parameters
     ----------
-    size : width and height of the pictures, pixels.
+    scenes
+        The scenes; each is drawn by its own camera.
+    size
+        Width and height of the pictures, pixels.
+    report
+        Called with the name of a scene and what is being done.
+
+    Yields
+    ------
+    Row
+        One measured value.
 
     Raises
     ------
     InputError
         For assets that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     for scene in scenes:
         scene.render.lod.magnification = 0.0  # of depth images nothing is to be drawn as a mesh
@@ -96,7 +118,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def truth(image: LinearImage) -> Truth:
-    """Average an image of `REFERENCE_SAMPLES` times the width and height, and find its edges."""
+    """Average `image`, of `REFERENCE_SAMPLES` times the width and height of the result, and find its edges."""
     samples = REFERENCE_SAMPLES
     height, width = (side // samples for side in image.distance.shape)
     near = 1 / image.distance  # 0 where nothing is

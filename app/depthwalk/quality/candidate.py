@@ -32,7 +32,15 @@ MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 @dataclass(frozen=True)
 class Deeper:
-    """Compare what the present layers hold with what as many as possible would."""
+    """Compare what the present number of layers holds with what the largest number would hold.
+
+    Attributes
+    ----------
+    now
+        What the present layers hold.
+    then
+        What more layers would hold.
+    """
 
     now: Depth
     then: Depth
@@ -40,15 +48,20 @@ class Deeper:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """How an object suits depth images.
+    """Tell how well an object suits depth images.
 
     Attributes
     ----------
-    coverage : part of the surface seen from the 42 views that a triangle of the depth images comes within a texel of.
-    thin : part of the surface that has another surface less than a texel behind it.
-    parts : connected pieces of at least `LEAST_PART` of the surface.
-    texel : side of the largest texel, metres.
-    deeper : None where more layers would bring less than `MUCH_DEEPER`.
+    coverage
+        Part of the surface, 0 to 1, as seen from the 42 views, that has a triangle of the depth images within a texel.
+    thin
+        Part of the surface, 0 to 1, that has another surface less than a texel behind it.
+    parts
+        Number of connected pieces of at least `LEAST_PART` of the surface each.
+    texel
+        Side of the largest texel, metres.
+    deeper
+        What more layers would bring; None where that is less than `MUCH_DEEPER`.
     """
 
     coverage: float
@@ -63,7 +76,17 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
 
     Parameters
     ----------
-    model : the depth images, baked as `params` say.
+    mesh
+        The mesh, asset frame, metres.
+    model
+        Its depth images.
+    params
+        How `model` was baked.
+
+    Returns
+    -------
+    Candidate
+        The findings.
     """
     texel = max(map(_texel, model.parts))
     caster = RayCaster(mesh)
@@ -86,12 +109,20 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
 
 
 def warnings(candidate: Candidate, outlines: bool) -> list[str]:
-    """Return why the object is a poor candidate, a line for each reason; none for a good one.
+    """Return why an object is poorly suited to depth images.
 
     Parameters
     ----------
-    outlines : whether its silhouettes were found to be right. If so thin parts are no reason: a sheet that lies on
-        something is as thin as leaves are.
+    candidate
+        The findings about the object.
+    outlines
+        Whether its silhouettes were found to be right. If so, thin parts are no reason: a sheet that lies on something
+        is as thin as leaves are.
+
+    Returns
+    -------
+    list
+        One line for each reason; empty for a suitable object.
     """
     lines = []
     foliage = candidate.thin > FOLIAGE and not outlines
@@ -121,7 +152,10 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
 
 
 def count_parts(mesh: Mesh) -> int:
-    """Count the pieces that share no vertex position with another, of at least `LEAST_PART` of the surface."""
+    """Return how many connected pieces of at least `LEAST_PART` of the surface `mesh` has.
+
+    Pieces are connected where they share a vertex position.
+    """
     _, welded = np.unique(mesh.positions, axis=0, return_inverse=True)
     faces = welded.reshape(-1)[mesh.faces]
     first, second = faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel()

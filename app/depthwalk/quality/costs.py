@@ -15,14 +15,17 @@ from depthwalk.scene.scene import MeshAsset
 
 @dataclass(frozen=True)
 class BakeCosts:
-    """Hold what a bake took.
+    """Hold the time and memory of a bake.
 
     Attributes
     ----------
-    seconds : from the mesh in memory to depth images in memory.
-    peak_bytes : the most memory that the process held until then, with interpreter, libraries and mesh; None where the
+    seconds
+        Seconds from the mesh in memory to depth images in memory.
+    peak_bytes
+        Most bytes of memory that the process held until then, with interpreter, libraries and mesh; None where the
         system does not tell.
-    bytes_disk : of the file.
+    bytes_disk
+        Size of the file, bytes.
     """
 
     seconds: float
@@ -32,6 +35,20 @@ class BakeCosts:
 
 def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts:
     """Bake a mesh to a file in a fresh process, whose memory nothing else has grown.
+
+    Parameters
+    ----------
+    spec
+        The asset whose mesh is baked.
+    params
+        How it is baked.
+    file
+        The baked file to write.
+
+    Returns
+    -------
+    BakeCosts
+        What the bake took.
 
     Raises
     ------
@@ -45,7 +62,7 @@ def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts
 def peak_memory() -> int | None:
     """Return the most bytes of memory that this process has held so far; None on systems other than Linux.
 
-    `getrusage` would not do: by it a new process starts with what its parent held.
+    `getrusage` would not do: with it, a new process starts at what its parent held.
     """
     status = Path("/proc/self/status")
     if not status.is_file():

@@ -39,9 +39,14 @@ MOST_TIME = 1 / 20  # of the time of `TRUTH` frames
 
 @dataclass(frozen=True)
 class Shot:
-    """Hold a picture (H, W, 3) and the seconds that its frame took.
+    """Hold a picture, and how long its frame took.
 
-    They are those of all cores for software OpenGL, else by the clock.
+    Attributes
+    ----------
+    picture
+        (H, W, 3) uint8, sRGB.
+    seconds
+        Processor time of all cores for software OpenGL, else the time by the clock.
     """
 
     picture: Picture
@@ -49,20 +54,30 @@ class Shot:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Compare each of `MODES` but the last, in each scene, with the last.
+    """Compare each mode of depth of field with the last of `MODES`, the reference, in each scene.
 
     Changes the scenes' settings.
 
     Parameters
     ----------
-    size : width and height of the pictures, pixels.
+    scenes
+        The scenes; each is drawn by its own camera.
+    size
+        Width and height of the pictures, pixels.
+    report
+        Called with the name of a scene and what is being done.
+
+    Yields
+    ------
+    Row
+        One measured value.
 
     Raises
     ------
     InputError
         For assets that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     for scene in scenes:
         lens = scene.render.dof

@@ -29,13 +29,16 @@ REPEATS = 15  # of what is timed in each view, by turns; the least counts: more 
 
 @dataclass(frozen=True)
 class Cost:
-    """What finding lines costs over several views, first of all edges and then of the chosen ones.
+    """Hold what finding silhouette lines costs: first those of all edges, then those of the chosen edges.
 
     Attributes
     ----------
-    lines : (2,), how many per view and object.
-    outlines : how many of these have something else beyond them, which no choice may leave out.
-    milliseconds : (2,), of one core, per view: the least of `REPEATS`, taken in turns.
+    lines
+        (2,) float64, lines per view and object.
+    outlines
+        How many of these lines have something else beyond them, so that no choice may leave them out.
+    milliseconds
+        (2,) float64, time of one core per view: the least of `REPEATS` measurements, taken in turns.
     """
 
     lines: NDArray[np.float64]
@@ -48,12 +51,15 @@ def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tupl
 
     Parameters
     ----------
-    radii, heights : of its rings; a ring of radius 0 is one point.
-    sides : points of every other ring.
+    radii, heights
+        Radius and height of each ring, metres; a ring of radius 0 is one point.
+    sides
+        Number of points of every other ring.
 
     Returns
     -------
-    Positions (v, 3) and triangles (f, 3).
+    tuple
+        Positions (v, 3), in the unit of `radii`, and triangles (f, 3).
     """
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], -1)
@@ -77,11 +83,21 @@ SHAPES: dict[str, Callable[[], tuple[Array, NDArray[np.intp]]]] = {
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Measure the paper's shapes, `MANY` of each, and those closed meshes of the scenes that have lines.
+    """Measure the lines of the paper's shapes, `MANY` of each, and of the scenes' closed meshes that have lines.
 
     Parameters
     ----------
-    size : width and height of the picture that lines are drawn into, pixels.
+    scenes
+        The scenes.
+    size
+        Width and height of the picture that lines are drawn into, pixels.
+    report
+        Called with the name of a mesh and what is being done.
+
+    Yields
+    ------
+    Row
+        One measured value.
 
     Raises
     ------

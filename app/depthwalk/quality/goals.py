@@ -15,13 +15,22 @@ BAKE_SECONDS, GPU_BYTES = 8.0, 16_000_000  # goals of an object baked so
 
 @dataclass(frozen=True, kw_only=True)
 class Measure:
-    """Describe a field of `ViewQuality`.
+    """Describe a field of `ViewQuality`, and its goals.
 
     Attributes
     ----------
-    digits : shown after the decimal point.
-    goal_mean : for the mean over the views.
-    goal_worst : for every single view.
+    key
+        Name of the field.
+    title
+        What tables call it.
+    digits
+        Number of digits that are shown after the decimal point.
+    more_is_better
+        Whether larger values are better.
+    goal_mean
+        Goal for the mean over the views; None where there is none.
+    goal_worst
+        Goal for every single view; None where there is none.
     """
 
     key: str
@@ -32,7 +41,7 @@ class Measure:
     goal_worst: float | None
 
     def reached(self, value: float, goal: float | None) -> bool | None:
-        """Return whether a value reaches a goal; None where either is lacking."""
+        """Return whether `value` reaches `goal`; None where there is no goal, or the value is not a number."""
         if goal is None or np.isnan(value):
             return None
         return bool((ge if self.more_is_better else le)(value, goal))
@@ -62,7 +71,17 @@ SILHOUETTE = next(measure for measure in MEASURES if measure.key == "iou")
 
 @dataclass(frozen=True)
 class Summary:
-    """Mean and worst of a measure, and the view that is worst; without a value NaN, NaN and None."""
+    """Hold mean and worst of a measure; without a value NaN, NaN and None.
+
+    Attributes
+    ----------
+    mean
+        Mean over the views.
+    worst
+        The worst view's value.
+    worst_view
+        The worst view.
+    """
 
     mean: float
     worst: float
@@ -70,7 +89,7 @@ class Summary:
 
 
 def summarise(measure: Measure, views: Sequence[ViewQuality]) -> Summary:
-    """Return mean and worst of a measure over the views that have a value."""
+    """Return mean and worst of `measure` over those of `views` that have a value."""
     values = np.array([getattr(view, measure.key) for view in views], np.float64)
     valued = np.flatnonzero(~np.isnan(values))
     if not len(valued):

@@ -18,7 +18,15 @@ _TEMPLATES = Path(__file__).with_name("templates")
 
 @dataclass(frozen=True)
 class Figure:
-    """Pictures side by side: PNG files by their names, below one caption."""
+    """Hold pictures that stand side by side, with one caption.
+
+    Attributes
+    ----------
+    caption
+        Their common caption.
+    pictures
+        PNG files, by their names.
+    """
 
     caption: str
     pictures: Mapping[str, bytes]
@@ -26,11 +34,22 @@ class Figure:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A part of a page, from top to bottom: title, lines, tables, notes and figures.
+    """Hold a part of a page, from top to bottom: title, lines, tables, notes and figures.
 
     Attributes
     ----------
-    colour : of the title, as CSS names it; "" for that of the text.
+    title
+        The title.
+    lines
+        Lines below the title.
+    tables
+        Tables: rows of cells, the titles of the columns first.
+    notes
+        Lines below the tables.
+    figures
+        Rows of pictures.
+    colour
+        Colour of the title, as CSS names it; "" for that of the text.
     """
 
     title: str
@@ -48,15 +67,27 @@ def render_page(
     template: Path = _TEMPLATES / "report.html",
     **values: object,
 ) -> str:
-    """Return a whole page.
+    """Return a whole HTML page.
 
-    Table cells that end in the mark of a missed goal stand out.
+    Table cells that end in the mark of a missed goal are highlighted.
 
     Parameters
     ----------
-    headline : lines below the title.
-    template : a file that extends `report.html`.
-    values : what such a template needs besides.
+    title
+        The title of the page.
+    headline
+        Lines below the title.
+    sections
+        The parts of the page, from top to bottom.
+    template
+        A file that extends `report.html`.
+    **values
+        Other values that the template uses.
+
+    Returns
+    -------
+    str
+        The page.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined  # only whoever asks for a page waits for it
 

@@ -13,7 +13,7 @@ import numpy as np
 from depthwalk.bake.model import BakedModel
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality import metrics
-from depthwalk.quality.twin import Pair, TwinRenderer
+from depthwalk.quality.pair_renderer import Pair, PairRenderer
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
 
@@ -24,15 +24,22 @@ FLATTEST = 0.01  # height over extent; what lies flatter is measured by its exte
 
 @dataclass(frozen=True, kw_only=True)
 class ViewQuality:
-    """Hold the measures of one view, which `metrics` defines.
+    """Hold the measures of one view, which `quality.metrics` defines.
 
     Attributes
     ----------
-    pixels : that the mesh covers.
-    psnr : dB, +inf for equal pictures.
-    iou, flip : 0 to 1.
-    holes : per cent of the mesh's pixels.
-    depth_median, depth_p99 : errors in parts of the object's height, NaN where the pictures share no pixel.
+    viewpoint
+        Where the view looks from.
+    pixels
+        Number of pixels that the mesh covers.
+    psnr
+        Peak signal-to-noise ratio, dB, +inf for equal pictures.
+    iou, flip
+        Overlap of the silhouettes and mean FLIP error, each 0 to 1.
+    holes
+        Pixels of holes, per cent of the mesh's pixels.
+    depth_median, depth_p99
+        Depth errors in parts of the object's height; NaN where the pictures share no pixel.
     """
 
     viewpoint: Viewpoint
@@ -47,7 +54,15 @@ class ViewQuality:
 
 @dataclass(frozen=True)
 class Quality:
-    """Hold the views that show anything, in the order asked for, and the bytes of the depth images on the GPU."""
+    """Hold the measures of all views, and the memory of the depth images.
+
+    Attributes
+    ----------
+    views
+        The views that show anything, in the order asked for.
+    gpu_bytes
+        Bytes of GPU memory that the depth images take.
+    """
 
     views: tuple[ViewQuality, ...]
     gpu_bytes: int
@@ -61,25 +76,39 @@ def measure(
     viewpoints: Sequence[Viewpoint] = SPHERE,
     pool: Executor | None = None,
 ) -> Quality:
-    """Measure the image quality of depth images against their mesh.
+    """Compare pictures of depth images with pictures of their mesh.
 
     Parameters
     ----------
-    baked : made of `mesh`.
-    size : width and height of the pictures, pixels.
-    pool : other processes for FLIP, which takes longer than all else.
+    mesh
+        The mesh, asset frame, metres.
+    baked
+        Depth images of `mesh`.
+    settings
+        How both are rendered.
+    size
+        Width and height of the pictures, pixels.
+    viewpoints
+        The views to measure.
+    pool
+        Other processes that compute FLIP, which takes longer than all else; None computes it in this process.
+
+    Returns
+    -------
+    Quality
+        The measures of each view.
 
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
-    with TwinRenderer(mesh, baked, settings, size) as twin:
-        return Quality(measure_views(twin, object_height(mesh), viewpoints, pool), twin.gpu_bytes)
+    with PairRenderer(mesh, baked, settings, size) as renderer:
+        return Quality(measure_views(renderer, object_height(mesh), viewpoints, pool), renderer.gpu_bytes)
 
 
 def measure_views(
-    twin: TwinRenderer,
+    renderer: PairRenderer,
     height: float,
     viewpoints: Sequence[Viewpoint],
     pool: Executor | None = None,
@@ -89,30 +118,57 @@ def measure_views(
 
     Parameters
     ----------
-    height : what depth errors are divided by, see `object_height`.
-    pool : as for `measure`.
-    advance : called after each view.
+    renderer
+        What draws the mesh and its depth images.
+    height
+        Length by which depth errors are divided, metres, see `object_height`.
+    viewpoints
+        The views to measure.
+    pool
+        Other processes that compute FLIP; None computes it in this process.
+    advance
+        Called after each view.
+
+    Returns
+    -------
+    tuple
+        The measures of each view that shows anything, in the order of `viewpoints`.
     """
     started: list[tuple[ViewQuality, Future[float]]] = []
     for viewpoint in viewpoints:
         if len(started) >= MOST_WAITING:
             started[-MOST_WAITING][1].result()
-        view = _start(twin.pair(viewpoint), viewpoint, height, pool)
+        view = _start(renderer.pair(viewpoint), viewpoint, height, pool)
         started += [] if view is None else [view]
         advance()
     return tuple(replace(view, flip=flip.result()) for view, flip in started)
 
 
 def view_quality(pair: Pair, viewpoint: Viewpoint, height: float) -> ViewQuality | None:
-    """Measure one pair of pictures; None where neither shows anything."""
+    """Measure the pictures of one view.
+
+    Parameters
+    ----------
+    pair
+        The pictures of the mesh and of its depth images.
+    viewpoint
+        Where the view looks from, to be kept with the measures.
+    height
+        Length by which depth errors are divided, metres, see `object_height`.
+
+    Returns
+    -------
+    ViewQuality | None
+        The measures; None where neither picture shows anything.
+    """
     started = _start(pair, viewpoint, height, None)
     return None if started is None else replace(started[0], flip=started[1].result())
 
 
 def object_height(mesh: Mesh) -> float:
-    """Return what depth errors are divided by, metres.
+    """Return the length by which the depth errors of `mesh` are divided, metres.
 
-    It is the object's height, or the largest extent of what is flatter than `FLATTEST` of that.
+    It is the height of the object. If that is less than `FLATTEST` of the largest extent, it is the largest extent.
     """
     low, high = mesh.bounds
     extent = (high - low).astype(np.float64)

@@ -16,9 +16,23 @@ HOLE_MARGIN = 2  # pixels by which the silhouette is eroded before holes are loo
 
 
 def psnr(reference: Picture, test: Picture, where: Mask) -> float:
-    """Return the peak signal-to-noise ratio, dB, of sRGB pictures (H, W, 3) over the pixels `where` (H, W).
+    """Return the peak signal-to-noise ratio of two pictures over some pixels: 10·log10(255² / MSE).
 
-    It is 10·log10(255² / MSE) with the mean squared error over those pixels and all channels; +inf where it is 0.
+    MSE is the mean squared error over those pixels and all channels.
+
+    Parameters
+    ----------
+    reference
+        (H, W, 3) uint8, sRGB.
+    test
+        (H, W, 3) uint8, sRGB.
+    where
+        (H, W) bool: the pixels that count.
+
+    Returns
+    -------
+    float
+        dB; +inf where the pictures are equal.
     """
     difference = reference[where].astype(np.float64) - test[where]
     error = float(np.mean(difference**2)) if difference.size else 0.0
@@ -26,43 +40,66 @@ def psnr(reference: Picture, test: Picture, where: Mask) -> float:
 
 
 def silhouette_iou(reference: Mask, test: Mask) -> float:
-    """Return the intersection over union of two silhouettes (H, W); 1 where both are empty."""
+    """Return the intersection over union, 0 to 1, of the silhouettes `reference` and `test`, (H, W) bool each.
+
+    It is 1 where both are empty.
+    """
     union = int((reference | test).sum())
     return float((reference & test).sum() / union) if union else 1.0
 
 
 def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
-    """Return how much a viewer who flips between two sRGB pictures (H, W, 3) would notice.
+    """Return how clearly a viewer who flips between two pictures would see them differ at each pixel.
 
     Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: FLIP: A Difference Evaluator for Alternating
     Images, HPG 2020; the authors' own implementation, LDR, at `FLIP_PIXELS_PER_DEGREE`.
 
+    Parameters
+    ----------
+    reference
+        (H, W, 3) uint8, sRGB.
+    test
+        (H, W, 3) uint8, sRGB.
+
     Returns
     -------
-    (H, W) float32, 0 to 1.
+    numpy.ndarray
+        (H, W) float32, 0 to 1.
     """
     return np.asarray(_flip(reference, test, colours=False)[..., 0], np.float32)
 
 
 def flip_colours(reference: Picture, test: Picture) -> Picture:
-    """Return `flip_map` in its authors' colours (H, W, 3), black where the pictures are equal."""
+    """Return the `flip_map` of `reference` and `test`, (H, W, 3) uint8 sRGB each, in its authors' colours (H, W, 3).
+
+    Equal pixels are black.
+    """
     return np.round(np.clip(_flip(reference, test, colours=True), 0, 1) * 255).astype(np.uint8)
 
 
 def mean_flip(reference: Picture, test: Picture, where: Mask) -> float:
-    """Return the mean of `flip_map` over the pixels `where` (H, W); 0 where there are none."""
+    """Return the mean of the `flip_map` of `reference` and `test`, (H, W, 3) uint8 sRGB each, over some pixels.
+
+    `where`, (H, W) bool, says which; the mean over no pixels is 0.
+    """
     return float(flip_map(reference, test)[where].mean(dtype=np.float64)) if where.any() else 0.0
 
 
 def hole_map(reference: Mask, test: Mask) -> Mask:
-    """Return the pixels (H, W) that `test` lacks inside a silhouette, farther than `HOLE_MARGIN` from its edge."""
+    """Return the pixels (H, W) bool that are inside the silhouette `reference` but not in `test`, (H, W) bool each.
+
+    Pixels within `HOLE_MARGIN` of the silhouette's edge do not count.
+    """
     square = np.ones((2 * HOLE_MARGIN + 1,) * 2, bool)
     inside = binary_erosion(reference, square, border_value=1)  # the picture's edge is not the silhouette's
     return np.asarray(inside & ~test)
 
 
 def hole_percent(reference: Mask, test: Mask) -> float:
-    """Return the pixels of `hole_map` per hundred pixels of `reference`."""
+    """Return the number of pixels in the `hole_map` of `reference` and `test`, (H, W) bool each, per cent.
+
+    100 stands for all pixels of `reference`.
+    """
     covered = int(reference.sum())
     return 100 * float(hole_map(reference, test).sum()) / covered if covered else 0.0
 
@@ -72,12 +109,15 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
     Parameters
     ----------
-    reference, test : (H, W) float32, metres along the view axis, +inf where there is nothing.
-    unit : metres.
+    reference, test
+        (H, W) float32, metres along the view axis, +inf where there is nothing.
+    unit
+        What the errors are divided by, metres.
 
     Returns
     -------
-    NaN, NaN where the pictures share no pixel.
+    tuple
+        Median and percentile; NaN, NaN where the pictures share no pixel.
     """
     common = np.isfinite(reference) & np.isfinite(test)
     if not common.any():
@@ -88,7 +128,7 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
 
 def bounding_window(where: Mask, margin: int) -> tuple[slice, slice]:
-    """Return rows and columns that hold every pixel `where` (H, W) and `margin` more on each side.
+    """Return the slices of rows and columns that hold every pixel of `where`, (H, W) bool, with `margin` pixels around.
 
     At least one pixel must be set.
     """

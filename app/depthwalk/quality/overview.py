@@ -18,13 +18,20 @@ from depthwalk.quality.rows import Row
 
 @dataclass(frozen=True, kw_only=True)
 class Overview:
-    """Hold the rows by parts.
+    """Hold what `depthwalk quality` measured.
 
     Attributes
     ----------
-    commit : of the checkout that ran; None where the package is installed.
-    renderer : the GL driver's name.
-    image_size : width and height of the pictures.
+    version
+        Version of the package.
+    commit
+        Commit of the checkout that ran; None where the package is installed.
+    renderer
+        Name of the GL driver.
+    image_size
+        Width and height of the pictures, pixels.
+    parts
+        The measured values, by the names of the parts of the examination.
     """
 
     version: str
@@ -35,7 +42,7 @@ class Overview:
 
 
 def to_text(overview: Overview) -> str:
-    """Return a table for reading."""
+    """Return `overview` as a table for reading."""
     lines = [_headline(overview)]
     for part, rows in overview.parts.items():
         lines += ["", part]
@@ -49,7 +56,7 @@ def to_text(overview: Overview) -> str:
 
 
 def to_json(overview: Overview) -> str:
-    """Return the rows for programs. A value that is not a number, or is infinite, becomes null."""
+    """Return the rows of `overview` as JSON. A value that is infinite or not a number becomes null."""
     document = {
         "version": overview.version,
         "commit": overview.commit,
@@ -61,7 +68,7 @@ def to_json(overview: Overview) -> str:
 
 
 def to_html(overview: Overview) -> str:
-    """Return one page with the tables and all pictures."""
+    """Return `overview` as one HTML page with the tables and all pictures."""
     sections = [
         Section(
             title=part,

@@ -10,6 +10,7 @@ from depthwalk.quality import metrics
 from depthwalk.quality.goals import MEASURES, Measure, Summary, summarise
 from depthwalk.quality.html import Figure, Section, render_page
 from depthwalk.quality.measure import ViewQuality
+from depthwalk.quality.pair_renderer import Pair
 from depthwalk.quality.report import (
     CompareReport,
     ModelReport,
@@ -20,7 +21,6 @@ from depthwalk.quality.report import (
     overall,
     overview,
 )
-from depthwalk.quality.twin import Pair
 from depthwalk.quality.views import Viewpoint
 from depthwalk.types import Mask, Picture
 
@@ -31,7 +31,17 @@ _TITLES = "", "mean", "worst", "at"
 
 @dataclass(frozen=True)
 class WorstView:
-    """A view to show, with the titles of the measures that are worst in it, and PNG files by their captions."""
+    """Hold a view to show because some measure is worst in it.
+
+    Attributes
+    ----------
+    view
+        The measures of the view.
+    titles
+        Titles of the measures that are worst in it.
+    panels
+        PNG files, by their captions.
+    """
 
     view: ViewQuality
     titles: tuple[str, ...]
@@ -39,7 +49,7 @@ class WorstView:
 
 
 def worst_viewpoints(views: Sequence[ViewQuality]) -> dict[Viewpoint, tuple[str, ...]]:
-    """Find the viewpoints in which some measure is worst, with the titles of these measures."""
+    """Return the viewpoints among `views` in which some measure is worst, with the titles of these measures."""
     found: dict[Viewpoint, tuple[str, ...]] = {}
     for measure in MEASURES:
         worst = summarise(measure, views).worst_view
@@ -49,7 +59,7 @@ def worst_viewpoints(views: Sequence[ViewQuality]) -> dict[Viewpoint, tuple[str,
 
 
 def panels(pair: Pair) -> dict[str, bytes]:
-    """Return the pictures of one view as PNG files by their captions, cut to the object.
+    """Return the pictures of the view `pair` as PNG files by their captions, cut to the object.
 
     They show the mesh, the depth images, the FLIP error, and the silhouettes with their holes.
     """
@@ -69,11 +79,19 @@ def panels(pair: Pair) -> dict[str, bytes]:
 
 
 def to_html(report: CompareReport, worst: Sequence[Sequence[WorstView]]) -> str:
-    """Return the page of a comparison.
+    """Return a comparison as an HTML page.
 
     Parameters
     ----------
-    worst : the views to show, for each model of the report.
+    report
+        The comparison.
+    worst
+        For each model of the report, the views to show.
+
+    Returns
+    -------
+    str
+        The page.
     """
     sections = [_model_section(model, views) for model, views in zip(report.models, worst, strict=True)]
     if len(report.models) > 1:

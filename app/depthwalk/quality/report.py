@@ -23,7 +23,19 @@ _COSTS = "bake, s", "bake, MB", "disk, MB", "GPU, MB"
 
 @dataclass(frozen=True, kw_only=True)
 class Costs:
-    """Hold what depth images cost; `BakeCosts` describes the peak."""
+    """Hold what depth images cost.
+
+    Attributes
+    ----------
+    bake_seconds
+        Seconds that baking took.
+    bake_peak_bytes
+        Most bytes of memory while baking, see `BakeCosts`; None where the system does not tell.
+    bytes_disk
+        Size of the baked file, bytes.
+    bytes_gpu
+        Bytes of GPU memory.
+    """
 
     bake_seconds: float
     bake_peak_bytes: int | None
@@ -37,14 +49,30 @@ class ModelReport:
 
     Attributes
     ----------
-    name : its file as the user gave it, or scene and asset.
-    mesh : its file.
-    params : of its depth images.
-    objects : into how many it was split.
-    deepest : layers of the deepest image.
-    views : from all around.
-    close : from close by.
-    warnings : why it is a poor candidate.
+    name
+        Name of the mesh file as the user gave it, or of scene and asset.
+    mesh
+        The mesh file.
+    triangles
+        Number of triangles of the mesh.
+    params
+        How its depth images were baked.
+    objects
+        Number of objects that the mesh was split into.
+    deepest
+        Number of layers of the deepest image.
+    costs
+        What the depth images cost.
+    views
+        The measures of views from all around.
+    close
+        The measures of views from close by.
+    candidate
+        How well the object suits depth images.
+    warnings
+        Why it suits them poorly, one line for each reason.
+    recommendation
+        Recommended parameters; None where none were asked for.
     """
 
     name: str
@@ -67,9 +95,16 @@ class CompareReport:
 
     Attributes
     ----------
-    commit : of the checkout that ran; None where the package is installed.
-    renderer : the GL driver's name.
-    image_size : width and height of the pictures.
+    version
+        Version of the package.
+    commit
+        Commit of the checkout that ran; None where the package is installed.
+    renderer
+        Name of the GL driver.
+    image_size
+        Width and height of the pictures, pixels.
+    models
+        The findings about each mesh.
     """
 
     version: str
@@ -80,7 +115,10 @@ class CompareReport:
 
 
 def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, str]:
-    """Return the mean of the models' means and the worst view of all, and the name of the model that it shows."""
+    """Return mean and worst of `measure` over `models`, and the name of the model with the worst view.
+
+    The mean is that of the models' means.
+    """
     means = [mean for model in models if not math.isnan(mean := summarise(measure, model.views).mean)]
     every = summarise(measure, [view for model in models for view in model.views])
     shown = [m.name for m in models if summarise(measure, m.views).worst == every.worst]
@@ -89,7 +127,10 @@ def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, s
 
 
 def cost_goals(model: ModelReport) -> dict[str, bool | None]:
-    """Return whether the costs reach their goals, which hold for one resolution and number of layers; else None."""
+    """Return whether each cost of `model` reaches its goal, by the costs' names.
+
+    Goals hold for one resolution and number of layers; for others the values are None.
+    """
     if (model.params.resolution, model.params.layers) != (goals.GOAL_RESOLUTION, goals.GOAL_LAYERS):
         return {"bake_seconds": None, "bytes_gpu": None}
     return {
@@ -99,7 +140,7 @@ def cost_goals(model: ModelReport) -> dict[str, bool | None]:
 
 
 def to_json(report: CompareReport) -> str:
-    """Return the report for programs. A value that is not a number, or is infinite, becomes null."""
+    """Return `report` as JSON. A value that is infinite or not a number becomes null."""
     document = {
         "version": report.version,
         "commit": report.commit,
@@ -115,7 +156,7 @@ def to_json(report: CompareReport) -> str:
 
 
 def to_text(report: CompareReport) -> str:
-    """Return the report as tables for reading."""
+    """Return `report` as tables for reading."""
     lines = [headline(report)]
     for model in report.models:
         lines += ["", model.name, f"  {costs_line(model)}", *_table(model)]
@@ -134,7 +175,7 @@ def to_text(report: CompareReport) -> str:
 
 
 def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
-    """Return titles, then a row for each model: its name, the mean of each measure and what it costs."""
+    """Return a table of `models`: titles, then each one's name, the mean of each measure and what it costs."""
     rows = [("mean over the views", *(measure.title for measure in MEASURES), *_COSTS)]
     for model in models:
         means = [cell(measure, summarise(measure, model.views).mean, measure.goal_mean) for measure in MEASURES]
@@ -146,7 +187,7 @@ def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
 
 
 def headline(report: CompareReport) -> str:
-    """Return what the report as a whole was measured with."""
+    """Return a line that says with which version, driver and picture size `report` was made."""
     width, height = report.image_size
     return (
         f"depth images against the mesh; {width} × {height} pixels; "
@@ -155,7 +196,7 @@ def headline(report: CompareReport) -> str:
 
 
 def costs_line(model: ModelReport) -> str:
-    """Return in one line how a model was baked and what it costs."""
+    """Return a line that says how `model` was baked and what it costs."""
     reached, costs, params = cost_goals(model), model.costs, model.params
     peak = "" if costs.bake_peak_bytes is None else f" within {costs.bake_peak_bytes / 1e6:.0f} MB"
     count = model.deepest if params.layers == "auto" else params.layers
@@ -175,18 +216,18 @@ def _megabytes(count: int | None) -> str:
 
 
 def mark(reached: bool | None) -> str:
-    """Return what stands behind a value that has a goal."""
+    """Return the mark behind a value whose goal is `reached` or missed; "" where there is no goal."""
     return "" if reached is None else " ok" if reached else " FAIL"
 
 
 def cell(measure: Measure, value: float, goal: float | None = None) -> str:
-    """Return a value, and how it stands to its goal."""
+    """Return the text of a `value` of `measure`, with a mark that says whether it reaches `goal`."""
     shown = "–" if math.isnan(value) else f"{value:.{measure.digits}f}"
     return shown + mark(measure.reached(value, goal))
 
 
 def direction(viewpoint: Viewpoint | None) -> str:
-    """Return elevation and azimuth of a viewpoint."""
+    """Return the elevation and azimuth of `viewpoint` as text, degrees."""
     return "" if viewpoint is None else f"{viewpoint.elevation:+.0f}°/{viewpoint.azimuth:.0f}°"
 
 
@@ -233,8 +274,10 @@ def _summary(measure: Measure, summary: Summary, name: str | None = None, aims: 
 
     Parameters
     ----------
-    name : the model in the worst view, where there are several.
-    aims : say which goals are reached.
+    name
+        The model in the worst view, where there are several.
+    aims
+        Say which goals are reached.
     """
     document: dict[str, Any] = {"mean": summary.mean, "worst": summary.worst}
     if name is not None:

@@ -11,16 +11,26 @@ from depthwalk.types import Picture
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """Hold a value.
+    """Hold one measured value.
 
     Attributes
     ----------
-    subject : what was looked at.
-    name : what was measured of it.
-    digits : shown after the decimal point.
-    goal : what it must reach; None where nothing is asked.
-    details : other values of the same pictures, by name.
-    pictures : PNG files, by caption.
+    subject
+        Name of the scene or asset that was examined.
+    name
+        What was measured of it.
+    measured
+        The value.
+    goal
+        Value that it must reach; None where there is no goal.
+    more_is_better
+        Whether larger values are better.
+    digits
+        Number of digits that are shown after the decimal point.
+    details
+        Other values of the same pictures, by name.
+    pictures
+        PNG files, by caption.
     """
 
     subject: str
@@ -34,11 +44,26 @@ class Row:
 
     @property
     def reached(self) -> bool | None:
-        """Whether the goal is reached; None where there is none. What is not a number reaches none."""
+        """Whether the goal is reached; None where there is no goal. A value that is not a number never reaches one."""
         return None if self.goal is None else bool((ge if self.more_is_better else le)(self.measured, self.goal))
 
 
 def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
-    """Return PNG files of a picture (H, W, 3), of the truth, and of their difference, by caption."""
+    """Return PNG files of a picture, of the truth, and of their difference.
+
+    Parameters
+    ----------
+    name
+        Caption of the picture.
+    shown
+        (H, W, 3) uint8, sRGB.
+    truth
+        (H, W, 3) uint8, sRGB.
+
+    Returns
+    -------
+    dict
+        PNG files, by caption.
+    """
     pictures = {name: shown, "truth": truth, "difference (FLIP, dark is equal)": flip_colours(truth, shown)}
     return {caption: png_bytes(picture) for caption, picture in pictures.items()}

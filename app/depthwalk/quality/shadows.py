@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.pictures import png_bytes
 from depthwalk.quality.metrics import silhouette_iou
+from depthwalk.quality.pair_renderer import one_object_scene
 from depthwalk.quality.rows import Row
-from depthwalk.quality.twin import one_object_scene
 from depthwalk.quality.views import FOV, Sphere, bounding_sphere
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
@@ -44,12 +44,14 @@ _BOTH, _MISSING, _EXTRA, _LIT, _OBJECT = (70, 70, 70), (214, 20, 20), (40, 90, 2
 
 @dataclass(frozen=True)
 class Ground:
-    """What a picture shows of the ground.
+    """Hold what a picture shows of the ground.
 
     Attributes
     ----------
-    shown : (H, W), where nothing stands before it.
-    shadow : (H, W), where the sun does not reach it.
+    shown
+        (H, W) bool: pixels in which nothing hides the ground.
+    shadow
+        (H, W) bool: pixels in which the ground is in shadow.
     """
 
     shown: NDArray[np.bool_]
@@ -57,20 +59,31 @@ class Ground:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Yield two rows for every asset that has depth images: of images alone, and as they are drawn.
+    """Compare the shadows of depth images with those of their meshes.
 
-    They hold the least intersection over union of an asset's shadow and the mesh's, over `SUNS`.
+    Yields two rows for every asset with depth images: drawn by images alone, and as scenes draw them. Each row holds
+    the least intersection over union of the two shadows, over `SUNS`.
 
     Parameters
     ----------
-    size : width and height of the pictures, pixels.
+    scenes
+        The scenes whose assets are examined.
+    size
+        Width and height of the pictures, pixels.
+    report
+        Called with the name of an asset and what is being done.
+
+    Yields
+    ------
+    Row
+        One measured value.
 
     Raises
     ------
     InputError
         For assets that cannot be used.
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
     meshes = [asset for scene in scenes for asset in scene.assets if isinstance(asset, MeshAsset)]
     assets = {(asset.mesh, str(asset.dpci)): asset for asset in meshes if asset.dpci is not None}

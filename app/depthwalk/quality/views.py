@@ -21,12 +21,14 @@ CLOSE_RINGS = {-20: 2, 10: 4, 45: 2}
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """A direction to look from.
+    """Hold a direction to look from.
 
     Attributes
     ----------
-    elevation, azimuth : degrees; azimuth 0 is +Z, 90 is +X.
-    close : from `CLOSE` radii away, instead of where the object fills the frame.
+    elevation, azimuth
+        Degrees; azimuth 0 looks from +Z, 90 from +X.
+    close
+        Whether to look from `CLOSE` radii away, instead of from where the object fills the frame.
     """
 
     elevation: float
@@ -51,21 +53,44 @@ VERIFY = SPHERE[3::7]  # 6 of them
 
 @dataclass(frozen=True)
 class Sphere:
-    """A bounding sphere: centre (3,) in the asset's frame, and radius, metres."""
+    """Hold a bounding sphere.
+
+    Attributes
+    ----------
+    centre
+        (3,) metres, asset frame.
+    radius
+        Metres.
+    """
 
     centre: tuple[float, float, float]
     radius: float
 
 
 def bounding_sphere(mesh: Mesh) -> Sphere:
-    """Return the smallest sphere about the centre of the mesh's bounding box that holds it."""
+    """Return the smallest sphere about the centre of the bounding box of `mesh` that holds it."""
     low, high = (corner.astype(np.float64) for corner in mesh.bounds)
     centre = (low + high) / 2
     return Sphere(tuple(centre.tolist()), float(np.linalg.norm(mesh.positions - centre, axis=1).max()))
 
 
 def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View:
-    """Return the view of an object from a viewpoint; `size` is width and height of the picture, pixels."""
+    """Return the view of an object from a viewpoint.
+
+    Parameters
+    ----------
+    sphere
+        Bounding sphere of the object, metres.
+    viewpoint
+        Where to look from.
+    size
+        Width and height of the picture, pixels.
+
+    Returns
+    -------
+    View
+        The camera, and the size of the picture.
+    """
     fov = math.radians(FOV)
     shorter = math.tan(fov / 2) * min(1.0, size[0] / size[1])
     distance = sphere.radius * (CLOSE if viewpoint.close else 1 / math.sin(math.atan(FILL * shorter)))
@@ -76,5 +101,5 @@ def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View
 
 
 def away(viewpoint: Viewpoint) -> glm.dvec3:
-    """Return the unit vector from the object towards the viewer, world."""
+    """Return the unit vector (3,), world, from the object towards a viewer at `viewpoint`."""
     return glm.euclidean(glm.radians(glm.dvec2(viewpoint.elevation, viewpoint.azimuth)))

@@ -62,7 +62,7 @@ def gather(lit: Array, circles: Array, spread: Array, samples: int) -> Array:
     spread
         (2, H, W) what `ranges` returns.
     samples
-        The most rays per pixel.
+        Most rays per pixel.
 
     Returns
     -------

@@ -15,14 +15,31 @@ from depthwalk.types import Array
 
 
 def fog_density(y: Array, density: float, height: float, falloff: float) -> Array:
-    """Return the part of the light lost per metre at the heights `y` (any shape, metres, world)."""
+    """Return the part of the light that fog absorbs per metre at given heights.
+
+    Parameters
+    ----------
+    y
+        Heights, metres, world, any shape.
+    density
+        Part of the light lost per metre where the fog is densest, 1/m.
+    height
+        Height up to which the density is constant, metres, world.
+    falloff
+        Metres above `height` over which the density falls to 1/e.
+
+    Returns
+    -------
+    Array
+        Part of the light lost per metre, of the shape of `y`, 1/m.
+    """
     return np.asarray(density * np.exp(np.minimum(height - y, 0) / falloff))
 
 
 def fog_through(viewer_y: float, way: Array, density: float, height: float, falloff: float) -> Array:
     """Return the transmittance between the viewer and points: the part of the light that comes through the fog.
 
-    The integral of the density over height is divided by the rise of the way; where the way is level, the density in
+    The integral of the density over height is divided by the rise of the way. Where the way is level, the density in
     its middle takes the place of that quotient.
 
     Parameters
@@ -32,7 +49,7 @@ def fog_through(viewer_y: float, way: Array, density: float, height: float, fall
     way
         (n, 3) vectors from the viewer to the points, metres, world.
     density, height, falloff
-        The fog, see the module.
+        The fog, see `fog_density`: 1/m, metres, metres.
 
     Returns
     -------
@@ -60,7 +77,7 @@ def fog_before_sky(viewer_y: float, rise: Array, density: float, height: float, 
     rise
         (n,) y components of the rays' unit vectors. Where rays do not rise, fog never ends and no light comes.
     density, height, falloff
-        The fog, see the module.
+        The fog, see `fog_density`: 1/m, metres, metres.
 
     Returns
     -------

@@ -11,10 +11,10 @@ from depthwalk.types import Array
 
 
 def part_beyond(ends: Array, middle: Array) -> Array:
-    """Return the part of each pixel that lies on the side of a line which does not hold the pixel's middle.
+    """Return the part of each pixel that lies on the side of a line away from the pixel's middle.
 
-    Exact where the line crosses two opposite sides of the pixel or passes it by. Lines shorter than a pixel are taken
-    to be parallel to their major axis, since their slope is not known well enough.
+    It is exact where the line crosses two opposite sides of the pixel or misses the pixel. Lines shorter than a pixel
+    are taken to be parallel to their major axis, since their slope is not known well enough.
 
     Parameters
     ----------

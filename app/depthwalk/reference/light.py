@@ -10,7 +10,7 @@ from depthwalk.types import Array
 
 
 def reflected(albedo: Array, specular: Array, shininess: Array, normal: Array, view: Array, to_light: Array) -> Array:
-    """Return the light that surfaces send to the viewer of light of strength 1 from one direction.
+    """Return the light that surfaces reflect to the viewer from a light of strength 1 in one direction.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def reflected(albedo: Array, specular: Array, shininess: Array, normal: Array, v
     view
         (n, 3) unit vectors from the viewer to the surfaces.
     to_light
-        (n, 3) or (3,) unit vectors to the light. All vectors are in one frame, whichever it is.
+        (n, 3) or (3,) unit vectors to the light. All vectors are in one frame, which may be any.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def phong(
     Parameters
     ----------
     albedo, specular, shininess, normal, view
-        The surfaces, as for `reflected`; vectors in the world's frame.
+        The surfaces, shapes as for `reflected`; vectors in the world's frame.
     to_sun
         (3,) unit vector to the sun, world.
     sun, ambient

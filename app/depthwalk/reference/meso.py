@@ -20,7 +20,7 @@ from depthwalk.types import Array
 
 @dataclass(frozen=True, kw_only=True)
 class TilePlacement:
-    """Say where n points lie on the tile of relief, and how the tile lies in the object's frame there.
+    """Hold where n points lie on the tile of relief, and how the tile is turned at each of them.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class TilePlacement:
     outward
         (n, 3) unit vectors out of the surface that the tile lies on; its depth is measured against them.
     right, up
-        (n, 3) metres of the tile per metre on the object, along the tile's two axes.
+        (n, 3) object frame: metres of the tile per metre on the object, along the tile's two axes.
     """
 
     uv: Array
@@ -38,7 +38,7 @@ class TilePlacement:
     up: Array
 
     def relief(self, meso: Meso) -> tuple[Array, Array]:
-        """Return the depth (n,) of the relief, metres, and its gradient (n, 3) in the object's frame."""
+        """Return the depth (n,), metres, of the relief `meso` at each point, and its gradient (n, 3), object frame."""
         depth, *slopes = relief_at(meso, self.uv).T
         return depth, slopes[0][:, None] * self.right + slopes[1][:, None] * self.up
 
@@ -54,6 +54,11 @@ def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
         The tile.
     radius
         The radius of the object's cylinder, metres, which decides how many tiles go round it.
+
+    Returns
+    -------
+    TilePlacement
+        The tile at each point.
     """
     x, y, z = points.T
     zero, one = np.zeros_like(x), np.ones_like(x)
@@ -69,7 +74,7 @@ def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
 
 
 def lay(points: Array, face: Face, meso: Meso) -> TilePlacement:
-    """Place the tile at points (n, 3), object frame, flat on a cap or a box face."""
+    """Place the tile `meso` at `points` (n, 3), metres, object frame, flat on `face`, a cap or a box face."""
     outward = face_outward(face)
     up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # as seen from outside
     right = np.cross(up, outward)
@@ -82,7 +87,10 @@ def lay(points: Array, face: Face, meso: Meso) -> TilePlacement:
 
 
 def relief_at(meso: Meso, uv: Array) -> Array:
-    """Return bilinear values (n, 3) of `meso.relief` at positions (n, 2), in tiles; it repeats without end."""
+    """Return the values (n, 3) of `meso.relief` at positions `uv` (n, 2), in tiles, interpolated bilinearly.
+
+    The relief repeats without end: depth is in metres, its two slopes in metres per metre.
+    """
     height, width = meso.relief.shape[:2]
     at = np.stack([uv[:, 1] * height - 0.5, uv[:, 0] * width - 0.5])
     channels = [map_coordinates(meso.relief[..., k], at, order=1, mode="grid-wrap") for k in range(3)]
@@ -92,8 +100,8 @@ def relief_at(meso: Meso, uv: Array) -> Array:
 def displaced(points: Array, normals: Array, face: Face, meso: Meso, radius: float) -> Array:
     """Displace points by the relief.
 
-    They first move straight below `face`, a cap or a box face, by their share of that relief, and then toward the axis;
-    near the axis, within the shallow radius, by less, so that nothing crosses it.
+    Points first move straight inward from `face`, a cap or a box face, by their share of that relief, and then toward
+    the axis. Near the axis they move less, so that no point crosses it.
 
     Parameters
     ----------
@@ -135,7 +143,7 @@ def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float)
     points
         (n, 3) displaced points in the object's frame, metres: what `displaced` returns.
     face, meso, radius
-        As for `displaced`.
+        The values that `displaced` was given.
 
     Returns
     -------

@@ -35,15 +35,15 @@ class Placement:
     scale: float
 
     def direction(self, world: Array) -> Array:
-        """Turn world directions (…, 3) into texture space; their lengths stay."""
+        """Turn `world` directions (…, 3) into texture space; they keep their lengths."""
         return (world @ self.rotation) * [1, 1, -1]
 
     def point(self, world: Array) -> Array:
-        """Take world points (…, 3), metres, into texture space."""
+        """Return `world` points (…, 3), metres, in texture space, metres of the image."""
         return self.direction(world - self.position) / self.scale
 
     def world(self, texture: Array) -> Array:
-        """Take points (…, 3) of texture space into the world, metres."""
+        """Return points `texture` (…, 3) of texture space in the world, metres."""
         return self.position + self.scale * (texture * [1, 1, -1]) @ self.rotation.T
 
 
@@ -67,7 +67,20 @@ def warp_samples(samples: Array, viewer: Array) -> Array:
 
 
 def view_vectors(samples: Array, viewer: Array) -> Array:
-    """Return VD = (u_e, v_e, −D_t) − (u_s, v_s, depth), (n, 3) metres: from each sample to the viewer (§2.4)."""
+    """Return the vectors (n, 3), metres, from each sample to the viewer: (u_e, v_e, −D_t) − (u_s, v_s, depth) (§2.4).
+
+    Parameters
+    ----------
+    samples
+        (n, 3) u_s, v_s and depth, metres.
+    viewer
+        (3,) u_e, v_e and −D_t, metres.
+
+    Returns
+    -------
+    Array
+        (n, 3) metres.
+    """
     return viewer - samples
 
 
@@ -83,16 +96,16 @@ def phong(
     sun: Array,
     ambient: Array,
 ) -> Array:
-    """Light samples in texture space: `reference.light.phong` without a world (§2.4).
+    """Light samples in texture space, as `reference.light.phong` does in the world (§2.4).
 
     Parameters
     ----------
     samples
         (n, 3) u, v and depth, metres.
     viewer
-        (3,) the viewer, metres.
+        (3,) u, v and depth of the viewer, metres; its depth is negative.
     normal
-        (n, 3) unit normals, in texture space as everything here.
+        (n, 3) unit normals. All vectors are in texture space.
     albedo
         (n, 3) linear RGB of the diffuse reflection.
     specular, shininess

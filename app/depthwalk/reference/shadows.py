@@ -15,8 +15,9 @@ from depthwalk.types import Array
 def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filter_width: int, error: float) -> Array:
     """Move points along their normals so far that a plane does not shadow itself.
 
-    Over half of the filter's width a plane comes nearer to the light by that times the tangent of its slope, which a
-    move along the normal by that times the sine makes up for. Half a texel more is for what lies between texels.
+    Over half of the filter's width, a plane comes nearer to the light by this width times the tangent of its slope.
+    Moving a point along the normal by the width times the sine makes up for it. Half a texel is added for what lies
+    between texels.
 
     Parameters
     ----------

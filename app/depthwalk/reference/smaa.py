@@ -13,14 +13,14 @@ from depthwalk.types import Array
 def areas_cut(before: Array, after: Array, heights: Array) -> Array:
     """Return the areas that a line cuts off the pixels above and below an edge of pixels.
 
-    The line crosses the edge in its middle, so that each half of it cuts off a wedge.
+    The line crosses the edge in its middle, so each of its halves cuts off a wedge.
 
     Parameters
     ----------
     before
-        (n,) pixels from the edge's beginning to the pixel.
+        (n,) number of pixels from the edge's beginning to the pixel.
     after
-        (n,) pixels from the pixel to the edge's end.
+        (n,) number of pixels from the pixel to the edge's end.
     heights
         (n, 2) height of the line at the edge's beginning and end, pixels: ½ where the edge goes on a row above, −½
         where it goes on a row below, 0 where it does not go on.

@@ -24,20 +24,23 @@ _CURVE = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232]  # Wrensch's po
 
 
 def reinhard(light: Array) -> Array:
-    """Compress light by its luminance L to 1/(1 + L) of it (Reinhard et al. 2002, equation 3)."""
+    """Compress `light` (…, 3), linear RGB, to 1/(1 + L) of it, L its luminance (Reinhard et al. 2002, equation 3)."""
     return np.asarray(light / (1 + light @ LUMINANCE)[:, None])
 
 
 def aces(light: Array) -> Array:
-    """Apply a fit of the ACES film curve to each channel (Narkowicz 2015, "ACES Filmic Tone Mapping Curve")."""
+    """Apply a fit of the ACES film curve to each channel of `light` (…, 3), linear RGB; returns linear RGB, 0 to 1.
+
+    Source: Narkowicz 2015, "ACES Filmic Tone Mapping Curve".
+    """
     return light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14)
 
 
 def agx(light: Array) -> Array:
-    """Apply AgX (Sobotka 2022) as Wrensch 2023, "Minimal AgX Implementation", fits it: a curve of 16.5 stops.
+    """Apply AgX (Sobotka 2022) to `light` (…, 3), linear RGB: a curve over 16.5 stops; returns linear RGB, 0 to 1.
 
-    Light is taken to a narrower space of colours first, so that strong colours turn to white as they brighten, and back
-    to RGB after the curve.
+    The fit is that of Wrensch 2023, "Minimal AgX Implementation". Light is first taken to a narrower space of colours,
+    so that strong colours turn to white as they brighten, and after the curve back to RGB.
     """
     stops = np.log2(np.maximum(light @ _AGX_FROM_RGB.T, 1e-10))
     curve = np.polyval(_CURVE, np.clip((stops - _DARKEST) / (_BRIGHTEST - _DARKEST), 0, 1))

@@ -1,6 +1,6 @@
 """The warp of depth images: twin of shaders/warp/warp.vert, and of how shaders/composite/composite.frag undoes it.
 
-A depth sample moves within a plane that touches its object, toward the epipole, the foot of the viewer on that plane
+A depth sample moves within a plane that touches its object, toward the epipole, the viewer's projection onto that plane
 (Liu, Liu and Wu 2007, §2.2 and §3.2). A position X on the plane shows the point P for which X lies on the ray from the
 viewer C through P; λ = 1 − Table(depth) tells how far along that ray the point is.
 """
@@ -30,7 +30,7 @@ def table(depth: Array, distance: float) -> Array:
 
 
 def warp(points: Array, planes: Planes) -> tuple[Array, Array]:
-    """Warp one point per plane: X − e = λ (S − e), with S the foot of the point on the plane and e the epipole.
+    """Warp one point per plane: X − e = λ (S − e), with S the projection of the point onto the plane and e the epipole.
 
     Parameters
     ----------
@@ -58,11 +58,11 @@ def unwarp(position: Array, lam: Array, viewer: Array, planes: Planes) -> Array:
     Parameters
     ----------
     position, lam
-        What `warp` returns.
+        The two arrays that `warp` returns: (n, 2) metres and (n,).
     viewer
         (n, 3) or (3,) the viewer C in the frames of the objects, metres.
     planes
-        The n planes.
+        The n planes that the points were warped in.
 
     Returns
     -------

@@ -28,14 +28,15 @@ P = TypeVar("P", bound=Params)
 
 @dataclass(frozen=True, kw_only=True)
 class Common:
-    """Hold the settings that several passes go by; every other setting belongs to one pass.
+    """Hold the settings that several passes read; every other setting belongs to one pass.
 
     Attributes
     ----------
     aa : the anti-aliasing of the picture.
     lod : levels of detail, `render.lod`.
     forward : whether depth images are lit where their colour is looked up, instead of later with everything else.
-    wireframe, show_tiles : whether triangles are drawn as lines, and impostor tiles in a colour each.
+    wireframe : whether triangles are drawn as lines.
+    show_tiles : whether every impostor tile is painted in a colour of its own.
     """
 
     aa: AntiAliasing
@@ -46,7 +47,7 @@ class Common:
 
 
 def common(settings: RenderSettings) -> Common:
-    """Return what several passes go by of `settings`."""
+    """Return those of the `settings` that several passes read."""
     return Common(
         aa=anti_aliasing(settings),
         lod=settings.lod,
@@ -66,10 +67,10 @@ class Frame:
     plan : the draw lists: of the current occlusion phase for passes that draw objects, of the whole frame for others.
     common : the settings that several passes go by.
     environment : sun, sky, ground, fog and lamps of the scene.
-    light : of sun and sky, derived once from the environment.
+    light : the light of sun and sky, derived once from the environment.
     assets : the assets that are on the GPU.
-    targets : for a pass, those that it declares.
-    transparent : whether alpha is 0 where nothing is, instead of sky or background.
+    targets : the textures to read and draw into; a pass reaches those that it declares.
+    transparent : whether alpha is 0 where nothing is drawn, instead of sky or background.
     materials : the depth-image objects that may be visible, for `material_resolve`; None for passes that draw objects.
     shadows : what the shadow maps of sun and lamps are to show; empty for passes that draw objects.
     lens_point : the number of this frame among those that make up one picture (see `Pass.views`).
@@ -113,23 +114,25 @@ class Pass(ABC, Generic[P]):
     bound. Owed by a pass: it sets GL state by `self.gl.state` alone, which restores it, creates GL objects through
     `self.gl` alone, which frees them, and touches no target but those that it declares, which `frame.targets` enforces.
 
-    Attributes
-    ----------
-    name : of its timer; of the package's own passes also that of module, shader folder, panel section and group in the
-        render settings.
-    draws_objects : whether it draws those of `frame.plan`; such passes run before all others.
-    per_sample : whether it runs for each sample of a pixel, where targets have several.
-    reads, writes : names of targets (`render.targets.TARGETS`). A depth that is only tested against counts as read.
-    Params : the class of its parameters, from the head of the class.
-    params : the parameters that hold where the render settings have no group of the pass's name; may be changed between
-        frames.
-    gl : creates and owns GL objects; there from `attach` to `release`.
-
     Parameters
     ----------
     params
         Parameters of its own, which hold in place of a group of the render settings. None: that group or, where there
         is none, the defaults.
+
+    Attributes
+    ----------
+    name : of its timer; for the package's own passes also of the module, the shader folder, the panel section and the
+        group in the render settings.
+    draws_objects : whether it draws the objects of `frame.plan`; such passes run before all others.
+    per_sample : whether it runs for each sample of a pixel, where targets have several.
+    reads : names of the targets (`render.targets.TARGETS`) that it reads. A depth that is only tested against counts as
+        read.
+    writes : names of the targets that it draws into.
+    Params : the class of its parameters, from the head of the class.
+    gl : creates and owns GL objects; set from `attach` to `release`.
+    params : the parameters that hold where the render settings have no group of the pass's name; may be changed between
+        frames.
 
     Examples
     --------
@@ -182,12 +185,17 @@ class Pass(ABC, Generic[P]):
         self.params: P = cast(P, self.Params()) if params is None else params
 
     def attach(self, device: Device) -> None:
-        """Create what the pass needs on a device.
+        """Create what the pass needs on `device`.
+
+        Parameters
+        ----------
+        device : the GPU that the renderer draws with.
 
         Raises
         ------
         ValueError
-            Where the pass serves a renderer already: it has state of a frame, and two renderers would mix theirs.
+            Where the pass serves a renderer already: it keeps state from frame to frame, which two renderers would
+            mix.
         """
         if hasattr(self, "gl"):
             raise ValueError(f"pass {self.name} belongs to a renderer already")
@@ -199,31 +207,37 @@ class Pass(ABC, Generic[P]):
             raise
 
     def params_in(self, settings: RenderSettings) -> P:
-        """Return the parameters that hold: those that it was made with, else its group in `settings`."""
+        """Return the parameters that hold: those that the pass was made with, else its group in `settings`."""
         group = getattr(settings, self.name, None)
         return cast(P, group) if isinstance(group, self.Params) and not self._has_own_params else self.params
 
     @abstractmethod
     def setup(self, gl: Scope) -> None:
-        """Create programs and buffers through `gl`."""
+        """Create programs and buffers through `gl`, which owns them and frees them when the pass is released."""
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop what depends on the size of the targets, width and height in pixels; nothing by default."""
+        """Drop what depends on the size of the targets, `size` (width, height) in pixels; by default, nothing."""
 
     def views(self, view: View, params: P) -> Iterable[View]:
-        """Return the views of the frames that make up one picture: `view` alone, unless the pass blends several."""
+        """Return the views of the frames that make up one picture: `view` alone, unless the pass blends several frames.
+
+        `params` are the parameters of the pass.
+        """
         return (view,)
 
     def enabled(self, frame: Frame, params: P) -> bool:
-        """Return whether there is anything to draw. If not, the pass costs nothing in this frame and has no timer."""
+        """Return whether there is anything to draw in `frame`, given the pass's own `params`.
+
+        If not, the pass costs nothing in this frame and has no timer.
+        """
         return True
 
     @abstractmethod
     def draw(self, frame: Frame, params: P) -> None:
-        """Draw into the targets of `writes`."""
+        """Draw `frame` into the targets of `writes`, as the pass's own `params` say."""
 
     def forget_assets(self) -> None:
-        """Drop what refers to assets, because they are about to be released; nothing by default."""
+        """Drop whatever refers to assets, because they are about to be released; by default, nothing."""
 
     def release(self) -> None:
         """Free what the pass has on its device, to which it then no longer belongs."""

@@ -19,17 +19,19 @@ from depthwalk.scene.scene import Scene
 
 
 class HeadlessRenderer:
-    """Draw one scene into memory. Use it in a `with` block, which frees the GL context and all in it.
+    """Draw one scene into memory.
 
-    There may be several at a time: every call makes its own context current, and then again the one that was. A picture
-    does not depend on those before it; to draw a walk as the window does, set `renderer.remembers`.
+    Use it in a `with` block, which frees the GL context and all in it.
+
+    Several may exist at a time: every call makes its own context current, and afterwards the one that was. A picture
+    does not depend on earlier ones; to draw a walk as the window does, set `renderer.remembers`.
 
     Parameters
     ----------
     scene : what is drawn.
-    library : reads, bakes and caches the scene's assets; all that are drawn are loaded here.
+    library : reads, bakes and caches the scene's assets. All assets that are drawn are loaded at once.
     size : width and height of the pictures, pixels.
-    representation : draws every object so, where its asset allows it; None: as the scene says.
+    representation : how to draw every object whose asset allows it; None: as the scene says.
     passes : the passes of a frame; see `Renderer`.
 
     Attributes
@@ -87,7 +89,13 @@ class HeadlessRenderer:
         self.device.context.release()
 
     def draw(self, view: View, transparent: bool = False) -> None:
-        """Draw a frame of `view`, which has the renderer's size. transparent: alpha 0 instead of sky and background."""
+        """Draw a frame of a view.
+
+        Parameters
+        ----------
+        view : the camera, with the size of this renderer.
+        transparent : whether alpha is 0 where nothing is drawn, instead of sky and background.
+        """
         with self.device.context:
             self.renderer.render(view, self._screen, transparent)
 
@@ -103,7 +111,7 @@ class HeadlessRenderer:
             return self.renderer.frame_all(width / height)
 
     def linear_image(self) -> LinearImage:
-        """Return the frame drawn last in linear light, and its distances, with the mean and the least of samples."""
+        """Return the frame drawn last in linear light, with the mean and the least distance of each pixel's samples."""
         targets, fitted = self.renderer.targets, self.renderer.view
         assert targets is not None and fitted is not None  # `draw` made them
         with self.device.context:

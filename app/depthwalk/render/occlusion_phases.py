@@ -44,11 +44,11 @@ class InSight:
 
     Attributes
     ----------
-    rows : (m,) objects, nearest first.
-    batches : numbers of the cells whose objects are farther, nearest first.
+    rows : (m,) rows of the objects, nearest first.
+    batches : numbers of the cells whose objects are farther than those of `rows`, nearest first.
     far_cells : numbers of the cells whose objects may be drawn in clusters.
-    forward : (k,) where those objects and cells are along the view axis, metres.
-    bounding_radius : (k,) how far they reach along it, metres.
+    forward : (k,) distance of those objects and cells along the view axis, metres.
+    bounding_radius : (k,) how far each reaches to either side of that distance, metres.
     """
 
     rows: Rows
@@ -83,13 +83,14 @@ class _Pending:
 class OcclusionPhases:
     """Decide what each phase of a frame draws.
 
-    Between frames it keeps impostor tiles, in its planner, and which objects were seen last.
+    Between frames this keeps the impostor tiles, in its planner, and which objects were seen last.
 
     Parameters
     ----------
-    settings : of the scene; may change between frames.
-    world : the objects.
-    timers : for the steps "cull", "occlusion", "upload" and "plan".
+    device : the GPU that draws, whose depth buffer is read.
+    settings : the render settings of the scene; they may change between frames.
+    world : the objects of the scene.
+    timers : measure the steps "cull", "occlusion", "upload" and "plan".
     """
 
     def __init__(self, device: Device, settings: RenderSettings, world: RenderWorld, timers: PassTimers) -> None:
@@ -100,7 +101,10 @@ class OcclusionPhases:
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
 
     def in_sight(self, view: View) -> InSight:
-        """Return the objects in the view frustum, far ones by whole cells; all by object without occlusion culling."""
+        """Return the objects in the frustum of `view`.
+
+        Far objects are returned by whole cells, or, without occlusion culling, object by object.
+        """
         culling, bounds, cells = self._settings.culling, self._world.bounds(), self._world.cells()
         with self._timers.measure_cpu("cull"):
             batches = cells.batches(view, culling.min_pixels, FIRST_BATCH)
@@ -128,10 +132,15 @@ class OcclusionPhases:
 
         Parameters
         ----------
-        view : near and far plane fitted.
-        in_sight : what `in_sight` found.
+        view : the view of the picture, near and far plane fitted.
+        in_sight : what the method `in_sight` has found.
+        targets : the textures that the phases are drawn into; their depth is read between the phases.
         residency : brings to the GPU what the frame draws.
         remembers : whether what earlier frames found may be used.
+
+        Yields
+        ------
+        What the passes draw in the next phase.
         """
         frame = _FrameInputs(view=view, targets=targets, residency=residency, remembers=remembers)
         pending = _Pending(rows=in_sight.rows, batches=list(in_sight.batches), far_cells=in_sight.far_cells)
@@ -270,12 +279,12 @@ class OcclusionPhases:
             self._depth_readback = DepthReadback(self._device, frame.view.size)
         depth = DepthRangeMaximum(self._depth_readback.read(frame.targets), self._depth_readback.side)
         # Tiles, and geometry, may be coarser than pixels. That a reused tile would show its object elsewhere, beside
-        # what hides it, is no reason to draw it: what is seen there instead is nearer to the truth.
+        # what hides it, is no reason to draw it: what is seen instead is nearer to the truth.
         margin = max(1, 1 / warp.tile_scale, lod.error * 2**lod.bias)
         return lambda enclosing: depth.hides(screen_extents(frame.view, enclosing, margin))
 
     def resized(self) -> None:
-        """Release what depends on the size of the targets; to be called when that changes."""
+        """Release what depends on the size of the targets; call this whenever that size changes."""
         if self._depth_readback is not None:
             self._depth_readback.release()
         self._depth_readback = None

@@ -52,14 +52,16 @@ class Renderer:
     Attributes
     ----------
     settings : the render settings of the scene.
-    remembers : whether frames use what those before found, as impostor tiles and what was in sight. If not, no frame
-        depends on another.
-    upload_seconds : how long a frame may bring assets to the GPU; None: until all are there (see `AssetStore.stream`).
-    world : the objects in arrays, which is told when they move.
+    remembers : whether a frame uses what earlier frames found, such as impostor tiles and what was in sight. If not, no
+        frame depends on another.
+    upload_seconds : how long a frame may bring assets to the GPU; None: until all are resident (see
+        `AssetStore.stream`).
+    world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
     targets : the textures that passes draw into; None before the first frame.
-    plan, view : the draw lists and the view of the frame drawn last, near and far plane fitted; None before the first.
     timers : milliseconds of each pass and of the steps on the CPU.
+    plan : the draw lists of the frame drawn last; None before the first.
+    view : the view of the frame drawn last, near and far plane fitted; None before the first.
     """
 
     def __init__(
@@ -96,9 +98,9 @@ class Renderer:
 
         Parameters
         ----------
-        view : the camera, and the size of `screen`. Supersampled, the passes before `output` see a larger size.
+        view : the camera, and the size of `screen`. With supersampling, the passes before `output` see a larger size.
         screen : the framebuffer to draw into.
-        transparent : whether alpha is 0 where nothing is, instead of sky or background.
+        transparent : whether alpha is 0 where nothing is drawn, instead of sky or background.
         """
         views = [view]
         for pass_ in self.passes:
@@ -172,7 +174,7 @@ class Renderer:
     def _materials(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
         """Return what `material_resolve` looks up of the depth-image objects of `plan`."""
         with self.timers.measure_cpu("plan"):
-            objects, bounds = self.world.objects().take(plan.numbered), self.world.bounds().take(plan.numbered)
+            objects, bounds = self.world.objects().take(plan.object_rows), self.world.bounds().take(plan.object_rows)
             return material_records(view, objects, bounds, plan.tiled)
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
@@ -202,11 +204,12 @@ class Renderer:
                     pass_.draw(own_frame, params)
 
     def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
-        """Return how far away is what the frame drawn last shows at a place. Waits for that frame.
+        """Return how far away the surface is that the frame drawn last shows at a place. Waits for that frame.
 
         Parameters
         ----------
-        across, down : parts of the picture's width and height, from its upper left corner.
+        across : part of the picture's width, from the left edge, 0 to 1.
+        down : part of the picture's height, from the upper edge, 0 to 1.
 
         Returns
         -------
@@ -221,20 +224,34 @@ class Renderer:
         return float(view_distance(depth, *self.view.depth_range)[0])
 
     def point_at(self, across: float, down: float) -> glm.dvec3 | None:
-        """Return the world point that the frame drawn last shows there; None where nothing is. See `distance_at`."""
+        """Return the world point that the frame drawn last shows at a place. Waits for that frame.
+
+        Parameters
+        ----------
+        across : part of the picture's width, from the left edge, 0 to 1.
+        down : part of the picture's height, from the upper edge, 0 to 1.
+
+        Returns
+        -------
+        The point, metres, world; None where nothing is.
+        """
         distance = self.distance_at(across, down)
         if self.view is None or np.isinf(distance):
             return None
         return self.view.unproject(across, down, distance)
 
     def frame_all(self, aspect: float, fov: float = math.pi / 3, away: glm.dvec3 = _IN_FRONT) -> Camera:
-        """Return a camera that sees every object.
+        """Return a camera that sees every object of the scene.
 
         Parameters
         ----------
-        aspect : width over height of the picture.
+        aspect : width of the picture over its height.
         fov : vertical angle of view, radians.
-        away : the world direction, of any length, from the objects to the camera.
+        away : direction from the objects to the camera, world, of any length.
+
+        Returns
+        -------
+        The camera.
         """
         bounds = self.world.bounds()
         if not len(bounds.bounding_radius):
@@ -265,7 +282,7 @@ class Renderer:
 
 
 def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
-    """Return the picture (H, W, 4) uint8, top row first. Waits until it is drawn."""
+    """Return the picture (H, W, 4) uint8 in `framebuffer`, top row first. Waits until it is drawn."""
     width, height = framebuffer.size
     data = framebuffer.read(components=4, alignment=1)
     return np.frombuffer(data, np.uint8).reshape(height, width, 4)[::-1]

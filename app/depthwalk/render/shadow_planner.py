@@ -45,17 +45,22 @@ class ShadowPlanner:
         view
             The view, with near and far plane fitted to what it sees.
         light
-            The light of the sun and its direction.
+            The light of the sun, and the direction to it.
         lamps
             The lamps of the scene.
         params
             The settings of shadows.
         magnification
-            Pixels that a texel of a depth image may cover, see `MeshFallbackRule`.
+            Pixels that a texel of a depth image may cover before the mesh is drawn, see `MeshFallbackRule`.
         uploads
-            Brings to the GPU what casts shadows; objects that are not resident in time cast none in this frame.
+            Brings what casts shadows to the GPU; objects that are not resident in time cast none in this frame.
         may_wait
             Whether maps of the sun may be redrawn some frames later.
+
+        Returns
+        -------
+        Shadows
+            The maps of the sun and of the lamps, with what is drawn into each.
         """
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
@@ -83,8 +88,8 @@ class ShadowPlanner:
         of_sun = tuple(maps[: len(cascades)]) if by_sun else None
         return Shadows(sun=of_sun, may_wait=may_wait, lamps=of_lamps, tiles=tiles)
 
-    def _warn_of_lamps(self, wanted: int, allowed: int) -> None:
+    def _warn_of_lamps(self, requested: int, allowed: int) -> None:
         """Warn, once, that some of the lamps in sight cast no shadows though the scene wants them to."""
-        if wanted > allowed > 0 and not self._warned:
+        if requested > allowed > 0 and not self._warned:
             self._warned = True
-            log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", wanted, allowed)
+            log.warning("%d lamps in sight are to cast shadows; render.shadows.lamps allows %d", requested, allowed)

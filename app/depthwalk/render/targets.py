@@ -20,7 +20,14 @@ ATLAS_TEXELS = 1 << 23  # smallest atlas: 4096 × 2048, 50 MB
 
 
 class TextureFormat(NamedTuple):
-    """A format of textures: its name in OpenGL; the components and the dtype by which moderngl makes it."""
+    """Describe a format of textures.
+
+    Attributes
+    ----------
+    name : its name in OpenGL.
+    components : numbers per texel; 0 for depth.
+    dtype : how moderngl names the type of these numbers; "" for depth.
+    """
 
     name: str
     components: int
@@ -52,7 +59,7 @@ class Target:
 
     @property
     def formats(self) -> str:
-        """The formats of its textures, as docs show them."""
+        """The formats of the textures, as docs show them."""
         return ", ".join(dict.fromkeys(texture_format.name for texture_format in self.textures.values()))
 
 
@@ -109,10 +116,13 @@ TARGETS: dict[str, Target] = {
 
 
 class Framebuffer(NamedTuple):
-    """Textures of `Targets` that are drawn into together.
+    """Name the textures of `Targets` that are drawn into together.
 
-    The depth texture is tested against, and written where the pass does so; without colours it is all that is written.
-    Those that objects are drawn into have all samples of a pixel.
+    Attributes
+    ----------
+    colours : the colour textures; none where only depth is written.
+    depth : the depth texture, which is tested against, and written where the pass does so; None: no depth.
+    all_samples : whether the framebuffer has all samples of a pixel, as those do that objects are drawn into.
     """
 
     colours: tuple[str, ...]
@@ -143,7 +153,10 @@ _OPEN_TO_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # number
 
 @dataclass(frozen=True, kw_only=True)
 class Drawn:
-    """The textures that objects and ground are drawn into, of one sample per pixel or several."""
+    """Hold the textures that objects and ground are drawn into, of one sample per pixel or several.
+
+    They have the contents of the attributes of `Targets` with the same names.
+    """
 
     albedo: moderngl.Texture
     surface: moderngl.Texture
@@ -159,16 +172,21 @@ class Targets:
 
     Parameters
     ----------
-    device : owner of the GL context.
+    device : the owner of the GL context.
     size : width and height, pixels.
-    samples : samples per pixel of what objects are drawn into.
+    samples : samples per pixel of the textures that objects are drawn into.
 
     Attributes
     ----------
+    screen : where the finished picture goes, set for each frame.
     atlas_size : width and height of the atlas, texels.
     offsets : (samples, 2), places of the samples from the pixel's middle, pixels to the right and up.
     sun_maps, lamp_maps : the shadow maps, set by the pass that draws them; None where nothing casts shadows.
-    screen : where the finished picture goes, set for each frame.
+
+    Raises
+    ------
+    GpuError
+        Where the driver refuses a texture, as for want of memory; nothing stays created.
     """
 
     atlas_owner: moderngl.Texture
@@ -200,15 +218,23 @@ class Targets:
         self.atlas_size = _atlas_size(size, device.max_texture_size)
         self.sun_maps: SunMaps | None = None
         self.lamp_maps: LampMaps | None = None
+        self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        try:
+            self._create(device)
+        except BaseException:  # what was created before a texture is refused
+            self.gl.release()
+            raise
+
+    def _create(self, device: Device) -> None:
+        """Create the textures and framebuffers."""
         for target in ("atlas", "visibility", "albedo", "surface", "depth", "material_depth", "shadow"):
             for name, texture_format in TARGETS[target].textures.items():
-                texture_size = self.atlas_size if target == "atlas" else size
+                texture_size = self.atlas_size if target == "atlas" else self.size
                 setattr(self, name, _texture(self.gl, texture_size, texture_format))
-        self.lit_texture = _texture(self.gl, size, RGBA16F)
-        self._before: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self.lit_texture = _texture(self.gl, self.size, RGBA16F)
         self.drawn, self.offsets = self._textures_of_samples(), np.zeros((1, 2))
-        if samples > 1:
-            self.offsets = sample_offsets(device, samples)
+        if self.samples > 1:
+            self.offsets = sample_offsets(device, self.samples)
         for name, framebuffer in FRAMEBUFFERS.items():
             if name != "screen":
                 setattr(self, name, self._framebuffer(framebuffer))
@@ -230,11 +256,11 @@ class Targets:
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Return the defines of shaders that draw depth images into these, or read what is drawn."""
+        """Defines of shaders that draw depth images into these targets, or read what is drawn."""
         return ("MULTISAMPLED",) if self.samples > 1 else ()
 
     def lit_before(self) -> moderngl.Texture:
-        """Copy `lit` as it is now, for a pass that reads it and draws into it at once. Its filter is linear."""
+        """Return a copy of `lit` as it is now, filtered linearly, for a pass that both reads and draws it."""
         if self._before is None:
             texture = _texture(self.gl, self.size, RGBA16F)
             texture.filter = moderngl.LINEAR, moderngl.LINEAR
@@ -251,8 +277,21 @@ class Targets:
 class DeclaredTargets:
     """Give a pass the attributes of `Targets` that belong to the targets which it declares.
 
-    Anything else raises AttributeError, which names pass and target. A framebuffer may be used by a pass that writes
-    all its colours, and reads or writes its depth.
+    A framebuffer may be used by a pass that writes all its colours, and reads or writes its depth.
+
+    Parameters
+    ----------
+    targets : the targets of the renderer.
+    user : the name of the pass, for messages.
+    reads : names of the targets that the pass reads.
+    writes : names of the targets that the pass writes.
+
+    Raises
+    ------
+    AttributeError
+        Where an attribute is used that the pass does not declare; the message names pass and target.
+    ValueError
+        Where no target has one of the names.
     """
 
     def __init__(self, targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[str, ...]) -> None:
@@ -286,7 +325,24 @@ class DeclaredTargets:
 
 
 def declared(targets: Targets, user: str, reads: tuple[str, ...], writes: tuple[str, ...]) -> Targets:
-    """Return `targets` as the pass `user` may use them: as far as it declares to read or write them."""
+    """Return `targets` as the pass with the name `user` may use them.
+
+    Parameters
+    ----------
+    targets : the targets of the renderer.
+    user : the name of the pass, for messages.
+    reads : names of the targets that the pass reads.
+    writes : names of the targets that the pass writes.
+
+    Returns
+    -------
+    A view of `targets` that raises AttributeError for all others.
+
+    Raises
+    ------
+    ValueError
+        Where no target has one of the names.
+    """
     return cast(Targets, DeclaredTargets(targets, user, reads, writes))
 
 
@@ -301,7 +357,7 @@ def _texture(gl: Scope, size: tuple[int, int], texture_format: TextureFormat, sa
 
 def _atlas_size(size: tuple[int, int], limit: int) -> tuple[int, int]:
     """Return four pictures' worth of texels in powers of two, at least `ATLAS_TEXELS`, at most `limit` a side."""
-    wanted = max(ATLAS_TEXELS, 4 * size[0] * size[1])
-    width = 1 << max(12, (int(wanted**0.5) - 1).bit_length())
-    height = 1 << max(11, (-(-wanted // width) - 1).bit_length())
+    texels = max(ATLAS_TEXELS, 4 * size[0] * size[1])
+    width = 1 << max(12, (int(texels**0.5) - 1).bit_length())
+    height = 1 << max(11, (-(-texels // width) - 1).bit_length())
     return min(width, limit), min(height, limit)

@@ -56,7 +56,7 @@ class Objects(StructOfArrays):
 
     @property
     def polygonal(self) -> NDArray[np.bool_]:
-        """Return which objects (n,) are drawn as polygons."""
+        """Return which objects, (n,) bool, are drawn as polygons."""
         mesh, mesh_lod = (self.representation == kind for kind in MESHES)
         return np.asarray(mesh | mesh_lod)
 
@@ -67,9 +67,12 @@ class Camera:
 
     Attributes
     ----------
-    position : where the camera stands, metres, world.
-    target : a point in the middle of the picture, metres, world.
-    fov : vertical angle of view, radians.
+    position
+        Where the camera stands, metres, world.
+    target
+        A point in the middle of the picture, metres, world.
+    fov
+        Vertical angle of view, radians.
     """
 
     position: tuple[float, float, float]

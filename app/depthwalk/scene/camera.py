@@ -17,7 +17,7 @@ _VERTICAL = 1e-6  # sine of the angle to the vertical below which no direction o
 
 
 def view_from_world(camera: Camera) -> glm.dmat4:
-    """Return the rigid transform from world to view coordinates.
+    """Return the rigid transform from world to view coordinates, metres, of `camera`.
 
     The top of the picture is the side towards +y. Where the camera looks straight up it is the side towards +z, and
     where it looks straight down the side towards −z.
@@ -36,9 +36,17 @@ def clip_from_view(fov: float, aspect: float, near: float, far: float) -> glm.dm
 
     Parameters
     ----------
-    fov : vertical angle of view, radians.
-    aspect : width over height of the picture.
-    near, far : metres along the view axis, 0 < near < far; `far` may be infinite.
+    fov
+        Vertical angle of view, radians.
+    aspect
+        Width over height of the picture.
+    near, far
+        Metres along the view axis, 0 < near < far; `far` may be infinite.
+
+    Returns
+    -------
+    glm.dmat4
+        Clip coordinates from view coordinates.
     """
     focal = 1 / math.tan(fov / 2)
     scale, shift = -1.0, -2 * near

@@ -39,9 +39,12 @@ class Document:
 
     Attributes
     ----------
-    name : the path as the user gave it; errors cite it.
-    root : ruamel's node of the whole text.
-    value : None, bool, int, float, str, list or dict, nested.
+    name
+        The path as the user gave it; errors cite it.
+    root
+        Ruamel's node of the whole text.
+    value
+        None, bool, int, float, str, list or dict, nested.
     """
 
     name: str
@@ -53,29 +56,62 @@ class Document:
         return len(list(_nodes_along(self.root, loc))) == len(loc) + 1
 
     def where(self, loc: Loc, *, at_key: bool = False) -> str:
-        """Return `file:line:column` of the value at `loc`, or of its nearest parent; of its key with `at_key`."""
+        """Return `file:line:column` of the value at `loc`, or of its nearest parent in the text.
+
+        With `at_key` the place is that of the value's key.
+        """
         key, value = list(_nodes_along(self.root, loc))[-1]
         nothing = isinstance(value, ScalarNode) and value.value == ""  # `key:` alone: YAML puts it on the next line
         return _where(self.name, key if key is not None and (at_key or nothing) else value)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """Return the error `file:line:column: loc: message`, located as `where` does."""
+        """Return the error `file:line:column: loc: message`, from `message` and the place of the value at `loc`.
+
+        With `at_key` the place is that of the value's key.
+        """
         return _labelled(self.where(loc, at_key=at_key), loc, message)
 
 
 def label(loc: Loc) -> str:
-    """Return `objects[3].scale` for ("objects", 3, "scale")."""
+    """Return the place `loc` as text: `objects[3].scale` for ("objects", 3, "scale")."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{_printable(part)}" for part in loc).removeprefix(".")
     return text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL // 2]}...{text[-_LONGEST_LABEL // 2 :]}"
 
 
 def located(name: str, line: int, column: int, message: str) -> InputError:
-    """Return the error about a place in a file, given by its line and column, both counted from 0."""
+    """Return the error `message` about a place in a file.
+
+    Parameters
+    ----------
+    name
+        The file, as the error cites it.
+    line
+        Line of the place, counted from 0.
+    column
+        Column of the place, counted from 0.
+    message
+        What is wrong.
+
+    Returns
+    -------
+    InputError
+        `name:line:column: message`, counted from 1.
+    """
     return InputError(f"{name}:{line + 1}:{column + 1}: {message}")
 
 
 def read_document(path: Path) -> Document:
     """Parse a YAML file.
+
+    Parameters
+    ----------
+    path
+        The file; errors cite it as it is given.
+
+    Returns
+    -------
+    Document
+        Its values and their places.
 
     Raises
     ------
@@ -86,7 +122,10 @@ def read_document(path: Path) -> Document:
 
 
 def parse_document(text: str, name: str) -> Document:
-    """Parse YAML text; `name` is what its errors cite. Raises InputError."""
+    """Parse the YAML `text`; errors cite it as `name`.
+
+    Raises InputError as `read_document` does.
+    """
     root = _compose(text, name)
     if root is None:
         raise located(name, 0, 0, "the file is empty")

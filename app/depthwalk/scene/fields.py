@@ -21,7 +21,10 @@ class FileParams(Params):
 
 
 def numbers(*names: str) -> BeforeValidator:
-    """Return a check that a value is a list of as many numbers as `names`; pydantic would tell of missing fields."""
+    """Return a check that a value is a list of as many numbers as there are `names`.
+
+    Pydantic alone would speak of missing fields.
+    """
 
     def check(value: Any) -> Any:
         if not isinstance(value, list | tuple) or len(value) != len(names):

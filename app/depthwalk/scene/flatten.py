@@ -48,10 +48,14 @@ class Row:
 
     Attributes
     ----------
-    loc : where it stands in the file.
-    spec : what the file says of it.
-    parent : the row of the group that holds it, −1 at the top.
-    depth : how many groups hold it.
+    loc
+        Where it stands in the file.
+    spec
+        The values that the file gives the item.
+    parent
+        The row of the group that holds it, −1 at the top.
+    depth
+        How many groups hold it.
     """
 
     loc: Loc
@@ -62,7 +66,13 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True)
 class Flat:
-    """Hold what a scene graph flattens into; the attributes are those of `Scene`."""
+    """Hold what a scene graph flattens into.
+
+    Attributes
+    ----------
+    objects, nodes, instances, owner
+        The attributes of `Scene` with these names.
+    """
 
     objects: Objects
     nodes: Nodes
@@ -71,9 +81,24 @@ class Flat:
 
 
 def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
-    """Return the items of the file in its order, groups before their members.
+    """Return the items of a scene file in its order, groups before their members.
 
-    Raises InputError where groups nest too deep.
+    Parameters
+    ----------
+    items
+        The file's `objects`.
+    source
+        Where values came from, to locate errors.
+
+    Returns
+    -------
+    list
+        One row for each item.
+
+    Raises
+    ------
+    InputError
+        Where groups are nested too deeply.
     """
     rows: list[Row] = []
     stack: list[Iterator[tuple[Loc, ItemParams, int]]] = [_members(("objects",), items, -1)]
@@ -95,14 +120,23 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
 def reference_errors(
     rows: list[Row], assets: Mapping[str, AssetParams], source: Source, missing: Collection[str] = ()
 ) -> list[InputError]:
-    """Return errors about assets that do not exist and representations that their asset does not have.
+    """Return errors about assets that do not exist, and about representations that an asset does not have.
 
     Parameters
     ----------
-    rows : the items of the file.
-    assets : the assets by name.
-    source : where values came from, to locate errors.
-    missing : names of the assets whose mesh need not exist, and does not.
+    rows
+        The items of the file, as `list_rows` returns them.
+    assets
+        The assets by name.
+    source
+        Where values came from, to locate errors.
+    missing
+        Names of the assets whose mesh need not exist, and does not.
+
+    Returns
+    -------
+    list
+        One error for each mistake.
     """
     errors = []
     for row in rows:
@@ -124,14 +158,23 @@ def reference_errors(
 
 
 def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, source: Source) -> Flat:
-    """Return the nodes and objects of the rows.
+    """Turn the items of a scene file into nodes and objects.
 
     Parameters
     ----------
-    rows : the items of the file, as `list_rows` returns them.
-    assets : the assets by name, which all exist (see `reference_errors`).
-    places : for each `places` item, the transforms that its file lists.
-    source : where values came from, to locate errors.
+    rows
+        The items of the file, as `list_rows` returns them.
+    assets
+        The assets by name, which all exist (see `reference_errors`).
+    places
+        For each `places` item, the transforms that its file lists.
+    source
+        Where values came from, to locate errors.
+
+    Returns
+    -------
+    Flat
+        The nodes, and the objects that they hold.
 
     Raises
     ------

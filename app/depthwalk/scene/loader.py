@@ -39,9 +39,17 @@ def load_scene(
 
     Parameters
     ----------
-    path : the scene file, mesh or depth images; errors cite it as given.
-    asset_roots : folders besides the scene's own in which its files may lie; the program's own assets come last.
-    overrides : dotted path in the file → YAML text of the value, as `--set` gives them.
+    path
+        The scene file, mesh or depth images; errors cite it as given.
+    asset_roots
+        Folders besides the scene's own in which its files may lie; the program's own assets come last.
+    overrides
+        Dotted path in the file → YAML text of the value, as `--set` gives them.
+
+    Returns
+    -------
+    Scene
+        The scene, its assets not yet read.
 
     Raises
     ------
@@ -80,7 +88,7 @@ def load_scene(
 
 
 def camera_from(params: CameraParams) -> Camera:
-    """Return the camera that a file describes, its field of view in radians."""
+    """Return the camera that `params` of a scene file describe, with its field of view in radians."""
     return Camera(params.position, params.target, math.radians(params.fov))
 
 
@@ -92,9 +100,12 @@ class FileFinder:
 
     Attributes
     ----------
-    source : where the scene's values came from, to locate errors.
-    roots : the folders to search, in this order, absolute and without symbolic links.
-    errors : what was found wrong so far.
+    source
+        Where the scene's values came from, to locate errors.
+    roots
+        The folders to search, in this order, absolute and without symbolic links.
+    errors
+        The errors found so far.
     """
 
     source: Source
@@ -102,9 +113,9 @@ class FileFinder:
     errors: list[InputError] = field(default_factory=list)
 
     def find(self, loc: Loc, name: Path) -> Path:
-        """Return the absolute path of the file that the scene names at `loc`.
+        """Return the absolute path of the file `name`, which the scene names at the place `loc`.
 
-        Where it is none, the path returned has no meaning, and `errors` grows.
+        Where there is no such file, adds to `errors` and returns a path without meaning.
         """
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
             return self._complain(loc, name, "is absolute; paths are relative to the scene file")
@@ -114,11 +125,11 @@ class FileFinder:
             return self._complain(loc, name, "is not a usable path")
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
-        """Return what `find` returns, or None where the scene names no file."""
+        """Return what `find` returns for `name` at the place `loc`; None where `name` is None."""
         return None if name is None else self.find(loc, name)
 
     def find_if_present(self, loc: Loc, name: Path | None) -> Path | None:
-        """Return what `find` returns, or None where the scene names no file or one that does not exist."""
+        """Return what `find` returns for `name` at the place `loc`; None for no name or a file that does not exist."""
         if name is None:
             return None
         known = len(self.errors)

@@ -54,11 +54,16 @@ class CameraPath:
 
     Attributes
     ----------
-    fps : frames per second.
-    interpolation : "smooth", a curve through the keyframes, or "step", which holds each until the next.
-    times : (k,) float64, seconds, ascending.
-    views : (k, 6) float64, position and target, metres, world.
-    fovs : (k,) float64, vertical angles of view, radians.
+    fps
+        Frames per second.
+    interpolation
+        "smooth", a curve through the keyframes, or "step", which holds each until the next.
+    times
+        (k,) float64, seconds, ascending.
+    views
+        (k, 6) float64, position and target, metres, world.
+    fovs
+        (k,) float64, vertical angles of view, radians.
     """
 
     fps: float
@@ -72,7 +77,7 @@ class CameraPath:
         return [k / self.fps for k in range(_frame_count(self.fps, self.times[-1]))]
 
     def sample(self, time: float) -> Camera:
-        """Return the camera at `time` seconds; before the first and after the last keyframe it stands still."""
+        """Return the camera at `time`, seconds. Before the first and after the last keyframe it stands still."""
         k = int(np.searchsorted(self.times, time + _ROUNDING, side="right")) - 1
         last = len(self.times) - 1
         if self.interpolation == "step" or k < 0 or k >= last:
@@ -88,11 +93,13 @@ class CameraPath:
 
         Parameters
         ----------
-        times : (n,) seconds, each from the first to the last keyframe.
+        times
+            (n,) seconds, each from the first to the last keyframe.
 
         Returns
         -------
-        The views (n, 6) and the angles of view (n,), as the attributes of those names.
+        tuple
+            Views (n, 6), metres, and angles of view (n,), radians, as in `views` and `fovs`.
         """
         return self._view_curve(times), self._fov_curve(times)
 
@@ -112,7 +119,7 @@ class CameraPath:
 
 
 def load_path(path: Path) -> CameraPath:
-    """Read a path file. Raises InputError with one located line per mistake."""
+    """Read the camera path file `path`. Raises InputError with one located line per mistake."""
     document = read_document(Path(path))
     if document.holds(("assets",)):
         raise InputError(f"{path}: is a scene file, not a camera path")
@@ -133,12 +140,15 @@ def load_path(path: Path) -> CameraPath:
 
 
 def is_path_file(path: Path) -> bool:
-    """Return whether `path` is a camera path, not a scene. Raises InputError where it is no YAML at all."""
+    """Return whether the file `path` is a camera path rather than a scene.
+
+    Raises InputError where it cannot be read as YAML.
+    """
     return read_document(path).holds(("keyframes",))
 
 
 def path_text(path: CameraPath) -> str:
-    """Return the text of the file that `load_path` reads as `path`, numbers to nine digits."""
+    """Return the text of a file from which `load_path` reads the camera `path`; numbers have nine digits."""
     header = f"version: 1\nfps: {_number(path.fps)}\ninterpolation: {path.interpolation}\nkeyframes:\n"
     keys = zip(path.times, path.views[:, :3], path.views[:, 3:], np.degrees(path.fovs), strict=True)
     return header + "".join(

@@ -24,12 +24,14 @@ def read_places(path: Path) -> Similarity:
 
     Parameters
     ----------
-    path : `.npy`, an array (n, 3 to 5) of x, y, z, yaw, scale; or CSV text whose first line names those columns, in any
+    path
+        `.npy`, an array (n, 3 to 5) of x, y, z, yaw, scale; or CSV text whose first line names those columns, in any
         order, yaw and scale being optional. Metres and degrees.
 
     Returns
     -------
-    n transforms, float32.
+    Similarity
+        n transforms, float32, metres and radians.
 
     Raises
     ------

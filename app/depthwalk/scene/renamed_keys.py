@@ -28,7 +28,10 @@ Report = Callable[[Loc, Loc, bool], None]
 
 
 def present_place(place: Loc) -> Loc:
-    """Return where a value stands today that formerly stood at `place`; `place` itself where nothing was renamed."""
+    """Return where a value stands today that formerly stood at `place`.
+
+    Without a renamed key on the way, that is `place` itself.
+    """
     for former, name in _renamed():
         if _matches(former, place[: len(former)]):
             place = (*place[: len(former) - 1], name, *place[len(former) :])

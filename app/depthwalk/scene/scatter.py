@@ -20,13 +20,17 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
 
     Parameters
     ----------
-    count : objects along x and along z.
-    spacing : metres between neighbours along x and along z.
-    scale : size of every object.
+    count
+        Objects along x and along z.
+    spacing
+        Metres between neighbours along x and along z.
+    scale
+        Scale of every object.
 
     Returns
     -------
-    count[0] · count[1] transforms, float32, x running fastest.
+    Similarity
+        count[0] · count[1] transforms, float32, x running fastest.
     """
     instances = identities(count[0] * count[1], np.float32)
     x, z = ((np.arange(n) - (n - 1) / 2) * step for n, step in zip(count, spacing, strict=True))
@@ -39,19 +43,25 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
 def scatter_instances(
     count: int, area: tuple[float, float], spacing: float, scale: tuple[float, float], seed: int
 ) -> Similarity:
-    """Return objects at random positions in a rectangle centred on the origin, with random yaw and scale.
+    """Place objects at random in a rectangle centred on the origin, with random yaw and scale.
 
     Parameters
     ----------
-    count : objects wanted.
-    area : sides of the rectangle along x and z, metres.
-    spacing : smallest distance between two objects, metres.
-    scale : lowest and highest size.
-    seed : of the random numbers; the same seed gives the same objects.
+    count
+        How many objects to place.
+    area
+        Sides of the rectangle along x and z, metres.
+    spacing
+        Smallest distance between two objects, metres.
+    scale
+        Lowest and highest scale of an object.
+    seed
+        Start of the random numbers; the same seed gives the same objects.
 
     Returns
     -------
-    Transforms, float32; fewer than `count` where no more found room.
+    Similarity
+        Transforms, float32; fewer than `count` where no more found room.
     """
     random = np.random.default_rng(seed)
     places = _spaced_places(random, count, np.asarray(area), spacing)
@@ -63,7 +73,20 @@ def scatter_instances(
 
 
 def room_for(area: tuple[float, float], spacing: float) -> float:
-    """Return an upper bound on how many points `spacing` apart fit the rectangle: discs in their densest packing."""
+    """Return an upper bound on the number of points that fit a rectangle: that of discs in their densest packing.
+
+    Parameters
+    ----------
+    area
+        Sides of the rectangle along x and z, metres.
+    spacing
+        Smallest distance between two points, metres.
+
+    Returns
+    -------
+    float
+        The number; +inf where the spacing is 0.
+    """
     if spacing == 0:
         return math.inf
     return _DENSEST * (area[0] + spacing) * (area[1] + spacing) / (math.pi / 4 * spacing**2)

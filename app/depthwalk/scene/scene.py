@@ -23,11 +23,16 @@ class MeshAsset:
 
     Attributes
     ----------
-    name : of the asset in the scene file.
-    mesh, texture : absolute paths; the texture replaces the mesh file's own.
-    up : the file's upward axis.
-    height : metres, to which the asset is scaled; None keeps the file's size.
-    dpci : how to bake its depth images; None: it has none.
+    name
+        Name of the asset in the scene file.
+    mesh, texture
+        Absolute paths. The texture replaces the mesh file's own; None keeps these.
+    up
+        The file's upward axis.
+    height
+        Height in metres to which the asset is scaled; None keeps the file's size.
+    dpci
+        How to bake its depth images; None for an asset without depth images.
     """
 
     name: str
@@ -44,12 +49,18 @@ class DepthImageAsset:
 
     Attributes
     ----------
-    name : of the asset in the scene file.
-    depth, colour, normal : absolute paths.
-    size : width and height of a relief, metres.
-    range : metres between white, in front, and black.
-    unit : metres per unit of the depth file.
-    intrinsics : the camera of a range image.
+    name
+        Name of the asset in the scene file.
+    depth, colour, normal
+        Absolute paths; None for a colour or normal map that is not given.
+    size
+        Width and height of a relief, metres; None for a range image.
+    range
+        Metres between white, in front, and black; None where the file has a unit or holds floats.
+    unit
+        Metres per unit of the depth file; None: floats are metres.
+    intrinsics
+        The camera of a range image; None for a relief.
     """
 
     name: str
@@ -68,9 +79,12 @@ class BakedAsset:
 
     Attributes
     ----------
-    name : of the asset in the scene file.
-    baked : absolute path of the depth images, cooked or not.
-    source : the mesh that they were made from, without depth images of its own; None where there is none.
+    name
+        Name of the asset in the scene file.
+    baked
+        Absolute path of the depth images, cooked or not.
+    source
+        The mesh that they were made from, without depth images of its own; None where there is none.
     """
 
     name: str
@@ -167,15 +181,21 @@ def set_node_transform(
 
     Parameters
     ----------
-    scene : the scene, which changes.
-    node : index of the node in `scene.nodes`.
-    position : metres, in the parent.
-    yaw : radians about +Y, counter-clockwise seen from above.
-    scale : size relative to the parent, > 0.
+    scene
+        The scene, which changes.
+    node
+        Index of the node in `scene.nodes`.
+    position
+        (3,) metres, in the parent's frame.
+    yaw
+        Radians about +Y, counter-clockwise seen from above.
+    scale
+        Scale relative to the parent, > 0.
 
     Returns
     -------
-    The slice of `scene.objects` that changed.
+    slice
+        The run of `scene.objects` that changed.
 
     Raises
     ------
@@ -198,7 +218,15 @@ def set_node_transform(
 
 
 def place_nodes(nodes: Nodes, first: int, end: int) -> None:
-    """Recompute the world transforms of the nodes `first` to `end − 1`, whole subtrees, one depth after the other."""
+    """Recompute the world transforms of a run of nodes from their parents', in place.
+
+    Parameters
+    ----------
+    nodes
+        All nodes of a scene, whose `world` changes.
+    first, end
+        The run is the nodes `first` to `end − 1`; it consists of whole subtrees.
+    """
     depth = nodes.depth[first:end]
     if not len(depth):
         return
@@ -211,7 +239,21 @@ def place_nodes(nodes: Nodes, first: int, end: int) -> None:
 def place_objects(
     objects: Objects, nodes: Nodes, instances: Similarity, owner: NDArray[np.int32], which: slice
 ) -> None:
-    """Recompute position, rotation and scale of the slice `which` of the objects from their nodes."""
+    """Recompute the world transforms of a run of objects from those of their nodes, in place.
+
+    Parameters
+    ----------
+    objects
+        All n objects of a scene, whose position (metres), rotation and scale change.
+    nodes
+        All nodes of the scene, with their present world transforms.
+    instances
+        n transforms: each object in its node's frame.
+    owner
+        (n,) int32, the node of each object.
+    which
+        The run of objects.
+    """
     world = compose(nodes.world[owner[which]], instances[which])
     objects.position[which] = world.position
     objects.rotation[which] = quaternions(world.yaw)

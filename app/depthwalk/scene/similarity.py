@@ -38,12 +38,12 @@ class Similarity:
 
 
 def identities(count: int, dtype: type[np.floating] = np.float64) -> Similarity:
-    """Return `count` transforms that change nothing."""
+    """Return `count` transforms that change nothing, as arrays of `dtype`."""
     return Similarity(np.zeros((count, 3), dtype), np.zeros(count, dtype), np.ones(count, dtype))
 
 
 def compose(outer: Similarity, inner: Similarity) -> Similarity:
-    """Return the transforms that apply `inner` first and then `outer`, pair by pair."""
+    """Return the n transforms that apply first `inner` and then `outer`, n transforms each, pair by pair."""
     cos, sin = np.cos(outer.yaw), np.sin(outer.yaw)
     x, y, z = inner.position.T
     turned = np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=1)
@@ -55,7 +55,7 @@ def compose(outer: Similarity, inner: Similarity) -> Similarity:
 
 
 def quaternions(yaw: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Return unit quaternions (n, 4) float32, x y z w, of rotations about +Y by `yaw` (n,) radians."""
+    """Return unit quaternions (n, 4) float32, x y z w, of rotations about +Y by `yaw` (n,), radians."""
     rotation = np.zeros((len(yaw), 4), np.float32)
     rotation[:, 1], rotation[:, 3] = np.sin(yaw / 2), np.cos(yaw / 2)
     return rotation

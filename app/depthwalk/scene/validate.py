@@ -41,9 +41,12 @@ class Source:
 
     Attributes
     ----------
-    document : the parsed file.
-    overrides : the key of each `--set` option as the user wrote it, by the place that it set.
-    renamed : the place of each key that the file has under a former name, by the place where its value is now.
+    document
+        The parsed file.
+    overrides
+        The key of each `--set` option as the user wrote it, by the place that it set.
+    renamed
+        The place of each key that the file has under a former name, by the place where its value is now.
     """
 
     document: Document
@@ -51,9 +54,10 @@ class Source:
     renamed: dict[Loc, Loc] = field(default_factory=dict)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """Return the error about the value at `loc`.
+        """Return the error `message` about the value at `loc`.
 
-        It cites the `--set` option that gave the value, else the file's line and column.
+        It cites the `--set` option that gave the value, else the file's line and column, with `at_key` those of the
+        key.
         """
         for place, key in reversed(self.overrides.items()):
             if loc[: len(place)] == place:
@@ -71,7 +75,7 @@ class Source:
 
         def report(former: Loc, present: Loc, taken: bool) -> None:
             if taken:
-                raise self.error(former, f"is the former name of {label(present)}, which is there too", at_key=True)
+                raise self.error(former, f"is the former name of {label(present)}, which is given too", at_key=True)
             self.renamed[present] = former
             where = self.document.where(former, at_key=True)
             log.warning("%s: %s is now called %s", where, label(former), label(present))
@@ -79,7 +83,10 @@ class Source:
         rename_keys(self.document.value, (), report)
 
     def override(self, key: str, text: str) -> None:
-        """Set the value at the dotted path `key` of the document to YAML `text`, as `--set key=text` asks."""
+        """Set the value at the dotted path `key` of the document to the YAML `text`, as `--set key=text` asks.
+
+        Raises InputError where the path or the text cannot be used.
+        """
         self.overrides[_override(self.document.value, key, text)] = key
 
     def _as_written(self, loc: Loc) -> Loc:
@@ -107,13 +114,17 @@ def check_model(
 
     Parameters
     ----------
-    document : the parsed file; its values are changed in place.
-    model : what the file must hold.
-    overrides : dotted path in the document → YAML text of the value.
+    document
+        The parsed file; its values are changed in place.
+    model
+        The pydantic model of what the file must hold.
+    overrides
+        Dotted path in the document → YAML text of the value.
 
     Returns
     -------
-    The model, and where its values came from, for errors that are found later.
+    tuple
+        The model, and where its values came from, for errors that are found later.
 
     Raises
     ------
@@ -133,7 +144,7 @@ def check_model(
 
 
 def raise_all(errors: list[InputError]) -> None:
-    """Raise the collected errors as one InputError of a line each; do nothing where there are none."""
+    """Raise the collected `errors` as one InputError with a line for each; do nothing where there are none."""
     if errors:
         lines = list(dict.fromkeys(str(error) for error in errors))
         more = [f"... and {len(lines) - MAX_MESSAGES} more"] if len(lines) > MAX_MESSAGES else []
@@ -141,7 +152,7 @@ def raise_all(errors: list[InputError]) -> None:
 
 
 def shown(value: object) -> str:
-    """Return a value as messages show it: short, as the user wrote it."""
+    """Return `value` as messages show it: shortened, in the way in which users write it."""
     match value:
         case None:
             return "null"
@@ -188,7 +199,7 @@ def _option_report(key: str) -> Report:
     def report(former: Loc, present: Loc, taken: bool) -> None:
         if taken:
             raise InputError(
-                f"--set {key}: {label(former)}: is the former name of {label(present)}, which is there too"
+                f"--set {key}: {label(former)}: is the former name of {label(present)}, which is given too"
             )
         log.warning("--set %s: %s is now called %s", key, label(former), label(present))
 

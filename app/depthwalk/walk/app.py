@@ -49,9 +49,9 @@ def run(
     scene
         What to show.
     library
-        Its assets, which are loaded here while the window shows their progress.
+        The scene's assets, which are loaded here while the window shows the progress.
     path
-        A camera path for the key P.
+        A camera path, which the key P plays.
     fullscreen
         Whether to use the whole screen.
     size
@@ -59,7 +59,7 @@ def run(
     representation
         How to draw every object; None leaves it to the scene.
     first_camera
-        Returns the camera to begin with. It is called with the scene's, or with one that sees every object.
+        Returns the camera to begin with; takes the scene's camera, or one that sees every object.
     read
         Reads the scene's file again, and files that are dropped on the window. It may raise InputError.
 
@@ -102,7 +102,7 @@ class _Walk:
         self._loader = SceneLoader(self._device, window, self._loading)
         window.key_event_func = self._close_by_escape  # until there is an `Input`
         on_files_dropped(window, self._drop)
-        self._screenshot_wanted = False
+        self._screenshot_due = False
         self._next_file: Path | None = None  # to be opened before the next frame
         self._last_time = time.perf_counter()  # of the last frame's beginning
 
@@ -232,7 +232,7 @@ class _Walk:
             self._window.close()
 
     def _want_screenshot(self) -> None:
-        self._screenshot_wanted = True
+        self._screenshot_due = True
 
     def _want_again(self) -> None:
         if not self._loading.busy:  # a key pressed while another scene loads would name the wrong one
@@ -254,8 +254,8 @@ class _Walk:
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)
         self._overlay.draw(screen, self._window.size, size, dt, self._widgets)
-        if self._screenshot_wanted:
-            self._screenshot_wanted = False
+        if self._screenshot_due:
+            self._screenshot_due = False
             self._take_screenshot(camera)
 
     def _widgets(self) -> None:
@@ -274,7 +274,7 @@ class _Walk:
             right = panel[0]
         if state.help:
             hud.draw_help(left, right)
-        if state.toast and not self._screenshot_wanted:
+        if state.toast and not self._screenshot_due:
             hud.draw_toast(state.toast)
         self._input.set_areas(areas)
 

@@ -13,12 +13,17 @@ _SIZE = 1024, 512  # texels; the atlas is several times as large
 class AtlasView:
     """Paint the used part of the atlas into a texture, near surfaces bright.
 
+    Parameters
+    ----------
+    device
+        The GPU that draws.
+
     Attributes
     ----------
     texture
-        The picture.
+        The picture, RGBA.
     aspect
-        Width / height of the part that it shows.
+        Width / height of the part of the atlas that the picture shows.
     """
 
     def __init__(self, device: Device) -> None:
@@ -30,7 +35,7 @@ class AtlasView:
         self._framebuffer = self.gl.framebuffer([self.texture])
 
     def draw(self, targets: Targets, plan: FrameDrawLists) -> None:
-        """Paint the corner of the atlas that holds the tiles of `plan`."""
+        """Paint the corner of the atlas of `targets` that holds the tiles of `plan`."""
         tiles = plan.composite.records["tile"]
         right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()
         self.aspect = right / top

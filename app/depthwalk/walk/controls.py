@@ -27,7 +27,7 @@ _RESPONSE = 14.0  # 1/s: how fast velocity and walking height follow what is ask
 
 
 class Move(IntEnum):
-    """Name what a key asks for; opposite moves are neighbours."""
+    """Name a way to move that a key asks for; opposite moves are neighbours."""
 
     RIGHT = 0
     LEFT = 1
@@ -51,13 +51,16 @@ class HeldKeys:
         self._fresh.add(move)
 
     def release(self, move: Move) -> None:
-        """Note that it came up; where that is in the frame of its press, the move counts for TAP seconds."""
+        """Note that the key for `move` came up.
+
+        Where it went down in the same frame, the move counts for TAP seconds.
+        """
         if move in self._fresh:
             self._tapped.add(move)
         self._down.discard(move)
 
     def take(self, dt: float) -> dict[Move, float]:
-        """Return the seconds, 0 to `dt`, that each move was held in the last `dt` seconds; start the next frame."""
+        """Begin the next frame, and return for how many of the last `dt` seconds each move was held, 0 to `dt`."""
         held = {move: min(dt, TAP) for move in self._tapped} | dict.fromkeys(self._down, dt)
         self._tapped.clear()
         self._fresh.clear()
@@ -70,13 +73,13 @@ class Walker:
 
     Attributes
     ----------
-    position : of the eyes, metres, world.
-    yaw : radians about +Y, positive to the left; 0 looks along −z.
-    pitch : radians above the horizon, within MAX_PITCH.
+    position : position of the eyes, metres, world.
+    yaw : direction of the look about +Y, radians, positive to the left; 0 looks along −z.
+    pitch : angle of the look above the horizon, radians, within MAX_PITCH.
     fov : vertical angle of view, radians.
-    speed : m/s.
+    speed : speed while a key is held, m/s.
     walking : whether the eyes stay EYE_HEIGHT above the ground; else the viewer flies.
-    velocity : m/s, world.
+    velocity : present velocity, m/s, world.
     """
 
     position: glm.dvec3
@@ -89,13 +92,13 @@ class Walker:
 
     @classmethod
     def at(cls, camera: Camera) -> "Walker":
-        """Return a viewer who stands still where `camera` is."""
+        """Return a viewer who stands still at `camera` and looks as it does."""
         walker = cls(glm.dvec3(), 0.0, 0.0, camera.fov)
         walker.place(camera)
         return walker
 
     def place(self, camera: Camera) -> None:
-        """Stand still where `camera` is; speed and mode stay."""
+        """Stand still at `camera` and look as it does; speed and mode stay."""
         self.position = glm.dvec3(*camera.position)
         self.yaw, self.pitch = heading(camera.look, self.yaw)
         self.fov = camera.fov
@@ -103,38 +106,38 @@ class Walker:
 
     @property
     def camera(self) -> Camera:
-        """What the viewer sees through; the target is one metre ahead."""
+        """The camera at the viewer's eyes; its target is one metre ahead."""
         ahead = self.position + direction(self.yaw, self.pitch)
         return Camera(self.position.to_tuple(), ahead.to_tuple(), self.fov)
 
     def look(self, right: float, down: float) -> None:
-        """Turn by a motion of the mouse, in pixels."""
+        """Turn by a motion of the mouse, `right` and `down` pixels."""
         self.yaw = math.remainder(self.yaw - right * RADIANS_PER_PIXEL, math.tau)
         self.pitch = glm.clamp(self.pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
 
     def change_speed(self, notches: float) -> None:
-        """Multiply the speed by SPEED_PER_NOTCH for each notch of the wheel, within SPEED_RANGE."""
+        """Multiply the speed by SPEED_PER_NOTCH for each of the `notches` of the wheel, within SPEED_RANGE."""
         self.speed = glm.clamp(self.speed * SPEED_PER_NOTCH**notches, *SPEED_RANGE)
 
     def advance(self, held: Mapping[Move, float], dt: float, *, fast: bool = False, ground: float = 0.0) -> None:
-        """Move for `dt` seconds.
+        """Move by the keys that are held, for the time of one frame.
 
         Parameters
         ----------
-        held : seconds, 0 to `dt`, for which each move is asked for.
-        dt : seconds; of more than LONGEST_STEP, only that is moved.
+        held : for how long each move was held, seconds, 0 to `dt`.
+        dt : time since the last frame, seconds; where it is longer than LONGEST_STEP, only that is moved.
         fast : whether to move FAST times as fast.
-        ground : the ground's y, metres, on which a walking viewer stands.
+        ground : height of the ground on which a walking viewer stands, metres, world y.
         """
         if dt <= 0:
             return
         step = min(dt, LONGEST_STEP)
-        wanted = self._direction([min(held.get(move, 0.0), dt) / dt for move in Move])
-        wanted *= self.speed * (FAST if fast else 1.0)
+        target = self._direction([min(held.get(move, 0.0), dt) / dt for move in Move])
+        target *= self.speed * (FAST if fast else 1.0)
         decay = math.exp(-_RESPONSE * step)
-        excess = self.velocity - wanted  # fades: v(t) = wanted + excess · e^(−kt), and the path is its integral
-        self.position = self.position + wanted * step + excess * ((1 - decay) / _RESPONSE)
-        self.velocity = wanted + excess * decay
+        excess = self.velocity - target  # fades: v(t) = target + excess · e^(−kt), and the path is its integral
+        self.position = self.position + target * step + excess * ((1 - decay) / _RESPONSE)
+        self.velocity = target + excess * decay
         if self.walking:
             eye = ground + EYE_HEIGHT
             self.position.y = eye + (self.position.y - eye) * decay
@@ -143,33 +146,42 @@ class Walker:
         """Return the world direction, of length 1 at most, of moves that are held for these shares of the frame."""
         right, left, up, down, ahead, back = shares
         pitch, lift = (0.0, 0.0) if self.walking else (self.pitch, up - down)
-        wanted = orientation(self.yaw, pitch) * glm.dvec3(right - left, 0, back - ahead) + glm.dvec3(0, lift, 0)
-        return wanted / max(1.0, glm.length(wanted))
+        direction = orientation(self.yaw, pitch) * glm.dvec3(right - left, 0, back - ahead) + glm.dvec3(0, lift, 0)
+        return direction / max(1.0, glm.length(direction))
 
 
 def natural_speed(radius: float) -> float:
     """Return the speed, m/s, that suits a scene whose objects are within a sphere of `radius`, metres.
 
-    It is that of people, unless they would cross the scene in no time, or take forever.
+    This is the speed of people, unless they would cross the scene in no time, or take forever.
     """
     fastest, slowest = (glm.clamp(2 * radius / seconds, *SPEED_RANGE) for seconds in _CROSSING)
     return float(glm.clamp(_SPEED, slowest, fastest))
 
 
 def orientation(yaw: float, pitch: float) -> glm.dquat:
-    """Return the rotation that takes the axes of a viewer who looks along −z to those of one who looks there."""
+    """Return the rotation from a look along −z to the look with `yaw` and `pitch`, radians, world."""
     return glm.dquat(glm.dvec3(pitch, yaw, 0))
 
 
 def direction(yaw: float, pitch: float) -> glm.dvec3:
-    """Return the unit vector along which somebody looks, world."""
+    """Return the unit vector, world, along which a viewer with `yaw` and `pitch`, radians, looks."""
     return orientation(yaw, pitch) * glm.dvec3(0, 0, -1)
 
 
 def heading(look: glm.dvec3, yaw: float = 0.0) -> tuple[float, float]:
-    """Return the yaw and the pitch, radians, of a look along `look`, world, of any length.
+    """Return the yaw and the pitch, radians, of a viewer who looks along a vector.
 
-    `yaw` is that of a look straight up or down, which has none of its own. The pitch is within MAX_PITCH.
+    The pitch is within MAX_PITCH.
+
+    Parameters
+    ----------
+    look : direction of the look, world, of any length.
+    yaw : the yaw to return for a look straight up or down, which has none of its own, radians.
+
+    Returns
+    -------
+    Yaw and pitch, radians.
     """
     level = math.hypot(look.x, look.z)
     if level > 1e-9:

@@ -15,22 +15,24 @@ _KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "
 
 @dataclass(frozen=True, kw_only=True)
 class Control:
-    """How one parameter is shown.
+    """Describe how one parameter is shown.
 
     Attributes
     ----------
     name
-        Of the parameter in its group.
+        The name of the parameter in its group.
     kind
         The sort of widget.
     help
-        One sentence, without its full stop.
+        What the parameter does: one sentence without its full stop.
     unit
-        Of the value.
-    low, high
-        The closed range of a number, or None.
+        The unit of the value.
+    low
+        The least value of a number; None: no limit.
+    high
+        The greatest value of a number; None: no limit.
     choices
-        The values to choose from.
+        The values to choose from; none for other kinds of widget.
     optional
         Whether the value may be None, which a check box shows as off.
     default
@@ -63,7 +65,7 @@ class Control:
 
 @cache
 def controls_of(params: type[Params]) -> tuple[Control, ...]:
-    """Return the controls of a group's own parameters, in the order of their declaration."""
+    """Return the controls of the parameters that the class `params` itself declares, in their order."""
     schema = params.model_json_schema()
     specs, definitions = schema["properties"], schema.get("$defs", {})
     return tuple(
@@ -108,7 +110,7 @@ def draw_group(group: Params, declared: type[Params] | None = None) -> str:
     group
         The parameters.
     declared
-        A base class of theirs, to draw only its parameters; None draws all.
+        A base class of the group's class; only the parameters of that are drawn. None draws all.
 
     Returns
     -------

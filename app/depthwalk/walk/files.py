@@ -13,16 +13,16 @@ def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Pat
     Parameters
     ----------
     suffix
-        Of the file's name.
+        The suffix of the file's name, such as ".png".
     write
-        Writes the file of that path. Exceptions other than OSError pass through.
+        Writes the file with the path that it is given. Exceptions other than OSError pass through.
     folders
-        Where to try, in this order.
+        The folders to try, in this order.
 
     Returns
     -------
     Path
-        The file.
+        The new file.
 
     Raises
     ------

@@ -9,25 +9,26 @@ _ARRIVED = 1e-3  # of the distance
 
 
 class FocusPull:
-    """The turn of a lens to a new focus distance.
+    """Turn a lens to a new focus distance, over several frames.
 
     Attributes
     ----------
     target
-        The distance the lens is turning to, metres; None while it rests.
+        The distance that the lens is turning to, metres; None while it rests.
     """
 
     def __init__(self) -> None:
         self.target: float | None = None
 
     def start(self, distance: float) -> None:
-        """Begin to turn to `distance`, metres (+inf is allowed), held within the range of the lens."""
+        """Begin to turn to `distance`, metres, limited to the range of the lens; +inf is allowed."""
         self.target = min(max(distance, NEAREST_FOCUS), FARTHEST_FOCUS)
 
     def advance(self, lens: DofParams, dt: float) -> None:
         """Turn `lens` for `dt` seconds.
 
-        The reciprocal of the distance decays to that of the target, as the blur changes evenly with it.
+        The reciprocal of the distance decays to that of the target, because the blur changes evenly with the
+        reciprocal.
         """
         if self.target is None:
             return

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from imgui_bundle import imgui
 
+from depthwalk.assets.background import Progress
 from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 
@@ -24,6 +25,7 @@ _OVERLAY = (
 )
 _DIM = (0.62, 0.67, 0.74, 1.0)
 _BRIGHT = (1.0, 0.86, 0.55, 1.0)
+_STOP = "Esc stops"
 _NONE = "\u2013"
 _CASES = {"side": "side", "side_and_top": "side + top", "side_and_bottom": "side + bottom", "all": "all"}
 HELP = (
@@ -56,7 +58,7 @@ HELP = (
 
 
 def draw_hud(state: State) -> float:
-    """Draw the HUD at the left edge and return its right end, window coordinates."""
+    """Draw the HUD of `state` at the left edge, and return its right end in window coordinates."""
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
     _draw_rate(state)
     _draw_passes(state)
@@ -68,7 +70,18 @@ def draw_hud(state: State) -> float:
 
 
 def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return names and times of the passes, with those that take next to nothing summed up as `others`."""
+    """Return the names of the passes and their times as texts, the quickest of them summed up as `others`.
+
+    Parameters
+    ----------
+    milliseconds
+        Time of each pass by name, milliseconds.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        A name and a text for each row.
+    """
     smallest = _SMALLEST_SHARE * sum(milliseconds.values())
     rows = {name: spent for name, spent in milliseconds.items() if spent > smallest}
     if len(rows) < len(milliseconds):
@@ -77,7 +90,7 @@ def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
 
 
 def draw_crosshair() -> None:
-    """Mark the middle of the window, where L focuses."""
+    """Mark the middle of the window, on which the key L focuses."""
     display = imgui.get_io().display_size
     x, y = display.x / 2, display.y / 2
     canvas, colour = imgui.get_background_draw_list(), imgui.get_color_u32((1.0, 1.0, 1.0, 0.6))
@@ -90,8 +103,10 @@ def draw_help(left: float, right: float) -> None:
 
     Parameters
     ----------
-    left, right
-        The end of the HUD and the beginning of the panel, window coordinates.
+    left
+        The right end of the HUD, window coordinates.
+    right
+        The left end of the panel, window coordinates.
     """
     display, padding = imgui.get_io().display_size, imgui.get_style().window_padding.x
     half = (_LABELS + 8 + max(imgui.calc_text_size(text).x for _, text in HELP)) / 2 + padding
@@ -104,7 +119,7 @@ def draw_help(left: float, right: float) -> None:
 
 
 def draw_toast(message: str) -> None:
-    """Draw a message at the bottom, over everything."""
+    """Draw the text `message` at the bottom, over everything."""
     display = imgui.get_io().display_size
     text = textwrap.fill(message, max(20, int(display.x / 9)))
     size = imgui.calc_text_size(text)
@@ -115,8 +130,27 @@ def draw_toast(message: str) -> None:
     canvas.add_text((left, top), imgui.get_color_u32(_BRIGHT), text)
 
 
+def draw_background(progress: Progress) -> None:
+    """Draw how far assets are prepared beside the frames: a bar along the lower edge of the window."""
+    display = imgui.get_io().display_size
+    imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
+    _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
+    imgui.progress_bar(progress.fraction, (-1, 0), background_text(progress))
+    imgui.text_colored(_DIM, f"{progress.name}: {progress.stage}" if progress.name else "starting")
+    imgui.same_line(imgui.get_window_size().x - imgui.calc_text_size(_STOP).x - _MARGIN)
+    imgui.text_colored(_DIM, _STOP)
+    imgui.end()
+
+
+def background_text(progress: Progress) -> str:
+    """Return what the bar of `draw_background` says: how many depth images are ready, and how long the rest takes."""
+    seconds = progress.seconds_left
+    left = "" if seconds is None else f", {max(round(seconds), 1)} s left"
+    return f"depth images: {progress.done} of {progress.total}{left}"
+
+
 def draw_progress(title: str, lines: list[str]) -> None:
-    """Draw what has been loaded so far; the last line is in progress."""
+    """Draw the text `title` and below it `lines`, one for each step of loading, the last of which is in progress."""
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(460, display.x), 0))
     _begin("progress", (display.x / 2, display.y / 2), (0.5, 0.5))
@@ -156,7 +190,18 @@ def _draw_counts(state: State) -> None:
 
 
 def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return names and texts of the rows that say what was drawn in a frame; `counts` is that of `FrameDrawLists`."""
+    """Return names and texts of the rows that say what was drawn in a frame.
+
+    Parameters
+    ----------
+    counts
+        The numbers of the frame by name, `FrameDrawLists.counts`.
+
+    Returns
+    -------
+    list[tuple[str, str]]
+        A name and a text for each row.
+    """
     kinds = [f"{name} {counts[name]:,}" for name in ("dpci", "dmesh", "mesh") if counts.get(name)]
     cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
     rows = [

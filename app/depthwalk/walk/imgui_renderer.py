@@ -15,7 +15,13 @@ _BLEND = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class ImguiRenderer:
-    """Keep the textures that imgui asks for, and draw its lists of triangles."""
+    """Keep the textures that imgui asks for, and draw its lists of triangles.
+
+    Parameters
+    ----------
+    device
+        The GPU that draws.
+    """
 
     def __init__(self, device: Device) -> None:
         self.gl = device.scope("imgui")
@@ -31,7 +37,7 @@ class ImguiRenderer:
         return imgui.ImTextureRef(texture.glo)
 
     def draw(self, data: imgui.ImDrawData, screen: moderngl.Framebuffer) -> None:
-        """Draw over what is in `screen`. Leaves it without a scissor."""
+        """Draw the triangles of `data`, a frame of imgui, over what is in `screen`, which is left without a scissor."""
         for texture in imgui.get_platform_io().textures:
             self._serve(texture)
         scale = data.framebuffer_scale

@@ -77,7 +77,7 @@ class Input:
         return bool(self._window.mouse_exclusivity)
 
     def capture(self, on: bool) -> None:
-        """Hide the mouse and let it turn the viewer, or let it go."""
+        """Hide the mouse and let it turn the viewer if `on`; else let it go."""
         self._window.mouse_exclusivity = on
         self._last = None
         if on:
@@ -88,7 +88,7 @@ class Input:
     def pointer(self) -> tuple[float, float]:
         """Position of the mouse from the upper left corner, as fractions of the window's width and height.
 
-        The middle while the mouse is captured.
+        While the mouse is captured this is the middle.
         """
         if self.captured or self._last is None:
             return 0.5, 0.5
@@ -96,10 +96,7 @@ class Input:
         return self._last[0] / max(width, 1), self._last[1] / max(height, 1)
 
     def set_areas(self, areas: list[Area]) -> None:
-        """Take note of what the widgets cover; call this within every frame of imgui.
-
-        imgui's own `want_capture_mouse` is a frame late: wrong for a quick click at 3 frames per second.
-        """
+        """Take notice of the `areas` of the window that widgets cover; call this in every frame of imgui."""
         self._areas = areas
         self._busy = imgui.is_any_item_active() or imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 

@@ -11,25 +11,25 @@ _LINES = 8  # of progress, at most
 
 
 class StoppedError(Exception):
-    """The user stopped the loading, perhaps by closing the window."""
+    """Report that the user stopped the loading, perhaps by closing the window."""
 
 
 class LoadingScreen:
-    """The progress of loading, drawn in the window.
+    """Show the progress of loading in the window.
 
     Parameters
     ----------
     window
-        The window.
+        The window to draw into.
     overlay
-        What draws text in it.
+        Draws the text.
     told
-        A report that is called, too, such as that of the command line.
+        A second report that is called with every stage, such as that of the command line.
 
     Attributes
     ----------
     busy
-        Whether frames wait for something to be loaded.
+        Whether frames have to wait because something is being loaded.
     """
 
     def __init__(self, window: Window, overlay: Overlay, told: Report) -> None:
@@ -40,13 +40,13 @@ class LoadingScreen:
         self._lines: list[str] = []
 
     def begin(self, title: str) -> None:
-        """Clear the window for the progress of loading `title`."""
+        """Clear the window, and show `title`, the name of what is loaded."""
         self._title = f"Loading {title}"
         self.busy = True
         self._draw()
 
     def stop(self) -> None:
-        """End the loading at its next stage."""
+        """End the loading when it reaches its next stage, by a `StoppedError`."""
         self._stopped = True
 
     def end(self) -> None:
@@ -55,9 +55,16 @@ class LoadingScreen:
         self.busy = self._stopped = False
 
     def report(self, name: str, stage: str) -> None:
-        """Show a stage of loading an asset; this is the library's report.
+        """Show a stage of loading an asset; the library calls this.
 
-        A thread that loads beside the frames is not shown: window and GL belong to the main thread.
+        A thread that loads beside the frames shows nothing: window and GL belong to the main thread.
+
+        Parameters
+        ----------
+        name
+            The name of the asset.
+        stage
+            What is being done with it.
 
         Raises
         ------

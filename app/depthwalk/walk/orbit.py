@@ -20,9 +20,23 @@ _ARRIVED = 1e-3  # of the distance
 
 
 def turn(camera: Camera, right: float, down: float) -> Camera:
-    """Turn `camera` about its target so that the picture follows a drag of the mouse.
+    """Return `camera` turned about its target so that the picture follows a drag of the mouse.
 
-    right, down: the drag, pixels. The pitch stays within MAX_PITCH, the distance stays as it is.
+    The pitch stays within MAX_PITCH, the distance stays as it is.
+
+    Parameters
+    ----------
+    camera
+        The camera before.
+    right
+        How far the mouse moved to the right, pixels.
+    down
+        How far the mouse moved down, pixels.
+
+    Returns
+    -------
+    Camera
+        The camera after the drag.
     """
     yaw, pitch = heading(camera.look)
     pitch = glm.clamp(pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
@@ -30,9 +44,23 @@ def turn(camera: Camera, right: float, down: float) -> Camera:
 
 
 def pan(camera: Camera, right: float, down: float) -> Camera:
-    """Move camera and target sideways so that what is as far as the target follows a drag of the mouse.
+    """Return a camera moved sideways together with its target, so that the picture follows a drag of the mouse.
 
-    right, down: the drag, in heights of the picture.
+    What is as far away as the target moves with the mouse exactly; nearer things move more, farther ones less.
+
+    Parameters
+    ----------
+    camera
+        The camera before.
+    right
+        How far the mouse moved to the right, in heights of the picture.
+    down
+        How far the mouse moved down, in heights of the picture.
+
+    Returns
+    -------
+    Camera
+        The camera after the drag.
     """
     height = 2 * distance(camera) * math.tan(camera.fov / 2)
     # A row vector times a rotation is turned by the inverse: from view to world.
@@ -40,27 +68,48 @@ def pan(camera: Camera, right: float, down: float) -> Camera:
 
 
 def dolly(camera: Camera, notches: float) -> Camera:
-    """Bring `camera` nearer to its target by notches of the wheel, or farther away where they are negative.
+    """Return `camera` brought nearer to its target, within DISTANCE_RANGE.
 
-    The distance stays within DISTANCE_RANGE.
+    Parameters
+    ----------
+    camera
+        The camera before.
+    notches
+        How far to turn the wheel; negative numbers move the camera away.
+
+    Returns
+    -------
+    Camera
+        The nearer camera.
     """
-    wanted = glm.clamp(distance(camera) * CLOSER_PER_NOTCH**notches, *DISTANCE_RANGE)
-    return _from_target(camera, glm.normalize(camera.look) * wanted)
+    metres = glm.clamp(distance(camera) * CLOSER_PER_NOTCH**notches, *DISTANCE_RANGE)
+    return _from_target(camera, glm.normalize(camera.look) * metres)
 
 
 def with_distance(camera: Camera, metres: float) -> Camera:
-    """Return the same view with its target at that distance, which is held within DISTANCE_RANGE."""
+    """Return `camera` with its target at a distance of `metres`, limited to DISTANCE_RANGE; the view stays."""
     look = glm.normalize(camera.look) * glm.clamp(metres, *DISTANCE_RANGE)
     return replace(camera, target=(glm.dvec3(*camera.position) + look).to_tuple())
 
 
 def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
-    """Turn `camera` towards `point`, world, for `dt` seconds.
+    """Turn a camera towards a point for some time.
+
+    What is left to turn decays exponentially, so that it takes as long at any frame rate.
+
+    Parameters
+    ----------
+    camera
+        The camera before.
+    point
+        The point, metres, world.
+    dt
+        How long to turn, seconds.
 
     Returns
     -------
-    The camera, and whether `point` is its target by now. What is left to turn decays exponentially, so that it takes as
-    long at any frame rate.
+    tuple[Camera, bool]
+        The camera, and whether the point is its target by now.
     """
     left = (glm.dvec3(*camera.target) - point) * math.exp(-dt / _AIMING)
     arrived = glm.length(left) < _ARRIVED * glm.distance(glm.dvec3(*camera.position), point)
@@ -68,7 +117,7 @@ def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
 
 
 def distance(camera: Camera) -> float:
-    """Return the metres from `camera` to its target."""
+    """Return the distance from `camera` to its target, metres."""
     return float(glm.length(camera.look))
 
 

@@ -15,7 +15,13 @@ _FONT_PIXELS = 16.0
 
 
 class Overlay:
-    """An imgui context and what draws it."""
+    """Own an imgui context and what draws it.
+
+    Parameters
+    ----------
+    device
+        The GPU that draws.
+    """
 
     def __init__(self, device: Device) -> None:
         self._imgui = imgui.create_context()
@@ -37,13 +43,15 @@ class Overlay:
         Parameters
         ----------
         screen
-            What is drawn over.
-        window_size, buffer_size
-            (width, height) of the window in its coordinates and in pixels; none of them 0.
+            The framebuffer that is drawn over.
+        window_size
+            (width, height) of the window in its coordinates, above 0.
+        buffer_size
+            (width, height) of the window in pixels, above 0.
         dt
             Seconds since the last frame.
         widgets
-            Calls imgui.
+            Calls imgui to describe the widgets.
         """
         self.io.display_size = imgui.ImVec2(*window_size)
         scale = (pixels / size for pixels, size in zip(buffer_size, window_size, strict=True))
@@ -63,7 +71,7 @@ class Overlay:
 
 
 def set_up_look(io: imgui.IO) -> None:
-    """Give imgui's current context the font, the colours and the spacing of the walk."""
+    """Give imgui's current context, whose `io` is given, the font, the colours and the spacing of the walk."""
     font = Path(imgui_bundle.__file__).parent / _FONT
     if font.is_file():
         io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)

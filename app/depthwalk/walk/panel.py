@@ -23,7 +23,7 @@ Area = tuple[float, float, float, float]  # left, top, right, bottom, window coo
 
 
 def draw_panel(state: State) -> Area:
-    """Draw the panel at the right edge, apply what the user changes in it, and return the area it covers."""
+    """Draw the panel at the right edge, apply to `state` what the user changes, and return the area that it covers."""
     display = imgui.get_io().display_size
     imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
     imgui.set_next_window_size_constraints((_WIDTH, 0), (_WIDTH, max(display.y - 2 * _MARGIN, 60)))
@@ -50,16 +50,21 @@ def draw_panel(state: State) -> Area:
 
 
 def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
-    """Draw the atlas of impostors at the bottom and return the area it covers.
+    """Draw the atlas of impostors at the bottom of the window.
 
     Parameters
     ----------
     picture
         The atlas, as imgui names the texture.
     aspect
-        Its width / height.
+        The width of the atlas over its height.
     left
         The right end of the HUD, window coordinates.
+
+    Returns
+    -------
+    Area
+        The area that it covers.
     """
     display = imgui.get_io().display_size
     width = max(160.0, min(600.0, display.x - left - _WIDTH - 6 * _MARGIN))

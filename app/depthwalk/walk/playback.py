@@ -8,12 +8,12 @@ from depthwalk.scene.path import CameraPath
 
 @dataclass
 class Playback:
-    """Hold where a camera path is being played.
+    """Play a camera path, and hold how far it has been played.
 
     Attributes
     ----------
     path : the path.
-    time : seconds into the path.
+    time : position in the path, seconds from its beginning.
     playing : whether `time` advances.
     loop : whether the path starts again at its end.
     """
@@ -34,13 +34,13 @@ class Playback:
         return self.path.sample(self.time)
 
     def toggle(self) -> None:
-        """Stop the path or play on; from the start where the end was reached."""
+        """Stop the path, or play on, from the beginning if the end was reached."""
         self.playing = not self.playing
         if self.playing and self.time >= self.duration:
             self.time = 0.0
 
     def advance(self, dt: float) -> None:
-        """Play `dt` seconds on. At its end the path starts again where it loops, and stops where not."""
+        """Play for `dt` seconds. At its end the path starts again if it loops, and stops if not."""
         if not self.playing:
             return
         self.time += dt

@@ -22,14 +22,13 @@ _POSITION_OF_RADIUS = 2e-4  # likewise, in radii of the scene
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a path may be off what was recorded.
+    """Say how far a path may differ from what was recorded.
 
     Attributes
     ----------
-    position
-        Metres.
-    angle
-        Radians, of the direction and of the angle of view. The default is a pixel, where 1000 pixels show 60°.
+    position : Distance, metres.
+    angle : Angle between directions and between angles of view, radians. The default is a pixel, where 1000 pixels show
+        60°.
     """
 
     position: float
@@ -37,7 +36,7 @@ class Tolerance:
 
 
 def tolerance_in(radius: float) -> Tolerance:
-    """Return an invisible tolerance for a scene whose objects are within a sphere of `radius`, metres."""
+    """Return a tolerance that nobody sees, in a scene whose objects are within a sphere of `radius`, metres."""
     return Tolerance(min(_POSITION, _POSITION_OF_RADIUS * radius))
 
 
@@ -61,14 +60,14 @@ class Recorder:
         return len(self._times) == MAX_KEYFRAMES
 
     def add(self, dt: float, camera: Camera) -> None:
-        """Add the camera of a frame, `dt` seconds after that of the last one."""
+        """Add the `camera` of a frame, drawn `dt` seconds after the last one."""
         self.seconds += min(dt, LONGEST_STEP) if self._times else 0.0
         if not self.full and (not self._times or self.seconds - self._times[-1] >= _SHORTEST_STEP):
             self._times.append(self.seconds)
             self._cameras.append(camera)
 
     def path(self, tolerance: Tolerance) -> CameraPath:
-        """Return a path that comes as close as `tolerance` to every camera added; there must be at least one."""
+        """Return a path that differs from every camera added by at most `tolerance`; there must be at least one."""
         views = np.array([(*camera.position, *camera.target) for camera in self._cameras])
         return thinned(np.array(self._times), views, np.array([camera.fov for camera in self._cameras]), tolerance)
 
@@ -76,10 +75,7 @@ class Recorder:
 def thinned(
     times: NDArray[np.float64], views: NDArray[np.float64], fovs: NDArray[np.float64], tolerance: Tolerance
 ) -> CameraPath:
-    """Return a smooth path through few of n samples that comes as close as `tolerance` to all of them.
-
-    Begins with the first and the last sample, and adds the worst of every span that exceeds the tolerance, until none
-    does (Ramer, Douglas and Peucker's idea, for a curve).
+    """Return a smooth path through few of n samples that differs from all of them by at most a tolerance.
 
     Parameters
     ----------
@@ -91,6 +87,10 @@ def thinned(
         Vertical angles of view, radians.
     tolerance
         How far the path may be off.
+
+    Returns
+    -------
+    The path.
     """
     chosen = np.array(sorted({0, len(times) - 1}))
     while True:
@@ -130,14 +130,17 @@ def _looks(views: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def save_path(path: CameraPath, folder: Path | None = None) -> Path:
-    """Write a camera path to a new file, which is read again before it gets its name, and return the file.
+    """Write a camera path to a new file, which is read again before it gets its name.
 
     Parameters
     ----------
-    path
-        What to write.
-    folder
-        Where to; None is the working directory or, where that cannot be written to, the user's documents.
+    path : The path to write.
+    folder : The folder to write to; None is the working directory or, if that cannot be written to, the user's
+        documents.
+
+    Returns
+    -------
+    The file.
 
     Raises
     ------

@@ -16,7 +16,16 @@ from depthwalk.walk.window import Window
 
 
 class SceneLoader:
-    """Make a renderer of a scene, and load what it comes to need.
+    """Make a renderer of a scene, and load what the frames of a walk come to need.
+
+    Parameters
+    ----------
+    device
+        The GPU that draws.
+    window
+        The window, which may be closed while something is loaded.
+    screen
+        Shows the progress.
 
     Attributes
     ----------
@@ -33,9 +42,11 @@ class SceneLoader:
     def clock_stopped(self) -> Iterator[None]:
         """Count the time that the block takes as loading, and clear the loading screen after it."""
         start = time.perf_counter()
-        yield
-        self._screen.end()
-        self.seconds += time.perf_counter() - start
+        try:
+            yield
+        finally:
+            self._screen.end()
+            self.seconds += time.perf_counter() - start
 
     def open(self, scene: Scene, library: SceneLibrary, representation: Representation | None) -> Renderer:
         """Return a renderer with the assets that the first frame needs.
@@ -45,9 +56,14 @@ class SceneLoader:
         scene
             What to draw.
         library
-            Its assets; they report their progress to the loading screen from now on.
+            The scene's assets, which report their progress to the loading screen from now on.
         representation
             How to draw every object; None leaves it to the scene.
+
+        Returns
+        -------
+        Renderer
+            The renderer.
 
         Raises
         ------
@@ -73,7 +89,14 @@ class SceneLoader:
         """Load what the frames of a newly chosen representation or anti-aliasing need.
 
         Where that fails or is stopped, the representation before is used again; where the machine lacks the
-        anti-aliasing, none is used. `tell` is called with the reason.
+        anti-aliasing, none is used.
+
+        Parameters
+        ----------
+        renderer
+            The renderer, whose settings name the representation and the anti-aliasing.
+        tell
+            Is called with the reason where something cannot be used.
 
         Raises
         ------

@@ -18,10 +18,10 @@ from depthwalk.walk.window import Window
 
 
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:
-    """Write a picture to a new PNG file and return the file.
+    """Write a picture to a new PNG file.
 
-    Its texts are Scene; Camera, as JSON with position, target and fov in degrees; and Options, the same camera for the
-    command line.
+    The file has three texts: Scene; Camera, as JSON with position, target and fov in degrees; and Options, the same
+    camera for the command line.
 
     Parameters
     ----------
@@ -29,10 +29,13 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
         The picture, top row first.
     scene
         The scene's file.
-    camera
-        What the picture was seen through.
-    folder
-        Where to write; None is the working directory or, where that cannot be written to, the user's pictures.
+    camera : The camera that the picture was seen through.
+    folder : The folder to write to; None is the working directory or, if that cannot be written to, the user's
+        pictures.
+
+    Returns
+    -------
+    The file.
 
     Raises
     ------
@@ -48,7 +51,7 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
 
 
 def read_window(window: Window) -> NDArray[np.uint8]:
-    """Return what the window shows, (H, W, 3), top row first."""
+    """Return the picture (H, W, 3) uint8 that `window` shows, top row first."""
     width, height = window.buffer_size  # `fbo.size` stays that of the first frame
     data = window.fbo.read(viewport=(0, 0, width, height), components=3, alignment=1)
     _ = window.ctx.error  # clears it: moderngl asks for an attachment that a window's buffer lacks

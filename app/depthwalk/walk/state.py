@@ -15,7 +15,7 @@ from depthwalk.walk.viewer import Viewer
 
 @dataclass
 class State(Viewer):
-    """One walk: its viewer and everything else that lasts from frame to frame.
+    """Hold one walk: its viewer and everything else that lasts from frame to frame.
 
     Attributes
     ----------
@@ -25,8 +25,14 @@ class State(Viewer):
         Durations of the last frames.
     pull
         The turn of the lens to another distance.
-    hud, panel, help, atlas
-        Whether the window shows these.
+    hud
+        Whether the window shows the HUD.
+    panel
+        Whether the window shows the panel.
+    help
+        Whether the window shows the list of keys.
+    atlas
+        Whether the window shows the impostors.
     """
 
     recorder: Recorder | None = None
@@ -42,8 +48,10 @@ class State(Viewer):
 
         Parameters
         ----------
-        scene, renderer
-            What to show, and what draws it.
+        scene
+            The scene to show.
+        renderer
+            The renderer that draws it.
         aspect
             Width / height of the window.
         """
@@ -57,7 +65,7 @@ class State(Viewer):
             self.arrive()
 
     def toggle_recording(self) -> None:
-        """Begin to record the camera, or save the recording."""
+        """Begin to record the camera, or end the recording and save it."""
         if self.recorder is None:
             self.recorder = Recorder()
             self.tell("Recording the camera; K saves it")
@@ -65,14 +73,14 @@ class State(Viewer):
             self.end_recording()
 
     def record(self, dt: float) -> None:
-        """Add the camera to a recording, `dt` seconds after the last frame; save it where a path file holds no more."""
+        """Add the camera, `dt` seconds after the last frame, to a recording under way; save it when it is full."""
         if self.recorder is not None:
             self.recorder.add(dt, self.camera)
             if self.recorder.full:
                 self.end_recording()
 
     def end_recording(self) -> None:
-        """Save the recording as a path file, which P plays from now on."""
+        """Save the recording as a path file, whose path the key P plays from now on."""
         recorder, self.recorder = self.recorder, None
         if recorder is None:
             return
@@ -97,18 +105,18 @@ class State(Viewer):
         )
 
     def pull_focus(self, dt: float) -> None:
-        """Turn the lens for `dt` seconds, where it is pulling focus."""
+        """Turn the lens for `dt` seconds if a new focus distance was chosen."""
         lens = self.renderer.settings.dof
         if lens.autofocus and lens.mode != "none":
             self.pull.start(self.renderer.distance_at())
         self.pull.advance(lens, dt)
 
-    def represent(self, wanted: Representation | None) -> None:
-        """Draw every object in a representation; None leaves it to the scene."""
-        self.renderer.world.representation = wanted
-        self.tell(f"Representation: {representation_name(wanted)}")
+    def represent(self, representation: Representation | None) -> None:
+        """Draw every object in `representation`; None leaves the representation to the scene."""
+        self.renderer.world.representation = representation
+        self.tell(f"Representation: {representation_name(representation)}")
 
 
 def representation_name(representation: Representation | None) -> str:
-    """Return the name of a representation as the panel shows it."""
+    """Return the name of `representation` as the panel shows it; None stands for the scene's own choice."""
     return "as in the scene" if representation is None else representation.label

@@ -24,7 +24,7 @@ _EMPTY = 10.0  # metres: the radius that an empty scene is given
 
 
 class Mode(Enum):
-    """How keys and mouse move the camera; the value is its name in the panel."""
+    """Name how keys and mouse move the camera; the value is the mode's name in the panel."""
 
     FLY = "fly"
     WALK = "walk on the ground"
@@ -33,20 +33,22 @@ class Mode(Enum):
 
 @dataclass
 class Viewer:
-    """The camera of a walk, and what moves it.
+    """Hold the camera of a walk, and move it.
 
     Attributes
     ----------
-    scene, renderer
-        What is shown, and what draws it.
+    scene
+        The scene that is shown.
+    renderer
+        The renderer that draws the scene.
     walker
         The viewer; moves with the camera in every mode.
     home
         The camera that the key Home returns to.
     playback
-        The camera path, or None.
+        The camera path that can be played; None: there is none.
     turned
-        In Mode.ORBIT the camera, which turns about its target; else None.
+        In Mode.ORBIT the camera that turns about its target; else None.
     held
         The keys that are down.
     fast
@@ -66,7 +68,7 @@ class Viewer:
     _toast_end: float = 0.0
 
     def tell(self, message: str) -> None:
-        """Show a message for a few seconds."""
+        """Show `message` for a few seconds."""
         self._toast, self._toast_end = message, time.monotonic() + _TOAST_SECONDS
 
     @property
@@ -76,7 +78,7 @@ class Viewer:
 
     @property
     def ground(self) -> float:
-        """The ground's y, metres; 0 where the scene has none."""
+        """Height of the ground, metres, world y; 0 where the scene has none."""
         ground = self.scene.environment.ground
         return ground.height if ground is not None else 0.0
 
@@ -95,20 +97,23 @@ class Viewer:
 
     @property
     def camera(self) -> Camera:
-        """The camera to draw with: that of the path, while it plays."""
+        """The camera to draw with: that of the path while it plays, else that of the viewer."""
         if self.playback is not None and self.playback.playing:
             return self.playback.camera
         return self.turned or self.walker.camera
 
     def arrive(self) -> None:
-        """Begin in a scene: at home, with the speed that suits it; in orbit, where it is a mesh without a scene."""
+        """Begin the walk in a scene: with the camera at home, and with the speed that suits the scene.
+
+        A mesh without a scene is looked at in orbit.
+        """
         self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
         self.walker.walking = False
         self.turned = self.home if is_model_file(self.scene.path) else None
         self._place(self.home)
 
     def advance(self, dt: float) -> None:
-        """Move by the keys held, or play the path, for `dt` seconds; a key that moves stops the path."""
+        """Move by the keys that are held, or play the path, for `dt` seconds; a key that moves stops the path."""
         held = self.held.take(dt)
         if self.playback is not None and self.playback.playing:
             if held:
@@ -129,7 +134,10 @@ class Viewer:
                 self._turn_to(camera)
 
     def look(self, right: float, down: float) -> None:
-        """Turn, in orbit about the target, by a motion of the mouse in pixels; stops the path."""
+        """Turn the camera by a motion of the mouse, `right` and `down` pixels; stop the path.
+
+        In orbit the camera turns about its target.
+        """
         self._take_over()
         if self.turned is None:
             self.walker.look(right, down)
@@ -137,14 +145,17 @@ class Viewer:
             self._turn_to(orbit.turn(self.turned, right, down))
 
     def pan(self, right: float, down: float) -> None:
-        """Move sideways, in orbit, so that what is as far as the target follows a drag, in heights of the window."""
+        """Move the camera sideways, in orbit, by a drag of the mouse; `right` and `down` are heights of the window.
+
+        What is as far away as the target follows the mouse.
+        """
         if self.turned is not None:
             self._take_over()
             self._aimed = None
             self._turn_to(orbit.pan(self.turned, right, down))
 
     def wheel(self, notches: float) -> None:
-        """Change the speed or, in orbit, the distance to the target, by notches of the wheel."""
+        """Change the speed or, in orbit, the distance to the target, by `notches` of the wheel."""
         if self.turned is None:
             self.walker.change_speed(notches)
             self.tell(f"Speed {self.walker.speed:.3g} m/s")
@@ -153,7 +164,7 @@ class Viewer:
             self._turn_to(orbit.dolly(self.turned, notches))
 
     def seek(self, seconds: float) -> None:
-        """Go to a time of the path."""
+        """Go to the time `seconds` of the path."""
         if self.playback is not None:
             self.playback.time = seconds
             self._look_from(self.playback.camera)
@@ -166,7 +177,10 @@ class Viewer:
             self.playback.toggle()
 
     def set_mode(self, mode: Mode) -> None:
-        """Change how keys and mouse move the camera; the view stays, and what is in its middle becomes the target."""
+        """Let keys and mouse move the camera as `mode` says; the view stays.
+
+        In orbit, what is in the middle of the view becomes the target.
+        """
         self.walker.walking = mode is Mode.WALK
         self._aimed = None
         if mode is not Mode.ORBIT:
@@ -187,12 +201,14 @@ class Viewer:
         self.set_mode(Mode.FLY if self.mode is Mode.ORBIT else Mode.ORBIT)
 
     def turn_about(self, across: float, down: float) -> None:
-        """Make the surface at a place of the window the target, and turn towards it.
+        """Make the surface at a place of the window the camera's target, and turn towards it.
 
         Parameters
         ----------
-        across, down
-            The place from the upper left corner, as fractions of the window's width and height.
+        across
+            Part of the window's width, from the left edge, 0 to 1.
+        down
+            Part of the window's height, from the upper edge, 0 to 1.
         """
         point = self.renderer.point_at(across, down)
         if point is None:
@@ -204,7 +220,13 @@ class Viewer:
         self._aimed = point
 
     def frame_all(self, aspect: float) -> None:
-        """Move so that all objects are seen in the present direction; `aspect` is width / height of the window."""
+        """Move the camera so that all objects are seen in the present direction.
+
+        Parameters
+        ----------
+        aspect
+            Width / height of the window.
+        """
         self._take_over()
         camera = self.camera
         self.walker.walking = False

@@ -23,7 +23,7 @@ Window = glfw_window.Window
 
 
 class NoDisplayError(Exception):
-    """No window can be opened here; the message says why in one line."""
+    """Report that no window can be opened; the message says why in one line."""
 
 
 def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> Window:
@@ -32,11 +32,16 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
     Parameters
     ----------
     title
-        Of the window.
+        The title of the window.
     size
-        (width, height) in coordinates of the desktop.
+        (width, height) of the window, in coordinates of the desktop.
     fullscreen
         Whether to use the whole screen.
+
+    Returns
+    -------
+    Window
+        The window.
 
     Raises
     ------
@@ -60,7 +65,7 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:
-    """Call `action` with the files that are dropped on the window.
+    """Call `action` with the paths of the files that are dropped on `window`.
 
     moderngl-window itself does this only for windows of pyglet.
     """

@@ -1,7 +1,7 @@
 """Objects hidden behind others: the bounds that are tested, and the test itself."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from depthwalk.render.culling.occlusion_test import DepthRangeMaximum, ScreenExtents, growth, screen_extents
@@ -46,7 +46,6 @@ def test_outlines_hold_all_points():
 
 
 @given(st.integers(0, 2**32), st.sampled_from([(37, 53), (8, 300), (90, 5), (1, 1)]), st.integers(1, 3))
-@settings(max_examples=60, deadline=None)
 def test_hidden_means_nearer_everywhere(seed, shape, side):
     rng = np.random.default_rng(seed)
     farthest = np.where(rng.random(shape) < 0.02, 1.0, 0.5).astype(np.float32)

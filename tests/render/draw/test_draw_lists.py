@@ -57,7 +57,7 @@ def phase(numbered, aligned, occluded, resolution):
         mesh=direct,
         cleared=np.zeros((count, 4), int),
         counts={"objects": 9, "occluded": occluded, "tile_resolution": resolution},
-        numbered=np.asarray(numbered),
+        object_rows=np.asarray(numbered),
         tiled=np.ones(count, bool),
     )
 
@@ -66,7 +66,7 @@ def test_phases_are_joined_by_what_their_counts_mean():
     joined = FrameDrawLists.joined([phase([5, 6, 7], 1, 2, 1.0), phase([8, 9], 2, 3, 0.5)])
     assert joined.counts == {"objects": 9, "occluded": 5, "tile_resolution": 0.5}
     assert joined.composite.records.tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
-    assert joined.numbered.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
+    assert joined.object_rows.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
     assert [batch.first for batch in joined.dmesh.batches] == [0, 2]
 
 

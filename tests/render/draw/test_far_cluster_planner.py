@@ -61,7 +61,7 @@ def test_near_objects_are_drawn_one_by_one(gl_device, library):
     with Stage(gl_device, library, field()) as stage:
         stage.picture(Camera((0.0, 20.0, 75.0), (0.0, 0.0, 0.0), 0.7))
         assert stage.counts["dpci"] > stage.counts["clusters"] > 0
-        numbers = stage.renderer.plan.numbered
+        numbers = stage.renderer.plan.object_rows
         assert len(np.unique(numbers)) == len(numbers)
 
 

@@ -40,8 +40,8 @@ def test_spheres_lie_within_their_extents():
 def test_records_are_fetched_by_number(gl_device):
     """More than a row of them, and more than there was room for at first; number 0 is no object."""
     records = np.zeros(2500, SURFACE_RECORD)
-    records["level"][:, 0] = np.arange(2500) / 65536
-    records["level"][0, 0] = 1
+    records["material_depth"][:, 0] = np.arange(2500) / 65536
+    records["material_depth"][0, 0] = 1
     scope = gl_device.scope("test")
     texture = RecordTexture(scope, SURFACE_RECORD)
     texture.upload(records[:10])

@@ -29,9 +29,9 @@ def test_every_object_is_drawn_once(arrays):
     arrays.objects.representation[:] = [Representation.DPCI, Representation.DMESH, Representation.DPCI, 1, 1]
     visible = np.array([4, 2, 0, 1, 3])
     plan = Planner().plan(view_of(), arrays, visible, SETTINGS, first_object_id=7)
-    assert sorted(plan.numbered) == sorted(visible)
-    assert plan.numbered[plan.tiled].tolist() == [2, 0, 3]  # nearest first
-    assert sorted(plan.numbered[~plan.tiled]) == [1, 4]  # the camera is within the last
+    assert sorted(plan.object_rows) == sorted(visible)
+    assert plan.object_rows[plan.tiled].tolist() == [2, 0, 3]  # nearest first
+    assert sorted(plan.object_rows[~plan.tiled]) == [1, 4]  # the camera is within the last
     assert len(plan.composite.records) == len(plan.warp.records) == len(plan.cleared) == 3
     assert len(plan.dmesh.records) == 2 and plan.next_object_id == 12
 
@@ -45,7 +45,7 @@ def test_meshes_are_neither_numbered_nor_warped(arrays):
     arrays.objects.representation[1] = Representation.MESH
     arrays.objects.asset[1] = 0
     plan = Planner().plan(view_of(), arrays, np.array([0, 1, 2]), SETTINGS)
-    assert sorted(plan.numbered) == [0, 2] and plan.counts["mesh"] == len(plan.mesh.records) == 1
+    assert sorted(plan.object_rows) == [0, 2] and plan.counts["mesh"] == len(plan.mesh.records) == 1
 
 
 def test_tiles_are_reused_until_the_settings_change(arrays):

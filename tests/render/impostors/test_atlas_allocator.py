@@ -1,7 +1,7 @@
 """The atlas: slots never overlap, what is given back is found again."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -20,7 +20,6 @@ def covered(slots):
 
 
 @given(steps)
-@settings(max_examples=200)
 def test_slots_do_not_overlap_however_they_come_and_go(steps):
     """A size asks for a slot, a number gives one back."""
     atlas, held = Atlas((SIDE, SIDE)), []

@@ -44,7 +44,7 @@ def test_no_point_is_shown_farther_off_than_the_bound():
     inside = (np.abs(point[:, 0]) <= half[0]) & (np.abs(point[:, 2]) <= half[1]) & np.isfinite(bound)
     position, _ = warp(point, planes)
     # What the texel shows is drawn at the middle λ of its object.
-    middle = records["reach"][:, 2:].mean(1)
+    middle = records["high"][:, 2:].mean(1)
     axes = position[:, :1] * planes.right + position[:, 1:] * planes.up - planes.distance[:, None] * planes.normal
     drawn = there + axes / middle[:, None]
     off = FOCAL * angle_between(drawn - here, point - here)

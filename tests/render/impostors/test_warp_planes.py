@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -74,7 +74,6 @@ def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer, points):
 
 
 @given(viewers, inside, st.floats(0, 2 * np.pi), st.floats(-1.2, 1.2))
-@settings(max_examples=300)
 def test_cropping_keeps_what_the_camera_sees(viewer, point, heading, pitch):
     forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(pitch), np.sin(heading) * np.cos(pitch)])
     view = View(Camera(tuple(viewer), tuple(viewer + forward), 0.9), (160, 90))

@@ -33,7 +33,7 @@ def library():
     normal[..., 2] = 1
     relief = bake_planar(PlanarImage(depth=depth, colour=colour, normal=normal, size=(2.0, 2.0)), "relief")
     made = [bake(stack(), 128, 1), bake(sphere(0.6, 64, 32), 100, 1), bake(stack(), 128, 3), relief]
-    return ShapeLibrary([None] * 4, made)
+    return ShapeLibrary([None] * 4, made, kept=False)
 
 
 VIEWPOINTS = [

@@ -42,7 +42,7 @@ def picture(studio, library, aa, representation, camera=CAMERA, *placed):
     return studio.picture(scene, library, camera, SIZE, transparent=True)
 
 
-def disc(camera, centre, radius, samples=16):
+def disc(camera, centre, radius, samples=8):
     """What part (H, W) of each pixel a sphere covers, by rays."""
     width, height = SIZE[0] * samples, SIZE[1] * samples
     view = View(camera, (width, height))

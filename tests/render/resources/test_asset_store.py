@@ -7,6 +7,7 @@ import pytest
 
 import depthwalk.render.resources.asset_store
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.cook.cooked_file import find_cooked, keep_cooked
 from depthwalk.cook.grid_lods import build_grid_lods
@@ -40,7 +41,7 @@ def there(store, needed, seconds=None):
 
 
 def test_what_was_used_last_stays(store):
-    sizes = [store.prepared(number).bytes for number in range(4, 8)]
+    sizes = [store.cooked(number).bytes for number in range(4, 8)]
     store.budget = 3 * max(sizes)
     assert sum(sizes) > store.budget  # three fit
     assert there(store, [4, 5, 6]) == [0, 1, 2]
@@ -51,7 +52,7 @@ def test_what_was_used_last_stays(store):
 
 
 def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(store, caplog):
-    store.budget = store.prepared(4).bytes
+    store.budget = store.cooked(4).bytes
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
             assert there(store, [4, 5, 6, 7]) == [0, 1, 2, 3]
@@ -67,6 +68,24 @@ def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(store, monkeypatc
     assert there(store, [6, 4, 5], seconds=1.0) == [2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 1, 2]
+
+
+@pytest.mark.parametrize(("now", "shown"), [([3], [3, 3]), ([1, 2, 3], [1, 2])])
+def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(gl_device, baked, caplog, now, shown):
+    """Its depth objects keep their numbers, and one that is left without a part shows the last one."""
+    library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))])
+    store = AssetStore(gl_device, library)
+    numbers = store.depth_numbers(0)
+    store.release()
+    library._baked = [BakedModel(parts=tuple(baked[k] for k in now))]
+    with caplog.at_level(logging.WARNING):
+        assert [store.cooked(number).outline.cylinder for number in numbers] == [baked[k].cylinder for k in shown]
+        assert store.baked(numbers[1]) is baked[shown[1]]
+        assert store.stream(numbers, None).all()
+    assert [record.message for record in caplog.records] == [
+        f"asset 0 was replaced: it has {len(now)} parts now, not 2; open the scene again to show it as it is"
+    ]
+    store.release()
 
 
 @pytest.mark.parametrize(
@@ -97,7 +116,7 @@ def test_what_was_prepared_is_read_as_it_was(baked, form, tmp_path, monkeypatch)
 
 def test_of_small_images_only_foliage_is_simplified():
     """Images that take longer to simplify than they are worth, and such as are all borders."""
-    solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(400, 0.1)))
+    solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(200, 0.1)))
     for baked, share in (solid, 1.0), (dense, 0.4):
         grids = build_grid_lods(baked)
         assert len(cook_object(baked, CookOptions()).load()[0].drawn(0)) <= share * len(grids.drawn(0))

@@ -53,9 +53,9 @@ def test_fallbacks_go_with_their_objects_two_frames_after_they_were_wanted(store
     store.object(0)
     assert store.fallback_bytes == store.object(0).vertices.size + store.object(0).indices.size
     for _ in range(2):
-        assert not store.unwanted
+        assert not store.unwanted_fallbacks
         store.begin_frame()
-    assert store.unwanted == {0, 1}
+    assert store.unwanted_fallbacks == {0, 1}
     store.release_fallbacks({0, 1})
     assert dict(+gl_device.live) == before and store.fallback_bytes == 0
     assert sorted(store._library.forgotten) == [0, 1]
@@ -65,7 +65,7 @@ def test_meshes_that_the_scene_shows_are_no_fallbacks(store):
     store.object(0)
     store.begin_frame()
     store.begin_frame()
-    assert not store.unwanted and store.fallback_bytes == 0
+    assert not store.unwanted_fallbacks and store.fallback_bytes == 0
 
 
 def read_meanwhile(store, assets):

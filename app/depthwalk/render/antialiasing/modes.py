@@ -20,17 +20,17 @@ COVERAGE_TEXELS = 2.0  # texels of an impostor tile per pixel, along either axis
 
 
 def geometric(settings: PictureParams) -> bool:
-    """Return whether pixels are blended along the edges of the geometry."""
+    """Return whether `settings` blend pixels along the edges of the geometry."""
     return settings.aa in ("gpaa", "gpaa-edge")
 
 
 def covering(settings: PictureParams) -> bool:
-    """Return whether impostor tiles tell what part of a pixel they cover."""
+    """Return whether `settings` let impostor tiles tell what part of a pixel they cover."""
     return settings.aa == "coverage" or geometric(settings)
 
 
 def samples(settings: RenderSettings) -> int:
-    """Return how many samples each pixel has along either axis."""
+    """Return how many samples each pixel has along either axis when drawn with `settings`."""
     if geometric(settings):
         return settings.gpaa.samples
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
@@ -38,12 +38,12 @@ def samples(settings: RenderSettings) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class AntiAliasing:
-    """Hold what passes go by of the anti-aliasing.
+    """Hold what the anti-aliasing asks of the passes.
 
     Attributes
     ----------
     mode : the value of `PictureParams.aa`.
-    samples : samples of a pixel along either axis, for which targets are larger.
+    samples : samples of a pixel along either axis, for which targets are so many times as wide and as high.
     geometric : whether pixels are blended along the edges of the geometry.
     covering : whether impostor tiles tell what part of a pixel they cover.
     """
@@ -62,9 +62,21 @@ def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
 
 
 def hardware_samples(settings: PictureParams, device: Device) -> int:
-    """Return how many hardware samples each pixel has of what objects are drawn into.
+    """Return how many hardware samples each pixel of the targets has that objects are drawn into.
 
-    Raises InputError where `device` offers too few.
+    Parameters
+    ----------
+    settings : the settings of the picture, of which `aa` and the number of samples matter here.
+    device : the device that draws.
+
+    Returns
+    -------
+    How many samples, at least 1.
+
+    Raises
+    ------
+    InputError
+        Where `device` offers fewer samples than `settings` ask for.
     """
     if settings.aa != "msaa":
         return 1
@@ -77,9 +89,16 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
 
 
 def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
-    """Return `view` for each sample of its pixels, sheared so that the sample is in the middle of the pixel.
+    """Return one view per hardware sample, sheared so that the sample lies in the middle of the pixel.
 
-    offsets: (samples, 2), places of the samples from the middle of a pixel, pixels to the right and up.
+    Parameters
+    ----------
+    view : the view of the picture.
+    offsets : (samples, 2) places of the samples from the middle of a pixel, pixels to the right and up.
+
+    Returns
+    -------
+    (samples) views.
     """
     shears = np.asarray(view.shear) - offsets / view.focal_pixels
     return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]
@@ -91,9 +110,14 @@ def tile_layout(settings: RenderSettings, layout: TileParams, remembers: bool) -
     Parameters
     ----------
     settings : the render settings, of which anti-aliasing and lens matter here.
-    layout : the layout that they ask for. Where coverage is computed from texels, these are made finer than pixels.
-    remembers : whether tiles may be reused from one frame to the next. They never are between points of the lens, as
-        the blur is made of the differences between these.
+    layout : the layout that `settings` ask for. Where coverage is computed from texels, these are made finer than
+        pixels.
+    remembers : whether tiles may be reused from one frame to the next. For the points of a lens they never are, since
+        the blur consists of the differences between the pictures of these points.
+
+    Returns
+    -------
+    The layout to use.
     """
     changes = {"tile_scale": COVERAGE_TEXELS} if covering(settings) or settings.aa == "msaa" else {}
     if not remembers or settings.dof.mode == "accumulate":

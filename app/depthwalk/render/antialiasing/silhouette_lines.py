@@ -24,19 +24,19 @@ LINE_RECORD = np.dtype([("ends", "4f4"), ("depths", "2f4"), ("silhouette", "f4")
 def silhouette_lines(
     edges: EdgeAdjacency, view: View, placed: NDArray[np.void], least_fold: float | None, solid: bool
 ) -> NDArray[np.void]:
-    """Return the lines that silhouettes and creases of n objects of one asset are on the screen.
+    """Return the lines on the screen that are silhouettes or creases of n objects of one asset.
 
-    Edges between a front and a back face are silhouettes, as are open ones; folded edges with a visible face are
-    creases (edge-optimised GPAA, §1.1). Left out are lines off the screen or so short that they pass no pixel's
-    middle, and objects with a higher density of silhouettes than `MAX_DENSITY`.
+    An edge between a front and a back face is a silhouette, as is an edge of one face only. A folded edge with a
+    visible face is a crease (edge-optimised GPAA, §1.1). Left out are lines off the screen, lines so short that they
+    pass no pixel's middle, and objects with a higher density of silhouettes than `MAX_DENSITY`.
 
     Parameters
     ----------
     edges : the edges of the asset, in its frame.
-    view : near and far plane fitted.
-    placed : (n,) PLACED_RECORD, relative to the viewer.
-    least_fold : creases are folded by at least this angle, radians; None: every edge is drawn.
-    solid : whether back faces are never seen.
+    view : the view of the picture, near and far plane fitted.
+    placed : (n,) PLACED_RECORD of the objects, relative to the viewer.
+    least_fold : the least angle by which creases are folded, radians; None: every edge is drawn.
+    solid : whether the asset is closed, so that nobody sees a back face.
 
     Returns
     -------

@@ -11,15 +11,18 @@ MOST_CELLS = 1 << 19  # 2 × 2 pixels at 1920 × 1080: rows of objects a few pix
 
 
 class DepthReadback:
-    """Reduce depth to the maximum of each cell: an object hidden behind that is hidden behind all pixels of the cell.
+    """Reduce the depth buffer to the farthest depth of each cell of pixels.
+
+    An object that is hidden behind the farthest depth of a cell is hidden behind all pixels of the cell.
 
     Parameters
     ----------
+    device : the GPU that draws and is read from.
     size : width and height of the picture, pixels.
 
     Attributes
     ----------
-    side : pixels along a cell.
+    side : width and height of a cell, pixels.
     """
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
@@ -32,9 +35,9 @@ class DepthReadback:
         self._framebuffer = self.gl.framebuffer([self._texture])
 
     def read(self, targets: Targets) -> NDArray[np.float32]:
-        """Return the farthest depth of each cell (rows, columns), 0 to 1, row 0 at the bottom.
+        """Return the farthest depth (rows, columns) float32 of each cell, 0 to 1, row 0 at the bottom.
 
-        Waits until the GPU has drawn all that it was asked for.
+        Reads the depth of `targets`, and waits until the GPU has drawn all that it was asked for.
         """
         targets.drawn.depth.use(0)
         defines = targets.defines
@@ -46,13 +49,13 @@ class DepthReadback:
         return np.frombuffer(self._texture.read(alignment=4), np.float32).reshape(height, width)
 
     def release(self) -> None:
-        """Free what it has on the device."""
+        """Free the textures and programs on the device."""
         self.gl.release()
 
 
 def cell_side(size: tuple[int, int]) -> int:
-    """Return the pixels along a cell of a picture of `size` (width, height).
+    """Return the width and height of a cell, pixels, for a picture of `size` (width, height), pixels.
 
-    It is an even number, since the shader gathers 2 × 2 pixels at once.
+    The result is an even number, since the shader gathers 2 × 2 pixels at once.
     """
     return 2 * int(np.ceil(np.sqrt(size[0] * size[1] / MOST_CELLS) / 2))

@@ -27,12 +27,13 @@ _ROUNDING = 2.0**-21  # of depths on the GPU: eight steps of a 24-bit buffer
 
 @dataclass(frozen=True)
 class ScreenExtents:
-    """Hold what n cylinders may cover on the screen.
+    """Hold the rectangles on the screen, and the nearest depths, that n cylinders may cover.
 
     Attributes
     ----------
-    low, high : (n, 2) corners, pixels.
-    depth : (n,) of their nearest points in the depth buffer; 0 where they reach the near plane.
+    low : (n, 2) lower left corners, pixels.
+    high : (n, 2) upper right corners, pixels.
+    depth : (n,) nearest points of the cylinders, as values of the depth buffer; 0 where one reaches the near plane.
     """
 
     low: Array
@@ -45,22 +46,37 @@ IsHidden = Callable[[Cylinders], Mask]
 
 
 def growth(hidden: Mask) -> int:
-    """Return how many times as many objects as the last the next phase draws.
+    """Return how many times as many objects the next phase draws as the last one drew.
 
-    A test costs as much as drawing some objects, and must be worth it.
+    A test costs as much as drawing some objects. Where it hides few of them, larger phases make tests rarer.
 
     Parameters
     ----------
     hidden : (n,) which of the remaining objects the last test found to be hidden.
+
+    Returns
+    -------
+    The factor, above 1.
     """
     return _GROWTH[0 if not len(hidden) or hidden.mean() > _MANY else 1]
 
 
 def screen_extents(view: View, cylinders: Cylinders, margin: float) -> ScreenExtents:
-    """Return bounds of n cylinders on the screen, wider by `margin` pixels on every side.
+    """Return bounds of n cylinders on the screen.
 
-    In camera coordinates, with t = x/z at its centre, a cylinder spans x − t·z = ±e, the support of g = (1, 0, −t):
-    e = half_height·|g·axis| + radius·√(g² − (g·axis)²). So all of it is within e / (its least z) of t.
+    In camera coordinates, with t = x/z at its centre, a cylinder spans x − t·z = ±e, the support of g = (1, 0, −t): e =
+    half_height·|g·axis| + radius·√(g² − (g·axis)²). So no point of the cylinder is farther from t than e divided by the
+    least z of the cylinder.
+
+    Parameters
+    ----------
+    view : the view of the picture, near and far plane fitted.
+    cylinders : the n cylinders, world.
+    margin : by how much the rectangles are wider on every side, pixels.
+
+    Returns
+    -------
+    The rectangles and nearest depths.
     """
     c = cylinders
     x, y, z = ((c.centre - view.position) @ view.axes.T).astype(np.float32).T
@@ -88,14 +104,15 @@ def _support(cylinders: Cylinders, squared: Array | np.floating, along: Array) -
 
 
 class DepthRangeMaximum:
-    """Answer what the farthest depth in any rectangle is: a sparse table of range maxima.
+    """Find the farthest depth within any rectangle, by a sparse table of range maxima.
 
-    It holds the maximum over windows of 1, 2 × 2, 4 × 4 … cells from each cell on, computed when first asked for.
+    The table holds the maximum over windows of 1, 2 × 2, 4 × 4 … cells that begin at each cell. Windows of one size are
+    computed when they are first needed.
 
     Parameters
     ----------
-    farthest : (rows, columns) maximum of the depth buffer in each cell.
-    side : pixels along a cell.
+    farthest : (rows, columns) float32, greatest value of the depth buffer in each cell, row 0 at the bottom.
+    side : width and height of a cell, pixels.
     """
 
     def __init__(self, farthest: NDArray[np.float32], side: int) -> None:
@@ -105,7 +122,7 @@ class DepthRangeMaximum:
         self._windows[0] = farthest
 
     def hides(self, extents: ScreenExtents) -> Mask:
-        """Return whether (n,) all that lies within the `extents` is behind the depth buffer."""
+        """Return which (n,) of the `extents` lie behind the depth buffer altogether."""
         rows, columns = self._windows.shape[1:]
         last = np.array([[columns - 1], [rows - 1]], np.float32)
         low, high = (np.clip(bound.T / self._side, 0, last).astype(np.intp) for bound in (extents.low, extents.high))

@@ -30,11 +30,13 @@ class DrawBatch:
 
     Attributes
     ----------
-    asset : number of `AssetStore`.
-    first, count : which run of instance records it draws.
-    indices : first index and number of indices of each run of its index buffer; none for meshes.
+    asset : the number in `AssetStore` of the asset that is drawn.
+    first : the first instance record of the batch.
+    count : how many instance records it has.
+    indices : the first index and the number of indices of each run in the asset's index buffer; none for meshes.
     clipped : whether samples may fall outside their tile.
-    level, pieces : of the asset that the indices hold.
+    level : the level of detail that the indices hold.
+    pieces : the pieces that the indices hold, a bit mask.
     """
 
     asset: int
@@ -48,13 +50,19 @@ class DrawBatch:
 
 @dataclass(kw_only=True)
 class DrawList:
-    """Hold instance records, sorted so that each batch is one run of them, and the batches."""
+    """Hold instance records and the batches that draw them.
+
+    Attributes
+    ----------
+    records : (n,) records of the kind that the pass reads, sorted so that each batch is one run of them.
+    batches : the draw calls.
+    """
 
     records: NDArray[np.void]
     batches: list[DrawBatch] = field(default_factory=list)
 
     def by_asset(self) -> Iterator[tuple[int, Iterator[DrawBatch]]]:
-        """Yield runs of batches that share an asset, with its number: what all of them need is set once."""
+        """Yield the number of each asset, and the batches that draw it, so that a pass sets the asset's state once."""
         return groupby(self.batches, attrgetter("asset"))
 
     @classmethod
@@ -68,12 +76,12 @@ class DrawList:
 
 @dataclass(kw_only=True)
 class ImpostorQuads:
-    """Hold what pass 2 draws.
+    """Hold the rectangles that pass 2 draws, one for each impostor.
 
     Attributes
     ----------
-    records : (d,) COMPOSITE_RECORD, first the aligned ones; of these and of the others, the nearest first.
-    aligned : how many are aligned: their texels are pixels of the picture.
+    records : (d,) COMPOSITE_RECORD, first the aligned ones; within either kind the nearest first.
+    aligned : how many of the records are aligned, which means that their texels are pixels of the picture.
     """
 
     records: NDArray[np.void]
@@ -81,7 +89,7 @@ class ImpostorQuads:
 
     @classmethod
     def joined(cls, quads: Sequence["ImpostorQuads"]) -> "ImpostorQuads":
-        """Return all of them, those of each phase after those of the phase before."""
+        """Return all of the `quads` as one, those of an earlier phase first."""
         aligned = [part.records[: part.aligned] for part in quads]
         others = [part.records[part.aligned :] for part in quads]
         return cls(records=np.concatenate(aligned + others), aligned=sum(part.aligned for part in quads))
@@ -93,16 +101,16 @@ class FrameDrawLists:
 
     Attributes
     ----------
-    warp : pass 1, WARP_RECORD.
-    composite : pass 2.
+    warp : what pass 1 warps, WARP_RECORD.
+    composite : the impostors that pass 2 draws.
     dmesh : depth images drawn straight into the picture, PLACED_RECORD.
     mesh : polygon meshes, PLACED_RECORD.
     cleared : (n, 4) slots of the atlas (x, y, width, height) that pass 1 clears before it fills them.
-    counts : numbers for HUD and benchmark.
-    numbered : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these passes
-        write for them.
-    tiled : (d,) which of these `composite` draws.
-    first_object_id : the number of the first of them; 0 stands for no object.
+    counts : numbers for HUD and benchmark, by name.
+    object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these
+        passes write for them.
+    tiled : (d,) which of the `object_rows` are drawn by `composite`.
+    first_object_id : the number that passes write for the first of the `object_rows`; 0 stands for no object.
     """
 
     warp: DrawList
@@ -111,14 +119,14 @@ class FrameDrawLists:
     mesh: DrawList
     cleared: Rows
     counts: Counts
-    numbered: Rows
+    object_rows: Rows
     tiled: Mask
     first_object_id: int = 1
 
     @property
     def next_object_id(self) -> int:
         """The first number that the next phase may write for an object."""
-        return self.first_object_id + len(self.numbered)
+        return self.first_object_id + len(self.object_rows)
 
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
@@ -135,7 +143,7 @@ class FrameDrawLists:
         lists["composite"] = ImpostorQuads.joined([phase.composite for phase in phases])
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(phase, name) for phase in phases])
-            for name in ("cleared", "numbered", "tiled")
+            for name in ("cleared", "object_rows", "tiled")
         }
         return cls(**lists, **columns, counts=counts)
 
@@ -153,10 +161,16 @@ def draw_batches(
 
     Parameters
     ----------
-    asset : (n,) numbers of `AssetStore`.
-    level : (n,) level of detail.
-    pieces : (n,) bit masks; with these, batches hold the runs of indices that a depth object has for them.
-    clipped : (n,) whether samples may fall outside their tile.
+    table : the index ranges of the assets.
+    asset : (n,) the number in `AssetStore` of each instance's asset.
+    level : (n,) level of detail of each instance; None: 0 for all.
+    pieces : (n,) bit masks of pieces, by which batches hold the runs of indices that a depth object has for them; None:
+        all pieces, and no runs.
+    clipped : (n,) whether samples may fall outside their tile; None: nowhere.
+
+    Returns
+    -------
+    The batches, in the order of the instances.
     """
     if not len(asset):
         return []

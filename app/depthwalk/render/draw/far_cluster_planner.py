@@ -37,8 +37,8 @@ class FarClusterPlanner:
 
     Parameters
     ----------
-    world : whose objects are clustered.
-    tiles : the scheduler of all impostor tiles; those of clusters follow those of objects.
+    world : the world whose objects are clustered.
+    tiles : the scheduler of all impostor tiles, where the rows of clusters follow those of objects.
     """
 
     def __init__(self, world: RenderWorld, tiles: TileScheduler) -> None:
@@ -48,7 +48,18 @@ class FarClusterPlanner:
         self._tile_version: Ints = np.zeros(0, np.int64)  # of each cluster, when its tile was warped
 
     def far_cells(self, view: View, cells: Rows, settings: RenderSettings) -> Mask:
-        """Return which (m,) of the `cells` (m,) are drawn by clusters: none where settings concern single objects."""
+        """Return which of some cells are drawn by clusters: none where the settings concern single objects.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        cells : (m,) numbers of the cells.
+        settings : the render settings.
+
+        Returns
+        -------
+        (m,) whether each cell is drawn by clusters.
+        """
         lod, warp = settings.lod, settings.warp
         if not warp.cluster_pixels or lod.freeze or lod.mode == "paper" or warp.order == "epipole":
             return np.zeros(len(cells), bool)
@@ -66,13 +77,18 @@ class FarClusterPlanner:
         return self._clusters
 
     def plan(self, view: View, numbers: Rows, settings: PlanSettings, first_object_id: int) -> FrameDrawLists:
-        """Return what the phase draws that shows the clusters `numbers` (m,), nearest first.
+        """Return the draws of the phase that shows some clusters.
 
         Parameters
         ----------
-        view : near and far plane fitted.
-        settings : what the plan follows.
+        view : the view of the picture, near and far plane fitted.
+        numbers : (m,) numbers of the clusters, nearest first.
+        settings : the settings that decide how detail is chosen and tiles are laid out.
         first_object_id : the number that passes write for the first member, see `FrameDrawLists`.
+
+        Returns
+        -------
+        The draws of passes 1 and 2.
         """
         scene, clusters = self._world.arrays(), self.clusters()
         self._spoil_changed(numbers, len(scene.objects))
@@ -80,13 +96,13 @@ class FarClusterPlanner:
         work = self._tiles.plan(view, impostors, settings.layout, continues=True)
         warp = _warp_list(view, scene, clusters, numbers[work.warped], work, settings)
 
-        numbered, count = clusters.members(numbers[work.drawn])
+        object_rows, count = clusters.members(numbers[work.drawn])
         work.composite["objects"] = np.column_stack([np.cumsum(count) - count, count])
         composite = ImpostorQuads(records=work.composite, aligned=work.aligned)
         nothing = DrawList(records=placed_records(view.position, scene.objects.take(slice(0))))
         step = _iter_steps(view, scene, clusters, numbers, impostors)[work.drawn]
         counts = phase_counts(len(scene.objects), warp, composite, nothing, nothing, work, step)
-        counts |= {"dpci": len(numbered), "clusters": len(composite.records), "mesh_triangles": 0}
+        counts |= {"dpci": len(object_rows), "clusters": len(composite.records), "mesh_triangles": 0}
         return FrameDrawLists(
             warp=warp,
             composite=composite,
@@ -94,8 +110,8 @@ class FarClusterPlanner:
             mesh=nothing,
             cleared=work.slots,
             counts=counts,
-            numbered=numbered,
-            tiled=np.ones(len(numbered), bool),
+            object_rows=object_rows,
+            tiled=np.ones(len(object_rows), bool),
             first_object_id=first_object_id,
         )
 
@@ -185,16 +201,23 @@ def member_records(
     viewer: Array,
     number: Rows,
 ) -> NDArray[np.void]:
-    """Return the warp records (n,) of members of clusters.
+    """Return the warp records of n objects, each a member of a cluster and warped onto the cluster's plane.
 
-    A plane is the same in any frame: directions turn, lengths shrink by the object's scale, λ stays.
+    A member sees the same plane in its own frame: directions turn, lengths shrink by the object's scale, λ stays.
 
     Parameters
     ----------
-    planes, tiles, corners : (n,) those of each member's cluster; corners (n, 2), texels of the atlas.
-    members : (n,) objects.
-    viewer : (n, 3) in the frames of the members, metres.
-    number : (n,) of each member within its cluster, which pass 1 stores beside the number of the image.
+    planes : the plane of each member's cluster.
+    tiles : the tile of each member's cluster.
+    corners : (n, 2) where the tile of each member's cluster lies, texels of the atlas.
+    atlas_size : width and height of the atlas, texels.
+    members : the n objects.
+    viewer : (n, 3) the viewer in the frames of the members, metres.
+    number : (n,) number of each member within its cluster, which pass 1 stores beside the number of the image.
+
+    Returns
+    -------
+    (n,) WARP_RECORD.
     """
     turned, scale = conjugate(members.rotation), members.scale[:, None]
     right, up, normal = (rotate(turned, axis) for axis in (planes.right, planes.up, planes.normal))

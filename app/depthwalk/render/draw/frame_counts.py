@@ -11,14 +11,21 @@ from depthwalk.types import Array
 def phase_counts(
     total: int, warp: DrawList, composite: ImpostorQuads, dmesh: DrawList, mesh: DrawList, work: TileWork, step: Array
 ) -> Counts:
-    """Return the counts of a phase, by name; those that others fill in are 0.
+    """Return the counts of a phase by name; counts that later steps fill in are 0.
 
     Parameters
     ----------
-    total : objects of the scene.
-    warp, composite, dmesh, mesh : what the phase draws, see `FrameDrawLists`.
-    work : tiles that are warped and drawn.
+    total : how many objects the scene has.
+    warp : what pass 1 warps.
+    composite : what pass 2 draws.
+    dmesh : depth images that are drawn straight into the picture.
+    mesh : meshes that are drawn.
+    work : the tiles that are warped and drawn.
     step : (d,) the paper's Iter_step of each object that a tile shows, see `iter_step`.
+
+    Returns
+    -------
+    A number for each name.
     """
     warped = sum(batch.count * length for batch in warp.batches + dmesh.batches for _, length in batch.indices) // 3
     drawn: Counts = {

@@ -16,14 +16,14 @@ from depthwalk.types import Array, Mask, Rows
 
 # What material_resolve.frag reads per object: the viewer in its frame, and its scale; its rotation; the depth that
 # stands for its asset, and whether it has an impostor tile.
-SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("level", "4f4")])
+SURFACE_RECORD = np.dtype([("viewer", "4f4"), ("rotation", "4f4"), ("material_depth", "4f4")])
 
 # Assets with more objects than this are assumed to cover the whole screen; computing their bounds would cost more than
 # it saves.
 _CROWD = 1 << 14
-# Asset k has the depth FULL_COVERAGE + k / LEVELS, which float32 and a depth buffer of 24 bits tell apart; pixels that
-# it covers in part have k / LEVELS, in front of all others.
-LEVELS = 1 << 17
+# Asset k has the depth FULL_COVERAGE + k / MATERIAL_DEPTH_STEPS, which float32 and a depth buffer of 24 bits tell
+# apart; pixels that it covers in part have k / MATERIAL_DEPTH_STEPS, in front of all others.
+MATERIAL_DEPTH_STEPS = 1 << 17
 FULL_COVERAGE = 0.5
 
 
@@ -34,34 +34,41 @@ class MaterialRecords:
     Attributes
     ----------
     records : (1 + n,) SURFACE_RECORD by the object's number; number 0, no object, lies at the far plane.
-    assets : (a,) those that may be visible.
-    level : (a,) the depth that stands for each, see `FULL_COVERAGE`.
-    low, high : (a, 2) corners of the part of the picture in which each may be, −1 to 1, y upward.
+    assets : (a,) numbers in `AssetStore` of the assets that may be visible.
+    material_depth : (a,) the depth that stands for each asset, see `FULL_COVERAGE`.
+    low : (a, 2) lower left corner of the part of the picture in which each asset may be, −1 to 1, y upward.
+    high : (a, 2) upper right corner of that part.
     """
 
     records: NDArray[np.void]
     assets: Rows
-    level: Array
+    material_depth: Array
     low: Array
     high: Array
 
 
 def material_records(view: View, objects: Objects, bounds: Bounds, tiled: Mask) -> MaterialRecords:
-    """Return the material records of n objects in the order of their numbers, the first of which is 1.
+    """Return what the pass `material_resolve` reads of n objects, in the order of their numbers.
 
     Parameters
     ----------
-    bounds : (n,) spheres of the objects, world.
+    view : the view of the picture.
+    objects : the n objects, the first of which has the number 1 in the visibility buffer.
+    bounds : (n,) bounding spheres of the objects, world.
     tiled : (n,) which of the objects are drawn by impostor tiles.
+
+    Returns
+    -------
+    The records of objects and assets.
     """
     viewer = viewer_in_object(view, objects.position, objects.rotation, objects.scale)
     assets, asset_number = np.unique(objects.asset, return_inverse=True)
-    level = FULL_COVERAGE + (1 + np.arange(len(assets))) / LEVELS
+    material_depth = FULL_COVERAGE + (1 + np.arange(len(assets))) / MATERIAL_DEPTH_STEPS
     records = np.zeros(1 + len(objects), SURFACE_RECORD)
     records["viewer"][1:] = np.column_stack([viewer, objects.scale])
     records["rotation"][1:] = objects.rotation
-    records["level"][0, 0] = 1
-    records["level"][1:, :2] = np.column_stack([level[asset_number], tiled])
+    records["material_depth"][0, 0] = 1
+    records["material_depth"][1:, :2] = np.column_stack([material_depth[asset_number], tiled])
     low, high = np.ones((len(assets), 2)), -np.ones((len(assets), 2))
     crowd = np.bincount(asset_number, minlength=len(assets)) > _CROWD
     low[crowd], high[crowd] = -1, 1
@@ -70,4 +77,6 @@ def material_records(view: View, objects: Objects, bounds: Bounds, tiled: Mask) 
     np.minimum.at(low, asset_number[few], few_low)
     np.maximum.at(high, asset_number[few], few_high)
     half_pixel = 1 / np.array(view.size)  # as far a pixel's samples may be from its middle
-    return MaterialRecords(records=records, assets=assets, level=level, low=low - half_pixel, high=high + half_pixel)
+    return MaterialRecords(
+        records=records, assets=assets, material_depth=material_depth, low=low - half_pixel, high=high + half_pixel
+    )

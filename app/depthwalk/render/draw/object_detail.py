@@ -44,7 +44,14 @@ class DetailSelector:
         self._frozen: _FrozenDetail | None = None
 
     def freeze_as_asked(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
-        """Freeze the detail that `view` asks for when `lod.freeze` is switched on; thaw it when switched off."""
+        """Freeze the detail that a view asks for when `lod.freeze` is switched on, and thaw it when it is switched off.
+
+        Parameters
+        ----------
+        view : the view whose detail is frozen.
+        scene : all objects.
+        settings : the settings that decide the detail, with `lod.freeze` among them.
+        """
         objects, table, lod = scene.objects, scene.table, settings.lod
         if not lod.freeze:
             self._frozen = None
@@ -58,7 +65,20 @@ class DetailSelector:
     def as_mesh(
         self, view: View, scene: SceneArrays, rows: Rows, settings: PlanSettings, is_resident: IsResident
     ) -> Mask:
-        """Return which (m,) of the objects `rows` (m,), nearest first, are replaced by their meshes."""
+        """Return which objects are replaced by their meshes.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        scene : all objects.
+        rows : (m,) rows of the objects in question, nearest first.
+        settings : the settings that decide the detail.
+        is_resident : tells which meshes are on the GPU.
+
+        Returns
+        -------
+        (m,) whether each object is replaced.
+        """
         if self._frozen is None:
             return _near_enough_for_mesh(view, scene, rows, settings, is_resident)
         as_mesh = self._frozen.as_mesh[rows]
@@ -68,12 +88,21 @@ class DetailSelector:
     def level_and_pieces(
         self, view: View, table: AssetTable, rows: Rows, objects: Objects, bounds: Bounds, viewer: Array, lod: LodParams
     ) -> tuple[Ints, Ints]:
-        """Return the level and the pieces (m,), bit masks, of the objects `rows` (m,), which may be written to.
+        """Return the level of detail and the pieces of some objects.
 
         Parameters
         ----------
-        objects, bounds : those of `rows`.
-        viewer : (m, 3) in the frames of the objects, metres.
+        view : the view of the picture.
+        table : what is known of the assets.
+        rows : (m,) rows of the objects among all of the scene.
+        objects : those objects.
+        bounds : their bounding spheres, world.
+        viewer : (m, 3) the viewer in the frames of the objects, metres.
+        lod : the settings of detail.
+
+        Returns
+        -------
+        Levels (m,) and pieces (m,), bit masks; the caller may write into both arrays.
         """
         if self._frozen is not None:
             level, pieces = self._frozen.level[rows], self._frozen.pieces[rows]
@@ -103,12 +132,20 @@ def _all_resident(meshes: Rows) -> Mask:
 def choose_levels(
     view: View, objects: Objects, bounds: Bounds, viewer: Array, table: AssetTable, lod: LodParams
 ) -> Ints:
-    """Return the level of detail (n,) of n objects, 0 is the finest.
+    """Choose the level of detail of n objects.
 
     Parameters
     ----------
-    bounds : spheres of the objects, world.
-    viewer : (n, 3) in the frames of the objects, metres.
+    view : the view of the picture.
+    objects : the n objects.
+    bounds : bounding spheres of the objects, world.
+    viewer : (n, 3) the viewer in the frames of the objects, metres.
+    table : what is known of the assets.
+    lod : the settings of detail.
+
+    Returns
+    -------
+    (n,) levels, 0 the finest.
     """
     asset, max_level = objects.asset, table.levels[objects.asset]
     distance = np.linalg.norm(bounds.centre - view.position, axis=1)
@@ -126,15 +163,22 @@ def choose_levels(
 
 
 def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> Ints:
-    """Return which pieces of n objects their viewers may see, as bit masks (n,).
+    """Choose the pieces of n objects that the viewer may see.
 
-    Objects of few triangles keep all pieces of their sides: leaving these out would save less than it costs to draw
-    them apart from others of the same asset.
+    Objects of few triangles keep all pieces of their sides: leaving some out would save less than it costs to draw
+    these objects apart from others of the same asset.
 
     Parameters
     ----------
-    asset, level : (n,) of each object.
-    viewer : (n, 3) in the frames of the objects, metres.
+    asset : (n,) number in `AssetStore` of each object's asset.
+    level : (n,) level of detail of each object.
+    viewer : (n, 3) the viewer in the frames of the objects, metres.
+    table : what is known of the assets.
+    lod : the settings of detail.
+
+    Returns
+    -------
+    (n,) bit masks of the pieces.
     """
     if lod.cases == "paper":
         return PAPER_PIECES[paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])]
@@ -146,9 +190,10 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
 
 
 def lasting_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> Ints:
-    """Return the pieces (n,), bit masks, of n objects whose tile outlives small moves of the viewer: all of them.
+    """Choose the pieces of n objects whose tile outlives small moves of the viewer: all of them.
 
-    The paper's cases know no other than those of the present viewer. For the parameters see `choose_pieces`.
+    The paper's cases are an exception, since they are defined for the present viewer only. The parameters `asset`,
+    `level`, `viewer`, `table` and `lod` are those of `choose_pieces`, as is the result.
     """
     if lod.cases == "paper":
         return choose_pieces(asset, level, viewer, table, lod)

@@ -7,7 +7,7 @@ from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
 
 @dataclass(frozen=True, kw_only=True)
 class PlanSettings:
-    """Hold what a plan follows.
+    """Hold the settings that a plan follows.
 
     Attributes
     ----------

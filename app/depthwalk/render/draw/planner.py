@@ -41,7 +41,7 @@ class Planner:
 
     Attributes
     ----------
-    tiles : scheduler of the impostor tiles, which the planner of far clusters shares.
+    tiles : the scheduler of the impostor tiles, which the planner of far clusters shares.
     """
 
     def __init__(self) -> None:
@@ -64,13 +64,17 @@ class Planner:
 
         Parameters
         ----------
-        view : near and far plane fitted.
+        view : the view of the picture, near and far plane fitted.
         scene : all objects.
         visible : (m,) rows of the objects that the phase shows, nearest first.
-        settings : what the plan follows.
-        continues : whether the phase continues a frame, of which others are drawn already.
+        settings : the settings that decide how detail is chosen and tiles are laid out.
+        continues : whether an earlier phase of the same frame has drawn other objects already.
         first_object_id : the number that passes write for the first object, see `FrameDrawLists`.
-        is_resident : which meshes are on the GPU and may replace depth images.
+        is_resident : tells which meshes are on the GPU and may replace depth images.
+
+        Returns
+        -------
+        The draw lists of the phase.
         """
         objects, table = scene.objects, scene.table
         if not continues:
@@ -95,7 +99,7 @@ class Planner:
         counts["mesh_triangles"] = sum(
             batch.count * int(table.meshes.triangles[batch.asset, batch.level]) for batch in mesh.batches
         )
-        numbered = seen.rows[np.concatenate([tiled[work.drawn], direct])]
+        object_rows = seen.rows[np.concatenate([tiled[work.drawn], direct])]
         return FrameDrawLists(
             warp=warp,
             composite=composite,
@@ -103,8 +107,8 @@ class Planner:
             mesh=mesh,
             cleared=work.slots,
             counts=counts,
-            numbered=numbered,
-            tiled=np.arange(len(numbered)) < len(composite.records),
+            object_rows=object_rows,
+            tiled=np.arange(len(object_rows)) < len(composite.records),
             first_object_id=first_object_id,
         )
 

@@ -9,11 +9,11 @@ from depthwalk.types import Rows
 
 
 class Atlas:
-    """Hold the free rectangles of an atlas; these and slots are rows x, y, width, height, texels.
+    """Hold the free rectangles of an atlas. Free rectangles and slots are rows (x, y, width, height), texels.
 
     Parameters
     ----------
-    size : width and height, texels.
+    size : width and height of the atlas, texels.
     """
 
     def __init__(self, size: tuple[int, int]) -> None:
@@ -21,7 +21,7 @@ class Atlas:
         self._free: Rows = np.array([[0, 0, *size]], np.int64)
 
     def pack(self, sizes: Rows) -> Rows | None:
-        """Return slots (n, 4) for tiles of `sizes` (n, 2), in place of all slots; None where they do not fit."""
+        """Free all slots, then return slots (n, 4) for tiles of `sizes` (n, 2), texels; None where these do not fit."""
         corners, used = pack_shelves(sizes, self.size[0])
         if used > self.size[1]:
             return None
@@ -35,7 +35,7 @@ class Atlas:
         return np.column_stack([corners, sizes[:, 0], heights[shelf]])
 
     def allocate(self, size: Rows) -> Rows | None:
-        """Return the slot (4,) where a tile of `size` (2,) fits most snugly; None where there is no room."""
+        """Return the slot (4,) that a tile of `size` (2,), texels, fits most snugly; None where it fits nowhere."""
         free = self._free
         left = free[:, 2:] - size
         fits = np.flatnonzero((left >= 0).all(1))
@@ -55,7 +55,7 @@ class Atlas:
         return np.array([x, y, width, height])
 
     def allocate_all(self, sizes: Rows) -> Rows | None:
-        """Return slots (n, 4) for tiles of `sizes` (n, 2), packed into the largest free rectangle; or None."""
+        """Return slots (n, 4) for tiles of `sizes` (n, 2), texels, in the largest free rectangle; None if too small."""
         largest = int(np.argmax(self._free[:, 2:].prod(1)))
         x, y, width, height = self._free[largest].tolist()
         within = Atlas((width, height))
@@ -67,7 +67,7 @@ class Atlas:
         return np.asarray(slots + corner)
 
     def release(self, slots: Rows) -> None:
-        """Give slots (n, 4) back, and merge free neighbours that make a rectangle."""
+        """Free the `slots` (n, 4), and merge free neighbours that make a rectangle."""
         free = np.concatenate([self._free, slots])
         free = free[(free[:, 2:] > 0).all(1)]
         for axis in (0, 1):
@@ -94,18 +94,18 @@ def _merged(free: Rows, axis: int) -> Rows:
 
 
 def pack_shelves(sizes: Rows, width: int) -> tuple[Rows, int]:
-    """Pack tiles into a strip: next-fit decreasing height.
+    """Pack tiles into a strip, shelf by shelf (next-fit decreasing height).
 
-    Sorted by height, tiles fill a shelf until its width is spent. The loop runs over shelves, not over tiles.
+    Tiles are sorted by height, and fill a shelf until its width is spent. The loop runs over shelves, not over tiles.
 
     Parameters
     ----------
-    sizes : (n, 2) width and height of the tiles, none wider than the strip.
-    width : of the strip.
+    sizes : (n, 2) width and height of the tiles, texels, none wider than the strip.
+    width : width of the strip, texels.
 
     Returns
     -------
-    Lower left corners (n, 2), and the height used.
+    Lower left corners (n, 2) and the height used, texels.
     """
     corners = np.zeros_like(sizes)
     order = np.argsort(-sizes[:, 1], kind="stable")

@@ -21,10 +21,11 @@ _COARSER = 1.25  # pixels per texel, or texels per pixel, that are an error of 1
 
 
 def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> Array:
-    """Return a bound (n,) on how far from its place any point of an object is shown, in pixels.
+    """Return a bound on how far from its place any point of an object is shown.
 
-    On the plane, λ and λ' at one texel x appear (λ' − λ)·r·(δ − κ·x) / ((λ + (1 − λ)·r)·(λ' + (1 − λ')·r)) apart,
-    κ = 1 − 1/r: the difference of what `shifted` in composite.vert gives. λ' is that of the middle.
+    On the plane, λ and λ' at one texel x appear (λ' − λ)·r·(δ − κ·x) / ((λ + (1 − λ)·r)·(λ' + (1 − λ')·r)) apart, κ = 1
+    − 1/r: the difference of what `shifted` in composite.vert gives. λ' is that of the plane on which the tile is drawn,
+    through the middle of the object's depth range.
 
     Parameters
     ----------
@@ -42,8 +43,8 @@ def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> A
     ahead = np.einsum("ni,ni->n", moved, records["normal"][:, :3])
     away = np.maximum(distance + ahead, 1e-3 * distance)
     ratio = distance / away
-    low, high = np.stack([records["right"][:, 3], records["up"][:, 3]], -1), records["reach"][:, :2]
-    nearest, farthest = records["reach"][:, 2:].astype(float).T
+    low, high = np.stack([records["right"][:, 3], records["up"][:, 3]], -1), records["high"][:, :2]
+    nearest, farthest = records["high"][:, 2:].astype(float).T
 
     shift = -(ahead / distance)[:, None]
     across = np.maximum(np.abs(aside - shift * low), np.abs(aside - shift * high))
@@ -61,15 +62,19 @@ def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> A
 
 
 def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, forward: Array) -> Mask:
-    """Return whether the tiles (n,) hold all that the view sees of their objects.
-
-    The corners of the view's frustum, between the ends of an object's depth range, must lie within the tile's frustum.
+    """Return whether tiles hold all that the view sees of their objects.
 
     Parameters
     ----------
-    rotation : (n, 4) of the objects.
-    viewer : (n, 3) in the objects' frames, metres.
+    tiles : the n tiles.
+    view : the view of the picture.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+    viewer : (n, 3) the viewer in the objects' frames, metres.
     forward : (n, 2) least and greatest distance of each object along the view axis, in metres of its frame.
+
+    Returns
+    -------
+    (n,) whether each tile does.
     """
     corners = np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)])
     rays = corners @ view.ray_from_screen.T @ matrices(rotation)  # (n, 4, 3)
@@ -80,35 +85,52 @@ def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, 
 
 
 def frustum_rows(view: View, rotation: Array) -> Array:
-    """Return `CachedTiles.frustum` (n, 3, 3) of tiles cut to `MARGIN` times the view's width and height.
+    """Return the frusta of tiles that are cut to `MARGIN` times the view's width and height.
 
-    rotation: (n, 4) of their objects.
+    Parameters
+    ----------
+    view : the view of the picture.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+
+    Returns
+    -------
+    (n, 3, 3) rows, see `CachedTiles.frustum`.
     """
     axes = view.axes @ matrices(rotation)
     tan_x, tan_y = (t * MARGIN / GUARD for t in view.half_extent)
     return np.asarray(axes / np.array([tan_x, tan_y, 1.0])[:, None])
 
 
-def coarseness(made: Array, wanted: Array) -> Array:
-    """Return how far (n,) the resolution of tiles is off, 1 where as far as allowed.
+def coarseness(made: Array, target: Array) -> Array:
+    """Return how far the resolution of n tiles is off.
 
     Parameters
     ----------
-    made, wanted : (n,) pixels per metre that they were made for, and that they should have.
+    made : (n,) pixels per metre that each tile was made for.
+    target : (n,) pixels per metre that each tile should have.
+
+    Returns
+    -------
+    (n,) 1 where the resolution is off by as much as is allowed.
     """
-    return np.asarray(np.abs(np.log(wanted / made)) / np.log(_COARSER))
+    return np.asarray(np.abs(np.log(target / made)) / np.log(_COARSER))
 
 
 def due(error: Array, triangles: Rows, budget: int) -> Mask:
-    """Return which tiles (n,) to warp again.
+    """Choose the tiles to warp again.
 
-    These are all whose error is beyond `HARDEST`; and of those beyond 1 the farthest off, as long as the tiles up to
-    there have no more than `budget` triangles together.
+    Every tile whose error is beyond `HARDEST` is warped again. Of those whose error is beyond 1 the worst are, as long
+    as the tiles chosen so far have no more than `budget` triangles together.
 
     Parameters
     ----------
-    error : (n,) reprojection error, 1 where as large as allowed.
-    triangles : (n,) that warping each costs.
+    error : (n,) reprojection error of each tile, 1 where as large as allowed.
+    triangles : (n,) how many triangles warping each tile takes.
+    budget : how many triangles may be warped in a frame.
+
+    Returns
+    -------
+    (n,) which tiles to warp again.
     """
     order = np.argsort(-error, kind="stable")
     fits = np.empty(len(error), bool)

@@ -26,14 +26,15 @@ class CachedTiles(StructOfArrays):
     ----------
     record : (n,) COMPOSITE_RECORD.
     object : (n,) row of the object that each shows.
-    slot : (n, 4) of the atlas: x, y, width, height, texels.
-    seen : (n,) number of the frame that showed it last.
-    density : (n,) pixels per metre at the object's centre, object frame, that it was made for.
-    whole : (n,) whether it holds all of the object.
-    frustum : (n, 3, 3) rows a, b, c: if not whole, it holds the points p, relative to its viewer, with
-        |a·p|, |b·p| ≤ c·p.
-    level, pieces : (n,) of the geometry that it shows, see `ImpostorObjects`.
-    resolution : (n,) part of the texels along each side that it should have.
+    slot : (n, 4) where each lies in the atlas: x, y, width, height, texels.
+    seen : (n,) number of the frame that showed each tile last.
+    density : (n,) pixels per metre at the object's centre, object frame, that each tile was made for.
+    frustum : (n, 3, 3) rows a, b, c: a tile that is not whole holds the points p, relative to its viewer, with |a·p|,
+        |b·p| ≤ c·p.
+    whole : (n,) whether each tile holds all of its object.
+    level : (n,) level of detail of the geometry that each tile shows.
+    pieces : (n,) pieces of that geometry, bit masks, see `ImpostorObjects`.
+    resolution : (n,) part of the texels along each side that each tile should have, 0 to 1.
     """
 
     record: NDArray[np.void]
@@ -52,7 +53,7 @@ class CachedTiles(StructOfArrays):
 
     @classmethod
     def empty(cls) -> "CachedTiles":
-        """Return no tiles."""
+        """Return a table of no tiles."""
         number, real = np.zeros(0, np.int64), np.zeros(0)
         return cls(
             record=np.zeros(0, COMPOSITE_RECORD),
@@ -73,13 +74,13 @@ class TileCache:
 
     Parameters
     ----------
-    objects : how many may have a tile.
-    atlas_size : width and height, texels.
+    objects : how many objects may have a tile.
+    atlas_size : width and height of the atlas, texels.
 
     Attributes
     ----------
     tiles : what is known of the tiles.
-    frame : number of the present frame.
+    frame : the number of the present frame.
     """
 
     def __init__(self, objects: int = 0, atlas_size: tuple[int, int] = (1, 1)) -> None:
@@ -96,17 +97,17 @@ class TileCache:
         self._row[:] = -1
 
     def reserve(self, objects: int) -> None:
-        """Let so many objects have a tile, or more."""
+        """Make room for the tiles of `objects` objects, and keep the tiles that are cached."""
         more = max(objects - len(self._row), 0)
         if more:
             self._row = np.append(self._row, np.full(more, -1, np.int32))
 
     def rows(self, objects: Rows) -> Rows:
-        """Return the row (m,) in `tiles` of each of the `objects` (m,); -1 where it has none."""
+        """Return the row in `tiles` (m,) of each of the `objects` (m,); −1 for an object without a tile."""
         return self._row[objects]
 
     def spoil(self, objects: Rows) -> None:
-        """Have the tiles of `objects` (m,) count as entirely wrong, so that they are warped again."""
+        """Count the tiles of `objects` (m,) as entirely wrong, so that they are warped again."""
         row = self._row[objects]
         self.tiles.density[row[row >= 0]] = _SPOILT
 
@@ -121,51 +122,53 @@ class TileCache:
         return 1 - self._atlas.free_texels / (self.atlas_size[0] * self.atlas_size[1])
 
     def pack(self, sizes: Rows, roomy: bool) -> tuple[Rows, Array]:
-        """Return slots for tiles in an atlas that holds nothing else.
+        """Empty the atlas, and return slots for new tiles.
 
         Parameters
         ----------
         sizes : (n, 2) width and height of the tiles, texels.
-        roomy : whether slots have room for tiles that grow.
+        roomy : whether slots are made a little larger, so that tiles may grow.
 
         Returns
         -------
-        Slots (n, 4), and the part of their width and height (n,) that tiles must do with, the same for all.
+        Slots (n, 4), texels, and by what factor (n,) the tiles were shrunk in width and height to fit, the same for
+        all.
         """
         self._packed = self.frame
-        wanted = _roomy(sizes) if roomy else sizes
+        padded = _roomy(sizes) if roomy else sizes
         resolution = 1.0
-        while (slots := self._atlas.pack(shrunk(wanted, resolution))) is None:
+        while (slots := self._atlas.pack(shrunk(padded, resolution))) is None:
             resolution *= 0.95
         return slots, np.full(len(sizes), resolution)
 
     def allocate(self, objects: Rows, sizes: Rows) -> tuple[Rows, Array] | None:
         """Return slots for new tiles, in place of those that their objects have.
 
-        For want of room, the tiles that were shown least recently are evicted; then new ones get fewer texels.
+        Where the atlas is full, the tiles that were shown least recently are evicted; if that is not enough, new tiles
+        get fewer texels.
 
         Parameters
         ----------
-        objects : (n,) the most important first.
-        sizes : (n, 2) width and height of their tiles, texels.
+        objects : (n,) rows of the objects, the most important first.
+        sizes : (n, 2) width and height of the tiles, texels.
 
         Returns
         -------
-        Slots (n, 4), and the part of their width and height (n,) that tiles must do with. None where none of that
-        helps, or now and then where the atlas is fragmented: it is then to be packed anew.
+        Slots (n, 4), texels, and by what factor (n,) each tile was shrunk in width and height to fit. None where
+        nothing helps, or now and then where the atlas is fragmented: the atlas then has to be packed again.
         """
         row = self._row[objects]
         had = np.zeros((len(row), 4), np.int64)
         had[row >= 0] = self.tiles.slot[row[row >= 0]]
-        wanted = _roomy(sizes)
-        stays = (had[:, 2:] >= sizes).all(1) & (had[:, 2:].prod(1) <= 2 * wanted.prod(1))
+        padded = _roomy(sizes)
+        stays = (had[:, 2:] >= sizes).all(1) & (had[:, 2:].prod(1) <= 2 * padded.prod(1))
         self._atlas.release(had[~stays])
         slots, resolution = had.copy(), np.ones(len(objects))
         left = np.flatnonzero(~stays)
-        if len(left) > _MANY and (found := self._atlas.allocate_all(wanted[left])) is not None:
+        if len(left) > _MANY and (found := self._atlas.allocate_all(padded[left])) is not None:
             slots[left], left = found, left[:0]
         for k in left.tolist():
-            placed = self._place(wanted[k])
+            placed = self._place(padded[k])
             if placed is None:
                 return None
             slots[k], resolution[k] = placed
@@ -202,7 +205,7 @@ class TileCache:
         return True
 
     def store(self, new: CachedTiles) -> None:
-        """Store tiles that were just warped, in place of those that their objects had."""
+        """Store the tiles `new`, which were just warped, in place of those that their objects had."""
         row = self._row[new.object]
         self.tiles.put(row[row >= 0], new.take(row >= 0))
         if (row < 0).any():
@@ -211,7 +214,7 @@ class TileCache:
 
 
 def shrunk(sizes: Rows, factor: float | Array) -> Rows:
-    """Return sizes (n, 2) times a factor, at least 1."""
+    """Return `sizes` (n, 2), texels, times `factor`, a number or (n, 1) of them; every side is at least 1."""
     return np.maximum((sizes * factor).astype(np.int64), 1)
 
 

@@ -17,17 +17,18 @@ from depthwalk.types import Array, Rows
 
 @dataclass(frozen=True, kw_only=True)
 class Tiles(StructOfArrays):
-    """Hold the mappings of n tiles.
+    """Hold the mappings of n tiles from the plane of an impostor to texels.
 
-    Pass 1 stores 1 − nearest · λ / w, which is affine over the tile for a flat triangle, and 1 where nothing is.
+    Pass 1 stores 1 − nearest · λ / w, which is affine over the tile for a flat triangle, and 1 in empty texels.
 
     Attributes
     ----------
     texel : (n, 3, 3) homography: texel · (s, v, 1) = (x·w, y·w, w), with plane coordinates s, v in metres, and x and y
         in texels from the tile's corner.
-    nearest : (n,) the least w / λ of the object.
-    size : (n, 2) width and height, texels.
-    pixel : (n, 2) of the picture, where the tile's corner lies if its texels are the picture's pixels, else NaN.
+    nearest : (n,) the least w / λ of each object.
+    size : (n, 2) width and height of each tile, texels.
+    pixel : (n, 2) where the tile's corner lies in the picture, pixels, if its texels are the picture's pixels; else
+        NaN.
     """
 
     texel: Array
@@ -36,7 +37,7 @@ class Tiles(StructOfArrays):
     pixel: Array
 
     def resized(self, size: Rows) -> "Tiles":
-        """Return tiles of the same planes with `size` (n, 2) texels."""
+        """Return tiles of the same planes that are `size` (n, 2) texels wide and high."""
         scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
         same = (size == self.size).all(1, keepdims=True)
         return Tiles(
@@ -54,8 +55,13 @@ def plane_tiles(planes: Planes, focal_pixels: float, limit: int) -> tuple[Planes
 
     Parameters
     ----------
-    focal_pixels : of the view, times texels per pixel.
-    limit : texels along a tile at most.
+    planes : the planes of n objects, with the rectangles that the tiles are to hold.
+    focal_pixels : texels per unit of x/z in the middle of the picture: `View.focal_pixels` times texels per pixel.
+    limit : the largest width and height of a tile, texels.
+
+    Returns
+    -------
+    The widened planes and their tiles.
     """
     size = tile_sizes(planes, focal_pixels, limit - 2)
     texel = (planes.high - planes.low) / size
@@ -73,10 +79,16 @@ def screen_tiles(planes: Planes, seen: Seen, view: View, depth: Array, scale: fl
 
     Parameters
     ----------
+    planes : the planes of n objects, cropped to the picture.
     seen : what the camera sees of the planes.
+    view : the view of the picture.
     depth : (n,) the least distance of each object along the view axis, in metres of its frame.
     scale : texels per pixel.
-    limit : texels along a tile at most.
+    limit : the largest width and height of a tile, texels.
+
+    Returns
+    -------
+    The tiles of the n planes.
     """
     low, high = np.floor(seen.pixel_low), np.ceil(seen.pixel_high)
     to_camera = seen.camera * np.stack([np.ones(len(low)), np.ones(len(low)), -planes.distance], -1)[:, None]

@@ -27,7 +27,7 @@ WARP_RECORD = np.dtype(
 # What composite.vert reads per object. Of its tile:
 # right, up, normal: the plane's axes, with the rectangle's low corner, and the distance of the viewer that the tile was
 #     warped for, in w;
-# reach: the rectangle's high corner, and λ of the object's nearest and farthest points;
+# high: the rectangle's high corner, and λ of the object's nearest and farthest points;
 # origin: the viewer that it was warped for, object frame, and the tile's nearest w / λ;
 # to_x, to_y, to_w: rows that map plane coordinates to its texels;
 # tile: where it lies in the atlas, texels; pixel: where it lies in the picture, see `Tiles`.
@@ -38,7 +38,7 @@ COMPOSITE_RECORD = np.dtype(
         ("right", "4f4"),
         ("up", "4f4"),
         ("normal", "4f4"),
-        ("reach", "4f4"),
+        ("high", "4f4"),
         ("origin", "4f4"),
         ("to_x", "3f4"),
         ("to_y", "3f4"),
@@ -53,12 +53,18 @@ COMPOSITE_RECORD = np.dtype(
 
 
 def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[int, int]) -> NDArray[np.void]:
-    """Return the warp records of n tiles, with 0 as what is added to numbers of images.
+    """Return what pass 1 reads of n tiles, with 0 as the number that is added to those of images.
 
     Parameters
     ----------
+    planes : the planes of n objects.
+    tiles : how the planes map to texels.
     corners : (n, 2) where the tiles lie, texels of the atlas.
-    atlas_size : width and height, texels.
+    atlas_size : width and height of the atlas, texels.
+
+    Returns
+    -------
+    (n,) WARP_RECORD.
     """
     records = np.zeros(len(corners), WARP_RECORD)
     records["right"] = np.column_stack([planes.right, planes.epipole[:, 0]])
@@ -75,20 +81,26 @@ def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[
 
 
 def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, corners: Rows) -> NDArray[np.void]:
-    """Return the composite records of n tiles, without what `place_tiles` adds of their objects.
+    """Return what pass 2 reads of n tiles, without what `place_tiles` adds of their objects.
 
     Parameters
     ----------
-    viewer : (n, 3) in the objects' frames, metres.
+    viewer : (n, 3) the viewer that the tiles are warped for, in the objects' frames, metres.
+    planes : the planes of n objects.
     depths : (n, 2) least and greatest depth of each object behind its plane, metres.
+    tiles : how the planes map to texels.
     corners : (n, 2) where the tiles lie, texels of the atlas.
+
+    Returns
+    -------
+    (n,) COMPOSITE_RECORD.
     """
     records = np.zeros(len(corners), COMPOSITE_RECORD)
     records["right"] = np.column_stack([planes.right, planes.low[:, 0]])
     records["up"] = np.column_stack([planes.up, planes.low[:, 1]])
     records["normal"] = np.column_stack([planes.normal, planes.distance])
     distance = planes.distance[:, None]
-    records["reach"] = np.column_stack([planes.high, distance / (distance + depths)])
+    records["high"] = np.column_stack([planes.high, distance / (distance + depths)])
     records["origin"] = np.column_stack([viewer, tiles.nearest])
     records["to_x"], records["to_y"], records["to_w"] = np.moveaxis(tiles.texel, 1, 0)
     records["tile"] = np.column_stack([corners, tiles.size])
@@ -97,12 +109,14 @@ def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, cor
 
 
 def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation: Array) -> None:
-    """Complete the composite records of n objects, in the order of their numbers.
+    """Write into the composite records of n tiles where their objects are now.
 
     Parameters
     ----------
+    records : (n,) COMPOSITE_RECORD in the order of the objects' numbers; three of their fields are filled in.
     viewer : (n, 3) the present viewer in the objects' frames, metres.
-    scale, rotation : (n,) and (n, 4), of the objects.
+    scale : (n,) scale of each object.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
     """
     records["viewer"][:, :3], records["viewer"][:, 3] = viewer, scale
     records["rotation"] = rotation

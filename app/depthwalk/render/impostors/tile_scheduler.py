@@ -36,12 +36,14 @@ class ImpostorObjects:
 
     Attributes
     ----------
-    row : (m,) of all objects, by which tiles are found again in the next frame.
-    objects, bounds : where they are; bounds are spheres, world.
-    volumes : their cylinders.
-    viewer : (m, 3) in their frames, metres.
-    level, pieces : (m,) of the geometry that serves them now; pieces are bit masks, see `cook.cases`.
-    triangles : (m,) of all pieces of that level.
+    row : (m,) row of each object among all, by which its tile is found again in the next frame.
+    objects : the objects.
+    bounds : the bounding spheres of the objects, world.
+    volumes : the cylinders of the objects.
+    viewer : (m, 3) the viewer in the objects' frames, metres.
+    level : (m,) level of detail that serves each object now.
+    pieces : (m,) pieces that serve each object now, bit masks, see `cook.cases`.
+    triangles : (m,) how many triangles all pieces of that level have.
     """
 
     row: Rows
@@ -57,7 +59,7 @@ class ImpostorObjects:
         return len(self.row)
 
     def take(self, rows: Rows | Mask) -> "ImpostorObjects":
-        """Return the objects `rows` of these."""
+        """Return some of the objects: `rows` are their numbers (k,), or a mask (m,)."""
         return ImpostorObjects(
             row=self.row[rows],
             objects=self.objects.take(rows),
@@ -76,15 +78,20 @@ class TileWork:
 
     Attributes
     ----------
-    warped : (k,) numbers of those `ImpostorObjects` whose tiles pass 1 warps.
-    planes, tiles, slots : onto which planes, into what tiles, and where in the atlas: slots (k, 4), texels.
-    whole : (k,) whether the tile holds all of the object.
-    drawn : (d,) numbers of those that pass 2 draws, first the `aligned` ones, whose texels are pixels; of these and of
-        the others, the nearest first.
+    warped : (k,) numbers of the `ImpostorObjects` whose tiles pass 1 warps.
+    planes : the planes of the warped tiles.
+    tiles : how these planes map to texels.
+    slots : (k, 4) where the warped tiles lie in the atlas: x, y, width, height, texels.
+    whole : (k,) whether each warped tile holds all of its object.
+    drawn : (d,) numbers of the `ImpostorObjects` that pass 2 draws, first the aligned ones; within either kind the
+        nearest first.
+    aligned : how many of those drawn are aligned, which means that their texels are pixels of the picture.
     composite : (d,) COMPOSITE_RECORD.
-    level, pieces, resolution : (d,) see `CachedTiles`.
-    error : (d,) reprojection error, 1 where as large as allowed.
-    atlas_used : part of the atlas that holds tiles.
+    level : (d,) level of detail of each drawn tile, see `CachedTiles`.
+    pieces : (d,) pieces of each drawn tile.
+    resolution : (d,) part of the texels that each drawn tile should have.
+    error : (d,) reprojection error of each drawn tile, 1 where as large as allowed.
+    atlas_used : part of the atlas that holds tiles, 0 to 1.
     """
 
     warped: Rows
@@ -110,26 +117,30 @@ class TileScheduler:
         self._budget = 0  # triangles that may still be warped in this frame
 
     def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
-        """Start with an empty atlas of that size, for so many objects."""
+        """Start with an empty atlas of `atlas_size` (width, height) texels, for `objects` objects."""
         self._cache = TileCache(objects, atlas_size)
 
     def reserve(self, objects: int) -> None:
-        """Make room for tiles of so many objects, and keep those that are cached."""
+        """Make room for the tiles of `objects` objects, and keep the tiles that are cached."""
         self._cache.reserve(objects)
 
     def spoil(self, rows: Rows) -> None:
-        """Have the tiles of the objects `rows` (m,) warped again: what these show has changed."""
+        """Warp the tiles of the objects `rows` (m,) again in the next frame, because these objects changed."""
         self._cache.spoil(rows)
 
     def plan(self, view: View, impostors: ImpostorObjects, layout: TileParams, continues: bool = False) -> TileWork:
-        """Return what to warp and what to draw.
+        """Decide which tiles to warp and which to draw.
 
         Parameters
         ----------
-        view : near and far plane fitted.
-        impostors : objects that have a plane each, nearest first.
+        view : the view of the picture, near and far plane fitted.
+        impostors : the objects that impostors show, nearest first.
         layout : how tiles are laid out, and how long they are reused.
-        continues : whether they join others of the same frame, and share its budget.
+        continues : whether the objects join others of the same frame, and share its budget.
+
+        Returns
+        -------
+        The tiles to warp, and those to draw.
         """
         cache = self._cache
         shown_before = cache.shown_now
@@ -183,11 +194,9 @@ class TileScheduler:
     ) -> tuple["_PlacedTiles", Rows]:
         """Store tiles of those objects `number` (n,) that are in sight in the atlas.
 
-        Where there is no room for them, the atlas is packed anew with the tiles of all objects.
+        Where the atlas has no room for them, it is packed again with the tiles of all objects.
 
-        Parameters
-        ----------
-        pack : whether to pack them into an empty atlas in any case.
+        If `pack` is true, they are packed into an empty atlas in any case.
 
         Returns
         -------

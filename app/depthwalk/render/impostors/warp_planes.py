@@ -24,16 +24,21 @@ GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neigh
 
 @dataclass(frozen=True, kw_only=True)
 class Planes(StructOfArrays):
-    """Hold the planes of n objects, and rectangles on them. `right` × `up` = `normal`, which points to the viewer.
+    """Hold the planes of n objects, and rectangles on them.
+
+    `right` × `up` = `normal`, which points to the viewer.
 
     Attributes
     ----------
     face : (n,) Face of the cylinder that each plane touches.
-    right, up, normal : (n, 3) unit vectors.
-    distance : (n,) from the viewer to the plane, metres.
-    epipole : (n, 2) foot of the viewer on the plane, in (right, up) coordinates, metres.
-    offset : (n,) of the plane along its normal, metres.
-    low, high : (n, 2) corners of the rectangle, metres, relative to the epipole.
+    right : (n, 3) unit vectors on the plane to the viewer's right, object frames.
+    up : (n, 3) unit vectors on the plane at right angles to `right`, object frames.
+    normal : (n, 3) unit vectors towards the viewer, object frames.
+    distance : (n,) distance from the viewer to the plane, metres.
+    epipole : (n, 2) point of the plane nearest to the viewer, in (right, up) coordinates, metres.
+    offset : (n,) distance of the plane from the object's origin along the normal, metres.
+    low : (n, 2) lower left corner of each rectangle, metres, relative to the epipole.
+    high : (n, 2) upper right corner of each rectangle, metres, relative to the epipole.
     """
 
     face: NDArray[np.intp]
@@ -47,7 +52,7 @@ class Planes(StructOfArrays):
     high: Array
 
     def widened(self, margin: Array) -> "Planes":
-        """Return the planes with rectangles larger by `margin` (n, 2), metres, on every side."""
+        """Return the planes with rectangles that are larger by `margin` (n, 2), metres, on every side."""
         return replace(self, low=self.low - margin, high=self.high + margin)
 
 
@@ -57,9 +62,11 @@ class Volumes(StructOfArrays):
 
     Attributes
     ----------
-    radius, bottom, top : (n,) metres.
+    radius : (n,) metres.
+    bottom : (n,) height of the lower end, metres.
+    top : (n,) height of the upper end, metres.
     footprint : (n, DIRECTIONS) how far their samples reach from the axis, metres, see `geometry.support_function`.
-    has_side : (n,) false for planar images.
+    has_side : (n,) whether the object has a side image; false for planar images.
     """
 
     radius: Array
@@ -70,13 +77,18 @@ class Volumes(StructOfArrays):
 
 
 def nearest_faces(viewer: Array, volumes: Volumes) -> tuple[NDArray[np.intp], Array]:
-    """Return the Face (n,) in whose plane each object is warped, and the viewer's distance (n,) to that plane, metres.
+    """Choose the face in whose plane each of n objects is warped.
 
     Where the distance is not positive the viewer is inside the cylinder, or behind a planar image.
 
     Parameters
     ----------
-    viewer : (n, 3) in the objects' frames, metres.
+    viewer : (n, 3) the viewer in the objects' frames, metres.
+    volumes : the cylinders of n objects.
+
+    Returns
+    -------
+    The Face (n,), and the viewer's distance (n,) to its plane, metres.
     """
     above = viewer[:, 1] - volumes.top
     beside = np.hypot(viewer[:, 0], viewer[:, 2]) - volumes.radius
@@ -92,7 +104,12 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
 
     Parameters
     ----------
-    viewer : (n, 3) in the objects' frames, metres.
+    viewer : (n, 3) the viewer in the objects' frames, metres.
+    volumes : the cylinders of n objects.
+
+    Returns
+    -------
+    The n planes.
     """
     v = volumes
     face, distance = nearest_faces(viewer, volumes)
@@ -123,7 +140,7 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
 
 
 def depths_behind(planes: Planes, volumes: Volumes) -> Array:
-    """Return the least and the greatest depth (n, 2) of the objects' samples behind their planes, metres."""
+    """Return the least and the greatest depth (n, 2), metres, of the samples in `volumes` behind their `planes`."""
     v, side = volumes, planes.face == Face.SIDE
     toward, away = (np.minimum(support(v.footprint, way * planes.normal[:, [0, 2]]), v.radius) for way in (1, -1))
     nearest, farthest = np.where(side, v.radius - toward, 0), np.where(side, v.radius + away, v.top - v.bottom)
@@ -155,14 +172,15 @@ def _rectangles(
 
 @dataclass(frozen=True, kw_only=True)
 class Seen(StructOfArrays):
-    """Hold what the camera sees of n rectangles.
+    """Hold what the camera sees of n rectangles on planes.
 
     Attributes
     ----------
     camera : (n, 3, 3) camera coordinates (right, up, forward) of plane coordinates (s, v, −D).
-    visible : (n,) whether any part is seen.
-    whole : (n,) whether nothing was cut away.
-    pixel_low, pixel_high : (n, 2) bounds on the screen, pixels.
+    visible : (n,) whether any part of the rectangle is seen.
+    whole : (n,) whether nothing of the rectangle was cut away.
+    pixel_low : (n, 2) lower left bound on the screen, pixels.
+    pixel_high : (n, 2) upper right bound on the screen, pixels.
     """
 
     camera: Array
@@ -180,7 +198,14 @@ def crop_to_frustum(planes: Planes, view: View, rotation: Array, guard: float = 
 
     Parameters
     ----------
-    rotation : (n, 4) of the objects.
+    planes : the planes of n objects, with the rectangles to crop.
+    view : the view of the picture.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+    guard : by how many times the pictures are wider and higher than the view's.
+
+    Returns
+    -------
+    The planes with smaller rectangles, and what the camera sees of them.
     """
     axes = view.axes @ matrices(rotation)  # (n, 3, 3) right, up, forward in the object frame
     camera = axes @ np.stack([planes.right, planes.up, planes.normal], -1)
@@ -271,15 +296,20 @@ def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> 
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:
-    """Return the texels (n, 2) that give every part of a rectangle at least the resolution that it is seen with.
+    """Return the texels that give every part of a rectangle at least the resolution at which it is seen.
 
     The angle that a step on the plane covers is largest at the rectangle's point nearest to the epipole; it does not
     depend on where the camera looks.
 
     Parameters
     ----------
-    focal_pixels : of the view, times texels per pixel.
-    limit : texels along a side at most.
+    planes : the planes of n objects, with their rectangles.
+    focal_pixels : texels per unit of x/z in the middle of the picture: `View.focal_pixels` times texels per pixel.
+    limit : the largest width and height of a tile, texels.
+
+    Returns
+    -------
+    (n, 2) width and height, texels.
     """
     nearest = np.maximum(np.maximum(planes.low, -planes.high), 0)
     farthest = np.maximum(np.abs(planes.low), np.abs(planes.high))

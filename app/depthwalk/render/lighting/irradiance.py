@@ -35,11 +35,11 @@ class Lighting:
     to_sun
         (3,) unit vector to the sun, world.
     sun
-        (3,) linear RGB that a white surface shows which faces the sun.
+        (3,) linear RGB of a white surface that faces the sun.
     ambient
-        (9, 3) linear RGB that light from everywhere adds to that: coefficients of the `polynomials` of the normal.
+        (9, 3) linear RGB that light from everywhere adds to `sun`: coefficients of the `polynomials` of the normal.
     sky
-        What is seen behind everything.
+        The sky, which is seen behind everything.
     """
 
     to_sun: Array
@@ -49,7 +49,7 @@ class Lighting:
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Defines of shaders/common/phong.glsl: light that is alike all around takes a third of the arithmetic."""
+        """Defines of shaders/common/phong.glsl: `UPRIGHT` where `ambient` depends on the normal's y alone."""
         return ("UPRIGHT",) if self._upright else ()
 
     def uniforms(self) -> dict[str, Any]:
@@ -67,9 +67,9 @@ class Lighting:
 
 
 def lighting(environment: "Environment") -> Lighting:
-    """Derive the light of an environment: of its sun, and of its sky or its constant `ambient` light.
+    """Derive the light of `environment`: of its sun, and of its sky or its constant `ambient` light.
 
-    It is done once per frame, for all passes.
+    This is done once per frame, for all passes.
     """
     to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), environment_sky(environment)
     if environment.sky is not None and environment.sky.light:
@@ -83,10 +83,19 @@ def lighting(environment: "Environment") -> Lighting:
 
 @lru_cache(maxsize=8)
 def skylight(sky: Sky, ground_sun: Triple) -> Array:
-    """Return the `irradiance` (9, 3) of a sky above ground that reflects it.
+    """Return the light that surfaces receive of a sky, and of ground that reflects `GROUND` of sky and sun.
 
-    The ground reflects `GROUND` of the sky's light and of the sun's. ground_sun: linear RGB that white level ground
-    shows of the sun.
+    Parameters
+    ----------
+    sky
+        The sky, whose lower half is replaced by the ground.
+    ground_sun
+        Linear RGB of white level ground in the light of the sun.
+
+    Returns
+    -------
+    Array
+        (9, 3) linear RGB coefficients, see `irradiance`.
     """
     direction, _ = sphere_directions()
     above = direction[:, 1] > 0
@@ -96,9 +105,17 @@ def skylight(sky: Sky, ground_sun: Triple) -> Array:
 
 
 def polynomials(normal: Array) -> Array:
-    """Return spherical harmonics up to the second order, not normalised, of unit normals.
+    """Return spherical harmonics up to the second order, not normalised, at some directions.
 
-    normal: (n, 3). Returns (n, 9), the three that depend on y alone first.
+    Parameters
+    ----------
+    normal
+        (n, 3) unit vectors.
+
+    Returns
+    -------
+    Array
+        (n, 9) values; the polynomials that depend on y alone are the first three.
     """
     x, y, z = normal.T
     return np.column_stack([np.ones_like(x), y, 3 * y * y - 1, x, z, x * x - z * z, x * y, y * z, z * x])

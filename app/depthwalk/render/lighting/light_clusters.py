@@ -52,12 +52,12 @@ class LightClusters:
     records
         (n,) LAMP_RECORD of the lamps in sight.
     cells
-        (k,) NUMBERS_RECORD of the clusters, slice by slice, row by row from the lower left: where its list begins, how
-        many lamps are in it, and how many of these have shadow maps, which come first.
+        (k,) NUMBERS_RECORD of the clusters, slice by slice, row by row from the lower left: where the cluster's list
+        begins in `lists`, how many lamps it has, and how many of these have shadow maps, which come first.
     lists
         The rows of `records` in all lists, four to a NUMBERS_RECORD.
     across
-        Columns and rows of squares.
+        Number of columns and of rows of squares.
     """
 
     records: NDArray[np.void]
@@ -76,7 +76,12 @@ def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int
     lights
         All lamps of the scene.
     tiles
-        The tile of the shadow map of each lamp that has one, by its number among `lights`.
+        The tile of the shadow map of each lamp that has one, by the lamp's number in `lights`.
+
+    Returns
+    -------
+    LightClusters
+        The lamps in sight and the lists of the clusters.
     """
     position = np.array([light.position for light in lights], float).reshape(-1, 3)
     bounds = Bounds(position, np.array([light.range for light in lights], float))
@@ -109,7 +114,20 @@ def visible_lamps(view: View, lights: Sequence["LampParams"], tiles: Mapping[int
 
 
 def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]:
-    """Return LAMP_RECORDs (n,) of lamps as if they had no shadow maps, relative to the viewer of `view`."""
+    """Return the LAMP_RECORDs (n,) of lamps as if they had no shadow maps.
+
+    Parameters
+    ----------
+    view
+        The view of the picture; positions are relative to its viewer.
+    lights
+        The n lamps.
+
+    Returns
+    -------
+    NDArray[np.void]
+        (n,) LAMP_RECORD.
+    """
     records = np.zeros(len(lights), LAMP_RECORD)
     if not lights:
         return records
@@ -131,14 +149,16 @@ def lamp_records(view: View, lights: Sequence["LampParams"]) -> NDArray[np.void]
 def lamps_by_cluster(
     first: Array, last: Array, shape: tuple[int, int, int]
 ) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
-    """List, cluster by cluster, the boxes that overlap it.
+    """List for each cluster the boxes that overlap it, cluster by cluster.
 
     Parameters
     ----------
-    first, last
-        (n, 3) where the boxes of lamps begin and end, in columns, rows and slices of clusters.
+    first
+        (n, 3) where the boxes of lamps begin, in columns, rows and slices of clusters.
+    last
+        (n, 3) where the boxes end, in the same units.
     shape
-        How many columns, rows and slices there are.
+        Number of columns, rows and slices.
 
     Returns
     -------

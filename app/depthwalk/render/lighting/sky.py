@@ -54,14 +54,16 @@ _TWILIGHT = np.radians(3.0)  # by which the sun sinks below the horizon while th
 
 @dataclass(frozen=True, kw_only=True)
 class Gradient:
-    """A sky of two colours, mixed by the square root of the height.
+    """Model a sky of two colours, mixed by the square root of the height.
 
     Attributes
     ----------
-    zenith, horizon
-        Linear RGB straight up, and at the horizon and below it.
+    zenith
+        Linear RGB straight up.
+    horizon
+        Linear RGB at the horizon and below it.
     defines
-        Those of shaders/common/sky.glsl.
+        The defines of shaders/common/sky.glsl for this sky.
     """
 
     zenith: Triple
@@ -69,7 +71,7 @@ class Gradient:
     defines: tuple[str, ...] = ()
 
     def radiance(self, direction: Array) -> Array:
-        """Return linear RGB (n, 3) by direction (n, 3), unit, world."""
+        """Return the sky's linear RGB (n, 3) in the directions `direction` (n, 3), unit vectors, world."""
         rise = np.sqrt(np.clip(direction[:, 1:2], 0, 1))
         return np.asarray(np.array(self.horizon) * (1 - rise) + np.array(self.zenith) * rise)
 
@@ -80,18 +82,18 @@ class Gradient:
 
 @dataclass(frozen=True, kw_only=True)
 class Daylight:
-    """A clear to hazy sky about the sun.
+    """Model a clear to hazy sky about the sun.
 
     Attributes
     ----------
     perez
-        Five coefficients A to E of Perez' function, each for Y, x and y.
+        Five coefficients A to E of Perez' function, each for luminance Y and chromaticity x and y.
     at_zenith
-        Y, x and y of the zenith, each divided by Perez' function there.
+        Y, x and y of the sky at the zenith, each divided by Perez' function at the zenith.
     sun
         Unit vector to the sun, world, not below the horizon.
     defines
-        Those of shaders/common/sky.glsl.
+        The defines of shaders/common/sky.glsl for this sky.
     """
 
     perez: tuple[Triple, ...]
@@ -100,7 +102,10 @@ class Daylight:
     defines: tuple[str, ...] = ("PREETHAM",)
 
     def radiance(self, direction: Array) -> Array:
-        """Return linear RGB (n, 3) by direction (n, 3), unit, world; below the horizon the horizon's colour goes on."""
+        """Return the sky's linear RGB (n, 3) in the directions `direction` (n, 3), unit vectors, world.
+
+        Below the horizon the horizon's colour goes on.
+        """
         up, cosine = np.maximum(direction[:, 1], 1e-3), np.clip(direction @ np.array(self.sun), -1, 1)
         luminance, x, y = (np.array(self.at_zenith) * _perez(np.array(self.perez), up, cosine)).T
         xyz = (luminance / y)[:, None] * np.column_stack([x, y, 1 - x - y])
@@ -137,13 +142,13 @@ def _perez(coefficients: Array, up: Array, cosine: Array) -> Array:
 
 
 def direction_to_sun(environment: "Environment") -> Array:
-    """Return the unit vector (3,) to the sun, world."""
+    """Return the unit vector (3,), world, to the sun of `environment`."""
     to_sun = -np.asarray(environment.sun.direction, float)
     return np.asarray(to_sun / np.linalg.norm(to_sun))
 
 
 def environment_sky(environment: "Environment") -> Sky:
-    """Return the sky of an environment, which is seen behind everything; where it has none, its plain background."""
+    """Return the sky of `environment`, which is seen behind everything; where it has none, its plain background."""
     sky = environment.sky
     if sky is None:
         background = _triple(linear_from_srgb(environment.background))
@@ -159,11 +164,16 @@ def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
     Parameters
     ----------
     to_sun
-        (3,) unit vector to the sun, world. Below the horizon the sky darkens, with its colours those of sunset.
+        (3,) unit vector to the sun, world. For a sun below the horizon the sky keeps the colours of sunset and darkens.
     turbidity
         Haze: 2 is very clear air, 10 very hazy.
     intensity
         Brightness of a white surface that faces the sun above the air.
+
+    Returns
+    -------
+    Daylight
+        The sky.
     """
     level = np.array([to_sun[0], max(to_sun[1], 0.0), to_sun[2]])
     level = level / np.linalg.norm(level) if level.any() else np.array([1.0, 0, 0])
@@ -178,10 +188,10 @@ def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
 
 
 def sunlight(environment: "Environment") -> Array:
-    """Return the linear RGB (3,) that a white surface shows which faces the sun.
+    """Return the linear RGB (3,) of a white surface that faces the sun of `environment`.
 
-    In a daylight sky the air takes some of it, by molecules and by haze (Preetham et al., appendix A.1, without ozone,
-    gases and water vapour): a low sun is red.
+    In a daylight sky the air absorbs some of the light, by molecules and by haze (Preetham et al., appendix A.1,
+    without ozone, gases and water vapour), so that a low sun is red.
     """
     sun = linear_from_srgb(environment.sun.colour) * environment.sun.intensity
     if environment.sky is None or environment.sky.model == "gradient":

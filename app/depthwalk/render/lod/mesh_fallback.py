@@ -17,7 +17,7 @@ from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Mask, Rows
 
 IsResident = Callable[[Rows], Mask]
-"""Returns which of the meshes (n,) are on the GPU; the others are read, in the order given."""
+"""Returns which (n,) of the meshes (n,), numbers in `AssetStore`, are on the GPU; the others are being read."""
 
 # A mesh may have so many triangles for each of its pixels. With 2, a walk through the garden takes two cores as long as
 # with depth images alone; without a limit, half as long again.
@@ -26,13 +26,13 @@ _TRIANGLES_PER_PIXEL = 2
 
 @dataclass(frozen=True, kw_only=True)
 class MeshFallbackRule:
-    """Tell when meshes replace depth images.
+    """Decide when a mesh is drawn in place of an object's depth images.
 
     Attributes
     ----------
-    magnification : pixels; meshes are drawn where a texel may cover more. 0: never.
-    is_resident : which meshes can be drawn.
-    error : pixels; meshes are drawn as coarsely as it allows, see `mesh_level`.
+    magnification : how many pixels a texel of the depth images may cover before the mesh is drawn; 0: never draw it.
+    is_resident : returns which (n,) of the meshes (n,), numbers in `AssetStore`, can be drawn in this frame.
+    error : geometric error that the mesh's level of detail may have, pixels, see `mesh_level`.
     """
 
     magnification: float
@@ -42,17 +42,19 @@ class MeshFallbackRule:
 
 @dataclass(kw_only=True)
 class MeshFallbacks:
-    """Hold which mesh may replace each depth object; arrays run over the a numbers of `AssetStore`.
+    """Hold which mesh may replace each depth object; `a` is how many numbers `AssetStore` gives.
 
     Attributes
     ----------
-    mesh : (a,) number of the mesh that shows the same asset; −1 where there is none.
-    part : (a,) which of the asset's depth objects each is.
-    offset, turn : (a, 3) and (a, 4), position and rotation of each in its asset's frame.
+    mesh : (a,) number of the mesh that shows the same asset as the depth object; −1 where none does.
+    part : (a,) which part of its asset each depth object shows.
+    offset : (a, 3) position of each depth object in its asset's frame, metres.
+    turn : (a, 4) rotation of each depth object in its asset's frame, unit quaternion (x, y, z, w).
     texel : (a,) edge of the coarsest texel of the asset's depth objects, metres.
     centre : (a, 3) of an upright cylinder that encloses the asset, asset frame, metres.
-    half_height, cylinder_radius : (a,) of that cylinder, metres.
-    span : (a,) from the depth object's own origin to the farthest corner of the asset, metres.
+    half_height : (a,) half the height of that cylinder, metres.
+    cylinder_radius : (a,) radius of that cylinder, metres.
+    span : (a,) distance from the depth object's own origin to the farthest corner of the asset, metres.
     """
 
     mesh: Ints
@@ -67,7 +69,7 @@ class MeshFallbacks:
 
     @classmethod
     def empty(cls, count: int) -> "MeshFallbacks":
-        """Return the table of `count` numbers, none of which has a mesh."""
+        """Return a table for `count` numbers, none of which has a mesh."""
         return cls(
             mesh=np.full(count, -1),
             part=np.full(count, -1),
@@ -81,7 +83,14 @@ class MeshFallbacks:
         )
 
     def add(self, mesh: int, numbers: range, objects: list[BakedObject]) -> None:
-        """Let the mesh with the number `mesh` replace the depth objects `objects`, which have these `numbers`."""
+        """Let a mesh replace the depth objects that show the same asset.
+
+        Parameters
+        ----------
+        mesh : the number of the mesh in `AssetStore`.
+        numbers : the numbers of the depth objects in `AssetStore`.
+        objects : the depth images that these show.
+        """
         corners = np.concatenate([_corners(baked) for baked in objects])
         low, high = corners.min(0), corners.max(0)
         centre = (low + high) / 2
@@ -95,15 +104,21 @@ class MeshFallbacks:
             self.span[number] = np.linalg.norm(corners - self.offset[number], axis=1).max()
 
     def near_by(self, view: View, objects: Objects, rows: Rows, levels: MeshLevels, rule: MeshFallbackRule) -> Mask:
-        """Return which (m,) of the objects `rows` (m,) are replaced by their meshes.
+        """Return which of some objects are replaced by their meshes.
 
-        All depth objects that show one asset in one place agree.
+        All depth objects that show one asset in one place are replaced, or none.
 
         Parameters
         ----------
-        objects : all objects.
-        rows : those that the view shows, nearest first.
-        levels : of the meshes that are loaded.
+        view : the view of the picture.
+        objects : all objects of the scene.
+        rows : (m,) rows of the objects that the view shows, nearest first.
+        levels : the levels of detail of the meshes that are loaded.
+        rule : how near objects must be.
+
+        Returns
+        -------
+        (m,) whether each object is replaced.
         """
         found = np.zeros(len(rows), bool)
         near = self._close(view, objects, rows, rule.magnification)  # few, for which it is worth testing exactly
@@ -128,16 +143,21 @@ class MeshFallbacks:
         triangles_per_pixel: float,
         max_pixels: float = np.inf,
     ) -> Mask:
-        """Return which (m,) depth objects are replaced by a mesh that is resident and has not too many triangles.
+        """Return which depth objects are replaced by a mesh that is resident and has not too many triangles.
 
         Parameters
         ----------
-        number : (m,) of the depth objects.
-        nearest, middle : (m,) what a pixel covers where they are nearest, and about their middle, metres in their
-            frames.
-        levels : of the meshes that are loaded.
+        number : (m,) numbers of the depth objects in `AssetStore`.
+        nearest : (m,) what a pixel covers at the nearest point of each object, metres in its frame.
+        middle : (m,) what a pixel covers at the middle of each object, metres in its frame.
+        levels : the levels of detail of the meshes that are loaded.
+        rule : how near objects must be, and which meshes are resident.
         triangles_per_pixel : how many triangles a mesh may have for each of its pixels.
-        max_pixels : that any object may cover.
+        max_pixels : the most pixels that any object may cover.
+
+        Returns
+        -------
+        (m,) whether each depth object is replaced.
         """
         magnified = (self.mesh[number] >= 0) & (nearest * rule.magnification < self.texel[number])
         rows = np.flatnonzero(magnified) if rule.magnification else np.zeros(0, np.intp)
@@ -158,12 +178,32 @@ class MeshFallbacks:
         return np.asarray(able[distance < limit * objects.scale[rows[able]]])
 
     def meshes(self, objects: Objects, rows: Rows) -> Objects:
-        """Return the meshes (k,) that replace the objects `rows` (m,) of all: each once, nearest first as these are."""
+        """Return the meshes that replace some objects, each mesh once.
+
+        Parameters
+        ----------
+        objects : all objects of the scene.
+        rows : (m,) rows of the objects that are replaced, nearest first.
+
+        Returns
+        -------
+        The k meshes as objects, nearest first.
+        """
         first, order = np.unique(rows - self.part[objects.asset[rows]], return_index=True)
         return self.placed(objects, first[np.argsort(order)])
 
     def placed(self, objects: Objects, rows: Rows) -> Objects:
-        """Return the mesh of each of the objects `rows` (k,), placed so that it shows the asset where that stands."""
+        """Return the mesh of each of some objects, placed so that it shows the asset where the object does.
+
+        Parameters
+        ----------
+        objects : all objects of the scene.
+        rows : (k,) rows of the objects.
+
+        Returns
+        -------
+        The k meshes as objects; `asset` holds their numbers in `AssetStore`.
+        """
         replaced = objects.take(rows)
         asset = replaced.asset
         rotation = multiply(replaced.rotation, conjugate(self.turn[asset]).astype(np.float32))

@@ -14,12 +14,12 @@ from depthwalk.types import Array, Ints
 
 @dataclass(kw_only=True)
 class MeshLevels:
-    """Hold the levels of detail of each of a meshes, as far as they are loaded.
+    """Hold the levels of detail of meshes, `a` of them, as far as they are loaded.
 
     Attributes
     ----------
     error : (a, levels) metres, see `MeshLevel`; +inf where a mesh has no such level, or is not loaded yet.
-    triangles : (a, levels); 0 there.
+    triangles : (a, levels) number of triangles; 0 where `error` is +inf.
     """
 
     error: Array
@@ -27,25 +27,31 @@ class MeshLevels:
 
     @classmethod
     def empty(cls, count: int) -> "MeshLevels":
-        """Return room for `count` meshes, none of which is loaded."""
+        """Return a table for `count` meshes, none of which is loaded."""
         return cls(error=np.full((count, MOST_LEVELS), np.inf), triangles=np.zeros((count, MOST_LEVELS), np.int64))
 
     def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
-        """Fill in the levels of mesh `number`, the finest first."""
+        """Fill in the `levels` of the mesh with the number `number`, the finest level first."""
         self.error[number, : len(levels)] = [level.error for level in levels]
         self.triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 
 
 def mesh_level(view: View, objects: Objects, nearest: Array, errors: Array, allowed: float) -> Ints:
-    """Return the level (n,) at which each of n objects is drawn if it is a mesh.
+    """Choose the level of detail at which each of n objects is drawn if it is a mesh.
 
-    It is 0, the mesh itself, for all but objects of the representation mesh-lod.
+    The level is 0, the mesh itself, for all but objects of the representation mesh-lod.
 
     Parameters
     ----------
-    nearest : (n,) from the viewer to the cylinders that enclose the objects, metres in their frames.
-    errors : (a, levels) by asset and level, metres, rising; +inf where there is no such level.
-    allowed : error, pixels.
+    view : the view of the picture.
+    objects : the n objects.
+    nearest : (n,) distance from the viewer to the cylinders that enclose the objects, metres in their frames.
+    errors : (a, levels) error by asset and level, metres, rising; +inf where there is no such level.
+    allowed : the error that the level may have, pixels.
+
+    Returns
+    -------
+    (n,) levels.
     """
     metres = allowed * nearest / view.focal_pixels
     level = error_level(errors[objects.asset], metres)

@@ -29,10 +29,10 @@ class GridCells:
 
     Attributes
     ----------
-    ordered : (n, 3) those with a cell of their own, by their vertices.
-    unordered : (m, 3) the others.
-    cell : (n, 2) column and row of the cell, in nodes of the level's grid.
-    nodes : texel numbers of those columns and of those rows, from the first to the last.
+    ordered : (n, 3) vertices of the triangles that have a cell of their own.
+    unordered : (m, 3) vertices of the other triangles.
+    cell : (n, 2) column and row of each ordered triangle's cell, in nodes of the level's grid.
+    nodes : texel numbers of the grid's columns and of its rows, from the first to the last.
     wraps : whether the columns go round a circle.
     """
 
@@ -44,12 +44,24 @@ class GridCells:
 
 
 def ordered_image(baked: BakedObject) -> DepthImage:
-    """Return the image that is drawn in order: the nearest layer of the side, or of the only face."""
+    """Return the image of `baked` that is drawn in order: the nearest layer of the side, or of the only face."""
     return next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
 
 
 def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int) -> GridCells:
-    """Return the triangles of whole `grids` at a level that are in `pieces`, a bit mask, with their cells."""
+    """Return the triangles of one level and some pieces of whole grids, with their cells.
+
+    Parameters
+    ----------
+    grids : the geometry, of which no triangles were merged.
+    baked : the depth images that the geometry was made of.
+    level : the level of detail.
+    pieces : a bit mask of the pieces.
+
+    Returns
+    -------
+    The triangles and their cells.
+    """
     triangles = grids.drawn(level, pieces).astype(np.uint32)
     image = ordered_image(baked)
     # Samples past the axis differ in their flag.
@@ -70,13 +82,19 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
 
 
 def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: GridCells) -> tuple[int, int]:
-    """Return the column and row, in nodes, of the interval of the ordered image's grid in which the viewer is.
+    """Find the interval of the ordered image's grid in which the viewer is.
 
-    They are −1 before the first node, and the last node beyond it.
+    Column and row are −1 before the first node, and the last node beyond that one.
 
     Parameters
     ----------
-    viewer : (3,) object frame, metres.
+    baked : the depth images.
+    viewer : (3,) the viewer in the object's frame, metres.
+    cells : the cells of the grid.
+
+    Returns
+    -------
+    Column and row of the interval, in nodes.
     """
     image = ordered_image(baked)
     grid = FaceGrid.of(baked.cylinder, image)
@@ -88,7 +106,17 @@ def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: GridCells) 
 
 
 def draw_order(cells: GridCells, at: tuple[int, int]) -> NDArray[np.intp]:
-    """Return the order (n,) in which to draw `cells.ordered` for the epipole `at`, its column and row in nodes."""
+    """Return the order in which the ordered triangles are drawn.
+
+    Parameters
+    ----------
+    cells : the cells of the grid.
+    at : column and row of the epipole, in nodes.
+
+    Returns
+    -------
+    (n,) rows of `cells.ordered`, the first to be drawn first.
+    """
     turn = len(cells.nodes[0]) - 1 if cells.wraps else None
     order = np.arange(len(cells.ordered))
     for axis in (0, 1):  # stable sorts, the first key last; NumPy sorts 16 bits by radix

@@ -41,12 +41,12 @@ class _Asset:
 
 
 class OrderedIndices:
-    """Draw objects in order, and keep the grids and index buffers of their assets.
+    """Draw objects in occlusion-compatible order, and keep the grids and index buffers of their assets.
 
     Parameters
     ----------
-    scope : creates GL objects.
-    program : of pass 1, for the assets that are drawn.
+    scope : creates and owns the GL objects.
+    program : the program of pass 1.
     """
 
     def __init__(self, scope: Scope, program: moderngl.Program) -> None:
@@ -54,12 +54,14 @@ class OrderedIndices:
         self._assets: dict[int, _Asset] = {}
 
     def draw(self, assets: AssetStore, batch: DrawBatch, records: NDArray[np.void], instances: InstanceStream) -> None:
-        """Draw each object of a batch: first its ordered triangles, each over the last; then the others, by depth.
+        """Draw each object of a batch: first the ordered triangles, which overwrite each other, then the rest by depth.
 
         Parameters
         ----------
-        records : WARP_RECORD of all instances.
-        instances : the stream that holds them.
+        assets : the store of the assets on the GPU.
+        batch : the instances of one asset.
+        records : (n,) WARP_RECORD of all instances of the draw list.
+        instances : the stream that holds these records.
         """
         for number in range(batch.first, batch.first + batch.count):
             array, ordered, others = self._sorted(assets, batch, records[number])
@@ -76,9 +78,9 @@ class OrderedIndices:
         The array, how many of its first indices are in order, and how many follow that are not.
         """
         if batch.asset not in self._assets:
-            self._assets[batch.asset] = self._load(assets.baked(batch.asset), assets.form.paper_cases)
+            self._assets[batch.asset] = self._load(assets.baked(batch.asset), assets.cook_options.paper_cases)
         # These grids are others than those in whose pieces the plan says what is seen.
-        pieces = batch.pieces if assets.form.paper_cases else ALL_PIECES
+        pieces = batch.pieces if assets.cook_options.paper_cases else ALL_PIECES
         asset, kind = self._assets[batch.asset], (batch.level, pieces)
         if kind not in asset.cells:
             asset.cells[kind] = image_cells(asset.grids, asset.baked, *kind)
@@ -106,7 +108,7 @@ class OrderedIndices:
 
 
 def viewer_of(record: np.void) -> NDArray[np.floating]:
-    """Return the viewer (3,), object frame, metres, for whom a WARP_RECORD was made."""
+    """Return the viewer (3,), object frame, metres, for whom `record`, a WARP_RECORD, was made."""
     right, up, normal = record["right"], record["up"], record["normal"]
     above = normal[3] + record["depths"][0]
     return np.asarray(right[:3] * right[3] + up[:3] * up[3] + normal[:3] * above)

@@ -22,13 +22,13 @@ class CompositePass(Pass[CompositeParams]):
     writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program."""
+        """Prepare the variants of the program and the instance records; `gl` owns them."""
         shaders = "composite/composite.vert", "composite/composite.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
         self._instances = InstanceStream(gl, COMPOSITE_RECORD)
 
     def draw(self, frame: Frame, params: CompositeParams) -> None:
-        """Draw tiles into `visibility` and `depth`."""
+        """Draw the tiles of `frame` into `visibility` and `depth`, in as many steps of parallax as `params` say."""
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)

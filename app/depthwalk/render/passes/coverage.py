@@ -15,15 +15,15 @@ class CoveragePass(Pass[Params]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Create the program."""
+        """Create the program, which `gl` owns."""
         self._program = Program(gl, "common/rectangle.vert", "coverage/coverage.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether the anti-aliasing asks for it and there are depth images."""
+        """Return whether `frame` has depth images and is anti-aliased by their coverage; `params` is empty."""
         return frame.common.aa.covering and frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Blend the pixels of `lit` that `material_resolve` marked as covered in part."""
+        """Blend the pixels of `lit` that `material_resolve` marked in `frame` as partly covered; `params` is empty."""
         targets, materials = frame.targets, frame.materials
         assert materials is not None  # as `enabled` found
         for unit, texture in enumerate((targets.lit_before(), targets.visibility_texture, targets.depth)):

@@ -21,13 +21,13 @@ class DmeshPass(Pass[Params]):
     writes = ("visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program."""
+        """Prepare the variants of the program, which `gl` owns."""
         self._programs = Variants(lambda defines: Program(gl, "dmesh/dmesh.vert", "dmesh/dmesh.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._instances = InstanceStream(gl, PLACED_RECORD)
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw objects into `visibility` and `depth`."""
+        """Draw the objects that `frame` shows without impostor into `visibility` and `depth`; `params` is empty."""
         self._instances.upload(frame.plan.dmesh.records)
         first_object_id = frame.plan.first_object_id + len(frame.plan.composite.records)
         for number, batches in frame.plan.dmesh.by_asset():
@@ -44,6 +44,6 @@ class DmeshPass(Pass[Params]):
                     asset.draw(array, batch.indices, batch.count)
 
     def forget_assets(self) -> None:
-        """Drop vertex arrays over buffers of assets."""
+        """Drop the vertex arrays over buffers of assets."""
         for arrays in self._arrays.values():
             arrays.forget()

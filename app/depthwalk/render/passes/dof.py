@@ -28,7 +28,7 @@ class DofPass(Pass[DofParams]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Create the programs."""
+        """Create the programs, which `gl` owns."""
         self._programs = {
             name: Program(gl, "common/fullscreen.vert", f"dof/{name}.frag")
             for name in ("tiles", "spread", "gather", "blur", "paper", "scaled")
@@ -36,21 +36,21 @@ class DofPass(Pass[DofParams]):
         self._pictures: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop the intermediate textures; those of the new size are made when they are needed."""
+        """Drop the intermediate textures; those for targets of `size` (width, height) pixels are made when needed."""
         for texture, framebuffer in self._pictures.values():
             self.gl.free(framebuffer, texture)
         self._pictures.clear()
 
     def views(self, view: View, params: DofParams) -> Iterable[View]:
-        """Return views from points of the lens where the mode accumulates, else `view` alone."""
+        """Return `view` from points of the lens that `params` describe if its mode accumulates, else `view` alone."""
         return lens_views(view, params)
 
     def enabled(self, frame: Frame, params: DofParams) -> bool:
-        """Return whether a mode is chosen."""
+        """Return whether `params` choose a mode, in any `frame`."""
         return params.mode != "none"
 
     def draw(self, frame: Frame, params: DofParams) -> None:
-        """Blur `lit` by the mode that is chosen."""
+        """Blur `lit` in `frame` by the mode and the lens of `params`."""
         match params.mode:
             case "paper":
                 self._draw_paper(frame, params)

@@ -21,17 +21,17 @@ class FogPass(Pass[Params]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program."""
+        """Prepare the variants of the program, which `gl` owns."""
         shaders = "common/far_plane.vert", "fog/fog.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether the environment has fog."""
+        """Return whether the environment of `frame` has fog; `params` is empty."""
         fog = frame.environment.fog
         return fog is not None and fog.density > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Blend fog into `lit` by how much light comes through."""
+        """Blend the fog of `frame` into `lit`, by how much light comes through it; `params` is empty."""
         fog, sky = frame.environment.fog, frame.light.sky
         assert fog is not None  # as `enabled` found
         defines, values = sky.defines, sky.uniforms()

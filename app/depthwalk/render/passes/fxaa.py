@@ -14,15 +14,15 @@ class FxaaPass(Pass[FxaaParams]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Create the program."""
+        """Create the program, which `gl` owns."""
         self._program = Program(gl, "common/fullscreen.vert", "fxaa/fxaa.frag")
 
     def enabled(self, frame: Frame, params: FxaaParams) -> bool:
-        """Return whether the anti-aliasing is `fxaa`."""
+        """Return whether the anti-aliasing of `frame` is `fxaa`; `params` do not matter."""
         return frame.common.aa.mode == "fxaa"
 
     def draw(self, frame: Frame, params: FxaaParams) -> None:
-        """Blur `lit` along edges."""
+        """Blur `lit` of `frame` along edges of the contrast that `params` ask for."""
         frame.targets.lit_before().use(0)
         self._program.set(lit_texture=0, contrast=params.edge_threshold)
         with self.gl.state(into=frame.targets.lit):

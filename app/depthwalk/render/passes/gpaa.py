@@ -27,17 +27,20 @@ class GpaaPass(Pass[GpaaParams]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Create the program."""
+        """Create the program and the buffer of lines, which `gl` owns."""
         self._edge = Program(gl, "gpaa/edge.vert", "gpaa/edge.frag")
         self._lines = InstanceStream(gl, LINE_RECORD)
         self._edges: dict[tuple[int, int, int], EdgeAdjacency] = {}  # by asset, level of detail and pieces
 
     def enabled(self, frame: Frame, params: GpaaParams) -> bool:
-        """Return whether the anti-aliasing is geometric and anything is drawn as triangles."""
+        """Return whether the anti-aliasing of `frame` is geometric and anything is drawn as triangles.
+
+        The `params` do not matter.
+        """
         return frame.common.aa.geometric and len(frame.plan.mesh.batches) + len(frame.plan.dmesh.batches) > 0
 
     def draw(self, frame: Frame, params: GpaaParams) -> None:
-        """Blend pixels of `lit` along the lines of silhouettes and creases."""
+        """Blend pixels of `lit` along the silhouettes and creases in `frame` that `params` ask for."""
         lines = self._silhouettes(frame, params)
         if not len(lines):
             return

@@ -19,18 +19,18 @@ class GroundPass(Pass[Params]):
     writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Create the program, and a texture of one white texel until another is asked for."""
+        """Create the program, and a texture of one white texel until another is asked for; `gl` owns both."""
         self._program = Program(gl, "ground/ground.vert", "ground/ground.frag")
         self._texture = gl.srgb_texture((1, 1), b"\xff" * 4)
         self._mean = np.ones(3, np.float32)
         self._path: Path | None = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether the environment has a ground."""
+        """Return whether the environment of `frame` has a ground; `params` is empty."""
         return frame.environment.ground is not None
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the ground, with its texture loaded where it is another than before."""
+        """Draw the ground of `frame`; load its texture if it is another than before; `params` is empty."""
         ground = frame.environment.ground
         assert ground is not None  # as `enabled` found
         if ground.texture != self._path:
@@ -38,7 +38,7 @@ class GroundPass(Pass[Params]):
             self.gl.free(self._texture)
             self._path = ground.texture
             self._texture = self.gl.srgb_texture((texels.shape[1], texels.shape[0]), texels[::-1].tobytes())
-            if not self.gl.device.software:  # there it costs more than the rest of the frame
+            if not self.gl.device.software:  # in software this costs more than the rest of the frame
                 self._texture.anisotropy = 8.0
             self._mean = np.maximum(linear_from_srgb8(texels[..., :3]).mean((0, 1)), 1e-3)
         self._texture.use(0)

@@ -25,7 +25,7 @@ class LightPass(Pass[LightParams]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the programs and the textures that hold lamps."""
+        """Prepare the variants of the programs and the textures that hold lamps; `gl` owns them."""
         vertex = "common/far_plane.vert"
         self._light = Variants(lambda defines: Program(gl, vertex, "light/light.frag", defines))
         self._sky = Variants(lambda defines: Program(gl, vertex, "light/sky.frag", defines))
@@ -34,7 +34,7 @@ class LightPass(Pass[LightParams]):
         self._cells = RecordTexture(gl, NUMBERS_RECORD)
 
     def draw(self, frame: Frame, params: LightParams) -> None:
-        """Draw sky and surfaces into `lit`."""
+        """Draw sky and surfaces of `frame` into `lit`; what `params` choose has come with `frame.common`."""
         self._draw_sky(frame)
         self._draw_surfaces(frame)
 
@@ -99,7 +99,7 @@ class LightPass(Pass[LightParams]):
         """Draw the sky over the whole picture, before the surfaces.
 
         Testing the depth first would take software rasterisers three times as long. In forward mode `lit` holds the
-        depth images already, so there the sky is drawn at the far plane alone.
+        depth images already, so that the sky is then drawn at the far plane alone.
         """
         sky, params, values = frame.light.sky, frame.environment.sky, {}
         defines = (*sky.defines, "TRANSPARENT") if frame.transparent else sky.defines

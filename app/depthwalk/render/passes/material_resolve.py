@@ -29,18 +29,18 @@ class MaterialResolvePass(Pass[Params]):
     writes = ("material_depth", "albedo", "surface", "lit")
 
     def setup(self, gl: Scope) -> None:
-        """Create the programs and the texture of object records."""
+        """Create the programs and the texture of object records; `gl` owns them."""
         self._material_depth = Program(gl, "common/rectangle.vert", "material_resolve/material_depth.frag")
         shaders = "common/rectangle.vert", "material_resolve/material_resolve.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
         self._objects = RecordTexture(gl, SURFACE_RECORD)
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether there are depth-image objects."""
+        """Return whether `frame` shows objects by their depth images; `params` is empty."""
         return frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Write the material depth, then draw the rectangle of each asset."""
+        """Write the material depth of `frame`, then draw the rectangle of each asset; `params` is empty."""
         materials = frame.materials
         assert materials is not None  # as `enabled` found
         self._objects.upload(materials.records)
@@ -50,7 +50,7 @@ class MaterialResolvePass(Pass[Params]):
             self._resolve(frame, materials, frame.targets.gbuffer, ">", np.ones((1, 1)))
             return
         self._draw_material_depth(frame, materials)
-        full = materials.level
+        full = materials.material_depth
         depths = [full, full - FULL_COVERAGE] if frame.common.aa.covering else [full]
         target = frame.targets.shaded_lit if frame.common.forward else frame.targets.shaded
         self._resolve(frame, materials, target, "==", np.stack(depths, -1))

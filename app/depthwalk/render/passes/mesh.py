@@ -28,7 +28,7 @@ class MeshPass(Pass[MeshParams]):
     writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program and a buffer for the indices of meshlets."""
+        """Prepare the variants of the program and a buffer for the indices of meshlets; `gl` owns them."""
         layouts = {(): PLAIN_LAYOUT, ("PAINTED",): PAINTED_LAYOUT}
         self._programs = Variants(lambda defines: Program(gl, "mesh/mesh.vert", "mesh/mesh.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *layouts[defines]))
@@ -36,7 +36,7 @@ class MeshPass(Pass[MeshParams]):
         self._seen = gl.buffer(reserve=12 * _MAX_CULLED_TRIANGLES, dynamic=True)  # indices of meshlets
 
     def draw(self, frame: Frame, params: MeshParams) -> None:
-        """Draw meshes into albedo, normals, visibility and depth."""
+        """Draw the meshes of `frame` into albedo, normals, visibility and depth, as `params` say."""
         with self.gl.state(into=frame.targets.polygons, depth_test=LESS, wireframe=params.wireframe):
             self._draw(frame)
 
@@ -97,6 +97,6 @@ class MeshPass(Pass[MeshParams]):
         return array
 
     def forget_assets(self) -> None:
-        """Drop vertex arrays over buffers of assets."""
+        """Drop the vertex arrays over buffers of assets."""
         for arrays in self._arrays.values():
             arrays.forget()

@@ -21,12 +21,13 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 
 
 class FrontMeshes(NamedTuple):
-    """The polygons that are in front of all other polygons.
+    """Hold the polygons that are in front of all other polygons.
 
     Attributes
     ----------
-    number : (H, W) uint32, row of `FrameDrawLists.mesh.records` of the whole frame; of no meaning where depth is 1.
-    depth : (H, W) float32, value of the depth buffer, 1 where there are no polygons.
+    number : (H, W) uint32, row of `FrameDrawLists.mesh.records` of the whole frame, row 0 at the bottom; undefined
+        where depth is 1.
+    depth : (H, W) float32, value of the depth buffer, row 0 at the bottom; 1 where no polygon is.
     """
 
     number: NDArray[np.uint32]
@@ -42,7 +43,7 @@ class _Target(NamedTuple):
 
 
 class ObjectIdPass(Pass[Params]):
-    """Draw the number of the mesh in front at each pixel, in frames for which `wanted` is set.
+    """Draw the number of the mesh in front at each pixel, in frames for which `requested` is set.
 
     Where pixels have several samples it draws the last one, which the depth buffer holds when the frame is done.
     """
@@ -51,25 +52,25 @@ class ObjectIdPass(Pass[Params]):
     per_sample = True
 
     def setup(self, gl: Scope) -> None:
-        """Create what every frame may need; targets are made when they are first drawn into."""
-        self.wanted = False
+        """Create what every frame may need, through `gl`; targets are made when they are first drawn into."""
+        self.requested = False
         self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
         self._arrays = AssetArrays(gl, self._program.gl, *POSITION_LAYOUT)
         self._instances = InstanceStream(gl, PLACED_RECORD)
         self._target: _Target | None = None
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop targets of another size."""
+        """Drop targets that are not of `size` (width, height) pixels."""
         if self._target is not None:
             self.gl.free(self._target.framebuffer, self._target.number, self._target.depth)
         self._target = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether this frame is to tell meshes apart, and this is the last of its samples."""
-        return self.wanted and frame.sample == frame.targets.samples - 1
+        """Return whether `frame` is to tell meshes apart, and is the last of its samples; `params` is empty."""
+        return self.requested and frame.sample == frame.targets.samples - 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the frame's polygons."""
+        """Draw the polygons of `frame` into the targets of this pass; `params` is empty."""
         target = self._target = self._target or self._make(frame.targets.size)
         target.framebuffer.clear(depth=1.0)
         self._instances.upload(frame.plan.mesh.records)
@@ -83,7 +84,7 @@ class ObjectIdPass(Pass[Params]):
 
     def read(self) -> FrontMeshes | None:
         """Return what the frame drawn last shows, row 0 at the bottom; None where it did not ask."""
-        if self._target is None or not self.wanted:
+        if self._target is None or not self.requested:
             return None
         width, height = self._target.number.size
         number = np.frombuffer(self._target.number.read(alignment=1), np.uint32).reshape(height, width)

@@ -17,12 +17,12 @@ class OutputPass(Pass[OutputParams]):
     writes = ("screen",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program."""
+        """Prepare the variants of the program, which `gl` owns."""
         shaders = "common/fullscreen.vert", "output/output.frag"
         self._programs = Variants(lambda defines: Program(gl, *shaders, defines=defines))
 
     def draw(self, frame: Frame, params: OutputParams) -> None:
-        """Draw `lit` into `screen`."""
+        """Draw `lit` of `frame` into `screen`, exposed and tone-mapped as `params` say."""
         frame.targets.lit_texture.use(0)
         samples = frame.common.aa.samples
         # A loop over one sample costs software rasterisers four times as much as none.

@@ -21,23 +21,26 @@ class ResolvePass(Pass[Params]):
     writes = ("lit", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Create the programs."""
+        """Create the programs, which `gl` owns."""
         self._add = Program(gl, "common/fullscreen.vert", "resolve/add.frag")
         self._resolve = Program(gl, "common/fullscreen.vert", "resolve/resolve.frag")
         self._mean: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None  # made when it is first needed
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop the texture of the sum; that of the new size is made when it is needed."""
+        """Drop the texture of the sum; that for targets of `size` (width, height) pixels is made when it is needed."""
         if self._mean is not None:
             self.gl.free(*reversed(self._mean))
         self._mean = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether pixels have several samples."""
+        """Return whether pixels of `frame` have several samples; `params` is empty."""
         return frame.targets.samples > 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Add a sample's light to the sum; after the last replace `lit` and `depth`."""
+        """Add the light of one sample of `frame` to the sum; after the last sample replace `lit` and `depth`.
+
+        `params` is empty.
+        """
         targets = frame.targets
         if self._mean is None:
             texture = self.gl.texture(targets.size, 4, "f2")

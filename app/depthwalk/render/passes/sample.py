@@ -16,15 +16,15 @@ class SamplePass(Pass[Params]):
     writes = ("albedo", "surface", "visibility", "depth")
 
     def setup(self, gl: Scope) -> None:
-        """Create the program."""
+        """Create the program, which `gl` owns."""
         self._program = Program(gl, "common/fullscreen.vert", "sample/sample.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether pixels have several samples."""
+        """Return whether pixels of `frame` have several samples; `params` is empty."""
         return frame.targets.samples > 1
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Copy one sample into albedo, normals, visibility and depth."""
+        """Copy the present sample of `frame` into albedo, normals, visibility and depth; `params` is empty."""
         drawn = frame.targets.drawn
         for unit, texture in enumerate((drawn.albedo, drawn.surface, drawn.visibility_texture, drawn.depth)):
             texture.use(unit)

@@ -28,7 +28,7 @@ class ShadowsPass(Pass[ShadowParams]):
     writes = ("sun_maps", "lamp_maps")
 
     def setup(self, gl: Scope) -> None:
-        """Prepare programs, vertex arrays and the atlases of maps."""
+        """Prepare programs, vertex arrays and the atlases of maps; `gl` owns them."""
         self._view = ViewBlock(gl, MAP_VIEW)
         shaders = "shadows/grid.vert", "shadows/map.frag"
         self._grid = Variants(lambda defines: Program(gl, *shaders, defines, {"View": MAP_VIEW}))
@@ -41,11 +41,14 @@ class ShadowsPass(Pass[ShadowParams]):
         self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
-        """Return whether anything casts shadows, or did in the last frame: then its maps are taken away."""
+        """Return whether anything casts shadows in `frame` or did in the last one, whose maps are then taken away.
+
+        The `params` do not matter.
+        """
         return bool(frame.shadows.lamps) or frame.shadows.sun is not None or self._shown
 
     def draw(self, frame: Frame, params: ShadowParams) -> None:
-        """Draw the maps that are out of date, and hand all of them to `sun_maps` and `lamp_maps`."""
+        """Draw the maps of `frame` that are out of date, as `params` say; hand all to `sun_maps` and `lamp_maps`."""
         shadows, targets = frame.shadows, frame.targets
         if shadows.lamps:
             texture = self._of_lamps.fit(params.lamps, params.lamp_resolution)
@@ -60,11 +63,11 @@ class ShadowsPass(Pass[ShadowParams]):
 
     def _draw_sun_maps(self, frame: Frame, params: ShadowParams, maps: tuple[ShadowMap, ...]) -> SunMaps:
         texture = self._of_sun.fit(len(maps), params.resolution)
-        wanted = dict(enumerate(maps))
-        due = self._of_sun.due(wanted) if frame.shadows.may_wait else self._of_sun.stale(wanted)
+        requested = dict(enumerate(maps))
+        due = self._of_sun.due(requested) if frame.shadows.may_wait else self._of_sun.stale(requested)
         with self.gl.state(direct=(DEPTH_CLAMP,)):  # what lies before the near plane of the map casts shadows too
             self._draw_maps(frame, self._of_sun, due)
-        shown = [self._of_sun.shown(tile).view for tile in wanted]
+        shown = [self._of_sun.shown(tile).view for tile in requested]
         cascades = tuple(view for view in shown if isinstance(view, Cascade))
         return SunMaps(texture=texture, cascades=cascades, params=params)
 
@@ -100,7 +103,7 @@ class ShadowsPass(Pass[ShadowParams]):
                 array.render(instances=batch.count)
 
     def forget_assets(self) -> None:
-        """Drop vertex arrays over buffers of assets, and the maps that show them."""
+        """Drop the vertex arrays over buffers of assets, and the maps that show these assets."""
         for arrays in self._grid_arrays.values():
             arrays.forget()
         self._mesh_arrays.forget()

@@ -19,23 +19,23 @@ class SmaaPass(Pass[SmaaParams]):
     writes = ("lit",)
 
     def setup(self, gl: Scope) -> None:
-        """Create the programs of the three steps."""
+        """Create the programs of the three steps, which `gl` owns."""
         shaders = (f"smaa/{step}.frag" for step in ("edges", "weights", "blend"))
         self._programs = [Program(gl, "common/fullscreen.vert", shader) for shader in shaders]
         self._own: list[tuple[moderngl.Texture, moderngl.Framebuffer]] = []  # edges and weights, from first use on
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop the textures of edges and weights; those of the new size are made when they are needed."""
+        """Drop the textures of edges and weights; those for targets of `size` (width, height) pixels are made later."""
         for own in self._own:
             self.gl.free(*own)
         self._own = []
 
     def enabled(self, frame: Frame, params: SmaaParams) -> bool:
-        """Return whether the anti-aliasing is `smaa`."""
+        """Return whether the anti-aliasing of `frame` is `smaa`; `params` do not matter."""
         return frame.common.aa.mode == "smaa"
 
     def draw(self, frame: Frame, params: SmaaParams) -> None:
-        """Blend the pixels of `lit` beside edges."""
+        """Blend the pixels of `lit` of `frame` beside edges of the contrast that `params` ask for."""
         if not self._own:
             textures = [self.gl.texture(frame.targets.size, components) for components in (2, 4)]
             self._own = [(texture, self.gl.framebuffer([texture])) for texture in textures]

@@ -7,7 +7,7 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class SunPass(Pass[Params]):
-    """Look the shadow maps of the sun up for each pixel."""
+    """Look up for each pixel whether the sun's shadow maps show it lit."""
 
     name = "sun"
     per_sample = True
@@ -15,15 +15,15 @@ class SunPass(Pass[Params]):
     writes = ("shadow",)
 
     def setup(self, gl: Scope) -> None:
-        """Create the program."""
+        """Create the program, which `gl` owns."""
         self._program = Program(gl, "common/far_plane.vert", "sun/sun.frag")
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether the sun casts shadows."""
+        """Return whether the sun casts shadows in `frame`; `params` is empty."""
         return frame.targets.sun_maps is not None
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Draw the part of light into `shadow`."""
+        """Draw into `shadow` what part of the sun's light reaches each pixel of `frame`; `params` is empty."""
         targets, view, maps = frame.targets, frame.view, frame.targets.sun_maps
         assert maps is not None  # as `enabled` found
         targets.depth.use(0)

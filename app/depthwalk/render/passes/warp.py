@@ -26,7 +26,7 @@ class WarpPass(Pass[WarpParams]):
     writes = ("atlas",)
 
     def setup(self, gl: Scope) -> None:
-        """Prepare the variants of the program."""
+        """Prepare the variants of the program, which `gl` owns."""
         self._programs = Variants(lambda defines: Program(gl, "warp/warp.vert", "warp/warp.frag", defines))
         self._arrays = Variants(lambda defines: AssetArrays(gl, self._programs[defines].gl, *GRID_LAYOUT))
         self._ordered = Variants(lambda defines: OrderedIndices(gl, self._programs[defines].gl))
@@ -35,7 +35,7 @@ class WarpPass(Pass[WarpParams]):
         self._slots = InstanceStream(gl, _SLOT)
 
     def draw(self, frame: Frame, params: WarpParams) -> None:
-        """Empty the slots of tiles that are drawn, and warp samples into them."""
+        """Empty the slots of the tiles that `frame` warps, and warp samples into them in the order of `params`."""
         self._clear_slots(frame)
         with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
             self._draw(frame, in_order=params.order == "epipole")
@@ -66,7 +66,7 @@ class WarpPass(Pass[WarpParams]):
             self._clear.rectangles(len(slots))
 
     def forget_assets(self) -> None:
-        """Drop vertex arrays over buffers of assets."""
+        """Drop the vertex arrays over buffers of assets."""
         for arrays in self._arrays.values():
             arrays.forget()
         for ordered in self._ordered.values():

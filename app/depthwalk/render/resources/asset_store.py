@@ -1,6 +1,6 @@
 """Keep assets on the GPU within a budget of memory.
 
-Assets are uploaded when they are first drawn. Depth objects, and the meshes that are drawn in their stead, give way to
+Assets are uploaded when they are first drawn. Depth objects, and the meshes that are drawn instead of them, give way to
 others when they are not needed and the budget is used up; those not used for longest go first.
 """
 
@@ -8,7 +8,7 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,48 +24,51 @@ from depthwalk.scene.render_settings import DEFAULT_BUDGET
 
 log = logging.getLogger(__name__)
 
+_Part = TypeVar("_Part", BakedObject, CookedObject)
+
 
 class Library(MeshLibrary, Protocol):
-    """Describe where the renderer gets assets from, by number; it never reads files itself."""
+    """Describe where the renderer gets assets from, by number; the renderer itself reads no files."""
 
     def __len__(self) -> int:
         """Return the number of assets."""
         ...
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether an asset has depth images, without making them."""
+        """Return whether the asset with the number `asset` has depth images, without making them."""
         ...
 
     def has_mesh(self, asset: int) -> bool:
-        """Return whether an asset has a mesh, without reading it."""
+        """Return whether the asset with the number `asset` has a mesh, without reading it."""
         ...
 
     def bake_missing(self, assets: Sequence[int]) -> None:
-        """Bake what is missing of the depth images of `assets`, several at a time if the library can."""
+        """Bake those depth images of `assets`, numbers of assets, that are missing, several at a time if possible."""
         ...
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of an asset, made if need be, one object for each part.
+        """Return the cooked depth images of `asset`, its number, made if need be; one object for each part.
 
-        again: whether what is kept of them cannot be loaded; then the objects hold their arrays in memory.
+        With `again`, because what the cache keeps cannot be loaded, they are cooked once more and hold their arrays in
+        memory.
         """
         ...
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return an asset's depth images, made if need be; None where it has none."""
+        """Return the depth images of `asset`, its number, baked if they are not yet; None where it has none."""
         ...
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4) of an image file, sRGB."""
+        """Return the texels (H, W, 4), sRGB, of the image file `path`."""
         ...
 
 
 class AssetStore:
     """Upload assets and own their GL objects, which several passes draw from.
 
-    Meshes go by the number of their asset. An asset may have several depth objects, one for each part. These are
-    numbered from `first_depth` on, in the order in which they are asked for, and keep their numbers when all is
-    released.
+    Meshes have the numbers of their assets. An asset may have several depth objects, one for each part. Depth objects
+    are numbered from `first_depth` on, in the order in which they are asked for, and keep their numbers when everything
+    is released.
 
     Attributes
     ----------
@@ -74,23 +77,23 @@ class AssetStore:
     budget
         Bytes of GPU memory for depth objects and fallback meshes, which `stream` keeps to.
     before_release
-        Called before GL objects go, so that passes can release their vertex arrays over them.
-    form
+        Called before GL objects are freed, so that passes can release their vertex arrays over them.
+    cook_options
         How depth images are cooked; to be set while the store is empty.
     meshes
-        The meshes.
+        The store of the meshes.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
-        """Make an empty store. library: where assets come from."""
+        """Make an empty store on `device`, which gets its assets from `library`."""
         self.gl = device.scope("assets")
         self.budget = DEFAULT_BUDGET
         self.before_release: Callable[[], None] = lambda: None
-        self.form = CookOptions()
+        self.cook_options = CookOptions()
         self._library = library
         self._assets: list[int] = []  # the asset of each depth object
         self._numbers: dict[int, range] = {}  # of the depth objects of each asset
-        self._prepared: dict[int, CookedObject] = {}
+        self._cooked: dict[int, CookedObject] = {}
         self._depth: dict[int, DepthObject] = {}  # in the order in which they were used
         self._warned = False
         self.meshes = MeshStore(self.gl, library)
@@ -109,36 +112,36 @@ class AssetStore:
         return asset in self._numbers
 
     def depth_numbers(self, asset: int) -> range:
-        """Return the numbers of the depth objects that show `asset`, whose depth images are read and cooked for it."""
+        """Return the numbers of the depth objects that show `asset`; reads and cooks its depth images if need be."""
         if asset not in self._numbers:
-            objects, first = self._library.cooked(asset, self.form), len(self)
+            objects, first = self._library.cooked(asset, self.cook_options), len(self)
             self._assets += [asset] * len(objects)
             self._numbers[asset] = range(first, len(self))
-            self._prepared.update(zip(self._numbers[asset], objects, strict=True))
+            self._cooked.update(zip(self._numbers[asset], objects, strict=True))
         return self._numbers[asset]
 
-    def prepared(self, number: int) -> CookedObject:
+    def cooked(self, number: int) -> CookedObject:
         """Return depth object `number` as it was cooked, with its large arrays left in the cache."""
-        if number not in self._prepared:
+        if number not in self._cooked:
             asset = self.asset_of(number)
-            self._prepared.update(zip(self._numbers[asset], self._library.cooked(asset, self.form), strict=True))
-        return self._prepared[number]
+            self._cooked.update(self._by_number(asset, self._library.cooked(asset, self.cook_options)))
+        return self._cooked[number]
 
     def baked(self, number: int) -> BakedObject:
-        """Return the depth images that depth object `number` was cooked of; they are read for it."""
+        """Return the depth images that depth object `number` was cooked from, which are read again."""
         asset = self.asset_of(number)
-        return self._model(asset).parts[number - self._numbers[asset].start]
+        return self._part(self._model(asset).parts, number)
 
     def depth_object(self, number: int) -> DepthObject:
-        """Return depth object `number`, uploaded if it was not."""
+        """Return depth object `number` on the GPU, uploaded if it was not."""
         if number not in self._depth:
-            prepared = self.prepared(number)
+            cooked = self.cooked(number)
             try:
-                grids, pages = prepared.load()
+                grids, pages = cooked.load()
             except OSError:  # the cache has lost it, or it was damaged, since it was found
-                prepared = self._cook_again(number)
-                grids, pages = prepared.load()
-            self._depth[number] = upload_depth(self.gl, prepared.outline, grids, pages)
+                cooked = self._cook_again(number)
+                grids, pages = cooked.load()
+            self._depth[number] = upload_depth(self.gl, cooked.outline, grids, pages)
         return self._depth[number]
 
     def _cook_again(self, number: int) -> CookedObject:
@@ -147,9 +150,29 @@ class AssetStore:
         Return that object with its arrays in memory, so that a cache which fails again does no harm.
         """
         asset = self.asset_of(number)
-        objects = self._library.cooked(asset, self.form, again=True)
-        self._prepared.update(zip(self._numbers[asset], objects, strict=True))
-        return objects[number - self._numbers[asset].start]
+        objects = self._library.cooked(asset, self.cook_options, again=True)
+        self._cooked.update(self._by_number(asset, objects))
+        return self._part(objects, number)
+
+    def _by_number(self, asset: int, objects: tuple[CookedObject, ...]) -> dict[int, CookedObject]:
+        """Return the cooked objects of an asset by the numbers of its depth objects, and warn unless there is one each.
+
+        The number of parts changes where the asset's file is replaced after numbers were given. The scene is drawn on
+        all the same, by `_part`.
+        """
+        numbers = self._numbers[asset]
+        if len(objects) != len(numbers):
+            log.warning(
+                "asset %d was replaced: it has %d parts now, not %d; open the scene again to show it as it is",
+                asset,
+                len(objects),
+                len(numbers),
+            )
+        return {number: self._part(objects, number) for number in numbers}
+
+    def _part(self, parts: Sequence[_Part], number: int) -> _Part:
+        """Return which of an asset's parts depth object `number` shows: the last one where too few are left."""
+        return parts[min(number - self._numbers[self.asset_of(number)].start, len(parts) - 1)]
 
     def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
         """Upload what a frame needs, and release what was not used for longest where the budget would not hold both.
@@ -178,7 +201,7 @@ class AssetStore:
                 continue
             if seconds is not None and time.perf_counter() - start > seconds:
                 break
-            self._make_room(self.prepared(number).bytes, set(needed))
+            self._make_room(self.cooked(number).bytes, set(needed))
             self.depth_object(number)
         self._make_room(0, set(needed))  # an earlier frame may have needed more than the budget
         resident = np.ones(len(self), bool)
@@ -188,7 +211,7 @@ class AssetStore:
     @property
     def gpu_bytes(self) -> int:
         """Bytes of GPU memory that depth objects and fallback meshes take."""
-        return sum(self._prepared[number].bytes for number in self._depth) + self.meshes.fallback_bytes
+        return sum(self._cooked[number].bytes for number in self._depth) + self.meshes.fallback_bytes
 
     @property
     def depth_count(self) -> int:
@@ -199,7 +222,7 @@ class AssetStore:
         """Release what is not `needed` until `size` more bytes fit into the budget, or nothing is left to release."""
         if self.gpu_bytes + size <= self.budget:
             return
-        unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted
+        unused, unwanted = [number for number in self._depth if number not in needed], self.meshes.unwanted_fallbacks
         if unused or unwanted:
             self.before_release()
         self.meshes.release_fallbacks(unwanted)
@@ -208,7 +231,7 @@ class AssetStore:
             if excess <= 0:
                 return
             self.gl.free(*self._depth.pop(number).owned)
-            excess -= self._prepared[number].bytes
+            excess -= self._cooked[number].bytes
         if excess > 0 and not self._warned:
             self._warned = True
             log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
@@ -225,7 +248,7 @@ class AssetStore:
         return model
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4) of an image file, sRGB; one white texel for None."""
+        """Return the texels (H, W, 4), sRGB, of the image file `path`; one white texel for None."""
         return WHITE if path is None else self._library.texture(path)
 
     def release(self) -> None:
@@ -233,5 +256,5 @@ class AssetStore:
         self.before_release()
         self.gl.release()
         self._depth.clear()
-        self._prepared.clear()
+        self._cooked.clear()
         self.meshes.forget()

@@ -35,15 +35,26 @@ class DepthObject:
 
     Attributes
     ----------
-    vertices, indices, index_type, chunks
-        Its geometry at all levels: samples as `cook.lod_geometry` packs them, and indices in chunks that are small
-        enough for 16 bits.
-    normals, colours, tints, page_table
-        The virtual texture: pictures of its tiles, and the table that says where a tile lies in them.
+    vertices
+        The samples of all levels, packed as in `cook.lod_geometry`.
+    indices
+        The triangles of all levels.
+    index_type
+        The type of the indices.
+    chunks
+        The runs of indices that one draw call can take, small enough for 16 bits.
+    normals
+        The normals of the virtual texture, tile by tile.
+    colours
+        The colours of the virtual texture, tile by tile; one component where `tints` has the others.
+    tints
+        The other components of the colours, for 2 × 2 texels each.
+    page_table
+        The table that says where a tile lies in these pictures.
     meso
-        The tile of relief; one texel where it has none.
+        The tile of relief; one texel for an object without relief.
     geometry
-        Uniforms of the vertex stage.
+        Uniforms of the vertex stage, by name.
     colour_defines
         Defines of shaders/common/pages.glsl: which colours the object has.
     surface
@@ -68,17 +79,17 @@ class DepthObject:
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Defines of the shaders that draw its geometry."""
+        """Defines of the shaders that draw the geometry."""
         return ("MESO",) if self.relief["meso_height"] > 0 else ()
 
     @property
     def surface_defines(self) -> tuple[str, ...]:
-        """Defines of the shader that looks up its surface."""
+        """Defines of the shader that looks up the surface."""
         return *self.defines, *self.colour_defines
 
     @property
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
-        """Its GL objects, which are freed when it gives way to others."""
+        """All GL objects of this object, which are freed when it gives way to others."""
         textures = self.normals, self.colours, self.tints, self.page_table, self.meso
         return self.vertices, self.indices, *textures
 
@@ -104,11 +115,34 @@ class DepthObject:
         return positions, triangles.reshape(-1, 3).astype(np.uint32)
 
     def array(self, arrays: AssetArrays, number: int) -> moderngl.VertexArray:
-        """Return the vertex array, one of `arrays`, that draws this object, whose number among all is `number`."""
+        """Return the vertex array that draws this object.
+
+        Parameters
+        ----------
+        arrays
+            The vertex arrays of one program over all assets.
+        number
+            The number of this object in `AssetStore`.
+
+        Returns
+        -------
+        moderngl.VertexArray
+            The array, created when it is first asked for.
+        """
         return arrays.get(number, self.vertices, self.indices, self.index_type.itemsize)
 
     def draw(self, array: moderngl.VertexArray, runs: Sequence[tuple[int, int]], instances: int) -> None:
-        """Draw runs of indices, first index and number of indices each, for so many instances."""
+        """Draw some runs of indices.
+
+        Parameters
+        ----------
+        array
+            A vertex array over this object's buffers.
+        runs
+            First index and number of indices of each run.
+        instances
+            How many instances are drawn.
+        """
         layout, name = GRID_LAYOUT
         attribute: Any = array.program[name]
         for run in runs:
@@ -118,12 +152,32 @@ class DepthObject:
                 array.render(vertices=count, first=first, instances=instances)
 
     def use_geometry(self, program: Program, unit: int, lod: LodParams) -> None:
-        """Bind the relief to a texture unit, and set the uniforms that the vertex stage reads."""
+        """Bind the relief to a texture unit, and set the uniforms that the vertex stage reads.
+
+        Parameters
+        ----------
+        program
+            The program that draws.
+        unit
+            The number of the texture unit.
+        lod
+            The settings of detail.
+        """
         self.meso.use(unit)
         program.set(meso_relief=unit, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
-        """Bind textures to five units from `first_unit` on, and set the uniforms that `surface_at` reads."""
+        """Bind textures to five texture units, and set the uniforms that `surface_at` reads.
+
+        Parameters
+        ----------
+        program
+            The program that looks surfaces up.
+        first_unit
+            The number of the first texture unit.
+        lod
+            The settings of detail.
+        """
         images: dict[str, moderngl.Texture | moderngl.TextureArray] = {
             "page_normals": self.normals,
             "page_colours": self.colours,
@@ -143,13 +197,18 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: Virtu
     Parameters
     ----------
     gl
-        Owns the GL objects.
+        The scope that owns the GL objects.
     baked
-        What it was cooked of, whose pixels are not needed any more.
+        The depth images that it was cooked from, of which the pixels are not needed any more.
     grids
-        Its geometry.
+        The geometry.
     pages
-        Its virtual texture.
+        The virtual texture.
+
+    Returns
+    -------
+    DepthObject
+        The object on the GPU.
     """
     images, cylinder = baked.images, baked.cylinder
     height, width = images[0].depth.shape

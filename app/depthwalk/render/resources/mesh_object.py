@@ -30,9 +30,9 @@ class MaterialLook(NamedTuple):
     Attributes
     ----------
     texture
-        Its colours; one white texel where it has none.
+        The colours; one white texel for a material without texture.
     uniforms
-        Those of shaders/mesh/mesh.frag.
+        The uniforms of shaders/mesh/mesh.frag, by name.
     painted
         Whether colours of the texture or of vertices show, so that the mesh is drawn by PAINTED_LAYOUT.
     """
@@ -44,7 +44,15 @@ class MaterialLook(NamedTuple):
 
 @dataclass
 class MeshLook:
-    """Hold what all levels of a mesh share: its materials, and whether it is `solid`, see `is_solid`."""
+    """Hold what all levels of a mesh share.
+
+    Attributes
+    ----------
+    materials
+        The materials, on the GPU.
+    solid
+        Whether nobody sees a back face, see `is_solid`.
+    """
 
     materials: list[MaterialLook]
     solid: bool
@@ -52,18 +60,20 @@ class MeshLook:
 
 @dataclass(kw_only=True)
 class MeshObject:
-    """Hold one level of a mesh on the GPU, whose objects belong to the mesh store.
+    """Hold one level of a mesh on the GPU, whose GL objects belong to the mesh store.
 
     Attributes
     ----------
     parts
         The runs of triangles that have one material each.
-    vertices, indices
-        The buffers; three uint32 indices per triangle.
+    vertices
+        The buffer of vertices.
+    indices
+        The buffer of indices, three uint32 per triangle.
     look
         The materials.
     meshlets
-        The patches that it is culled by, in whose order the triangles lie; None where it is always drawn whole.
+        The patches by which the level is culled, in whose order the triangles lie; None where it is always drawn whole.
     """
 
     parts: tuple[Part, ...]
@@ -73,13 +83,28 @@ class MeshObject:
     meshlets: Meshlets | None
 
     def shape(self) -> Shape:
-        """Read positions (v, 3), metres, asset frame, and triangles (t, 3) back from the GPU."""
+        """Read the positions (v, 3), metres, asset frame, and the triangles (t, 3) back from the GPU."""
         vertices = np.frombuffer(self.vertices.read(), _VERTEX)
         return vertices["position"], np.frombuffer(self.indices.read(), np.uint32).reshape(-1, 3)
 
 
 def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
-    """Upload the materials of a mesh into a scope. solid: see `is_solid`, which takes too long to ask here."""
+    """Upload the materials of a mesh.
+
+    Parameters
+    ----------
+    gl
+        The scope that owns the textures.
+    mesh
+        The mesh.
+    solid
+        The result of `is_solid`, which takes too long to compute here.
+
+    Returns
+    -------
+    MeshLook
+        The materials on the GPU.
+    """
     coloured = bool((mesh.colours != 255).any())
     return MeshLook([_upload_material(gl, material, coloured) for material in mesh.materials], solid)
 
@@ -90,13 +115,18 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
     Parameters
     ----------
     gl
-        Owns the buffers.
+        The scope that owns the buffers.
     mesh
-        The level.
+        The mesh at this level.
     look
         The materials of the mesh, which all levels share.
     meshlets
-        Those of the level; None where it is drawn whole.
+        The meshlets of the level; None where it is drawn whole.
+
+    Returns
+    -------
+    MeshObject
+        The level on the GPU.
     """
     rows = np.arange(len(mesh.positions)) if meshlets is None else meshlets.vertices
     faces = mesh.faces if meshlets is None else meshlets.of_parts(mesh.parts)
@@ -110,9 +140,9 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
 
 
 def is_solid(mesh: Mesh) -> bool:
-    """Return whether a mesh is the closed surface of a solid, of which nobody outside sees a back face.
+    """Return whether `mesh` is the closed surface of a solid, of which nobody outside sees a back face.
 
-    That is so where faces run through every edge as often one way as the other, and enclose a positive volume.
+    A mesh is solid if faces run through every edge as often one way as the other, and enclose a positive volume.
     """
     faces = row_ids(mesh.positions)[0][mesh.faces]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()

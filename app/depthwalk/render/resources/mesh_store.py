@@ -1,7 +1,7 @@
 """Keep meshes on the GPU, by the number of their asset.
 
-Objects that the scene shows as meshes have theirs uploaded when they are first drawn, and keep them. Fallback meshes,
-which are drawn in the stead of depth images that would only be magnified, are read when they are first wanted. Where
+The meshes of objects that the scene shows as meshes are uploaded when they are first drawn, and stay. Fallback meshes,
+which are drawn instead of depth images that would only be magnified, are read when they are first needed. Where
 frames may not wait, a thread reads them meanwhile. They go when others need their memory.
 """
 
@@ -27,15 +27,31 @@ class MeshLibrary(Protocol):
     """Describe where meshes come from, by the number of their asset."""
 
     def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of an asset, None where it has none. Raises InputError for files that cannot be used."""
+        """Return the mesh of an asset.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+
+        Returns
+        -------
+        Mesh | None
+            The mesh; None for an asset without a mesh.
+
+        Raises
+        ------
+        InputError
+            Where the file cannot be used.
+        """
         ...
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
-        """Return the mesh and its simplified levels, the finest first; none where it has no mesh."""
+        """Return the mesh of `asset`, its number, and its simplified levels, the finest first; none without a mesh."""
         ...
 
     def forget_mesh(self, asset: int) -> None:
-        """Free the memory of a mesh and its levels, until they are asked for again."""
+        """Free the memory of the mesh of `asset`, its number, and of its levels, until they are asked for again."""
         ...
 
 
@@ -45,11 +61,11 @@ class FallbackMesh(NamedTuple):
     Attributes
     ----------
     levels
-        Its levels of detail, the finest first.
+        The levels of detail, the finest first.
     meshlets
         The meshlets of each level.
     solid
-        See `is_solid`.
+        Whether nobody sees a back face, see `is_solid`.
     """
 
     levels: tuple[MeshLevel, ...]
@@ -61,14 +77,14 @@ class MeshStore:
     """Upload meshes, each level when it is first drawn, and own their GL objects."""
 
     def __init__(self, gl: Scope, library: MeshLibrary) -> None:
-        """Make an empty store. gl: the asset store's scope; library: where meshes come from."""
+        """Make an empty store: `gl` is the asset store's scope, `library` says where meshes come from."""
         self._gl = gl
         self._library = library
         self._drawn: dict[int, dict[int, MeshObject]] = {}  # by asset and level
         self._looks: dict[int, MeshLook] = {}
         self._fallbacks: dict[int, FallbackMesh] = {}
-        self._wanted: set[int] = set()  # in this frame
-        self._wanted_before: set[int] = set()  # in the frame before
+        self._requested: set[int] = set()  # in this frame
+        self._requested_before: set[int] = set()  # in the frame before
         self._failed: set[int] = set()
         self._reader: ThreadPoolExecutor | None = None
         self._reading: tuple[int, Future[FallbackMesh]] | None = None
@@ -83,12 +99,17 @@ class MeshStore:
         level
             0 for the mesh itself, others by `MeshLibrary.mesh_levels`.
 
+        Returns
+        -------
+        MeshObject
+            The level on the GPU.
+
         Raises
         ------
         LookupError
             Where the asset has no mesh.
         """
-        self._wanted.add(asset)
+        self._requested.add(asset)
         levels = self._drawn.setdefault(asset, {})
         if level not in levels:
             mesh = self._library.mesh(asset)
@@ -105,8 +126,8 @@ class MeshStore:
         return levels[level]
 
     def begin_frame(self) -> None:
-        """Begin a frame: fallback meshes that were wanted neither in the last one nor in this may go."""
-        self._wanted_before, self._wanted = self._wanted, set()
+        """Begin a frame: fallback meshes may be released that neither it nor the frame before has asked for."""
+        self._requested_before, self._requested = self._requested, set()
 
     def mesh_fallbacks(self, assets: Sequence[int], wait: bool) -> dict[int, tuple[MeshLevel, ...]]:
         """Return the levels of the fallback meshes that have been read, by asset.
@@ -114,16 +135,21 @@ class MeshStore:
         Parameters
         ----------
         assets
-            The assets whose meshes are wanted, the most urgent first.
+            The numbers of the assets whose meshes are to be read, the most urgent first.
         wait
             Whether to wait until all are read; otherwise they are read meanwhile, one by one.
+
+        Returns
+        -------
+        dict[int, tuple[MeshLevel, ...]]
+            The levels of each mesh, the finest first, by the number of its asset.
 
         Raises
         ------
         InputError
             For files that cannot be used, if `wait`; otherwise a warning names them, and depth images are shown.
         """
-        self._wanted.update(assets)
+        self._requested.update(assets)
         for asset in assets:
             if asset in self._fallbacks or asset in self._failed:
                 continue
@@ -140,12 +166,12 @@ class MeshStore:
         return sum(level.vertices.size + level.indices.size for level in levels)
 
     @property
-    def unwanted(self) -> set[int]:
-        """Assets whose fallback meshes may go."""
-        return self._fallbacks.keys() - self._wanted - self._wanted_before
+    def unwanted_fallbacks(self) -> set[int]:
+        """Numbers of the assets whose fallback meshes may be released, because no recent frame has asked for them."""
+        return self._fallbacks.keys() - self._requested - self._requested_before
 
     def release_fallbacks(self, assets: set[int]) -> None:
-        """Release the fallback meshes of `assets`. No pass may still hold vertex arrays over their buffers."""
+        """Release the fallback meshes of `assets`, their numbers. No pass may still hold vertex arrays over them."""
         for asset in assets:
             for level in self._drawn.pop(asset, {}).values():
                 self._gl.free(level.vertices, level.indices)
@@ -155,11 +181,11 @@ class MeshStore:
             self._library.forget_mesh(asset)
 
     def forget(self) -> None:
-        """Forget all meshes and stop reading; to be called when the scope has released its GL objects."""
+        """Forget all meshes and stop reading; call this when the scope has released its GL objects."""
         if self._reader is not None:
             self._reader.shutdown(wait=False, cancel_futures=True)
         self._reader = self._reading = None
-        for known in (self._drawn, self._looks, self._fallbacks, self._wanted, self._wanted_before, self._failed):
+        for known in (self._drawn, self._looks, self._fallbacks, self._requested, self._requested_before, self._failed):
             known.clear()
 
     def _was_read(self, asset: int) -> bool:

@@ -35,11 +35,15 @@ class Meshlets:
     faces
         (m, SIZE, 3) uint32 rows of `vertices`. The last meshlet of a part is filled up with empty triangles.
     part
-        (m,) the part of the mesh that each belongs to, rising.
-    centre, radius
-        (m, 3) and (m,) bounding spheres, metres, in the asset's frame.
-    axis, sine
-        (m, 3) unit, and (m,): the cones that hold the normals; the sine is 1 where no cone of less than 90° does.
+        (m,) the part of the mesh that each meshlet belongs to, rising.
+    centre
+        (m, 3) centres of the bounding spheres, metres, in the asset's frame.
+    radius
+        (m,) radii of the bounding spheres, metres.
+    axis
+        (m, 3) axes of the cones that hold the normals, unit vectors, in the asset's frame.
+    sine
+        (m,) sine of half the cone's angle; 1 where no cone of less than 90° holds the normals.
     """
 
     vertices: NDArray[np.intp]
@@ -51,7 +55,18 @@ class Meshlets:
     sine: Array
 
     def of_parts(self, parts: Sequence[Part]) -> NDArray[np.uint32]:
-        """Return all triangles (t, 3) but the empty ones, those of each part where the part has them in the mesh."""
+        """Return the triangles of all meshlets, in the order of the mesh's parts, without the empty ones.
+
+        Parameters
+        ----------
+        parts
+            The parts of the mesh.
+
+        Returns
+        -------
+        NDArray[np.uint32]
+            (t, 3) rows of `vertices`.
+        """
         runs = (self.faces[self.part == number].reshape(-1, 3)[: part.face_count] for number, part in enumerate(parts))
         return np.concatenate(list(runs))
 
@@ -63,14 +78,14 @@ class Meshlets:
         view
             The view of the picture.
         placed
-            PLACED_RECORD of the object that is drawn.
+            PLACED_RECORD () of the object that is drawn.
         solid
             Whether back faces cannot be seen, so that meshlets which face away are left out.
 
         Returns
         -------
         NDArray[np.intp]
-            (k,) rows, part by part, in each the nearest first.
+            (k,) rows, part by part, within each part the nearest first.
         """
         rotation, scale = placed["rotation"].astype(np.float64)[None], float(placed["scale"])
         middle = placed["origin"] + scale * rotate(rotation, self.centre)
@@ -84,7 +99,7 @@ class Meshlets:
 
 
 def build_meshlets(mesh: Mesh) -> Meshlets | None:
-    """Divide a mesh into meshlets; return None where it is so small that it is better drawn whole."""
+    """Divide `mesh` into meshlets; return None where it is so small that it is better drawn whole."""
     if len(mesh.faces) < _FEWEST * SIZE:
         return None
     corners = mesh.positions[mesh.faces].astype(np.float64)

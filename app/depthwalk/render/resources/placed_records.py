@@ -11,7 +11,7 @@ PLACED_RECORD = np.dtype([("origin", "3f4"), ("rotation", "4f4"), ("scale", "f4"
 
 
 def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
-    """Return the PLACED_RECORDs (n,) of objects.
+    """Return what shaders read of n objects.
 
     Positions are relative to the viewer, so that float32 is exact enough far from the world's origin, too.
 
@@ -21,6 +21,11 @@ def placed_records(origin: Array, objects: Objects) -> NDArray[np.void]:
         (3,) what positions are relative to: the viewer or a shadow map's centre, metres, world.
     objects
         The n objects.
+
+    Returns
+    -------
+    NDArray[np.void]
+        (n,) PLACED_RECORD.
     """
     records = np.zeros(len(objects), PLACED_RECORD)
     records["origin"] = objects.position - origin

@@ -23,7 +23,7 @@ _NEAREST_SPLIT = 1 / 64  # of the distance: logarithms of the near plane itself 
 
 @dataclass(frozen=True, kw_only=True)
 class Cascade:
-    """Say what a shadow map of the sun sees, orthographically.
+    """Describe what a shadow map of the sun sees: an orthographic picture of a box.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Cascade:
     half
         Half the width and half the height of that box, metres.
     axes
-        (3, 3), whose rows are right, up and towards the sun, unit, world.
+        (3, 3) rows right, up and towards the sun, unit vectors, world.
     resolution
         Texels along an edge.
     """
@@ -59,7 +59,7 @@ class Cascade:
         return glm.scale(glm.dvec3(1, 1, -1 / DEPTH) / self.half) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
-        """Return which spheres (n,) may cast a shadow within the map.
+        """Return which (n,) of the spheres `bounds` may cast a shadow within the map.
 
         They are those that meet the prism which begins at the map's far side and goes on towards the sun without end.
         """
@@ -68,19 +68,38 @@ class Cascade:
         return np.asarray(across & (toward > -(DEPTH * self.half + bounds.bounding_radius)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel covers, metres (n,), where spheres come nearest to the light, and at their middles.
+        """Return what a texel covers where spheres are.
 
-        For the sun both are the same everywhere.
+        For the sun this is the same everywhere.
+
+        Parameters
+        ----------
+        bounds
+            The n spheres, world.
+
+        Returns
+        -------
+        tuple[Array, Array]
+            Metres (n,) where each sphere comes nearest to the light, and metres (n,) at its middle.
         """
         texel = np.full(len(bounds.bounding_radius), self.texel)
         return texel, texel
 
 
 def light_axes(to_sun: Array) -> NDArray[np.float64]:
-    """Return the axes of a light's shadow map: rows right, up and towards the light (3, 3), unit, world.
+    """Return the axes of a light's shadow map.
 
-    The coordinate axis farthest from the light's direction points up in the map. to_sun: (3,) towards the light, of any
-    length, world.
+    The coordinate axis farthest from the light's direction points up in the map.
+
+    Parameters
+    ----------
+    to_sun
+        (3,) direction towards the light, of any length, world.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        (3, 3) rows right, up and towards the light, unit vectors, world.
     """
     up = glm.dvec3()
     up[int(np.argmin(np.abs(to_sun)))] = 1
@@ -99,7 +118,7 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
     view
         The view, with near and far plane fitted to what it sees.
     to_sun
-        (3,) towards the sun, of any length, world.
+        (3,) direction towards the sun, of any length, world.
     params
         How many maps there are, how far they reach, and how fine they are.
 
@@ -137,8 +156,10 @@ def split_distances(near: float, far: float, count: int, share: float) -> NDArra
 
     Parameters
     ----------
-    near, far
-        Distances from the viewer at which the first slice begins and the last one ends, metres.
+    near
+        Distance from the viewer at which the first slice begins, metres.
+    far
+        Distance from the viewer at which the last slice ends, metres.
     count
         How many slices.
     share

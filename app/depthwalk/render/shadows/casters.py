@@ -1,4 +1,4 @@
-"""Choose what is drawn into a shadow map: the objects that may cast a shadow there, as fine as a texel can show.
+"""Choose what is drawn into a shadow map: the objects that may cast a shadow in it, as fine as a texel can show.
 
 A light is a viewer like any other: the error of a coarser level and the magnification of a depth image are measured in
 texels of the map, as they are measured in pixels of the picture.
@@ -32,11 +32,11 @@ class ShadowMap:
     Attributes
     ----------
     view
-        What it sees.
+        What the map sees.
     grids
-        The depth images that cast shadows there, drawn as grids of polygons.
+        The depth images that cast shadows in the map, drawn as grids of polygons.
     meshes
-        The meshes that do.
+        The meshes that cast shadows in the map.
     """
 
     view: MapView
@@ -45,7 +45,7 @@ class ShadowMap:
 
     @property
     def triangles(self) -> int:
-        """How many triangles of depth images are drawn into it."""
+        """How many triangles of depth images are drawn into the map."""
         return sum(group.count * length for group in self.grids.batches for _, length in group.indices) // 3
 
     def shows_same(self, other: "ShadowMap") -> bool:
@@ -61,9 +61,9 @@ class ShadowMap:
         )
 
     def follows(self, before: "ShadowMap") -> bool:
-        """Return whether the map `before` this one may be shown in its stead for a few more frames.
+        """Return whether the map `before` may be shown in place of this one for a few more frames.
 
-        That is so for maps of the sun, while the sun has not moved and the map has moved by less than half its width.
+        It may if both are maps of the sun, the sun has not moved, and the map has moved by less than half its width.
         """
         mine, its = self.view, before.view
         if not (isinstance(mine, Cascade) and isinstance(its, Cascade)):
@@ -79,11 +79,12 @@ class Shadows:
     Attributes
     ----------
     sun
-        The maps of the sun, the nearest first; None where it casts no shadows.
+        The maps of the sun, the nearest first; None where the sun casts no shadows.
     may_wait
-        Whether maps of the sun may be redrawn some frames later, as long as those before `follow`.
+        Whether maps of the sun may be redrawn some frames later, as long as they follow what is shown
+        (`ShadowMap.follows`).
     lamps
-        The maps of lamps, by the tile of the atlas that they lie in.
+        The maps of lamps, by the tile of the atlas that each lies in.
     tiles
         The tile of each lamp that has a map, by its number among the environment's lights.
     """
@@ -95,7 +96,20 @@ class Shadows:
 
 
 def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
-    """Return the rows (m,) of bounding spheres that may cast a shadow within the map and are as large as a texel."""
+    """Return those spheres that may cast a shadow within a map and are as large as a texel.
+
+    Parameters
+    ----------
+    view
+        What the map sees.
+    bounds
+        The n spheres, world.
+
+    Returns
+    -------
+    NDArray[np.intp]
+        (m,) rows of the spheres.
+    """
     texel, _ = view.texels(bounds)
     return np.flatnonzero(view.meets(bounds) & (2 * bounds.bounding_radius >= texel))
 
@@ -107,20 +121,25 @@ def shadow_map(
 
     Every object is drawn at the coarsest level that is off by `rule.error` texels at most, or at the finest whose
     triangles are affordable, if that is coarser. Where depth images would only be magnified, and the mesh has not too
-    many triangles, the mesh is drawn in their stead.
+    many triangles, the mesh is drawn instead.
 
     Parameters
     ----------
     view
         What the map sees.
     rows
-        (m,) rows of the objects that cast shadows there, as `find_casters` returns them.
+        (m,) rows of the objects that cast shadows in the map, as `find_casters` returns them.
     scene
         All objects, and what is known of their assets.
     rule
         When meshes take the place of depth images; its pixels are texels here.
     triangles_per_texel
         How many triangles an object may have for each texel that it covers.
+
+    Returns
+    -------
+    ShadowMap
+        The map, with the draws of its casters.
     """
     table = scene.table
     placed, spheres = _cast_as(view, rows, scene, rule, triangles_per_texel)
@@ -151,7 +170,7 @@ def _cast_as(
 ) -> tuple[Objects, Bounds]:
     """Return what casts the shadows of the objects `rows` (m,), and its bounding spheres.
 
-    First come the objects whose depth images or own meshes cast, then the meshes in the stead of depth images. Parts of
+    First come the objects whose depth images or own meshes cast, then the meshes that replace depth images. Parts of
     one asset may disagree near a lamp; then both cast.
     """
     objects, bounds, table = scene.objects, scene.bounds, scene.table

@@ -14,11 +14,11 @@ class ShadowAtlas:
     Attributes
     ----------
     texture
-        Depth, which shaders compare with; None until `fit` makes it.
+        The depth texture, which shaders compare with; None until `fit` creates it.
     """
 
     def __init__(self, scope: Scope, columns: int) -> None:
-        """Make an atlas without a texture. scope: owns its GL objects; columns: of tiles, at most."""
+        """Make an atlas without a texture: `scope` owns its GL objects, and it has at most `columns` tiles to a row."""
         self.texture: moderngl.Texture | None = None
         self._framebuffer: moderngl.Framebuffer | None = None
         self._scope, self._columns = scope, columns
@@ -26,9 +26,9 @@ class ShadowAtlas:
         self._held: dict[int, ShadowMap] = {}  # by tile, in the order in which they were drawn
 
     def fit(self, tiles: int, resolution: int) -> moderngl.Texture:
-        """Return the texture, made to hold `tiles` tiles of resolution² texels.
+        """Return the texture, which holds at least `tiles` square tiles of `resolution` texels along an edge.
 
-        Where its size changes, it is made again, and all maps must be drawn again.
+        Where its size changes, it is created again, and all maps must be drawn again.
         """
         columns = min(tiles, self._columns)
         size = columns * resolution, -(-tiles // self._columns) * resolution
@@ -41,27 +41,40 @@ class ShadowAtlas:
             self._resolution = resolution
         return self.texture
 
-    def stale(self, wanted: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Return those of the `wanted` maps, by tile, that the atlas does not show; `begin` and draw each of them."""
+    def stale(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
+        """Return those of the maps `requested`, by tile, that the atlas does not show: `begin` and draw these."""
         held = self._held
-        return {tile: map_ for tile, map_ in wanted.items() if tile not in held or not map_.shows_same(held[tile])}
+        return {tile: map_ for tile, map_ in requested.items() if tile not in held or not map_.shows_same(held[tile])}
 
     def shown(self, tile: int) -> ShadowMap:
-        """Return the map that a tile shows, which may be the one that was wanted of it in an earlier frame."""
+        """Return the map that `tile`, a number, shows now; it may be one that an earlier frame asked for."""
         return self._held[tile]
 
-    def due(self, wanted: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Return those of the `wanted` maps, by tile, to draw in this frame of several that follow one another.
+    def due(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
+        """Return those of the maps `requested`, by tile, to draw in this frame; the rest may wait for the next frames.
 
         Of the stale maps those are drawn that cannot wait: the nearest, in tile 0, and maps that do not `follow` what
         their tile shows. One more is drawn, the one drawn longest ago; the others are up to a few frames late.
         """
-        stale = self.stale(wanted)
+        stale = self.stale(requested)
         can_wait = [tile for tile in self._held if tile > 0 and tile in stale and stale[tile].follows(self._held[tile])]
         return {tile: map_ for tile, map_ in stale.items() if tile not in can_wait[1:]}
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:
-        """Clear a tile and bind it, so that `shadow_map` is drawn into it next. ValueError before the first `fit`."""
+        """Clear a tile and bind it, so that a map is drawn into it next.
+
+        Parameters
+        ----------
+        tile
+            The number of the tile.
+        shadow_map
+            The map that the tile shows from now on.
+
+        Raises
+        ------
+        ValueError
+            Before the first `fit`.
+        """
         if self._framebuffer is None:
             raise ValueError("the atlas has no texture yet")
         side = self._resolution

@@ -28,14 +28,14 @@ NEAR = 0.01  # of a lamp's range: nearer surfaces, as the lamp's own glass, cast
 
 @dataclass(frozen=True, kw_only=True)
 class Spot:
-    """Say what the shadow map of a spot light sees: a pyramid about the cone of the lamp.
+    """Describe what the shadow map of a spot light sees: a pyramid about the cone of the lamp.
 
     Attributes
     ----------
     centre
-        The lamp, metres, world.
+        The position of the lamp, metres, world.
     axes
-        (3, 3), whose rows are right, up and back towards the lamp, unit, world.
+        (3, 3) rows right, up and back towards the lamp, unit vectors, world.
     angle
         Full angle of the cone, radians.
     reach
@@ -71,21 +71,45 @@ class Spot:
         return clip_from_view(self.angle, 1.0, NEAR * self.reach, self.reach) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
-        """Return which spheres (n,) may cast a shadow within the pyramid: those that reach into it."""
+        """Return which (n,) of the spheres `bounds` may cast a shadow within the pyramid: those that reach into it."""
         right, up, back = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
         across = np.maximum(np.abs(right), np.abs(up)) + self.tangent * back
         ahead = (back < bounds.bounding_radius) & (-back < self.reach + bounds.bounding_radius)
         return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel covers, metres (n,), where spheres come nearest to the lamp, and at their middles."""
+        """Return what a texel covers where spheres are.
+
+        Parameters
+        ----------
+        bounds
+            The n spheres, world.
+
+        Returns
+        -------
+        tuple[Array, Array]
+            Metres (n,) where each sphere comes nearest to the lamp, and metres (n,) at its middle.
+        """
         distance = np.linalg.norm(bounds.centre - np.array(self.centre), axis=1)
         nearest = np.maximum(distance - bounds.bounding_radius, NEAR * self.reach)
         return self.texel * nearest, self.texel * np.maximum(distance, bounds.bounding_radius)
 
 
 def lamp_spot(lamp: "LampParams", resolution: int) -> Spot:
-    """Return what the map of a spot light sees. lamp: has a `direction`; resolution: texels along an edge."""
+    """Return what the shadow map of a spot light sees.
+
+    Parameters
+    ----------
+    lamp
+        The spot light, which has a `direction`.
+    resolution
+        Texels along an edge of the map.
+
+    Returns
+    -------
+    Spot
+        The pyramid that the map sees.
+    """
     axes = light_axes(-np.array(lamp.direction, float))
     return Spot(
         centre=lamp.position, axes=axes, angle=float(np.radians(lamp.angle)), reach=lamp.range, resolution=resolution
@@ -95,12 +119,19 @@ def lamp_spot(lamp: "LampParams", resolution: int) -> Spot:
 def choose_shadow_lamps(view: View, lamps: Sequence["LampParams"]) -> list[int]:
     """Choose the lamps that should have a shadow map in this frame.
 
-    They are those that the scene wants to cast shadows, and whose cones `view` may see.
+    These are the lamps that cast shadows by the scene, and whose cones the view may see.
+
+    Parameters
+    ----------
+    view
+        The view of the picture.
+    lamps
+        All lamps of the scene.
 
     Returns
     -------
-    list of int
-        Their numbers among `lamps`, those first that would light the viewer's place most.
+    list[int]
+        Numbers of lamps in `lamps`; those that light the viewer's position most come first.
     """
     numbers = np.array([number for number, lamp in enumerate(lamps) if lamp.shadow and lamp.intensity > 0], int)
     if not len(numbers):
@@ -137,8 +168,8 @@ def assign_tiles(chosen: Sequence[int], lamps: Sequence["LampParams"], count: in
     rank = {number: k for k, number in enumerate(n for n, lamp in enumerate(lamps) if lamp.shadow)}
     tiles: dict[int, int] = {}
     for number in sorted(chosen):
-        wanted = [(rank[number] + k) % count for k in range(count)]
-        tiles[number] = next(tile for tile in wanted if tile not in tiles.values())
+        preferred = [(rank[number] + k) % count for k in range(count)]
+        tiles[number] = next(tile for tile in preferred if tile not in tiles.values())
     return tiles
 
 

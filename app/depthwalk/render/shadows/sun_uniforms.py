@@ -16,7 +16,15 @@ COLUMNS = 2  # tiles in a row of the sun's texture; shaders read it
 
 @dataclass(frozen=True, kw_only=True)
 class LampMaps:
-    """Hold the shadow maps of lamps. texture: depth, tiles of equal size; params: the settings they were drawn by."""
+    """Hold the shadow maps of lamps.
+
+    Attributes
+    ----------
+    texture
+        Depth, tiles of equal size.
+    params
+        The settings that the maps were drawn by.
+    """
 
     texture: moderngl.Texture
     params: ShadowParams
@@ -33,7 +41,7 @@ class SunMaps:
     cascades
         What each tile shows, the nearest first; all look along one direction.
     params
-        The settings that they were drawn by.
+        The settings that the maps were drawn by.
     """
 
     texture: moderngl.Texture
@@ -41,16 +49,21 @@ class SunMaps:
     params: ShadowParams
 
     def use(self, unit: int, view: View, lod: LodParams) -> dict[str, Any]:
-        """Bind the texture to a unit and return the uniforms of shaders/common/sun_maps.glsl.
+        """Bind the texture to a texture unit, and return the uniforms of shaders/common/sun_maps.glsl.
 
         Parameters
         ----------
         unit
-            The texture unit.
+            The number of the texture unit.
         view
             The view of the picture: points are looked up by world vectors from its position.
         lod
-            The settings of detail, by which surfaces of the picture itself may be off.
+            The settings of detail, which say how far off surfaces of the picture may be.
+
+        Returns
+        -------
+        dict[str, Any]
+            The uniforms by name.
         """
         self.texture.use(unit)
         params = self.params

@@ -25,9 +25,10 @@ class Cylinders:
 
     Attributes
     ----------
-    centre : (n, 3), metres, world.
-    axis : (n, 3), unit, world.
-    half_height, radius : (n,) metres.
+    centre : (n, 3) middles, metres, world.
+    axis : (n, 3) directions from end to end, unit vectors, world.
+    half_height : (n,) half of the distance from end to end, metres.
+    radius : (n,) metres.
     """
 
     centre: Array
@@ -37,20 +38,25 @@ class Cylinders:
 
 
 def box_cylinders(low: Array, high: Array) -> Cylinders:
-    """Return upright cylinders about n boxes from `low` to `high` (n, 3), metres, world."""
+    """Return the upright cylinders about n boxes with the corners `low` and `high`, both (n, 3), metres, world."""
     half = (high - low) / 2
     upright = np.broadcast_to(np.array([0, 1, 0], np.float32), half.shape)
     return Cylinders(low + half, upright, half[:, 1], np.hypot(half[:, 0], half[:, 2]))
 
 
 def cylinders(objects: Objects, centre: Array, half_height: Array, radius: Array) -> Cylinders:
-    """Return the cylinders of n objects.
+    """Return the cylinders of n objects, which use `a` assets.
 
     Parameters
     ----------
-    objects : n objects of a assets.
-    centre : (n, 3), centres of their bounds, metres, world.
-    half_height, radius : (a,) of each asset's cylinder, metres.
+    objects : the n objects.
+    centre : (n, 3) centres of the cylinders, metres, world.
+    half_height : (a,) half the height of each asset's cylinder, metres.
+    radius : (a,) radius of each asset's cylinder, metres.
+
+    Returns
+    -------
+    The n cylinders, world.
     """
     x, y, z, w = objects.rotation.T
     axis = np.stack([2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)], -1)  # +Y turned
@@ -64,8 +70,8 @@ class Bounds(StructOfArrays):
 
     Attributes
     ----------
-    centre : (n, 3), metres, world.
-    bounding_radius : (n,) metres.
+    centre : (n, 3) centres, metres, world.
+    bounding_radius : (n,) radii, metres.
     """
 
     centre: Array
@@ -73,6 +79,10 @@ class Bounds(StructOfArrays):
 
     def visible(self, view: View) -> tuple[NDArray[np.intp], Array]:
         """Find the spheres that a view may see: those that its frustum's sides meet and that are not behind it.
+
+        Parameters
+        ----------
+        view : the view of the picture.
 
         Returns
         -------
@@ -88,14 +98,21 @@ class Bounds(StructOfArrays):
         return indices, forward[indices]
 
     def sphere(self) -> tuple[NDArray[np.float64], float]:
-        """Return centre (3,) and radius, metres, world, of a sphere that holds all of at least one object."""
+        """Return centre (3,) and radius, metres, world, of a sphere around all spheres, of which there must be one."""
         bounding_radius = self.bounding_radius[:, None]
         middle = (((self.centre - bounding_radius).min(0) + (self.centre + bounding_radius).max(0)) / 2).astype(float)
         return middle, float((np.linalg.norm(self.centre - middle, axis=1) + self.bounding_radius).max())
 
 
 def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:
-    """Return rectangles that hold n spheres in the picture; the whole picture where one reaches before the near plane.
+    """Return rectangles in the picture that hold n spheres.
+
+    For a sphere that reaches before the near plane this is the whole picture.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    bounds : the n spheres, world.
 
     Returns
     -------
@@ -111,13 +128,17 @@ def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:
 
 
 def object_bounds(objects: Objects, centre: Array, bounding_radius: Array) -> Bounds:
-    """Return the bounding spheres of n objects of a assets.
+    """Return the bounding spheres of n objects, which use `a` assets.
 
     Parameters
     ----------
-    objects : positions, rotations, scales and assets.
-    centre : (a, 3), centres of the assets' spheres, metres, asset frames.
-    bounding_radius : (a,), their radii, metres.
+    objects : the n objects.
+    centre : (a, 3) centres of the assets' spheres, metres, asset frames.
+    bounding_radius : (a,) radii of the assets' spheres, metres.
+
+    Returns
+    -------
+    The spheres, world.
     """
     asset = objects.asset
     offset = rotate(objects.rotation, centre.astype(np.float32)[asset] * objects.scale[:, None])
@@ -125,13 +146,17 @@ def object_bounds(objects: Objects, centre: Array, bounding_radius: Array) -> Bo
 
 
 def depth_range(forward: Array, bounding_radius: Array, ground: tuple[float, float] | None) -> tuple[float, float]:
-    """Return near and far plane, metres along the view axis, that hold n spheres and the ground.
+    """Return the distances of a near and a far plane that hold n spheres and the ground.
 
     Parameters
     ----------
-    forward : (n,), distances of the spheres' centres, metres along the view axis.
-    bounding_radius : (n,) metres.
-    ground : least and greatest distance at which the ground may be seen; None: there is none.
+    forward : (n,) distances of the spheres' centres, metres along the view axis.
+    bounding_radius : (n,) radii of the spheres, metres.
+    ground : least and greatest distance at which the ground may be seen, metres along the view axis; None: no ground.
+
+    Returns
+    -------
+    Near and far, metres along the view axis.
     """
     nearest = float((forward - bounding_radius).min(initial=np.inf))
     farthest = float((forward + bounding_radius).max(initial=0.0))
@@ -143,15 +168,19 @@ def depth_range(forward: Array, bounding_radius: Array, ground: tuple[float, flo
 
 
 def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
-    """Return least and greatest distance, metres along the view axis, at which the ground may be seen.
+    """Return the least and the greatest distance at which the ground may be seen.
 
     The ground is a level square about the world's origin. Of all rays the steepest meets it first.
 
     Parameters
     ----------
-    view : near and far plane need not be fitted.
-    height : of the square, metres, world y.
-    size : half of its side, metres.
+    view : the view of the picture; near and far plane need not be fitted.
+    height : height of the square, metres, world y.
+    size : half of the square's side, metres.
+
+    Returns
+    -------
+    Least and greatest distance, metres along the view axis.
     """
     above = abs(float(view.position[1]) - height)
     steepest = abs(view.axes[2, 1]) + sum(np.abs(view.axes[:2, 1]) * view.half_extent)
@@ -159,9 +188,18 @@ def ground_range(view: View, height: float, size: float) -> tuple[float, float]:
 
 
 def outside(viewer: Array, centre: Array, half_height: Array, cylinder_radius: Array) -> Array:
-    """Return how far n viewers are from upright cylinders, metres; 0 inside.
+    """Return how far n viewers are from n upright cylinders.
 
-    viewer, centre: (n, 3), any one frame; half_height, cylinder_radius: (n,) metres.
+    Parameters
+    ----------
+    viewer : (n, 3) the viewers, metres, in any frame whose y axis points up.
+    centre : (n, 3) the middles of the cylinders, metres, in the same frame.
+    half_height : (n,) half the heights of the cylinders, metres.
+    cylinder_radius : (n,) radii of the cylinders, metres.
+
+    Returns
+    -------
+    (n,) metres; 0 inside.
     """
     x, y, z = (viewer - centre).T
     distance: Array = np.hypot(np.maximum(np.hypot(x, z) - cylinder_radius, 0), np.maximum(np.abs(y) - half_height, 0))

@@ -27,49 +27,51 @@ MIN_RAYS = 16  # rays of a pixel
 
 
 def lens_radius(lens: DofParams) -> float:
-    """Return the radius of the lens, metres: half of focal length over f-number."""
+    """Return the radius of `lens`, metres: half of its focal length over its f-number."""
     return lens.focal_length / lens.f_number / 2000
 
 
 def circle_radius(lens: DofParams, view: View, distance: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Return how large points appear that are out of focus: the radius of their circle of confusion, pixels.
-
-    Huang et al. 2008, formulas (1) and (2): C = |V_d − V_f| · D / V_d with V = f·d / (d − f). Over V_f, the distance of
-    the sensor, that is D · |1/d_f − 1/d|: an angle, which is why the sensor's size is not needed.
+    """Return the radius of the circle of confusion to which a lens blurs points, pixels.
 
     Parameters
     ----------
     lens : the lens; its focus distance is where the radius is 0.
     view : the view, whose picture gives the pixels.
-    distance : metres along the view axis, of any shape; +inf is allowed.
+    distance : distances of the points, metres along the view axis, of any shape; +inf is allowed.
 
     Returns
     -------
-    Pixels, of the shape of `distance`; negative before the focus distance.
+    Pixels, of the shape of `distance`; negative for points nearer than the focus distance.
     """
     return lens_radius(lens) * view.focal_pixels * (1 / lens.focus_distance - 1 / distance)
 
 
 def largest_radius(lens: DofParams, view: View) -> float:
-    """Return the largest radius of a circle of confusion, pixels, in the modes that limit it."""
+    """Return the largest radius of a circle of confusion that `lens` gives in the picture of `view`, pixels.
+
+    Only the modes that limit the radius use this.
+    """
     return lens.max_blur / 200 * view.size[1]
 
 
 def lens_points(count: int) -> NDArray[np.float64]:
-    """Return points (count, 2) spread evenly over the unit disc (Vogel 1979).
-
-    The first is on the rim, the last in the middle.
-    """
+    """Return `count` points (count, 2) spread evenly over the unit disc (Vogel 1979)."""
     order = np.arange(count)[::-1]
     radius, angle = np.sqrt(order / max(count - 1, 1)), order * GOLDEN_ANGLE
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
 
 
 def lens_views(view: View, lens: DofParams) -> Iterator[View]:
-    """Yield the views whose pictures make up a frame.
+    """Yield the views of the frames that make up a picture.
 
-    They are `view` alone, or, where the mode accumulates, `view` from points of the lens, its middle last. Each is
-    sheared so that what lies at the focus distance stays where it is in the picture.
+    Where the mode of the lens accumulates, these are views from points of the lens, its middle last, each sheared so
+    that what lies at the focus distance stays where it is in the picture. Else it is `view` alone.
+
+    Parameters
+    ----------
+    view : the view from the middle of the lens.
+    lens : the lens and its mode.
     """
     if lens.mode != "accumulate":
         yield view
@@ -81,10 +83,7 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
 
 
 def gaussian() -> NDArray[np.float64]:
-    """Return the weights (`GAUSSIAN_RADIUS` + 1,) of a Gaussian of 3 pixels' deviation, by the distance in pixels.
-
-    The 13 weights of a direction have the sum 1; the blur's 13 × 13 kernel is the product of both directions.
-    """
+    """Return the weights (`GAUSSIAN_RADIUS` + 1,) of a Gaussian with a deviation of 3 pixels, by distance in pixels."""
     weights = np.exp(-0.5 * (np.arange(GAUSSIAN_RADIUS + 1) / 3) ** 2)
     normalised: NDArray[np.float64] = weights / (2 * weights.sum() - weights[0])
     return normalised

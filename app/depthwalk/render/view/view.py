@@ -33,9 +33,10 @@ class View:
     ----------
     camera : where the viewer stands and looks, world.
     size : width and height of the picture, pixels.
-    near, far : the clip planes, metres along the view axis; None where the renderer is to fit them to what is seen.
-    shear : how far to the right and up a point at one metre along the view axis appears from where it would without,
-        metres. It is the frustum of a camera that was moved aside and still sees the same rectangle.
+    near : distance of the near plane, metres along the view axis; None where the renderer is to fit it to the scene.
+    far : distance of the far plane, likewise.
+    shear : how far a point at one metre along the view axis is shifted in the picture to the right and up, metres. This
+        is the frustum of a camera that was moved aside and still sees the same rectangle.
     """
 
     camera: Camera
@@ -89,8 +90,8 @@ class View:
     def ray_from_screen(self) -> NDArray[np.float64]:
         """The matrix (3, 3) from places in the picture to rays.
 
-        It takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to what appears
-        there at one metre along the view axis.
+        It takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to the point that
+        appears at that place, one metre away along the view axis.
         """
         unscreened = glm.dmat3(glm.scale(glm.dvec3(*self.half_extent, -1)))
         return matrix_array(glm.inverse(glm.dmat3(self.view_from_world)) * unscreened)
@@ -111,17 +112,31 @@ class View:
 
         Parameters
         ----------
-        across, down : parts of the picture's width and height, from its upper left corner.
+        across : part of the picture's width, from the left edge, 0 to 1.
+        down : part of the picture's height, from the upper edge, 0 to 1.
         distance : metres along the view axis.
+
+        Returns
+        -------
+        The point, metres, world.
         """
         ray = glm.dmat3(self.ray_from_screen) * glm.dvec3(2 * across - 1, 1 - 2 * down, 1)
         return glm.dvec3(*self.camera.position) + ray * distance
 
 
 def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
-    """Return the viewer (n, 3) in the frames of n objects, metres.
+    """Return the viewer in the frames of n objects.
 
-    position: (n, 3), metres, world; rotation: (n, 4), unit quaternions (x, y, z, w); scale: (n,).
+    Parameters
+    ----------
+    view : the view, of which only the position counts.
+    position : (n, 3) positions of the objects, metres, world.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+    scale : (n,) scales of the objects.
+
+    Returns
+    -------
+    (n, 3) metres.
     """
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 
@@ -132,12 +147,13 @@ def matrix_array(matrix: glm.dmat3 | glm.dmat4) -> NDArray[np.float64]:
 
 
 def view_distance(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
-    """Return how far along the view axis the texels of a depth buffer are.
+    """Return how far along the view axis the surfaces in a depth buffer are.
 
     Parameters
     ----------
     depth : the buffer's values, 0 to 1, of any shape.
-    near, far : the clip planes it was drawn with, metres.
+    near : distance of the near plane that the buffer was drawn with, metres.
+    far : distance of the far plane, metres.
 
     Returns
     -------

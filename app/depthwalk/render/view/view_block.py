@@ -37,26 +37,26 @@ VIEW_BLOCK = np.dtype(
 
 
 class MapView(Protocol):
-    """What a shadow map is seen through: a cascade of the sun (`Cascade`) or a lamp (`Spot`)."""
+    """Describe what a shadow map is seen through: a cascade of the sun (`Cascade`) or a lamp (`Spot`)."""
 
     @property
     def clip_from_centre(self) -> glm.dmat4:
-        """Clip coordinates of a world vector from `centre`."""
+        """The transform from world vectors that begin at `centre` to clip coordinates."""
         ...
 
     @property
     def centre(self) -> tuple[float, float, float]:
-        """The world point that vectors in the shader are measured from."""
+        """The world point that vectors in the shader are measured from, metres."""
         ...
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """The light from `centre`, homogeneous; of the sun the direction to it, with a last component of 0."""
+        """The light relative to `centre`, homogeneous; for the sun the direction to it, with a last component of 0."""
         ...
 
     @property
     def texel(self) -> float:
-        """Metres that a texel covers; of a lamp at one metre."""
+        """Edge of a texel, metres; for a lamp at a distance of one metre."""
         ...
 
     @property
@@ -66,7 +66,7 @@ class MapView(Protocol):
 
 
 class ViewBlock:
-    """One uniform buffer with a `VIEW_BLOCK` record.
+    """Hold one uniform buffer with a `VIEW_BLOCK` record.
 
     Parameters
     ----------
@@ -82,9 +82,17 @@ class ViewBlock:
         self._shown: View | MapView | None = None
 
     def show(self, view: View | MapView) -> None:
-        """Bind the buffer, filled with `view`; it is written only where `view` is another object than before.
+        """Bind the buffer, filled with a view; the buffer is written only where the view is another object than before.
 
-        Raises ValueError for a picture's view whose near and far plane are not fitted yet.
+        Parameters
+        ----------
+        view
+            What a picture or a shadow map is seen through.
+
+        Raises
+        ------
+        ValueError
+            For a picture's view whose near and far plane are not fitted yet.
         """
         if view is not self._shown:
             record = picture_record(view) if isinstance(view, View) else map_record(view)
@@ -95,7 +103,7 @@ class ViewBlock:
 
 
 def picture_record(view: View) -> NDArray[np.void]:
-    """Return the `VIEW_BLOCK` record () of a picture."""
+    """Return the `VIEW_BLOCK` record () of `view`, that of a picture, near and far plane fitted."""
     near, far = view.depth_range
     record = np.zeros((), VIEW_BLOCK)
     record["clip_from_eye"] = matrix_array(view.clip_from_eye).T
@@ -110,9 +118,9 @@ def picture_record(view: View) -> NDArray[np.void]:
 
 
 def map_record(view: MapView) -> NDArray[np.void]:
-    """Return the `VIEW_BLOCK` record () of a shadow map.
+    """Return the `VIEW_BLOCK` record () of `view`, that of a shadow map.
 
-    Its depths are only compared, and nothing is looked up along its rays: what tells of these is 0.
+    Shaders only compare the depths of a map, and look nothing up along its rays, so that the fields for these are 0.
     """
     record = np.zeros((), VIEW_BLOCK)
     record["clip_from_eye"] = matrix_array(view.clip_from_centre).T

@@ -29,20 +29,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class AssetTable:
-    """Hold what plans must know of a meshes and depth objects, by their numbers in `AssetStore`.
+    """Hold what plans must know of assets and depth objects; `a` is how many numbers `AssetStore` gives to these.
 
     Attributes
     ----------
-    volumes : cylinders of the depth objects.
+    volumes : the cylinders of the depth objects.
     texel : (a,) edge of a texel of the side image, metres.
-    levels : (a,) coarsest level of detail.
-    centre, bounding_radius : (a, 3) and (a,), bounding sphere, metres, object frame.
-    half_height, cylinder_radius : (a,) of an upright cylinder about the same centre that encloses all, metres.
-    index_first, index_count : (a, levels, RANGES) index ranges, see `LodGeometry`.
-    horizon : (a, levels, PIECES, 4) see `LodGeometry`.
-    triangles : (a, levels) of all pieces.
-    error : (a, levels) see `LodGeometry`; +inf where there is no such level.
-    meshes : levels of detail of the meshes.
+    levels : (a,) number of the coarsest level of detail.
+    centre : (a, 3) centres of the bounding spheres, metres, object frames.
+    bounding_radius : (a,) radii of the bounding spheres, metres.
+    half_height : (a,) half the height of an upright cylinder about the same centre that encloses all, metres.
+    cylinder_radius : (a,) radius of that cylinder, metres.
+    index_first : (a, levels, RANGES) first index of each range of indices, see `LodGeometry`.
+    index_count : (a, levels, RANGES) number of indices of each range.
+    horizon : (a, levels, PIECES, 4) cones that tell which pieces face away, see `LodGeometry`.
+    triangles : (a, levels) number of triangles of all pieces.
+    error : (a, levels) metres, see `LodGeometry`; +inf where the object has no such level.
+    meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
     """
 
@@ -63,36 +66,43 @@ class AssetTable:
 
     @cached_property
     def area(self) -> Array:
-        """Area (a,) of the cylinders seen from the side, square metres."""
+        """Area (a,) of the enclosing cylinders seen from the side, square metres."""
         return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
 
     def nearest(self, asset: Rows, viewer: Array) -> Array:
-        """Return how far (n,) viewers are from the cylinders that enclose objects, metres in their frames.
+        """Return how far viewers are from the cylinders that enclose n objects.
 
         Parameters
         ----------
-        asset : (n,) number of each object's asset.
-        viewer : (n, 3) in the objects' frames, metres.
+        asset : (n,) number of each object's asset in `AssetStore`.
+        viewer : (n, 3) the viewer in each object's frame, metres.
+
+        Returns
+        -------
+        (n,) metres in the objects' frames.
         """
         return outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
 
 
 def place_objects(
-    scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None, which: slice = slice(None)
+    scene: "Scene", library: Library, store: AssetStore, forced: Representation | None, which: slice = slice(None)
 ) -> Objects:
-    """Return the scene's objects as the renderer draws them: the mesh, or a row for each part of the depth images.
+    """Return the scene's objects as they are drawn: a row for the mesh, or one for each part of the depth images.
 
     Parameters
     ----------
-    wanted : representation in which objects are drawn whose asset has it; None: each in its own.
-    which : of the scene's objects.
+    scene : the scene.
+    library : tells what each asset has.
+    store : numbers what is drawn.
+    forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
+    which : the slice of the scene's objects to return.
 
     Returns
     -------
-    Rows in the frames of their parts; `asset` holds numbers of `store`.
+    The rows in the frames of their parts; `asset` holds numbers of `store`.
     """
     objects = scene.objects.take(which)
-    representation, first, count = _rows(objects, library, store, wanted)
+    representation, first, count = _rows(objects, library, store, forced)
     row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
     number = first[row] + within_runs(count)
     position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
@@ -104,27 +114,27 @@ def place_objects(
 
 
 def placed_rows(
-    scene: "Scene", library: Library, store: AssetStore, wanted: Representation | None, which: slice
+    scene: "Scene", library: Library, store: AssetStore, forced: Representation | None, which: slice
 ) -> slice:
-    """Return which rows `place_objects` makes of the objects `which`, among those that it makes of all.
+    """Return which rows of all that `place_objects` returns belong to the objects `which`.
 
-    For the parameters see there.
+    The parameters `scene`, `library`, `store`, `forced` and `which` are those of `place_objects`.
     """
     before, within = (
-        int(_rows(scene.objects.take(run), library, store, wanted)[2].sum()) for run in (slice(0, which.start), which)
+        int(_rows(scene.objects.take(run), library, store, forced)[2].sum()) for run in (slice(0, which.start), which)
     )
     return slice(before, before + within)
 
 
 def _rows(
-    objects: Objects, library: Library, store: AssetStore, wanted: Representation | None
+    objects: Objects, library: Library, store: AssetStore, forced: Representation | None
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
     """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
     representation = objects.representation.copy()
-    if wanted is not None:
-        has = library.has_mesh if wanted in MESHES else library.has_baked
+    if forced is not None:
+        has = library.has_mesh if forced in MESHES else library.has_baked
         able = np.array([has(asset) for asset in range(len(library))], bool)
-        representation[able[objects.asset]] = wanted
+        representation[able[objects.asset]] = forced
     imaged = ~np.isin(representation, MESHES)
     first, count = np.arange(len(library), dtype=np.int32), np.ones(len(library), np.int32)
     shown = np.unique(objects.asset[imaged]).tolist()
@@ -144,16 +154,27 @@ def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32
     offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
     turn[:, 3] = 1
     for number in range(len(library), len(store)):
-        baked = store.prepared(number).outline
+        baked = store.cooked(number).outline
         offset[number], turn[number] = baked.position, baked.rotation
     return offset, turn
 
 
 def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
-    """Return a table of all that `store` numbers, described where `objects` use it; other rows stay zero."""
+    """Return the table of all numbers of a store, filled in for the assets that some objects use.
+
+    Parameters
+    ----------
+    objects : the objects, whose `asset` holds numbers of `store`.
+    library : where assets come from.
+    store : numbers what is drawn, and cooks it.
+
+    Returns
+    -------
+    The table, in which the rows of unused numbers are zero.
+    """
     meshes = _used_meshes(objects, library)
     used = [number for number in np.unique(objects.asset).tolist() if number >= len(library)]
-    cooked = {number: store.prepared(number) for number in used}
+    cooked = {number: store.cooked(number) for number in used}
     volumes, texel = _volumes(len(store), cooked)
     fallbacks = _mesh_fallbacks(objects, library, store)
     enclosing = _Enclosing.empty(len(store))
@@ -278,7 +299,7 @@ def _mesh_fallbacks(objects: Objects, library: Library, store: AssetStore) -> Me
     imaged = np.unique(objects.asset[objects.asset >= store.first_depth])
     for asset in np.unique([store.asset_of(number) for number in imaged.tolist()]).astype(int).tolist():
         numbers = store.depth_numbers(asset)
-        outlines = [store.prepared(number).outline for number in numbers]
+        outlines = [store.cooked(number).outline for number in numbers]
         if library.has_mesh(asset) and all(outline.meso is None for outline in outlines):
             fallbacks.add(asset, numbers, outlines)
     return fallbacks

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.lod_geometry import IMAGE_BITS
-from depthwalk.geometry.spatial_order import runs, within_runs
+from depthwalk.geometry.spatial_order import cell_members, within_runs
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.render.world.spatial_cells import SpatialCells, enclosing_boxes
@@ -33,10 +33,11 @@ class FarClusters:
     order : (n,) rows of the objects, see `SpatialCells`.
     first : (k + 1,) where each cluster begins in `order`.
     of_cell : (c + 1,) the first cluster of each cell.
-    able : (c,) whether all objects of a cell may share tiles.
-    low, high : (k, 3) corners of each cluster's box, metres, world.
-    version : (k,) how often objects of each cluster's cell moved.
-    cell_version : (c,) the same by cell, up to which the boxes are fitted, see `SpatialCells.version`.
+    able : (c,) whether all objects of each cell may share tiles.
+    low : (k, 3) least corner of each cluster's box, metres, world.
+    high : (k, 3) greatest corner of each cluster's box, metres, world.
+    version : (k,) how often objects of each cluster's cell have moved.
+    cell_version : (c,) how often objects of each cell had moved when the boxes were fitted, see `SpatialCells.version`.
     """
 
     order: NDArray[np.int32]
@@ -52,10 +53,21 @@ class FarClusters:
         return len(self.version)
 
     def far(self, view: View, cells: SpatialCells, numbers: Rows, pixels: float) -> Mask:
-        """Return which (m,) of the cells `numbers` (m,) may be drawn by clusters.
+        """Return which cells may be drawn by clusters.
 
-        These are so far off that none of their objects is `pixels` across, and seen from so far above or below that
-        few of their objects hide each other: else it is cheaper to test objects singly.
+        In these cells no object is `pixels` pixels across, and the viewer looks down or up at them so steeply that few
+        of their objects hide each other: elsewhere it is cheaper to test the objects one by one.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        cells : the cells that the clusters were made of.
+        numbers : (m,) numbers of the cells in question.
+        pixels : the size of objects that are drawn one by one, pixels.
+
+        Returns
+        -------
+        (m,) whether each cell may.
         """
         low, high = cells.low[numbers], cells.high[numbers]
         half, middle = (high - low) / 2, (high + low) / 2 - view.position
@@ -66,8 +78,18 @@ class FarClusters:
         return np.asarray(self.able[numbers] & small & steep & (gap > _FAR * np.linalg.norm(half, axis=1)))
 
     def visible(self, view: View, cells: Rows) -> Rows:
-        """Return the numbers of the clusters of `cells` (m,) that meet the view frustum, nearest first."""
-        numbers = runs(self.of_cell, cells)
+        """Return the clusters that the view may show.
+
+        Parameters
+        ----------
+        view : the view of the picture.
+        cells : (m,) numbers of the cells whose clusters are looked at.
+
+        Returns
+        -------
+        (n,) numbers of the clusters, nearest first.
+        """
+        numbers = cell_members(self.of_cell, cells)
         return numbers[self.bounds(numbers).visible(view)[0]]
 
     def bounds(self, numbers: Rows) -> Bounds:
@@ -84,17 +106,24 @@ class FarClusters:
         return self.first[numbers + 1] - self.first[numbers]
 
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
-        """Return the objects (n,) of the clusters `numbers` (m,), cluster by cluster, and how many each has (m,)."""
-        return self.order[runs(self.first, numbers)], self.sizes(numbers)
+        """Return the objects (n,) of the clusters `numbers` (m,), cluster by cluster, and how many (m,) each has."""
+        return self.order[cell_members(self.first, numbers)], self.sizes(numbers)
 
     def first_members(self, numbers: Rows) -> Rows:
         """Return the first object (m,) of each of the clusters `numbers` (m,)."""
         return self.order[self.first[numbers]]
 
     def resident(self, numbers: Rows, is_resident: Callable[[Rows], Mask]) -> Mask:
-        """Return whether (m,) all objects of each of the clusters `numbers` (m,) are resident.
+        """Return which clusters have all their objects on the GPU.
 
-        is_resident: which of given objects are on the GPU, see `FrameResidency.resident`.
+        Parameters
+        ----------
+        numbers : (m,) numbers of the clusters.
+        is_resident : returns which (n,) of the objects (n,) are on the GPU, see `FrameResidency.resident`.
+
+        Returns
+        -------
+        (m,) whether each cluster has.
         """
         rows, count = self.members(numbers)
         resident = is_resident(rows)
@@ -105,14 +134,14 @@ class FarClusters:
 
         Parameters
         ----------
-        cells : those that the clusters were made of.
-        bounds : of all objects.
+        cells : the cells that the clusters were made of.
+        bounds : bounding spheres of all objects, world.
         """
         moved = np.flatnonzero(cells.version != self.cell_version)
         if not len(moved):
             return
         self.cell_version[moved] = cells.version[moved]
-        numbers = runs(self.of_cell, moved)
+        numbers = cell_members(self.of_cell, moved)
         rows, count = self.members(numbers)
         self.low[numbers], self.high[numbers], _ = enclosing_boxes(bounds.take(rows), np.cumsum(count) - count)
         self.version[numbers] += 1
@@ -123,8 +152,13 @@ def make_far_clusters(cells: SpatialCells, bounds: Bounds, shareable: Mask) -> F
 
     Parameters
     ----------
-    bounds : of all n objects.
+    cells : the cells to divide.
+    bounds : bounding spheres of all n objects, world.
     shareable : (n,) which objects may share a tile: those drawn by depth images that are seen from all around.
+
+    Returns
+    -------
+    The clusters of all cells.
     """
     count = -(-np.diff(cells.first) // MEMBERS)  # of clusters per cell
     of_cell = np.concatenate([[0], np.cumsum(count)])

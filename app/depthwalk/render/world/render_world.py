@@ -17,9 +17,14 @@ from depthwalk.types import Mask, Rows
 
 @dataclass(frozen=True, kw_only=True)
 class SceneArrays:
-    """Hold all objects of a scene, in sight or not: where they are, and their assets.
+    """Hold all objects of a scene, in sight or not, and their assets.
 
-    generation counts how often all of this was computed from scratch; impostor tiles do not outlive that.
+    Attributes
+    ----------
+    objects : the objects, or parts of objects, as they are drawn.
+    bounds : their bounding spheres, world.
+    table : what is known of the assets.
+    generation : how often all of this was computed from scratch; impostor tiles of an earlier generation are dropped.
     """
 
     objects: Objects
@@ -29,13 +34,13 @@ class SceneArrays:
 
 
 class RenderWorld:
-    """Make of a scene what drawing it needs: each array when it is first asked for.
+    """Turn a scene into the arrays that drawing needs, each computed when it is first asked for.
 
     Parameters
     ----------
-    scene : whose objects are drawn.
-    library : meshes and depth images of the scene's assets.
-    assets : numbers what is drawn, and brings it to the GPU.
+    scene : the scene whose objects are drawn.
+    library : reads meshes and depth images of the scene's assets.
+    assets : gives numbers to what is drawn, and brings it to the GPU.
     """
 
     def __init__(self, scene: Scene, library: Library, assets: AssetStore) -> None:
@@ -48,20 +53,21 @@ class RenderWorld:
         self._generation = 0
 
     def objects(self) -> Objects:
-        """Return a row for each object, or for each part of its depth images, in that part's frame.
+        """Return the objects as they are drawn: a row for a mesh, or one for each part of the depth images.
 
-        `asset` holds the numbers of `AssetStore`, `representation` is the one that `representation` asks for.
+        The rows of parts are in the frames of these parts. `asset` holds the numbers of `AssetStore`, and
+        `representation` is how each object is drawn.
         """
         if self._objects is None:
             self._objects = place_objects(self._scene, self._library, self._assets, self._representation)
         return self._objects
 
     def table(self) -> AssetTable:
-        """Return bounds, cylinders and index ranges of the assets, which are loaded for it."""
+        """Return bounds, cylinders and index ranges of the assets, which are loaded first if need be."""
         options = _cook_options(self._scene.render)
-        if self._assets.form != options:
+        if self._assets.cook_options != options:
             self._assets.release()
-            self._assets.form, self._table = options, None
+            self._assets.cook_options, self._table = options, None
         if self._table is None:
             self._table = asset_table(self.objects(), self._library, self._assets)
         return self._table
@@ -74,7 +80,7 @@ class RenderWorld:
         return self._bounds
 
     def cells(self) -> SpatialCells:
-        """Return the objects in cells of neighbours."""
+        """Return the objects sorted into cells of neighbours."""
         if self._cells is None:
             self._cells = sort_into_cells(self.bounds())
         return self._cells
@@ -86,11 +92,11 @@ class RenderWorld:
         )
 
     def moved(self, changed: slice | None = None) -> None:
-        """Take over that objects moved; to be called after `set_node_transform`.
+        """Take notice that objects moved; call this after `set_node_transform`.
 
         Parameters
         ----------
-        changed : the slice of the scene's objects that it returned; None: any may have moved.
+        changed : the slice of the scene's objects that `set_node_transform` returned; None: any may have moved.
         """
         if changed is None or self._cells is None or self._bounds is None:
             self._objects = self._bounds = self._cells = None
@@ -110,9 +116,9 @@ class RenderWorld:
         return self._representation
 
     @representation.setter
-    def representation(self, wanted: Representation | None) -> None:
-        if wanted is not self._representation:
-            self._representation = wanted
+    def representation(self, representation: Representation | None) -> None:
+        if representation is not self._representation:
+            self._representation = representation
             self._objects = self._table = self._bounds = self._cells = None
             self._generation += 1
 
@@ -128,9 +134,9 @@ class FrameResidency:
 
     Parameters
     ----------
-    world : whose objects are drawn.
-    assets : where they are brought.
-    seconds : after which no further upload begins, see `AssetStore.stream`; None: the frame waits for all.
+    world : the world whose objects are drawn.
+    assets : the store that brings assets to the GPU.
+    seconds : time after which no further upload begins, see `AssetStore.stream`; None: the frame waits for all.
     """
 
     def __init__(self, world: RenderWorld, assets: AssetStore, seconds: float | None) -> None:
@@ -141,9 +147,9 @@ class FrameResidency:
         assets.meshes.begin_frame()
 
     def resident(self, rows: Rows) -> Mask:
-        """Return whether (m,) the assets of the objects `rows` (m,), nearest first, are resident on the GPU.
+        """Return which (m,) of the objects `rows` (m,), nearest first, have their assets on the GPU.
 
-        First brings there what fits the time and the budget.
+        First uploads what fits the time and the budget.
         """
         asset = self._asset[rows]
         new = np.bincount(asset, minlength=len(self._assets)) > 0
@@ -155,10 +161,10 @@ class FrameResidency:
         return self._assets.stream(self._needed, self._seconds)[asset]
 
     def is_mesh_resident(self, meshes: Rows) -> Mask:
-        """Return whether (n,) the `meshes` (n,), nearest first, may replace depth images; an `IsResident`.
+        """Return which (n,) of the `meshes` (n,), nearest first, may replace depth images; an `IsResident`.
 
-        The others are being read. A mesh that is not resident when it is first asked for counts as absent for the whole
-        frame, so that all views of the frame agree.
+        The other meshes are being read. A mesh that is not resident when it is first asked for counts as absent for the
+        whole frame, so that all views of the frame agree.
         """
         numbers, first = np.unique(meshes, return_index=True)
         asked = [number for number in numbers[np.argsort(first)].tolist() if number not in self._absent]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.geometry.spatial_order import kd_tree_order, runs
+from depthwalk.geometry.spatial_order import cell_members, kd_tree_order
 from depthwalk.render.view.bounds import Bounds, Cylinders, box_cylinders
 from depthwalk.render.view.view import View
 from depthwalk.types import Array, Ints, Mask, Rows
@@ -20,13 +20,14 @@ _LEAF = 64  # objects of runs within a cell that lie even closer together
 
 @dataclass(kw_only=True)
 class SpatialCells:
-    """Hold c cells.
+    """Hold n objects sorted into c cells of neighbours.
 
     Attributes
     ----------
     order : (n,) rows of the objects, cell by cell.
     first : (c + 1,) where each cell begins in `order`.
-    low, high : (c, 3) corners of the box around all bounding spheres of a cell, metres, world.
+    low : (c, 3) least corner of the box around all bounding spheres of a cell, metres, world.
+    high : (c, 3) greatest corner of that box, metres, world.
     largest : (c,) the largest bounding radius of a cell's objects, metres.
     version : (c,) how often the box of each cell was refitted to objects that moved.
     """
@@ -48,11 +49,18 @@ class SpatialCells:
     def batches(self, view: View, min_pixels: float, size: int) -> list[Rows]:
         """Return the numbers of the cells whose objects may be seen, the nearest first, in batches that grow.
 
-        The first batch has about `size` objects, the next four times as many, and so on; there is one at least.
+        The first batch has about `size` objects, the next four times as many, and so on; at least one batch is
+        returned, which may be empty.
 
         Parameters
         ----------
-        min_pixels : objects whose diameter covers less are not drawn.
+        view : the view of the picture.
+        min_pixels : diameter of objects, pixels, below which they are not drawn.
+        size : how many objects the first batch has, about.
+
+        Returns
+        -------
+        The numbers of the cells of each batch.
         """
         cells = np.flatnonzero(self._may_show(view, min_pixels))
         forward, reach = self.along(view, cells)
@@ -66,36 +74,45 @@ class SpatialCells:
         return int(np.diff(self.first)[cells].sum())
 
     def sample_objects(self, cells: Rows, count: int) -> Rows:
-        """Return rows of about `count` of the objects of `cells` (k,), evenly spread; of all, where these are fewer."""
-        rows = runs(self.first, cells)
+        """Return rows of about `count` objects of the `cells` (k,), evenly spread; of all, if there are fewer."""
+        rows = cell_members(self.first, cells)
         return self.order[rows[:: max(1, len(rows) // count)]]
 
     def along(self, view: View, cells: Rows) -> tuple[Array, Array]:
-        """Return where the middles of `cells` (k,) are along the view axis, and how far their boxes reach about these.
+        """Return where cells lie along the view axis.
 
-        Both are (k,) metres.
+        Parameters
+        ----------
+        view : the view of the picture.
+        cells : (k,) numbers of the cells.
+
+        Returns
+        -------
+        Distances (k,) of the cells' middles along the view axis, and how far (k,) the boxes reach to either side,
+        metres.
         """
         middle, half = (self.high + self.low)[cells] / 2, (self.high - self.low)[cells] / 2
         return (middle - view.position) @ view.axes[2], half @ np.abs(view.axes[2])
 
     def cylinders(self, cells: Rows) -> Cylinders:
-        """Return cylinders about the boxes of `cells` (k,)."""
+        """Return the upright cylinders about the boxes of the `cells` (k,), world."""
         return box_cylinders(self.low[cells], self.high[cells])
 
     def visible(self, view: View, bounds: Bounds, min_pixels: float, cells: Rows) -> tuple[Rows, Array]:
-        """Return the objects of `cells` that the view may show, and where they are along the view axis.
+        """Return the objects of some cells that the view may show, and where they are along the view axis.
 
         Parameters
         ----------
-        bounds : of all objects.
-        min_pixels : objects whose diameter covers less are left out.
-        cells : (k,) numbers.
+        view : the view of the picture.
+        bounds : bounding spheres of all objects, world.
+        min_pixels : diameter of objects, pixels, below which they are left out.
+        cells : (k,) numbers of the cells.
 
         Returns
         -------
         (m,) rows of the objects, nearest first, and (m,) distances of their centres, metres.
         """
-        rows = self.order[runs(self.first, cells)]
+        rows = self.order[cell_members(self.first, cells)]
         near = bounds.take(rows)
         seen, forward = near.visible(view)
         if min_pixels:
@@ -116,17 +133,17 @@ class SpatialCells:
         return np.asarray(inside & (2 * view.focal_pixels * self.largest >= min_pixels * gap))
 
     def refit(self, bounds: Bounds, rows: slice) -> None:
-        """Fit the boxes of their cells to objects that moved.
+        """Fit the boxes of cells to objects that moved.
 
         Objects stay in their cells: one that went far from the others makes its cell large.
 
         Parameters
         ----------
-        bounds : of all objects.
-        rows : the objects that moved.
+        bounds : bounding spheres of all objects, world.
+        rows : the rows of the objects that moved.
         """
         cells = np.unique(self._cell_of_row[rows])
-        of_cells = runs(self.first, cells)
+        of_cells = cell_members(self.first, cells)
         starts = np.cumsum(np.diff(self.first)[cells]) - np.diff(self.first)[cells]
         fitted = enclosing_boxes(bounds.take(self.order[of_cells]), starts)
         self.low[cells], self.high[cells], self.largest[cells] = fitted
@@ -134,7 +151,16 @@ class SpatialCells:
 
 
 def sort_into_cells(bounds: Bounds) -> SpatialCells:
-    """Sort objects into cells of `_OBJECTS` neighbours each, and within these into runs of `_LEAF`."""
+    """Sort objects into cells of `_OBJECTS` neighbours each, and within these into runs of `_LEAF`.
+
+    Parameters
+    ----------
+    bounds : (n,) bounding spheres of the objects, world.
+
+    Returns
+    -------
+    The cells.
+    """
     count = len(bounds.bounding_radius)
     order = kd_tree_order(bounds.centre, _LEAF).astype(np.int32)
     first = np.append(np.arange(0, count, _OBJECTS), count)
@@ -150,12 +176,12 @@ def enclosing_boxes(
 
     Parameters
     ----------
-    bounds : spheres, run by run.
-    starts : (c,) where each run begins.
+    bounds : spheres, world, run by run.
+    starts : (c,) number of the first sphere of each run.
 
     Returns
     -------
-    low, high (c, 3) metres, world, and the radius (c,), metres.
+    Corners `low` and `high` (c, 3) of the boxes, metres, and the largest radius (c,), metres.
     """
     if not len(starts):
         return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros(0, np.float32)

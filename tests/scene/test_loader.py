@@ -94,7 +94,8 @@ def test_overrides_apply_before_validation(tmp_path: Path) -> None:
         (
             "assets.bakd.height",
             "2",
-            "--set assets.bakd.height: assets.bakd: needs exactly one of 'mesh', 'baked', 'depth_image'; did you mean 'baked'?",
+            "--set assets.bakd.height: assets.bakd: needs exactly one of 'mesh', 'baked', 'depth_image'; "
+            "did you mean 'baked'?",
         ),
         ("objects.0.asset", "bakd", "--set objects.0.asset: unknown asset 'bakd'; did you mean 'baked'?"),
         ("version.minor", "1", "--set version.minor: version is 1, it has no keys"),

@@ -25,12 +25,14 @@ BACKGROUND = (0.5, 0.5, 0.5)  # sRGB; neither bright nor dark surfaces gain by i
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture, row 0 at the top.
+    """Hold one picture, row 0 at the top.
 
     Attributes
     ----------
-    pixels : (H, W, 3) uint8, sRGB, over `BACKGROUND`.
-    distance : (H, W) float32, metres along the view axis, +inf where there is nothing.
+    pixels
+        (H, W, 3) uint8, sRGB, over `BACKGROUND`.
+    distance
+        (H, W) float32, metres along the view axis, +inf where there is nothing.
     """
 
     pixels: NDArray[np.uint8]
@@ -38,29 +40,36 @@ class Shot:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """Where (H, W) the object is."""
+        """Where the object is, (H, W) bool."""
         return np.isfinite(self.distance)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """The same view of the mesh and of its depth images."""
+    """Hold two pictures of one view.
+
+    Attributes
+    ----------
+    mesh
+        The mesh.
+    dpci
+        Its depth images.
+    """
 
     mesh: Shot
     dpci: Shot
 
 
-class TwinRenderer:
-    """Draws pairs of pictures. Use it in a `with` block.
+class PairRenderer:
+    """Draw a mesh and its depth images from the same views. Use it in a `with` block, which frees its GPU memory.
 
-    Parameters
-    ----------
-    size : width and height of the pictures, pixels.
+    Arguments are the mesh (asset frame, metres), its depth images, the render settings, and the `size` of the pictures:
+    width and height, pixels.
 
     Raises
     ------
     GpuError
-        Where no OpenGL 3.3 context can be had.
+        Where no OpenGL 3.3 context can be created.
     """
 
     def __init__(self, mesh: Mesh, baked: BakedModel, settings: RenderSettings, size: tuple[int, int]) -> None:
@@ -70,7 +79,7 @@ class TwinRenderer:
         scene = one_object_scene(settings, Environment(background=BACKGROUND))  # and the light that is always there
         self._headless = HeadlessRenderer(scene, library, size, Representation.DPCI)
 
-    def __enter__(self) -> "TwinRenderer":
+    def __enter__(self) -> "PairRenderer":
         return self
 
     def __exit__(
@@ -79,7 +88,7 @@ class TwinRenderer:
         self._headless.release()
 
     def pair(self, viewpoint: Viewpoint) -> Pair:
-        """Draw both pictures of a view."""
+        """Draw the pictures of the mesh and of its depth images from `viewpoint`."""
         return Pair(self._shot(viewpoint, Representation.MESH), self._shot(viewpoint, Representation.DPCI))
 
     @property
@@ -91,7 +100,7 @@ class TwinRenderer:
     def gpu_bytes(self) -> int:
         """The bytes of the depth images on the GPU: buffers and textures, with mip-maps."""
         assets = self._headless.renderer.assets
-        return sum(assets.prepared(number).bytes for number in assets.depth_numbers(0))
+        return sum(assets.cooked(number).bytes for number in assets.depth_numbers(0))
 
     def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
         self._headless.renderer.world.representation = representation
@@ -141,7 +150,10 @@ class _OneObject:
 
 
 def one_object_scene(settings: RenderSettings, environment: Environment) -> Scene:
-    """Return a scene of asset 0 at the origin, whose mesh never takes the place of its depth images."""
+    """Return a scene with asset 0 at the origin, drawn by `settings` in the light of `environment`.
+
+    The object's mesh never takes the place of its depth images.
+    """
     settings = settings.model_copy(deep=True)
     settings.lod.magnification = 0.0
     none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)

@@ -1,0 +1,320 @@
+"""Bake and cook the assets of a scene beside the frames of a walk, so that no frame waits for them.
+
+What the cache has is looked up by a thread, one asset after the other. What it has not is baked and cooked by other
+processes, into the cache. The program that draws asks `is_cooked` for what it needs, in the order of need, and calls
+`poll` once a frame.
+"""
+
+import contextlib
+import logging
+import multiprocessing
+import os
+import queue
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from depthwalk.assets.batch_bake import set_up_worker
+from depthwalk.assets.library import Report, SceneLibrary
+from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.cook.cooked_file import SUFFIX, find_cooked, read_cooked, write_cooked
+from depthwalk.errors import InputError
+from depthwalk.scene.scene import Asset
+
+log = logging.getLogger(__name__)
+
+_NICENESS = 10  # of the processes that bake: frames come first
+# What part of an asset's time has passed where a stage begins, measured on busts of 100,000 triangles.
+_PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
+
+Objects = tuple[CookedObject, ...]
+_Request = tuple[int, CookOptions]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """Tell how far the preparation of a scene's assets has come.
+
+    Attributes
+    ----------
+    done, total
+        How many assets were baked and cooked, and how many had to be since the preparation began.
+    name, stage
+        The asset that is being worked on, and what is being done; "" before the first report.
+    fraction
+        The part of the work that is done, 0 to 1.
+    seconds_left
+        How long the rest will take, judged by what is done; None before that can be said.
+    """
+
+    done: int
+    total: int
+    name: str
+    stage: str
+    fraction: float
+    seconds_left: float | None
+
+
+@dataclass
+class _Batch:
+    """Count the assets that are prepared together: from the first request until none is left."""
+
+    began: float = field(default_factory=time.perf_counter)
+    total: int = 0
+    done: int = 0
+    stages: dict[int, tuple[str, float]] = field(default_factory=dict)  # of running assets: stage, part of their time
+    latest: int | None = None
+
+
+class BackgroundLibrary(SceneLibrary):
+    """A `SceneLibrary` that says which assets are ready, and makes the others so while frames are drawn.
+
+    Attributes
+    ----------
+    failures
+        Complaints about assets whose depth images cannot be made, oldest first; the caller may clear the list.
+    """
+
+    def __init__(
+        self,
+        assets: tuple[Asset, ...],
+        report: Report = lambda name, stage: None,
+        processes: int | None = None,
+    ) -> None:
+        """Make a library of a scene's assets; nothing is read, and no process started, before it is asked for.
+
+        Parameters
+        ----------
+        assets
+            The assets, by number.
+        report
+            Told what is being done by methods that the caller waits for.
+        processes
+            How many assets to bake at a time; None: as many as there are cores.
+        """
+        super().__init__(assets, report, processes)
+        self.failures: list[str] = []
+        self._ready: dict[_Request, Objects] = {}
+        self._finding: dict[_Request, Future[Objects | None]] = {}
+        self._making: dict[_Request, Future[str | None]] = {}
+        self._failed: set[_Request] = set()
+        self._finder: ThreadPoolExecutor | None = None
+        self._pool: ProcessPoolExecutor | None = None
+        self._pools_broken = 0
+        self._reports: Any = None
+        self._spill: str | None = None  # a folder for what the cache cannot keep
+        self._batch = _Batch()
+
+    def sibling(self, assets: tuple[Asset, ...]) -> "BackgroundLibrary":
+        """Return a library of other assets, which bakes as many at a time."""
+        return BackgroundLibrary(assets, processes=self._processes)
+
+    # What drawing asks for -------------------------------------------------------------------------------------------
+
+    def is_cooked(self, asset: int, options: CookOptions) -> bool:
+        """Return whether `cooked` will return at once; if not, the asset is prepared from now on.
+
+        Assets are prepared in the order in which they are first asked for.
+        """
+        request = asset, options
+        if request in self._ready:
+            return True
+        if request not in self._finding and request not in self._making and request not in self._failed:
+            self._finding[request] = self._threads.submit(self._find, asset, options)
+        return False
+
+    def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> Objects:
+        """Return the cooked depth images of an asset, one object for each part; see `cooked_objects`.
+
+        The caller waits where `is_cooked` is False.
+        """
+        if again or (asset, options) not in self._ready:
+            self._ready[asset, options] = super().cooked(asset, options, again=again)
+        return self._ready[asset, options]
+
+    def poll(self) -> bool:
+        """Take over what has been found or made since the last call; return whether any asset became ready."""
+        before = len(self._ready)
+        for request in [request for request, future in self._finding.items() if future.done()]:
+            self._take_found(request, self._finding.pop(request))
+        self._take_reports()
+        for request in [request for request, future in self._making.items() if future.done()]:
+            self._take_made(request, self._making.pop(request))
+        if not self._making and not self._finding:
+            self._batch = _Batch()
+        return len(self._ready) > before
+
+    @property
+    def is_searching(self) -> bool:
+        """Whether it is not known of an asset that was asked for whether the cache has it."""
+        return bool(self._finding)
+
+    @property
+    def progress(self) -> Progress | None:
+        """How far baking and cooking have come; None where nothing is baked or cooked."""
+        if not self._making:
+            return None
+        batch, elapsed = self._batch, time.perf_counter() - self._batch.began
+        share = sum(passed for _, passed in batch.stages.values())
+        fraction = min((batch.done + share) / max(batch.total, 1), 1.0)
+        name, stage = (
+            ("", "") if batch.latest is None else (self._assets[batch.latest].name, batch.stages[batch.latest][0])
+        )
+        return Progress(
+            done=batch.done,
+            total=batch.total,
+            name=name,
+            stage=stage,
+            fraction=fraction,
+            seconds_left=elapsed * (1 - fraction) / fraction if fraction > 0.1 else None,
+        )
+
+    def cancel(self) -> None:
+        """Stop baking and cooking; what is not ready stays so."""
+        self._failed.update(self._finding.keys() | self._making.keys())
+        for future in self._finding.values():
+            future.cancel()
+        self._finding.clear()
+        self._making.clear()
+        self._end_pool()
+        self._batch = _Batch()
+
+    def close(self) -> None:
+        """Stop all work and remove what was written outside the cache."""
+        self.cancel()
+        if self._finder is not None:
+            self._finder.shutdown(wait=False, cancel_futures=True)
+            self._finder = None
+        if self._spill is not None:
+            shutil.rmtree(self._spill, ignore_errors=True)
+            self._spill = None
+
+    # What the thread does --------------------------------------------------------------------------------------------
+
+    @property
+    def _threads(self) -> ThreadPoolExecutor:
+        if self._finder is None:
+            self._finder = ThreadPoolExecutor(1, "depth-images")
+        return self._finder
+
+    def _find(self, asset: int, options: CookOptions) -> Objects | None:
+        """Return what the cache, or the asset's own file, has of an asset; None where it must be baked or cooked.
+
+        What no cache may keep is cooked here: another process could not hand it over.
+        """
+        if self.is_shipped_cooked(asset):
+            return super().cooked(asset, options)
+        key = self.key(asset)
+        return find_cooked(key, options) if key else super().cooked(asset, options)
+
+    def _take_found(self, request: _Request, future: "Future[Objects | None]") -> None:
+        try:
+            objects = future.result()
+        except InputError as error:
+            self._fail(request, str(error))
+            return
+        if objects is not None:
+            self._ready[request] = objects
+            return
+        self._batch.total += 1
+        self._submit(request)
+
+    # What other processes do -----------------------------------------------------------------------------------------
+
+    def _submit(self, request: _Request) -> None:
+        asset, options = request
+        if self._pool is None:
+            context = multiprocessing.get_context("spawn")
+            self._reports = context.Queue()
+            processes = self._processes or os.cpu_count() or 1
+            self._pool = ProcessPoolExecutor(processes, context, _set_up, (self._reports,))
+        if self._spill is None:
+            self._spill = tempfile.mkdtemp(prefix="depthwalk-")
+        out = str(Path(self._spill) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{SUFFIX}")
+        self._making[request] = self._pool.submit(_make, asset, self._assets[asset], options, out)
+
+    def _take_reports(self) -> None:
+        with contextlib.suppress(queue.Empty, OSError, EOFError):
+            while self._reports is not None:
+                asset, stage = self._reports.get_nowait()
+                known = self._batch.stages.get(asset, ("", 0.0))[1]
+                self._batch.stages[asset] = stage, max(known, _PASSED.get(stage, 0.0))
+                self._batch.latest = asset
+
+    def _take_made(self, request: _Request, future: "Future[str | None]") -> None:
+        asset, options = request
+        try:
+            spilled = future.result()
+            self._keys.pop(asset, None)  # the file may have been replaced since its key was asked for
+            objects = read_cooked(Path(spilled)) if spilled else find_cooked(self.key(asset), options)
+        except InputError as error:
+            self._fail(request, str(error))
+        except BrokenExecutor:
+            self._retry(request)
+            return
+        else:
+            if objects is None:
+                self._fail(request, f"{self._assets[asset].name}: the cache has lost its depth images")
+            else:
+                self._ready[request] = objects
+        self._batch.done += 1
+        self._batch.stages.pop(asset, None)
+        if self._batch.latest == asset:
+            self._batch.latest = next(iter(self._batch.stages), None)
+
+    def _retry(self, request: _Request) -> None:
+        """Begin again after a process was killed, for want of memory say: then one asset at a time, and only once."""
+        outstanding = [request, *self._making]
+        self._making.clear()
+        self._end_pool()
+        self._pools_broken += 1
+        if self._pools_broken > 1:
+            for lost in outstanding:
+                self._fail(lost, f"{self._assets[lost[0]].name}: a process that baked was ended; its mesh is drawn")
+            return
+        log.warning("a process that baked was ended; baking one asset at a time")
+        self._processes = 1
+        for lost in outstanding:
+            self._submit(lost)
+
+    def _fail(self, request: _Request, complaint: str) -> None:
+        self._failed.add(request)
+        self.failures.append(complaint)
+        log.warning("%s", complaint)
+
+    def _end_pool(self) -> None:
+        if self._pool is None:
+            return
+        processes = list((self._pool._processes or {}).values())  # the standard library has no public way to end them
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.terminate()
+        self._reports.close()
+        self._pool = self._reports = None
+
+
+_report: Callable[[int, str], None] = lambda asset, stage: None  # noqa: E731 - in a worker: tells its parent
+
+
+def _set_up(reports: Any) -> None:
+    """Prepare a worker process."""
+    global _report
+    set_up_worker(reports)
+    _report = lambda asset, stage: reports.put((asset, stage))  # noqa: E731
+    with contextlib.suppress(OSError, AttributeError):
+        os.nice(_NICENESS)
+
+
+def _make(asset: int, spec: Asset, options: CookOptions, out: str) -> str | None:
+    """Bake and cook an asset into the cache; where that cannot keep it, into the file `out`, which is returned."""
+    library = SceneLibrary((spec,), lambda name, stage: _report(asset, stage))
+    objects = library.cooked(0, options)
+    if find_cooked(library.key(0), options) is not None:
+        return None
+    write_cooked(Path(out), library.key(0), objects)
+    return out

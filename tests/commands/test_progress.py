@@ -1,0 +1,72 @@
+"""Progress appears on a terminal and nowhere else; without one, stages are logged."""
+
+import io
+import logging
+import sys
+
+import pytest
+
+from depthwalk.commands.progress import asset_progress, frame_progress, live_options, show_progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """Makes stderr a terminal, from within the test: before it pytest sets its own. Returns what is written there."""
+
+    def begin():
+        monkeypatch.setattr(sys, "stderr", written := Terminal())
+        monkeypatch.setenv("TERM", "xterm")
+        return written
+
+    return begin
+
+
+def test_progress_is_for_terminals_that_are_not_told_to_be_quiet(terminal, monkeypatch):
+    terminal()
+    assert show_progress()
+    monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.ERROR)
+    assert not show_progress()
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    assert not show_progress()
+
+
+def test_without_a_terminal_stages_are_logged(caplog, monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with caplog.at_level(logging.INFO, "depthwalk"), asset_progress() as report, frame_progress("frames", 9) as advance:
+        report("bust", "reading")
+        advance()
+    assert caplog.messages == ["bust: reading"] and not sys.stderr.getvalue()
+
+
+def test_on_a_terminal_names_are_shown_as_they_are(terminal):
+    """Rich takes brackets for markup."""
+    written = terminal()
+    with asset_progress() as report:
+        report("bust [red]", "side")
+    assert "bust [red]: side" in written.getvalue()
+
+
+def test_frames_are_counted_on_a_terminal(terminal):
+    written = terminal()
+    with frame_progress("frames", 3) as advance:
+        for _ in range(3):
+            advance()
+    assert "frames" in written.getvalue() and "3/3" in written.getvalue()
+
+
+def test_a_single_frame_has_no_bar(terminal):
+    written = terminal()
+    with frame_progress("frames", 1) as advance:
+        advance()
+    assert not written.getvalue()
+
+
+def test_displays_leave_standard_output_alone(terminal):
+    terminal()
+    options = live_options()
+    assert options["console"].stderr and options["transient"] and not options["redirect_stdout"]

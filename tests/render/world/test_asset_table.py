@@ -1,0 +1,142 @@
+"""What plans are told of objects and assets, by a store that has no GPU."""
+
+import numpy as np
+import pytest
+
+from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.geometry.quaternions import rotate
+from depthwalk.render.world.asset_table import asset_table, place_objects, placed_rows
+from depthwalk.scene.arrays import Representation
+from shapes import ShapeLibrary, bake, box, scene_of, sphere, two_halves
+
+BALL, HALVES, BARE = range(3)
+
+
+class Store:
+    """Numbers depth objects as `AssetStore` does, and cooks them."""
+
+    def __init__(self, library, cooked):
+        self.library, self.cooked, self.first_depth = library, cooked, len(library)
+        self.rows, self.numbers = [], {}
+
+    def __len__(self):
+        return self.first_depth + len(self.rows)
+
+    def knows(self, asset):
+        return asset in self.numbers
+
+    def depth_numbers(self, asset):
+        if asset not in self.numbers:
+            parts = self.library.baked(asset).parts
+            self.numbers[asset] = range(len(self), len(self) + len(parts))
+            if asset not in self.cooked:
+                self.cooked[asset] = [cook_object(part, CookOptions()) for part in parts]
+            self.rows += [(asset, part) for part in self.cooked[asset]]
+        return self.numbers[asset]
+
+    def prepared(self, number):
+        return self.rows[number - self.first_depth][1]
+
+    def asset_of(self, number):
+        return self.rows[number - self.first_depth][0]
+
+
+@pytest.fixture(scope="module")
+def library():
+    """A ball of radius 0.5, the same in two parts, and a box without depth images."""
+    ball = sphere(0.5, 32, 16)
+    baked = [bake(ball, 32, 1), two_halves(ball, 32), bake(ball, 32, 1)]
+    made = ShapeLibrary([ball, ball, box(2.0, 1.0, 0.5, (0, 0.5, 0))], baked)
+    made._baked[BARE] = None
+    return made
+
+
+@pytest.fixture(scope="module")
+def cooked():
+    """The depth objects of each asset, once they are cooked."""
+    return {}
+
+
+@pytest.fixture
+def store(library, cooked):
+    return Store(library, cooked)
+
+
+def scene(*placed):
+    return scene_of(*((asset, position, yaw, scale) for asset, position, yaw, scale in placed))
+
+
+def middles(objects, store):
+    """Where the cylinders of depth objects (n, 3) have their middles, world, metres."""
+    cylinders = [store.prepared(number).outline.cylinder for number in objects.asset.tolist()]
+    middle = np.array([[0, (each.bottom + each.top) / 2, 0] for each in cylinders])
+    return objects.position + objects.scale[:, None] * rotate(objects.rotation, middle)
+
+
+def test_objects_are_a_row_for_each_part_or_their_mesh(library, store):
+    shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (HALVES, (5, 0, 0), 0.0, 2.0), (BARE, (9, 0, 0), 0.0, 1.0))
+    shown.objects.representation[2] = Representation.MESH
+    objects = place_objects(shown, library, store, None)
+    assert objects.asset.tolist() == [3, 4, 5, BARE]
+    assert objects.representation.tolist() == [Representation.DPCI] * 3 + [Representation.MESH]
+    left, right = middles(objects.take(slice(1, 3)), store)
+    assert left[0] < 4.7 and right[0] > 5.3 and left[0] + right[0] == pytest.approx(10, abs=0.1)
+    assert objects.position[3].tolist() == [9, 0, 0] and objects.scale.tolist() == [1, 2, 2, 1]
+
+
+def test_parts_stand_where_their_turned_object_has_them(library, store):
+    rows = [place_objects(scene((HALVES, (0, 0, 0), yaw, 1.0)), library, store, None) for yaw in (0.0, np.pi)]
+    straight, turned = (middles(objects, store) for objects in rows)
+    np.testing.assert_allclose(turned, straight * (-1, 1, -1), atol=1e-6)
+    assert np.abs(straight[:, 0]).min() > 0.15
+
+
+def test_a_representation_is_used_where_an_asset_has_it(library, store):
+    shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (HALVES, (5, 0, 0), 0.0, 1.0))
+    assert place_objects(shown, library, store, Representation.MESH).asset.tolist() == [BALL, HALVES]
+    assert not store.rows  # whose depth images nobody asked for
+    shown = scene((BARE, (0, 0, 0), 0.0, 1.0), (BALL, (5, 0, 0), 0.0, 1.0))
+    shown.objects.representation[:] = Representation.MESH
+    assert place_objects(shown, library, store, Representation.DMESH).asset.tolist() == [BARE, 3]
+
+
+def test_rows_of_some_objects_are_found_among_all(library, store):
+    shown = scene(*((asset, (k, 0, 0), 0.0, 1.0) for k, asset in enumerate((BALL, HALVES, BALL, HALVES))))
+    everything = place_objects(shown, library, store, None)
+    for which in (slice(0, 1), slice(1, 3), slice(3, 4), slice(0, 4)):
+        rows = placed_rows(shown, library, store, None, which)
+        np.testing.assert_array_equal(
+            everything.position[rows], place_objects(shown, library, store, None, which).position
+        )
+
+
+def test_the_table_encloses_what_objects_use(library, store):
+    shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (BARE, (5, 0, 0), 0.0, 1.0))
+    shown.objects.representation[1] = Representation.MESH
+    table = asset_table(place_objects(shown, library, store, None), library, store)
+    assert len(table.texel) == len(store) == 4
+    assert table.centre[BARE] == pytest.approx([0, 0.5, 0]) and table.half_height[BARE] == pytest.approx(0.5)
+    assert table.cylinder_radius[BARE] == pytest.approx(np.hypot(1, 0.25))
+    assert table.bounding_radius[BARE] == pytest.approx(np.linalg.norm([1, 0.5, 0.25]))
+    assert (table.cylinder_radius[3], table.half_height[3]) == pytest.approx((0.5, 0.5), rel=0.1)
+    assert table.area[3] == pytest.approx(1.0, rel=0.15)
+    assert table.texel[3] == pytest.approx(np.sqrt(np.pi) / 32, rel=0.15)  # as large as one of the side's
+    assert table.bounding_radius[HALVES] == 0 and table.mesh_fallbacks.mesh.tolist() == [-1, -1, -1, BALL]
+
+
+def test_levels_that_an_asset_lacks_are_infinitely_wrong(library, store):
+    shown = scene((BALL, (0, 0, 0), 0.0, 1.0))
+    table = asset_table(place_objects(shown, library, store, None), library, store)
+    cooked = store.prepared(3)
+    assert table.levels.tolist() == [0, 0, 0, len(cooked.error) - 1]
+    np.testing.assert_array_equal(table.error[3], cooked.error)
+    np.testing.assert_array_equal(table.index_count[3], cooked.count)
+    assert np.isinf(table.error[:3]).all() and (table.triangles[:3] == 0).all() and (table.triangles[3] > 0).all()
+
+
+def test_the_nearest_point_is_that_of_the_cylinder(library, store):
+    shown = scene((BARE, (0, 0, 0), 0.0, 1.0))
+    shown.objects.representation[:] = Representation.MESH
+    table = asset_table(place_objects(shown, library, store, None), library, store)
+    viewer = np.array([[0, 0.5, 0], [10, 0.5, 0], [0, 4, 0]])
+    assert table.nearest(np.full(3, BARE), viewer) == pytest.approx([0, 10 - np.hypot(1, 0.25), 3])

@@ -1,0 +1,167 @@
+"""A camera that keys, mouse, a path and an orbit move."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from depthwalk.scene.arrays import Camera
+from depthwalk.scene.environment import GroundParams, WalkParams
+from depthwalk.walk.controls import EYE_HEIGHT, Move
+from depthwalk.walk.viewer import Mode
+from walks import HOME, state
+
+
+def test_a_path_leads_the_camera_until_a_key_takes_over():
+    walk = state()
+    walk.toggle_path()
+    walk.advance(1.0)
+    assert walk.camera.position == (0, 0, 0) and walk.camera.fov == 0.5
+    walk.advance(5.0)
+    assert walk.camera.position == (10, 0, 0) and walk.camera.fov == 0.8 and not walk.playback.playing
+    walk.toggle_path()
+    walk.advance(0.5)
+    walk.held.press(Move.BACK)
+    walk.advance(0.5)
+    assert not walk.playback.playing and walk.camera.position[2] > 0.1
+
+
+def test_the_mouse_takes_over_too_and_home_is_home():
+    walk = state()
+    walk.toggle_path()
+    walk.advance(0.1)
+    walk.look(10, 0)
+    assert not walk.playback.playing
+    walk.go_home()
+    assert walk.camera.position == HOME.position and walk.camera.target == pytest.approx((0, 1, 4))
+
+
+def test_seeking_looks_from_there():
+    walk = state()
+    walk.seek(2.0)
+    assert walk.camera.position == (10, 0, 0)
+
+
+def test_without_a_path_it_says_so():
+    walk = state(path=False)
+    walk.toggle_path()
+    assert "--path" in walk.toast
+
+
+def test_walking_stands_on_the_scenes_ground():
+    walk = state(path=False, ground=GroundParams(height=3.0))
+    walk.toggle_walking()
+    walk.advance(1.0)
+    walk.advance(1.0)
+    assert walk.camera.position[1] == pytest.approx(3.0 + EYE_HEIGHT)
+
+
+def look(camera):
+    difference = np.subtract(camera.target, camera.position)
+    return difference / np.linalg.norm(difference)
+
+
+def test_orbit_begins_with_the_same_view_about_what_is_in_the_middle():
+    walk = state(path=False)
+    walk.renderer.seen = (0.0, 1.0, 2.0)
+    walk.toggle_orbit()
+    assert walk.mode is Mode.ORBIT
+    assert walk.camera.position == HOME.position and walk.camera.target == pytest.approx((0, 1, 2))
+    walk.look(100, 30)
+    assert math.dist(walk.camera.position, (0, 1, 2)) == pytest.approx(3) and walk.camera.position[0] < -1
+    assert walk.camera.target == pytest.approx((0, 1, 2))
+    before = walk.camera
+    walk.toggle_orbit()
+    assert walk.mode is Mode.FLY
+    assert walk.camera.position == before.position and look(walk.camera) == pytest.approx(look(before))
+
+
+def test_orbit_before_the_sky_is_about_all_objects_or_as_far():
+    walk = state(path=False)
+    walk.toggle_orbit()
+    assert walk.camera.target == pytest.approx((0, 1, 0))
+    away = state(path=False)
+    away.walker.place(Camera((0, 1, 5), (0, 1, 9), 1.0))
+    away.toggle_orbit()
+    assert away.camera.target == pytest.approx((0, 1, 7))
+
+
+def test_keys_take_the_target_along():
+    walk = state(path=False)
+    walk.toggle_orbit()
+    walk.held.press(Move.RIGHT)
+    for _ in range(20):
+        walk.advance(0.05)
+        walk.look(0, 1)  # does not brake
+    moved = walk.camera.target[0]
+    assert walk.walker.speed * 0.8 < moved < walk.walker.speed
+    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(5)
+    assert walk.walker.camera.position == walk.camera.position
+
+
+def test_the_wheel_nears_in_orbit_and_speeds_up_else():
+    walk = state(path=False)
+    speed = walk.walker.speed
+    walk.wheel(1)
+    assert walk.walker.speed > speed and walk.camera.position == HOME.position
+    walk.toggle_orbit()
+    walk.wheel(1)
+    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(4.5)
+    assert walk.walker.speed < 1.3 * speed
+
+
+def test_turning_to_a_target_takes_a_moment():
+    walk = state(path=False)
+    walk.renderer.seen = (2.0, 1.0, 1.0)
+    walk.turn_about(0.7, 0.5)
+    walk.advance(0.02)
+    assert 0.1 < walk.camera.target[0] < 1.9 and walk.camera.position == HOME.position
+    for _ in range(60):
+        walk.advance(0.02)
+    assert walk.camera.target == (2, 1, 1) and walk.camera.position == HOME.position and walk.mode is Mode.ORBIT
+    walk.renderer.seen = None
+    walk.turn_about(0.1, 0.1)
+    walk.advance(0.02)
+    assert walk.camera.target == (2, 1, 1) and "No surface" in walk.toast
+
+
+@pytest.mark.parametrize("orbit", [False, True])
+def test_framing_all_keeps_the_direction(orbit):
+    walk = state()
+    walk.toggle_path()
+    walk.advance(0.1)
+    if orbit:
+        walk.toggle_orbit()
+    walk.look(50, 20)
+    before = look(walk.camera)
+    walk.frame_all(1.5)
+    assert look(walk.camera) == pytest.approx(before) and not walk.playback.playing
+    assert np.add(walk.camera.position, 9 * before) == pytest.approx([0, 1, 0])
+
+
+def test_a_path_that_plays_in_orbit_leaves_the_target_as_far():
+    walk = state()
+    walk.toggle_orbit()
+    walk.toggle_path()
+    walk.advance(0.5)
+    walk.look(10, 0)
+    assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(5)
+
+
+def test_home_is_home_in_orbit_too():
+    walk = state(path=False)
+    walk.toggle_orbit()
+    walk.look(300, 40)
+    walk.pan(0.3, 0.2)
+    walk.go_home()
+    assert walk.camera == HOME
+
+
+def test_a_mesh_alone_is_turned_about_and_a_scene_walked_through():
+    walk = state()
+    walk.arrive()
+    assert walk.mode is Mode.FLY and walk.walker.speed == pytest.approx(4 / 5)  # 4 m across, in 5 s
+    walk.scene.path, walk.scene.walk = Path("bust.OBJ"), WalkParams(speed=7.0)
+    walk.arrive()
+    assert walk.mode is Mode.ORBIT and walk.camera == HOME and walk.walker.speed == 7
