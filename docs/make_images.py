@@ -37,8 +37,8 @@ def garden() -> None:
 
 
 def room() -> None:
-    """Draw the room with the head as depth images, close as it is."""
-    render("room", "--set", "render.lod.magnification=0")
+    """Draw the room with its heads."""
+    render("room")
 
 
 def night() -> None:

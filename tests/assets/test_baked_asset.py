@@ -1,8 +1,8 @@
 """Assets whose depth images are a file: shown without a mesh, a bake or a cache."""
 
 import json
-import zipfile
 import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np

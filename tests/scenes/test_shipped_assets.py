@@ -82,7 +82,7 @@ def test_polygons_and_textures_ship_as_they_are_made(tmp_path: Path) -> None:
         assert f"| {name} |" in (assets / "SOURCES.md").read_text("utf-8")
 
 
-@pytest.mark.parametrize(("name", "least"), [("garden", 500), ("room", 5), ("night", 100)])
+@pytest.mark.parametrize(("name", "least"), [("garden", 500), ("room", 5), ("night", 90)])
 def test_all_but_a_few_light_objects_are_depth_images(name: str, least: int) -> None:
     scene = load_scene(scene_root() / f"{name}.yaml")
     baked = [isinstance(asset, BakedAsset) for asset in scene.assets]
@@ -91,8 +91,10 @@ def test_all_but_a_few_light_objects_are_depth_images(name: str, least: int) -> 
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize(("name", "least"), [("garden", 0.9), ("room", 0.02)])
+@pytest.mark.parametrize(("name", "least"), [("garden", 0.99), ("room", 0.05)])
 def test_depth_images_draw_most_of_what_a_tour_shows(name: str, least: int) -> None:
-    """Of the pixels that show objects, at five views along the path. The room's shell is polygons, and half of it."""
+    """Of the pixels that show objects, at five views along the path. The room's shell and table are polygons."""
     (walk,) = (walk for walk in walks(None) if walk.name == name)
     assert share(walk) >= least
+    baked = [asset for asset in load_scene(walk.scene).assets if isinstance(asset, BakedAsset)]
+    assert all(asset.source is None for asset in baked)  # no mesh is there that could be drawn instead, of heads above all

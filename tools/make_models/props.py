@@ -70,7 +70,7 @@ def bench() -> Model:
 
 def _plank(lower: ArrayLike, upper: ArrayLike, seed: int) -> Model:
     """Make a board along x whose grain rain has raised."""
-    board = rounded_block(lower, upper, 0.004, 0.0028)
+    board = rounded_block(lower, upper, 0.004, 0.0024)
     drawn = board.positions * np.array([0.05, 1, 1])
     split = -0.0022 * smoothstep(0.9, 0.99, ridged(drawn, 0.05, seed, 1))
     return displaced(board, (0.0009 * fractal(drawn, 0.012, seed, 2) + split).astype(np.float32))
@@ -90,7 +90,7 @@ def hedge() -> Model:
     """2 m of clipped hedge along x, 0.45 m deep and 0.7 m high."""
     rng = np.random.default_rng(71)
     half = np.array([1.06, 0.37, 0.29])
-    core = rounded_block(-half * 0.93, half * 0.93, 0.05, 0.01).painted((0.10, 0.16, 0.06))
+    core = rounded_block(-half * 0.93, half * 0.93, 0.05, 0.01).painted((0.17, 0.26, 0.10))
     count = 30_000
     areas = np.array([half[1] * half[2], half[0] * half[2], half[0] * half[1]])
     axis = rng.choice(3, count, p=areas / areas.sum())

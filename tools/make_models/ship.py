@@ -134,7 +134,7 @@ def without_levels(cooked: CookedObject, error: float) -> CookedObject:
         vertices=geometry.vertices[vertex:],
         texels=geometry.texels[vertex:],
         indices=geometry.indices[index:],
-        chunks=geometry.chunks[chunk:] - [index, vertex],
+        chunks=geometry.chunks[chunk:] - np.array([index, vertex]),
         first=geometry.first[level:] - index,
         count=geometry.count[level:],
         horizon=geometry.horizon[level:],

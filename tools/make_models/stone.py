@@ -289,7 +289,7 @@ def sundial() -> Model:
     ]
     shaft = lathe(
         rounded_profile(outline, 600),
-        720,
+        760,
         lambda a, y: 1 + 0.03 * smoothstep(0.24, 0.32, y) * smoothstep(0.74, 0.66, y) * np.cos(12 * a),
     )
     rough = weathered(merged([foot, shaft]), 0.013, 43, chisel=0.05)
