@@ -88,10 +88,15 @@ def test_a_file_is_a_scene(folder: Path) -> None:
         assert [asset.baked.name for asset in scene.assets if isinstance(asset, BakedAsset)] == [name]
 
 
-def test_grids_by_step_need_depth_images(folder: Path) -> None:
+def test_grids_by_step_need_depth_images(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
     library = SceneLibrary(load_scene(folder / "ball.dpci.npz").assets)
+    for _ in range(2):
+        assert library.cooked(0, CookOptions(stepped=True))[0].error == pytest.approx(
+            library.cooked(0, CookOptions())[0].error
+        )
+    assert caplog.text.count("ball.dpci.npz: holds cooked depth images, drawn as they are; lod.mode") == 1
     with pytest.raises(InputError, match=r"ball.dpci.npz: holds cooked depth images; lod.mode"):
-        library.cooked(0, CookOptions(stepped=True))
+        library.baked(0)
 
 
 @pytest.mark.parametrize("place", [0.02, 0.5, 0.97])

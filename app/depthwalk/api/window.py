@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from depthwalk.api.scene import PathLike, Scene
-from depthwalk.assets.library import SceneLibrary
+from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.gpu.device import GpuError
 from depthwalk.scene.path import load_path
 
@@ -40,6 +40,8 @@ def view(
     loaded = scene.loaded
     camera_path = None if path is None else load_path(Path(path))
     try:
-        walk.run(loaded, SceneLibrary(loaded.assets), path=camera_path, size=size, fullscreen=fullscreen)
+        walk.run(
+            loaded, BackgroundLibrary(loaded.assets, processes=0), path=camera_path, size=size, fullscreen=fullscreen
+        )
     except walk.NoDisplayError as error:
         raise GpuError(str(error)) from None

@@ -14,21 +14,23 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from depthwalk.assets.batch_bake import set_up_worker
 from depthwalk.assets.library import Report, SceneLibrary
-from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded
 from depthwalk.cook.cooked_file import SUFFIX, find_cooked, read_cooked, write_cooked
 from depthwalk.errors import InputError
 from depthwalk.scene.scene import Asset
 
 log = logging.getLogger(__name__)
 
-_NICENESS = 10  # of the processes that bake: frames come first
+_NICENESS = 2  # of the processes that bake: frames come first, but not by so much that it never ends
+_MOST_HELD = 16  # preloaded objects, of some 10 MB each
 # What part of an asset's time has passed where a stage begins, measured on busts of 100,000 triangles.
 _PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
 
@@ -95,7 +97,8 @@ class BackgroundLibrary(SceneLibrary):
         report
             Told what is being done by methods that the caller waits for.
         processes
-            How many assets to bake at a time; None: as many as there are cores.
+            How many processes bake; None: as many as there are cores. They import the program's main module again. 0,
+            for programs that would run again then, bakes in a thread.
         """
         super().__init__(assets, report, processes)
         self.failures: list[str] = []
@@ -104,10 +107,11 @@ class BackgroundLibrary(SceneLibrary):
         self._making: dict[_Request, Future[str | None]] = {}
         self._failed: set[_Request] = set()
         self._finder: ThreadPoolExecutor | None = None
-        self._pool: ProcessPoolExecutor | None = None
+        self._pool: Executor | None = None
         self._pools_broken = 0
         self._reports: Any = None
         self._spill: str | None = None  # a folder for what the cache cannot keep
+        self._held: list[Preloaded] = []
         self._batch = _Batch()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "BackgroundLibrary":
@@ -212,6 +216,17 @@ class BackgroundLibrary(SceneLibrary):
         key = self.key(asset)
         return find_cooked(key, options) if key else super().cooked(asset, options)
 
+    def _load_made(self, asset: int, options: CookOptions, spilled: str | None) -> Objects:
+        """Return what another process has made of an asset, loaded so that the mesh can give way to it at once."""
+        self._keys.pop(asset, None)  # the file may have been replaced since its key was asked for
+        objects = read_cooked(Path(spilled)) if spilled else find_cooked(self.key(asset), options)
+        if objects is None:
+            raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images")
+        try:
+            return tuple(replace(cooked, load=Preloaded(cooked.load)) for cooked in objects)
+        except OSError as error:
+            raise InputError(f"{self._assets[asset].name}: the cache has lost its depth images: {error}") from None
+
     def _take_found(self, request: _Request, future: "Future[Objects | None]") -> None:
         try:
             objects = future.result()
@@ -220,23 +235,38 @@ class BackgroundLibrary(SceneLibrary):
             return
         if objects is not None:
             self._ready[request] = objects
+            self._hold(objects)
             return
         self._batch.total += 1
         self._submit(request)
+
+    def _hold(self, objects: Objects) -> None:
+        """Remember preloaded objects; of too many, those that were loaded first are dropped until they are needed."""
+        self._held += [cooked.load for cooked in objects if isinstance(cooked.load, Preloaded)]
+        self._held = [load for load in self._held if load.is_held]
+        while len(self._held) > _MOST_HELD:
+            self._held.pop(0).drop()
 
     # What other processes do -----------------------------------------------------------------------------------------
 
     def _submit(self, request: _Request) -> None:
         asset, options = request
         if self._pool is None:
-            context = multiprocessing.get_context("spawn")
-            self._reports = context.Queue()
-            processes = self._processes or os.cpu_count() or 1
-            self._pool = ProcessPoolExecutor(processes, context, _set_up, (self._reports,))
+            self._begin_pool()
+        assert self._pool is not None
         if self._spill is None:
             self._spill = tempfile.mkdtemp(prefix="depthwalk-")
         out = str(Path(self._spill) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{SUFFIX}")
-        self._making[request] = self._pool.submit(_make, asset, self._assets[asset], options, out)
+        make = _make if isinstance(self._pool, ProcessPoolExecutor) else partial(_make_here, self._reports)
+        self._making[request] = self._pool.submit(make, asset, self._assets[asset], options, out)
+
+    def _begin_pool(self) -> None:
+        if self._processes == 0:
+            self._reports, self._pool = queue.Queue(), ThreadPoolExecutor(1, "bake")
+            return
+        context = multiprocessing.get_context("spawn")
+        self._reports = context.Queue()
+        self._pool = ProcessPoolExecutor(self._processes or os.cpu_count() or 1, context, _set_up, (self._reports,))
 
     def _take_reports(self) -> None:
         with contextlib.suppress(queue.Empty, OSError, EOFError):
@@ -250,18 +280,13 @@ class BackgroundLibrary(SceneLibrary):
         asset, options = request
         try:
             spilled = future.result()
-            self._keys.pop(asset, None)  # the file may have been replaced since its key was asked for
-            objects = read_cooked(Path(spilled)) if spilled else find_cooked(self.key(asset), options)
         except InputError as error:
             self._fail(request, str(error))
         except BrokenExecutor:
             self._retry(request)
             return
         else:
-            if objects is None:
-                self._fail(request, f"{self._assets[asset].name}: the cache has lost its depth images")
-            else:
-                self._ready[request] = objects
+            self._finding[request] = self._threads.submit(self._load_made, asset, options, spilled)
         self._batch.done += 1
         self._batch.stages.pop(asset, None)
         if self._batch.latest == asset:
@@ -290,11 +315,13 @@ class BackgroundLibrary(SceneLibrary):
     def _end_pool(self) -> None:
         if self._pool is None:
             return
-        processes = list((self._pool._processes or {}).values())  # the standard library has no public way to end them
+        # The standard library has no public way to end the processes of a pool; threads end with what they are doing.
+        processes = list((getattr(self._pool, "_processes", None) or {}).values())
         self._pool.shutdown(wait=False, cancel_futures=True)
         for process in processes:
             process.terminate()
-        self._reports.close()
+        if processes:
+            self._reports.close()
         self._pool = self._reports = None
 
 
@@ -310,9 +337,20 @@ def _set_up(reports: Any) -> None:
         os.nice(_NICENESS)
 
 
+def _make_here(
+    reports: "queue.Queue[tuple[int, str]]", asset: int, spec: Asset, options: CookOptions, out: str
+) -> str | None:
+    """Do what `_make` does in a thread of the program that draws."""
+    return _made(asset, spec, options, out, lambda stage: reports.put((asset, stage)))
+
+
 def _make(asset: int, spec: Asset, options: CookOptions, out: str) -> str | None:
     """Bake and cook an asset into the cache; where that cannot keep it, into the file `out`, which is returned."""
-    library = SceneLibrary((spec,), lambda name, stage: _report(asset, stage))
+    return _made(asset, spec, options, out, partial(_report, asset))
+
+
+def _made(asset: int, spec: Asset, options: CookOptions, out: str, report: Callable[[str], None]) -> str | None:
+    library = SceneLibrary((spec,), lambda name, stage: report(stage))
     objects = library.cooked(0, options)
     if find_cooked(library.key(0), options) is not None:
         return None

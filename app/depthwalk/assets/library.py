@@ -95,6 +95,7 @@ class SceneLibrary:
         self._unkept: dict[str, BakedModel] = {}  # by key: models that the cache could not keep
         self._meshes: dict[int, tuple[Mesh, str]] = {}  # with the hash of the bytes that they were read from
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
+        self._warned: set[int] = set()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "SceneLibrary":
         """Return a library of other `assets`, which bakes as many at a time as this one."""
@@ -151,8 +152,9 @@ class SceneLibrary:
         if not (isinstance(spec, BakedAsset) and _is_cooked(spec.baked)):
             begin = partial(self.report, spec.name, "cooking")
             return cooked_objects(self, asset, options, again=again, begin=begin)
-        if options != CookOptions():
-            raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
+        if options != CookOptions() and asset not in self._warned:
+            self._warned.add(asset)
+            log.warning("%s: holds cooked depth images, drawn as they are; %s", spec.baked, _NEEDS_IMAGES)
         self.report(spec.name, "depth images")
         return read_cooked(spec.baked)
 

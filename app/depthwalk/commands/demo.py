@@ -46,13 +46,13 @@ def main(
     """
     size = parse_resolution(resolution)
     from depthwalk import walk
-    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.assets.background import BackgroundLibrary
     from depthwalk.scene.path import load_path
 
     scene = open_scene(shipped_file("garden.yaml"), None, None)
     tour = load_path(shipped_file("paths", "garden.yaml"))
     chosen = representation(representation_name)
-    library = SceneLibrary(scene.assets, processes=None)
+    library = BackgroundLibrary(scene.assets)
     try:
         walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
     except walk.NoDisplayError as error:

@@ -56,7 +56,7 @@ def main(
     size = parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle)
     from depthwalk import walk
-    from depthwalk.assets.library import SceneLibrary
+    from depthwalk.assets.background import BackgroundLibrary
     from depthwalk.scene.path import load_path
 
     first = scene or shipped_file("garden.yaml")
@@ -68,7 +68,7 @@ def main(
     try:
         walk.run(
             loaded,
-            SceneLibrary(loaded.assets, processes=None),
+            BackgroundLibrary(loaded.assets),
             path=load_path(path) if path else None,
             fullscreen=fullscreen,
             size=size,

@@ -89,6 +89,32 @@ class CookedObject:
     load: Callable[[], tuple[LodGeometry, VirtualTexture]]
 
 
+class Preloaded:
+    """Load geometry and texture of an object before they are asked for; a `CookedObject.load`.
+
+    The first call hands over what was loaded, which is then forgotten; later calls load again.
+    """
+
+    def __init__(self, load: Callable[[], tuple[LodGeometry, VirtualTexture]]) -> None:
+        """Load at once by `load`, which may raise OSError or InputError."""
+        self._load = load
+        self._arrays: tuple[LodGeometry, VirtualTexture] | None = load()
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the next call returns at once."""
+        return self._arrays is not None
+
+    def drop(self) -> None:
+        """Free the memory of what was loaded and not yet handed over."""
+        self._arrays = None
+
+    def __call__(self) -> tuple[LodGeometry, VirtualTexture]:
+        """Return geometry and texture."""
+        arrays, self._arrays = self._arrays, None
+        return self._load() if arrays is None else arrays
+
+
 def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
     """Turn a baked object into the arrays that the GPU draws.
 

@@ -115,6 +115,7 @@ class Renderer:
         view = replace(view, size=(view.size[0] * shared.aa.samples, view.size[1] * shared.aa.samples))
         targets = self._prepare_targets(view.size, hardware_samples(self.settings, self.device), shared.aa)
         targets.screen = screen
+        self.world.take_arrivals(view.position)
         self.world.table()  # loads what is not loaded yet
         in_sight = self._phases.in_sight(view)
         view = self._fitted(view, in_sight)

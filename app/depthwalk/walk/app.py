@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from depthwalk.assets.background import BackgroundLibrary, Progress
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
@@ -28,6 +29,7 @@ from depthwalk.walk.state import State
 from depthwalk.walk.window import Window, on_files_dropped, open_window
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
+_STILL_SECONDS = 0.06  # from frame to frame, at least, while nothing moves and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
 
 
@@ -105,6 +107,7 @@ class _Walk:
         self._screenshot_due = False
         self._next_file: Path | None = None  # to be opened before the next frame
         self._last_time = time.perf_counter()  # of the last frame's beginning
+        self._camera_before: Camera | None = None  # of the last frame
 
     def start(
         self,
@@ -149,6 +152,7 @@ class _Walk:
         renderer = self._loader.open(scene, library, self._renderer.world.representation if again else None)
         self._state.show(scene, renderer, self._aspect)
         self._renderer.release()
+        self._close_library()
         self._library, self._renderer = library, renderer
         self._window.title = _title(scene)
 
@@ -173,12 +177,27 @@ class _Walk:
         self._state.advance(dt)
         self._state.record(dt)
         self._state.pull_focus(dt)
+        self._take_news()
         if min(*self._window.size, *self._window.buffer_size) > 0:
             self._state.times.add(dt)
             self._draw(dt)
         else:  # minimised
             time.sleep(_IDLE_SECONDS)
         self._window.swap_buffers()
+        camera, self._camera_before = self._camera_before, self._state.camera
+        if self._progress is not None and self._camera_before == camera:
+            time.sleep(max(0.0, now + _STILL_SECONDS - time.perf_counter()))  # lets those work that bake
+
+    def _take_news(self) -> None:
+        """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
+        complaints = self._renderer.assets.meshes.failures
+        if isinstance(self._library, BackgroundLibrary):
+            complaints = complaints + self._library.failures
+            self._library.failures.clear()
+        self._renderer.assets.meshes.failures.clear()
+        if complaints:
+            self._state.tell("\n".join(complaints))
+        self._state.take_pace()
 
     @property
     def _aspect(self) -> float:
@@ -187,9 +206,19 @@ class _Walk:
         return width / max(height, 1)
 
     def release(self) -> None:
-        """Free every GL object, the last made first."""
+        """Free every GL object, the last made first, and stop what works beside the frames."""
         for release in reversed(self._releases):
             release()
+        self._close_library()
+
+    @property
+    def _progress(self) -> Progress | None:
+        """How far assets are baked and cooked beside the frames; None where none is."""
+        return self._library.progress if isinstance(self._library, BackgroundLibrary) else None
+
+    def _close_library(self) -> None:
+        if isinstance(self._library, BackgroundLibrary):
+            self._library.close()
 
     def _actions(self) -> dict[str, Callable[[], None]]:
         """Return what key presses do, by moderngl-window's names of the keys; `hud.HELP` describes it."""
@@ -222,6 +251,9 @@ class _Walk:
     def _escape(self) -> None:
         if self._loading.busy:
             self._loading.stop()
+        elif isinstance(self._library, BackgroundLibrary) and self._progress is not None:
+            self._library.cancel()
+            self._state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
         elif self._input.captured:
             self._input.capture(False)
         else:
@@ -274,6 +306,8 @@ class _Walk:
             right = panel[0]
         if state.help:
             hud.draw_help(left, right)
+        if self._progress is not None and not self._screenshot_due:
+            hud.draw_background(self._progress)
         if state.toast and not self._screenshot_due:
             hud.draw_toast(state.toast)
         self._input.set_areas(areas)

@@ -1,6 +1,7 @@
 """Show in the window which assets are being read and baked."""
 
 import threading
+import time
 
 from depthwalk.assets.library import Report
 from depthwalk.walk import hud
@@ -8,6 +9,7 @@ from depthwalk.walk.overlay import Overlay
 from depthwalk.walk.window import Window
 
 _LINES = 8  # of progress, at most
+_REDRAW_SECONDS = 0.06
 
 
 class StoppedError(Exception):
@@ -36,6 +38,7 @@ class LoadingScreen:
         self._window, self._overlay, self._told = window, overlay, told
         self._title = ""
         self._stopped = False
+        self._shown = 0.0
         self.busy = False
         self._lines: list[str] = []
 
@@ -77,6 +80,26 @@ class LoadingScreen:
         self.busy = True
         self._lines = [*self._lines[1 - _LINES :], f"{name}: {stage} \u2026"]
         self._draw()
+        if self._stopped or self._window.is_closing:
+            raise StoppedError
+
+    def wait(self, line: str) -> None:
+        """Show what is waited for, a few times a second; to be called in a loop.
+
+        Parameters
+        ----------
+        line
+            What is waited for.
+
+        Raises
+        ------
+        StoppedError
+            Where the user pressed Esc or closed the window.
+        """
+        now = time.perf_counter()
+        if now - self._shown > _REDRAW_SECONDS:
+            self._shown, self.busy, self._lines = now, True, [line]
+            self._draw()
         if self._stopped or self._window.is_closing:
             raise StoppedError
 

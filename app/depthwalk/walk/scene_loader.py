@@ -4,6 +4,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import numpy as np
+
+from depthwalk.assets.background import BackgroundLibrary
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
@@ -13,6 +16,9 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.window import Window
+
+_PATIENCE = 0.7  # seconds that a scene whose camera is known may take before its first frame
+_POLL_SECONDS = 0.004
 
 
 class SceneLoader:
@@ -56,7 +62,8 @@ class SceneLoader:
         scene
             What to draw.
         library
-            The scene's assets, which report their progress to the loading screen from now on.
+            The scene's assets, which report their progress to the loading screen from now on. A `BackgroundLibrary`
+            makes them ready beside the frames.
         representation
             How to draw every object; None leaves it to the scene.
 
@@ -78,12 +85,30 @@ class SceneLoader:
         try:
             renderer.world.representation = representation
             renderer.remembers = True
+            if isinstance(library, BackgroundLibrary):
+                renderer.assets.background = library
+                self._wait(renderer, library, scene)
             renderer.world.table()
         except BaseException:
             renderer.release()
             raise
         self._usable = representation
         return renderer
+
+    def _wait(self, renderer: Renderer, library: BackgroundLibrary, scene: Scene) -> None:
+        """Wait until all objects can be shown in some way, but not long where the scene has a camera to begin with.
+
+        What comes later comes beside the frames. Raises InputError for files that cannot be used, and StoppedError.
+        """
+        camera = scene.camera
+        viewer = np.zeros(3) if camera is None else np.array(camera.position)
+        end = time.perf_counter() + _PATIENCE
+        while not renderer.world.is_whole and (camera is None or time.perf_counter() < end):
+            renderer.world.take_arrivals(viewer)
+            if complaints := [*library.failures, *renderer.assets.meshes.failures]:
+                raise InputError("\n".join(complaints))
+            self._screen.wait("reading \u2026")
+            time.sleep(_POLL_SECONDS)
 
     def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> None:
         """Load what the frames of a newly chosen representation or anti-aliasing need.

@@ -64,6 +64,7 @@ class Viewer:
     held: HeldKeys = field(default_factory=HeldKeys)
     fast: bool = False
     _aimed: glm.dvec3 | None = None  # the point that the camera is turning towards, in orbit
+    _pace: float = 0.0  # the speed at which the walk began, while not all of the scene is shown
     _toast: str = ""
     _toast_end: float = 0.0
 
@@ -107,10 +108,17 @@ class Viewer:
 
         A mesh without a scene is looked at in orbit.
         """
-        self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
+        self._pace = self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
         self.walker.walking = False
         self.turned = self.home if is_model_file(self.scene.path) else None
         self._place(self.home)
+
+    def take_pace(self) -> None:
+        """Walk at the speed that suits the scene once all of it has come, unless the speed was chosen otherwise."""
+        if self._pace and self.renderer.world.is_whole:
+            if self.walker.speed == self._pace:
+                self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
+            self._pace = 0.0
 
     def advance(self, dt: float) -> None:
         """Move by the keys that are held, or play the path, for `dt` seconds; a key that moves stops the path."""

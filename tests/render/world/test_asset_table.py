@@ -5,7 +5,8 @@ import pytest
 
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.render.world.asset_table import asset_table, place_objects, placed_rows
+from depthwalk.render.world.asset_table import asset_table
+from depthwalk.render.world.object_rows import place_objects, placed_rows
 from depthwalk.scene.arrays import Representation
 from shapes import ShapeLibrary, bake, box, scene_of, sphere, two_halves
 
@@ -15,8 +16,10 @@ BALL, HALVES, BARE = range(3)
 class Store:
     """Numbers depth objects as `AssetStore` does, and cooks them."""
 
+    background = None
+
     def __init__(self, library, cooked):
-        self.library, self.cooked, self.first_depth = library, cooked, len(library)
+        self.library, self.made, self.first_depth = library, cooked, len(library)
         self.rows, self.numbers = [], {}
 
     def __len__(self):
@@ -29,12 +32,12 @@ class Store:
         if asset not in self.numbers:
             parts = self.library.baked(asset).parts
             self.numbers[asset] = range(len(self), len(self) + len(parts))
-            if asset not in self.cooked:
-                self.cooked[asset] = [cook_object(part, CookOptions()) for part in parts]
-            self.rows += [(asset, part) for part in self.cooked[asset]]
+            if asset not in self.made:
+                self.made[asset] = [cook_object(part, CookOptions()) for part in parts]
+            self.rows += [(asset, part) for part in self.made[asset]]
         return self.numbers[asset]
 
-    def prepared(self, number):
+    def cooked(self, number):
         return self.rows[number - self.first_depth][1]
 
     def asset_of(self, number):
@@ -68,7 +71,7 @@ def scene(*placed):
 
 def middles(objects, store):
     """Where the cylinders of depth objects (n, 3) have their middles, world, metres."""
-    cylinders = [store.prepared(number).outline.cylinder for number in objects.asset.tolist()]
+    cylinders = [store.cooked(number).outline.cylinder for number in objects.asset.tolist()]
     middle = np.array([[0, (each.bottom + each.top) / 2, 0] for each in cylinders])
     return objects.position + objects.scale[:, None] * rotate(objects.rotation, middle)
 
@@ -127,7 +130,7 @@ def test_the_table_encloses_what_objects_use(library, store):
 def test_levels_that_an_asset_lacks_are_infinitely_wrong(library, store):
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0))
     table = asset_table(place_objects(shown, library, store, None), library, store)
-    cooked = store.prepared(3)
+    cooked = store.cooked(3)
     assert table.levels.tolist() == [0, 0, 0, len(cooked.error) - 1]
     np.testing.assert_array_equal(table.error[3], cooked.error)
     np.testing.assert_array_equal(table.index_count[3], cooked.count)

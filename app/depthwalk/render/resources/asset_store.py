@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
-from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded
 from depthwalk.gpu.device import Device
 from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth
 from depthwalk.render.resources.mesh_object import WHITE
@@ -63,6 +63,18 @@ class Library(MeshLibrary, Protocol):
         ...
 
 
+class Background(Protocol):
+    """Describe who makes depth images ready beside the frames."""
+
+    def is_cooked(self, asset: int, options: CookOptions) -> bool:
+        """Return whether the depth images of `asset`, its number, can be had at once; if not, they are made ready."""
+        ...
+
+    def poll(self) -> bool:
+        """Take over what was made ready since the last call; return whether there is any."""
+        ...
+
+
 class AssetStore:
     """Upload assets and own their GL objects, which several passes draw from.
 
@@ -97,6 +109,7 @@ class AssetStore:
         self._depth: dict[int, DepthObject] = {}  # in the order in which they were used
         self._warned = False
         self.meshes = MeshStore(self.gl, library)
+        self.background: Background | None = None
 
     def __len__(self) -> int:
         """Return one more than the largest number of an asset or depth object."""
@@ -119,6 +132,17 @@ class AssetStore:
             self._numbers[asset] = range(first, len(self))
             self._cooked.update(zip(self._numbers[asset], objects, strict=True))
         return self._numbers[asset]
+
+    def is_ready(self, asset: int) -> bool:
+        """Return whether frames may show the depth images of `asset`, its number; if not, they are made ready."""
+        return self.background is None or self.background.is_cooked(asset, self.cook_options)
+
+    def poll(self) -> bool:
+        """Take over what was made ready beside the frames; return whether an asset can be shown in another way now."""
+        if self.background is None:
+            return False
+        made, read = self.background.poll(), self.meshes.poll()
+        return made or read
 
     def cooked(self, number: int) -> CookedObject:
         """Return depth object `number` as it was cooked, with its large arrays left in the cache."""
@@ -199,9 +223,12 @@ class AssetStore:
         for number in needed:
             if number in self._depth:
                 continue
-            if seconds is not None and time.perf_counter() - start > seconds:
-                break
-            self._make_room(self.cooked(number).bytes, set(needed))
+            cooked = self.cooked(number)
+            is_held = isinstance(cooked.load, Preloaded) and cooked.load.is_held
+            # Where a mesh has just given way to depth images, the frame would otherwise show neither.
+            if seconds is not None and time.perf_counter() - start > seconds and not is_held:
+                continue
+            self._make_room(cooked.bytes, set(needed))
             self.depth_object(number)
         self._make_room(0, set(needed))  # an earlier frame may have needed more than the budget
         resident = np.ones(len(self), bool)

@@ -71,10 +71,17 @@ class FallbackMesh(NamedTuple):
     levels: tuple[MeshLevel, ...]
     meshlets: tuple[Meshlets | None, ...]
     solid: bool
+    is_simplified: bool
 
 
 class MeshStore:
-    """Upload meshes, each level when it is first drawn, and own their GL objects."""
+    """Upload meshes, each level when it is first drawn, and own their GL objects.
+
+    Attributes
+    ----------
+    failures
+        Complaints about meshes that could not be read beside the frames, oldest first; the caller may clear the list.
+    """
 
     def __init__(self, gl: Scope, library: MeshLibrary) -> None:
         """Make an empty store: `gl` is the asset store's scope, `library` says where meshes come from."""
@@ -88,6 +95,9 @@ class MeshStore:
         self._failed: set[int] = set()
         self._reader: ThreadPoolExecutor | None = None
         self._reading: tuple[int, Future[FallbackMesh]] | None = None
+        self._awaited: dict[int, bool] = {}  # assets to be read beside the frames, and whether with simplified levels
+        self._shown: set[int] = set()  # of those that were awaited, what the scene shows as meshes
+        self.failures: list[str] = []
 
     def object(self, asset: int, level: int = 0) -> MeshObject:
         """Return a level of the mesh of an asset, uploaded if it was not.
@@ -168,7 +178,7 @@ class MeshStore:
     @property
     def unwanted_fallbacks(self) -> set[int]:
         """Numbers of the assets whose fallback meshes may be released, because no recent frame has asked for them."""
-        return self._fallbacks.keys() - self._requested - self._requested_before
+        return self._fallbacks.keys() - self._requested - self._requested_before - self._shown
 
     def release_fallbacks(self, assets: set[int]) -> None:
         """Release the fallback meshes of `assets`, their numbers. No pass may still hold vertex arrays over them."""
@@ -185,30 +195,89 @@ class MeshStore:
         if self._reader is not None:
             self._reader.shutdown(wait=False, cancel_futures=True)
         self._reader = self._reading = None
-        for known in (self._drawn, self._looks, self._fallbacks, self._requested, self._requested_before, self._failed):
+        self._awaited.clear()
+        for known in (
+            self._shown,
+            self._drawn,
+            self._looks,
+            self._fallbacks,
+            self._requested,
+            self._requested_before,
+            self._failed,
+        ):
             known.clear()
+
+    def is_read(self, asset: int, simplified: bool = False) -> bool:
+        """Return whether a mesh has been read; if not, a thread reads it when its turn comes.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        simplified
+            Whether its simplified levels are needed, too, however few triangles it has.
+
+        Returns
+        -------
+        bool
+            Whether `levels` has it.
+        """
+        known = self._fallbacks.get(asset)
+        if known is not None and (known.is_simplified or not simplified):
+            return True
+        if asset not in self._failed:
+            self._awaited[asset] = self._awaited.get(asset, False) or simplified
+        return False
+
+    def levels(self, asset: int) -> tuple[MeshLevel, ...] | None:
+        """Return the levels of a mesh, by the number of its asset, as far as a thread has read them; None: not read."""
+        return self._fallbacks[asset].levels if asset in self._fallbacks else None
+
+    def show(self, assets: set[int]) -> None:
+        """Keep the meshes of `assets`, numbers, in memory, since the scene shows them in the place of depth images."""
+        self._shown = assets
+
+    def poll(self) -> bool:
+        """Go on with reading meshes beside the frames; return whether one has come that `is_read` was asked about."""
+        read = self._take_read()
+        if self._reading is None and self._awaited:
+            self._begin_reading(*next(iter(self._awaited.items())))
+        return read is not None and self._awaited.pop(read, None) is not None
+
+    @property
+    def awaited(self) -> int:
+        """How many meshes `is_read` was asked about that are still to be read."""
+        return len(self._awaited)
 
     def _was_read(self, asset: int) -> bool:
         """Return whether reading the mesh of `asset` has ended, well or not; begin it when no other is being read."""
         if self._reading is None:
-            if self._reader is None:
-                self._reader = ThreadPoolExecutor(1, "meshes")
-            self._reading = asset, self._reader.submit(self._read, asset)
-        reading, future = self._reading
-        if not future.done():
-            return False
-        self._reading = None
-        try:
-            self._fallbacks[reading] = future.result()
-        except InputError as error:
-            self._failed.add(reading)
-            log.warning("no mesh stands in for depth images near by: %s", error)
-        return reading == asset
+            self._begin_reading(asset, False)
+        return self._take_read() == asset
 
-    def _read(self, asset: int) -> FallbackMesh:
+    def _begin_reading(self, asset: int, simplified: bool) -> None:
+        if self._reader is None:
+            self._reader = ThreadPoolExecutor(1, "meshes")
+        self._reading = asset, self._reader.submit(self._read, asset, simplified)
+
+    def _take_read(self) -> int | None:
+        """Return the number of the asset whose mesh a thread has finished reading, well or not; None where it reads."""
+        if self._reading is None or not self._reading[1].done():
+            return None
+        (asset, future), self._reading = self._reading, None
+        try:
+            self._fallbacks[asset] = future.result()
+        except InputError as error:
+            self._failed.add(asset)
+            self.failures.append(str(error))
+            log.warning("a mesh cannot be shown: %s", error)
+        return asset
+
+    def _read(self, asset: int, simplified: bool = False) -> FallbackMesh:
         """Read the mesh of `asset`, and find out what takes too long for a frame."""
         mesh = self._library.mesh(asset)
         assert mesh is not None  # an asset that has one, says the library
-        is_small = len(mesh.faces) <= _MAX_UNSIMPLIFIED
-        levels = (MeshLevel(mesh, 0.0),) if is_small else self._library.mesh_levels(asset)
-        return FallbackMesh(levels, tuple(build_meshlets(level.mesh) for level in levels), is_solid(mesh))
+        simplified = simplified or len(mesh.faces) > _MAX_UNSIMPLIFIED
+        levels = self._library.mesh_levels(asset) if simplified else (MeshLevel(mesh, 0.0),)
+        meshlets = tuple(build_meshlets(level.mesh) for level in levels)
+        return FallbackMesh(levels=levels, meshlets=meshlets, solid=is_solid(mesh), is_simplified=simplified)

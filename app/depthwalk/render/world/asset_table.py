@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +10,6 @@ from depthwalk.bake.face_grid import square_texel
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.cases import PIECES, RANGES
 from depthwalk.cook.cook import CookedObject
-from depthwalk.geometry.quaternions import multiply, rotate
-from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.geometry.support_function import DIRECTIONS
 from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.impostors.warp_planes import Volumes
@@ -20,11 +17,8 @@ from depthwalk.render.lod.mesh_fallback import MeshFallbacks
 from depthwalk.render.lod.mesh_lod import MeshLevels
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.view.bounds import outside
-from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.types import Array, Ints, Rows
-
-if TYPE_CHECKING:
-    from depthwalk.scene.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,81 +76,6 @@ class AssetTable:
         (n,) metres in the objects' frames.
         """
         return outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
-
-
-def place_objects(
-    scene: "Scene", library: Library, store: AssetStore, forced: Representation | None, which: slice = slice(None)
-) -> Objects:
-    """Return the scene's objects as they are drawn: a row for the mesh, or one for each part of the depth images.
-
-    Parameters
-    ----------
-    scene : the scene.
-    library : tells what each asset has.
-    store : numbers what is drawn.
-    forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
-    which : the slice of the scene's objects to return.
-
-    Returns
-    -------
-    The rows in the frames of their parts; `asset` holds numbers of `store`.
-    """
-    objects = scene.objects.take(which)
-    representation, first, count = _rows(objects, library, store, forced)
-    row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
-    number = first[row] + within_runs(count)
-    position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
-    offset, turn = _placements(library, store)
-    moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
-    position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
-    rotation[moved] = multiply(rotation[moved], turn[number[moved]])
-    return Objects(asset=number, position=position, rotation=rotation, scale=scale, representation=representation[row])
-
-
-def placed_rows(
-    scene: "Scene", library: Library, store: AssetStore, forced: Representation | None, which: slice
-) -> slice:
-    """Return which rows of all that `place_objects` returns belong to the objects `which`.
-
-    The parameters `scene`, `library`, `store`, `forced` and `which` are those of `place_objects`.
-    """
-    before, within = (
-        int(_rows(scene.objects.take(run), library, store, forced)[2].sum()) for run in (slice(0, which.start), which)
-    )
-    return slice(before, before + within)
-
-
-def _rows(
-    objects: Objects, library: Library, store: AssetStore, forced: Representation | None
-) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
-    """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
-    representation = objects.representation.copy()
-    if forced is not None:
-        has = library.has_mesh if forced in MESHES else library.has_baked
-        able = np.array([has(asset) for asset in range(len(library))], bool)
-        representation[able[objects.asset]] = forced
-    imaged = ~np.isin(representation, MESHES)
-    first, count = np.arange(len(library), dtype=np.int32), np.ones(len(library), np.int32)
-    shown = np.unique(objects.asset[imaged]).tolist()
-    library.bake_missing([asset for asset in shown if not store.knows(asset)])
-    for asset in shown:
-        numbers = store.depth_numbers(asset)
-        first[asset], count[asset] = numbers.start, len(numbers)
-    return (
-        representation,
-        np.where(imaged, first[objects.asset], objects.asset),
-        np.where(imaged, count[objects.asset], np.int32(1)),
-    )
-
-
-def _placements(library: Library, store: AssetStore) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the position (a, 3) and rotation (a, 4) of all that `store` numbers, in their assets' frames."""
-    offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
-    turn[:, 3] = 1
-    for number in range(len(library), len(store)):
-        baked = store.cooked(number).outline
-        offset[number], turn[number] = baked.position, baked.rotation
-    return offset, turn
 
 
 def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
@@ -255,8 +174,8 @@ def _used_meshes(objects: Objects, library: Library) -> dict[int, tuple[MeshLeve
     """Return the meshes that `objects` use, by number; all levels of detail of those that are drawn as mesh-lod."""
     simplified = set(objects.asset[objects.representation == Representation.MESH_LOD].tolist())
     levels: dict[int, tuple[MeshLevel, ...]] = {}
-    for number in np.unique(objects.asset).tolist():
-        mesh = library.mesh(number) if number < len(library) else None
+    for number in np.unique(objects.asset[objects.asset < len(library)]).tolist():
+        mesh = library.mesh(number)
         if mesh is not None:
             levels[number] = library.mesh_levels(number) if number in simplified else (MeshLevel(mesh, 0.0),)
     return levels

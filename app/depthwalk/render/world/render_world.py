@@ -7,12 +7,14 @@ import numpy as np
 from depthwalk.cook.cook import CookOptions
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.view.bounds import Bounds, object_bounds
-from depthwalk.render.world.asset_table import AssetTable, asset_table, place_objects, placed_rows
+from depthwalk.render.world.asset_table import AssetTable, asset_table
+from depthwalk.render.world.object_rows import place_objects, placed_rows
 from depthwalk.render.world.spatial_cells import SpatialCells, sort_into_cells
+from depthwalk.render.world.stand_ins import StandIns, find_stand_ins
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
-from depthwalk.types import Mask, Rows
+from depthwalk.types import Array, Mask, Rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +53,8 @@ class RenderWorld:
         self._bounds: Bounds | None = None
         self._cells: SpatialCells | None = None
         self._generation = 0
+        self._stand_ins = StandIns.none(len(library))
+        self._viewer: Array | None = None
 
     def objects(self) -> Objects:
         """Return the objects as they are drawn: a row for a mesh, or one for each part of the depth images.
@@ -59,15 +63,39 @@ class RenderWorld:
         `representation` is how each object is drawn.
         """
         if self._objects is None:
-            self._objects = place_objects(self._scene, self._library, self._assets, self._representation)
+            shown = self._scene.objects, self._library, self._assets, self._representation
+            self._stand_ins = find_stand_ins(*shown, self._viewer)
+            context = self._scene, self._library, self._assets, self._representation
+            self._objects = place_objects(*context, stand_ins=self._stand_ins)
         return self._objects
+
+    def take_arrivals(self, viewer: Array) -> None:
+        """Show what was made ready beside the frames; where anything was, all arrays are computed once more.
+
+        Parameters
+        ----------
+        viewer : (3,) where the viewer stands, metres, world; what is nearest to it is made ready first.
+        """
+        self._viewer = viewer
+        if self._assets.poll():
+            self._forget()
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all objects are shown in some way; not where assets are still read beside the frames."""
+        return len(self.objects()) >= len(self._scene.objects)
+
+    def _forget(self) -> None:
+        self._objects = self._table = self._bounds = self._cells = None
+        self._generation += 1
 
     def table(self) -> AssetTable:
         """Return bounds, cylinders and index ranges of the assets, which are loaded first if need be."""
         options = _cook_options(self._scene.render)
         if self._assets.cook_options != options:
             self._assets.release()
-            self._assets.cook_options, self._table = options, None
+            self._assets.cook_options = options
+            self._forget()
         if self._table is None:
             self._table = asset_table(self.objects(), self._library, self._assets)
         return self._table
@@ -105,8 +133,9 @@ class RenderWorld:
         if changed.start == changed.stop:
             return
         context = self._scene, self._library, self._assets, self._representation
-        table, objects, rows = self.table(), self.objects(), placed_rows(*context, changed)
-        objects.put(rows, place_objects(*context, changed))
+        table, objects, stand_ins = self.table(), self.objects(), self._stand_ins
+        rows = placed_rows(*context, changed, stand_ins=stand_ins)
+        objects.put(rows, place_objects(*context, changed, stand_ins=stand_ins))
         self._bounds.put(rows, object_bounds(objects.take(rows), table.centre, table.bounding_radius))
         self._cells.refit(self._bounds, rows)
 
@@ -119,8 +148,7 @@ class RenderWorld:
     def representation(self, representation: Representation | None) -> None:
         if representation is not self._representation:
             self._representation = representation
-            self._objects = self._table = self._bounds = self._cells = None
-            self._generation += 1
+            self._forget()
 
 
 def _cook_options(settings: RenderSettings) -> CookOptions:

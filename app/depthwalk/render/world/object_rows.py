@@ -1,0 +1,100 @@
+"""Place the objects of a scene as they are drawn: a row for a mesh, or one for each part of the depth images."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.geometry.quaternions import multiply, rotate
+from depthwalk.geometry.spatial_order import within_runs
+from depthwalk.render.resources.asset_store import AssetStore, Library
+from depthwalk.render.world.stand_ins import StandIns, asked_for
+from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Ints
+
+
+def place_objects(
+    scene: Scene,
+    library: Library,
+    store: AssetStore,
+    forced: Representation | None,
+    which: slice = slice(None),
+    *,
+    stand_ins: StandIns | None = None,
+) -> Objects:
+    """Return the scene's objects as they are drawn: a row for the mesh, or one for each part of the depth images.
+
+    Parameters
+    ----------
+    scene : the scene.
+    library : tells what each asset has.
+    store : numbers what is drawn.
+    forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
+    which : the slice of the scene's objects to return.
+    stand_ins : what is drawn of assets whose depth images are not ready; None: all are ready.
+
+    Returns
+    -------
+    The rows in the frames of their parts; `asset` holds numbers of `store`.
+    """
+    objects = scene.objects.take(which)
+    representation, first, count = _rows(objects, library, store, forced, stand_ins)
+    row = np.repeat(np.arange(len(objects), dtype=np.int32), count)
+    number = first[row] + within_runs(count)
+    position, rotation, scale = objects.position[row], objects.rotation[row], objects.scale[row]
+    offset, turn = _placements(number, store)
+    moved = np.flatnonzero(((offset != 0).any(1) | (turn[:, 3] != 1))[number])
+    position[moved] += scale[moved, None] * rotate(rotation[moved], offset[number[moved]])
+    rotation[moved] = multiply(rotation[moved], turn[number[moved]])
+    return Objects(asset=number, position=position, rotation=rotation, scale=scale, representation=representation[row])
+
+
+def placed_rows(
+    scene: Scene,
+    library: Library,
+    store: AssetStore,
+    forced: Representation | None,
+    which: slice,
+    *,
+    stand_ins: StandIns | None = None,
+) -> slice:
+    """Return which rows of all that `place_objects` returns belong to the objects `which`.
+
+    The parameters `scene`, `library`, `store`, `forced`, `which` and `stand_ins` are those of `place_objects`.
+    """
+    before, within = (
+        int(_rows(scene.objects.take(run), library, store, forced, stand_ins)[2].sum())
+        for run in (slice(0, which.start), which)
+    )
+    return slice(before, before + within)
+
+
+def _rows(
+    objects: Objects, library: Library, store: AssetStore, forced: Representation | None, stand_ins: StandIns | None
+) -> tuple[NDArray[np.uint8], NDArray[np.int32], NDArray[np.int32]]:
+    """Return how each object (n,) is drawn, the first number of `store` that shows it, and how many do."""
+    representation, stand_ins = asked_for(objects, library, forced), stand_ins or StandIns.none(len(library))
+    imaged = ~np.isin(representation, MESHES)
+    waiting = imaged & ~stand_ins.ready[objects.asset]
+    representation[waiting] = stand_ins.representation[objects.asset[waiting]]
+    imaged &= ~waiting
+    first, of_mesh = np.arange(len(library), dtype=np.int32), stand_ins.has_mesh.astype(np.int32)
+    shown = np.unique(objects.asset[imaged]).tolist()
+    if store.background is None:
+        library.bake_missing([asset for asset in shown if not store.knows(asset)])
+    of_images = np.ones(len(library), np.int32)
+    for asset in shown:
+        numbers = store.depth_numbers(asset)
+        first[asset], of_images[asset] = numbers.start, len(numbers)
+    count = np.where(imaged, of_images[objects.asset], of_mesh[objects.asset])
+    count[waiting & stand_ins.too_many[objects.asset]] = 0
+    return representation, np.where(imaged, first[objects.asset], objects.asset), count
+
+
+def _placements(used: Ints, store: AssetStore) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the position (a, 3) and rotation (a, 4), in their assets' frames, of the numbers `used` of `store`."""
+    offset, turn = np.zeros((len(store), 3), np.float32), np.zeros((len(store), 4), np.float32)
+    turn[:, 3] = 1
+    for number in np.unique(used[used >= store.first_depth]).tolist():
+        baked = store.cooked(number).outline
+        offset[number], turn[number] = baked.position, baked.rotation
+    return offset, turn

@@ -1,0 +1,109 @@
+"""Decide what is drawn of an asset whose depth images are not ready: its mesh, or nothing while that is read, too."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.render.resources.asset_store import AssetStore, Library
+from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.types import Array, Mask
+
+# Triangles of all objects of an asset whose mesh stands in for its depth images. More would take seconds a frame, for
+# which a visitor would rather wait than walk.
+_MAX_TRIANGLES = 3_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandIns:
+    """Say of each of a scene's a assets what can be drawn of it.
+
+    Attributes
+    ----------
+    ready : (a,) whether its depth images can be drawn.
+    has_mesh : (a,) whether its mesh can be drawn.
+    representation : (a,) uint8, the `Representation` in which its mesh stands in for depth images that are not ready.
+    too_many : (a,) whether the meshes that would have to stand in have too many triangles, so that nothing is drawn.
+    """
+
+    ready: Mask
+    has_mesh: Mask
+    representation: NDArray[np.uint8]
+    too_many: Mask
+
+    @classmethod
+    def none(cls, assets: int) -> "StandIns":
+        """Return the table of so many assets that are all ready, because frames wait for them."""
+        return cls(
+            ready=np.ones(assets, bool),
+            has_mesh=np.ones(assets, bool),
+            representation=np.full(assets, Representation.MESH, np.uint8),
+            too_many=np.zeros(assets, bool),
+        )
+
+
+def asked_for(objects: Objects, library: Library, forced: Representation | None) -> NDArray[np.uint8]:
+    """Return how each object (n,) is to be drawn, uint8 `Representation`.
+
+    Parameters
+    ----------
+    objects : the scene's objects (n,).
+    library : tells what each asset has.
+    forced : the representation of all objects whose asset has it; None: each object's own.
+    """
+    representation = objects.representation.copy()
+    if forced is not None:
+        has = library.has_mesh if forced in MESHES else library.has_baked
+        able = np.array([has(asset) for asset in range(len(library))], bool)
+        representation[able[objects.asset]] = forced
+    return representation
+
+
+def find_stand_ins(
+    objects: Objects, library: Library, store: AssetStore, forced: Representation | None, viewer: Array | None
+) -> StandIns:
+    """Ask for all that a scene shows, and return what can be drawn meanwhile.
+
+    Where `store.background` is None, frames wait for everything, and everything is ready.
+
+    Parameters
+    ----------
+    objects : the scene's objects (n,).
+    library : tells what each asset has.
+    store : knows what is ready, and has the rest made so, the assets nearest to the viewer first.
+    forced : see `asked_for`.
+    viewer : (3,) where the viewer stands, metres, world; None: not known.
+    """
+    found = StandIns.none(len(library))
+    if store.background is None:
+        return found
+    found.ready[:] = found.has_mesh[:] = False
+    imaged = ~np.isin(asked_for(objects, library, forced), MESHES)
+    standing: set[int] = set()
+    for asset in _nearest_first(objects, viewer):
+        of_asset = objects.asset == asset
+        of_images = int((of_asset & imaged).sum())
+        found.ready[asset] = of_images > 0 and store.is_ready(asset)
+        if (found.ready[asset] and of_images == of_asset.sum()) or not library.has_mesh(asset):
+            continue
+        simplified = bool((objects.representation[of_asset] == Representation.MESH_LOD).any())
+        if not store.meshes.is_read(asset, simplified or forced is Representation.MESH_LOD):
+            continue
+        levels = store.meshes.levels(asset)
+        assert levels is not None  # it is read
+        standing.add(asset)
+        found.has_mesh[asset] = True
+        found.representation[asset] = Representation.MESH if len(levels) == 1 else Representation.MESH_LOD
+        found.too_many[asset] = of_images * len(levels[-1].mesh.faces) > _MAX_TRIANGLES
+    store.meshes.show(standing)
+    return found
+
+
+def _nearest_first(objects: Objects, viewer: Array | None) -> list[int]:
+    """Return the assets that `objects` use, those first of which an object is nearest to the `viewer` (3,)."""
+    assets, member = np.unique(objects.asset, return_inverse=True)
+    if viewer is None:
+        return list(assets.tolist())
+    nearest = np.full(len(assets), np.inf)
+    np.minimum.at(nearest, member, np.linalg.norm(objects.position - viewer, axis=1))
+    return list(assets[np.argsort(nearest, kind="stable")].tolist())

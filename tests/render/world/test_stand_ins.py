@@ -1,0 +1,114 @@
+"""What is drawn of an asset whose depth images are not ready."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import shapes
+from depthwalk.cook.cook import CookOptions
+from depthwalk.gpu.device import Device
+from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.render.world import stand_ins
+from depthwalk.render.world.object_rows import place_objects, placed_rows
+from depthwalk.render.world.render_world import RenderWorld
+from depthwalk.scene.arrays import Representation
+from shapes import ShapeLibrary, scene_of
+
+pytestmark = pytest.mark.gl
+BALL, CONE = 0, 1
+FAR, NEAR = (0, 0, -50), (0, 0, -2)
+
+
+class FakeBackground:
+    """Has ready what a test says, and notes what is asked for."""
+
+    def __init__(self) -> None:
+        self.ready: set[int] = set()
+        self.asked: list[int] = []
+        self.news = False
+
+    def is_cooked(self, asset: int, options: CookOptions) -> bool:
+        self.asked.append(asset)
+        return asset in self.ready
+
+    def poll(self) -> bool:
+        news, self.news = self.news, False
+        return news
+
+    def make(self, *assets: int) -> None:
+        self.ready.update(assets)
+        self.news = True
+
+
+@pytest.fixture
+def world(gl_device: Device) -> Any:
+    """Two balls and a cone, far ball first; nothing is ready."""
+    library = ShapeLibrary([shapes.sphere(1.0, columns=16, rows=8)] * 2, resolution=32, layers=1)
+    store = AssetStore(gl_device, library)
+    store.background = FakeBackground()
+    scene = scene_of((BALL, FAR, 0.0, 1.0), (CONE, NEAR, 0.0, 1.0), (BALL, (3, 0, -40), 0.0, 1.0))
+    yield RenderWorld(scene, library, store)
+    store.release()
+
+
+def arrive(world: RenderWorld, done: Callable[[], bool]) -> None:
+    for _ in range(2000):
+        world.take_arrivals(np.zeros(3))
+        if done():
+            return
+        time.sleep(0.002)
+    raise AssertionError("it never came")
+
+
+def shown(world: RenderWorld) -> list[tuple[int, str]]:
+    objects = world.objects()
+    return [
+        (number, Representation(kind).label)
+        for number, kind in zip(objects.asset.tolist(), objects.representation.tolist(), strict=True)
+    ]
+
+
+def test_meshes_stand_in_and_depth_images_take_over(world: RenderWorld) -> None:
+    assert shown(world) == [] and not world.is_whole  # no frame waits for a mesh either
+    arrive(world, lambda: world.is_whole)
+    assert shown(world) == [(BALL, "mesh"), (CONE, "mesh"), (BALL, "mesh")]
+    world._assets.background.make(CONE)
+    arrive(world, lambda: "dpci" in dict(shown(world)).values())
+    assert shown(world) == [(BALL, "mesh"), (2, "dpci"), (BALL, "mesh")]
+    world._assets.background.make(BALL)
+    arrive(world, lambda: "mesh" not in dict(shown(world)).values())
+    assert shown(world) == [(3, "dpci"), (2, "dpci"), (3, "dpci")]
+
+
+def test_what_is_nearest_is_asked_for_first(world: RenderWorld) -> None:
+    world.take_arrivals(np.zeros(3))
+    world.objects()
+    assert world._assets.background.asked == [CONE, BALL]
+
+
+def test_a_moved_object_keeps_its_row(world: RenderWorld) -> None:
+    world._assets.background.make(CONE)
+    arrive(world, lambda: world.is_whole)
+    context = world._scene, world._library, world._assets, None
+    for which in (slice(0, 1), slice(1, 2), slice(1, 3)):
+        rows = placed_rows(*context, which, stand_ins=world._stand_ins)
+        placed = place_objects(*context, which, stand_ins=world._stand_ins)
+        np.testing.assert_array_equal(world.objects().asset[rows], placed.asset)
+
+
+def test_crowds_wait_for_their_depth_images(world: RenderWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their meshes would take seconds a frame."""
+    monkeypatch.setattr(stand_ins, "_MAX_TRIANGLES", 400)  # one ball has 224
+    arrive(world, lambda: bool(shown(world)))
+    assert shown(world) == [(CONE, "mesh")]
+    world.representation = Representation.MESH  # who asks for meshes gets them
+    arrive(world, lambda: world.is_whole)
+    assert shown(world) == [(BALL, "mesh"), (CONE, "mesh"), (BALL, "mesh")]
+
+
+def test_frames_that_wait_have_everything(world: RenderWorld) -> None:
+    world._assets.background = None
+    assert [kind for _, kind in shown(world)] == ["dpci"] * 3 and world.is_whole
