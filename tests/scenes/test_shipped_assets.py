@@ -1,13 +1,16 @@
 """What the shipped scenes are made of: found from every scene, cooked, and drawn by depth images."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tools.make_models.catalogue import MODELS
-from tools.make_models.ship import ship, shipped_name, without_levels
+from tools.make_models.ship import ship, shipped_name, with_plain_normals, without_levels
 from tools.vitals import share, walks
 
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
+from depthwalk.cook.texel_encoding import encode_normals
 from depthwalk.errors import InputError
 from depthwalk.resources import asset_root, scene_root
 from depthwalk.scene.loader import load_scene
@@ -68,6 +71,20 @@ def test_levels_finer_than_asked_for_do_not_ship() -> None:
     assert len(coarser.vertices) < len(finest.vertices) and len(coarser.texels) == len(coarser.vertices)
 
 
+def test_normals_of_fewer_bits_point_nearly_the_same_way() -> None:
+    (cooked,) = read_cooked(asset_root() / "statue.dpci.npz")
+    _, texture = cooked.load()
+    rng = np.random.default_rng(1)
+    normal = rng.normal(size=(1000, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    code = np.dstack([encode_normals(normal).reshape(-1, 1, 3), np.zeros((1000, 1, 1), np.uint8)])
+    _, plain = with_plain_normals(replace(cooked, load=lambda: (None, replace(texture, normals=code)))).load()
+    decoded = plain.normals[:, 0, :3] - 127.5
+    cosine = (decoded * normal).sum(axis=1) / np.linalg.norm(decoded, axis=1)
+    assert np.degrees(np.arccos(cosine.clip(-1, 1))).max() < 1
+    assert (plain.normals[..., 3] == code[..., 3]).all()
+
+
 def test_an_unknown_model_does_not_ship(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no demo file is called 'pedestel'; did you mean 'pedestal'"):
         ship(["pedestel"], tmp_path, tmp_path)
@@ -97,4 +114,6 @@ def test_depth_images_draw_most_of_what_a_tour_shows(name: str, least: int) -> N
     (walk,) = (walk for walk in walks(None) if walk.name == name)
     assert share(walk) >= least
     baked = [asset for asset in load_scene(walk.scene).assets if isinstance(asset, BakedAsset)]
-    assert all(asset.source is None for asset in baked)  # no mesh is there that could be drawn instead, of heads above all
+    assert all(
+        asset.source is None for asset in baked
+    )  # no mesh is there that could be drawn instead, of heads above all

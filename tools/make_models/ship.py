@@ -111,13 +111,18 @@ def _bake(jobs: list[Job], finest: dict[str, float]) -> None:
 
 
 def _coarsen(job: Job, finest: float) -> None:
-    """Leave levels of detail out of a file where the next one's error is at most `finest` texels, see `Images`."""
-    objects = read_cooked(job.out)
-    coarser = tuple(without_levels(cooked, finest * square_texel(cooked.outline)) for cooked in objects)
-    if any(len(new.error) < len(old.error) for new, old in zip(coarser, objects, strict=True)):
-        key = cooked_key(job.out)
-        assert key is not None  # it has just been baked, or found up to date
-        write_cooked(job.out, key, coarser)
+    """Leave out of a file what nobody would see: levels finer than `finest` texels (see `Images`), bits of normals."""
+    key = cooked_key(job.out)
+    assert key is not None  # it has just been baked, or found up to date
+    objects = (without_levels(cooked, finest * square_texel(cooked.outline)) for cooked in read_cooked(job.out))
+    write_cooked(job.out, key, tuple(map(with_plain_normals, objects)))
+
+
+def with_plain_normals(cooked: CookedObject) -> CookedObject:
+    """Return the object with normals of 7 bits instead of 8, off by less than 1°: a file is a twentieth smaller."""
+    geometry, texture = cooked.load()
+    normals = texture.normals | np.array([1, 1, 1, 0], np.uint8)
+    return replace(cooked, load=lambda: (geometry, replace(texture, normals=normals)))
 
 
 def without_levels(cooked: CookedObject, error: float) -> CookedObject:
