@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import shapes
+from depthwalk.gpu.device import Device
 from files import write_ply
 
 _PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
@@ -38,7 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session")
-def gl_device():
+def gl_device() -> Device:
     """The headless device that all GL tests share; without one they are skipped, and say so."""
     from depthwalk.gpu.device import GpuError, headless_device
 
@@ -49,7 +50,7 @@ def gl_device():
 
 
 @pytest.fixture(autouse=True)
-def _current_context(request) -> Iterator[None]:
+def _current_context(request: pytest.FixtureRequest) -> Iterator[None]:
     """Makes the shared device's context current again: a command run in between has made and dropped its own."""
     if "gl_device" not in request.fixturenames:
         yield
@@ -75,7 +76,7 @@ def _interruptible() -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def cache_home(tmp_path_factory) -> Iterator[Path]:
+def cache_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Where baked and cooked objects are kept during the tests, for all processes, from before the first is baked."""
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
@@ -96,7 +97,7 @@ def real_scenes() -> Path:
 
 
 @pytest.fixture
-def tiny_scene(tmp_path) -> Path:
+def tiny_scene(tmp_path: Path) -> Path:
     """A scene file in a folder of its own with a ball of radius 1 (depth images of 64²) that stands on the origin,
     seen from 4 m, and beside it a path file `walk.yaml` of three frames."""
     folder = tmp_path / "scene"

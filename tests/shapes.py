@@ -2,30 +2,50 @@
 
 import hashlib
 import pickle
+from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, Literal, NoReturn, TypedDict, Unpack, cast, overload
 
 import numpy as np
-from tools.make_models.model import vertex_normals
+from tools.make_models.model import Model, vertex_normals
 
 from depthwalk.assets.cooked import cooked_objects
 from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.division import Cell, part_faces
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model, submesh
-from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.ingest.mesh import Material, Mesh, MeshLevel, Part
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array, Rows
 
 
-def mesh_of(positions, faces, normals, colour=(200, 120, 80), specular=0.15):
+class Look(TypedDict, total=False):
+    """How a mesh looks: its colour, 0 to 255, and how strongly it mirrors light."""
+
+    colour: tuple[int, int, int]
+    specular: float
+
+
+def mesh_of(
+    positions: Array | Sequence[Array | Sequence[float]],
+    faces: Rows | Sequence[Sequence[int]],
+    normals: Array | Sequence[Array | Sequence[float]],
+    colour: tuple[int, int, int] = (200, 120, 80),
+    specular: float = 0.15,
+) -> Mesh:
     count = len(positions)
     return Mesh(
         positions=np.asarray(positions, np.float32),
         normals=np.asarray(normals, np.float32),
-        colours=np.tile(np.uint8(colour), (count, 1)),
+        colours=np.tile(np.array(colour, np.uint8), (count, 1)),
         uv=np.zeros((count, 2), np.float32),
         faces=np.asarray(faces, np.int32),
         parts=(Part(0, len(faces), 0),),
@@ -33,7 +53,7 @@ def mesh_of(positions, faces, normals, colour=(200, 120, 80), specular=0.15):
     )
 
 
-def _lattice(columns, rows):
+def _lattice(columns: int, rows: int) -> Rows:
     """Quads of a (rows + 1) × (columns + 1) lattice as triangles, counter-clockwise where column × row points out."""
     i, j = np.meshgrid(np.arange(columns), np.arange(rows))
     a = (j * (columns + 1) + i).ravel()
@@ -41,7 +61,7 @@ def _lattice(columns, rows):
     return np.concatenate([np.stack([a, b, d], -1), np.stack([a, d, c], -1)])
 
 
-def sphere(radius=1.0, columns=256, rows=128, **look):
+def sphere(radius: float = 1.0, columns: int = 256, rows: int = 128, **look: Unpack[Look]) -> Mesh:
     """A sphere that stands on the origin."""
     phi, theta = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(-np.pi / 2, np.pi / 2, rows + 1))
     normals = np.stack([np.cos(theta) * np.sin(phi), np.sin(theta), np.cos(theta) * np.cos(phi)], -1).reshape(-1, 3)
@@ -51,9 +71,17 @@ def sphere(radius=1.0, columns=256, rows=128, **look):
     return mesh_of(normals * radius + [0, radius, 0], faces[area > 1e-9], normals, **look)
 
 
-def box(width, height, depth, centre=(0.0, 0.0, 0.0), **look):
+def box(
+    width: float,
+    height: float,
+    depth: float,
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    **look: Unpack[Look],
+) -> Mesh:
     """A box around `centre` with hard edges."""
-    positions, normals, faces = [], [], []
+    positions: list[Array] = []
+    normals: list[Array] = []
+    faces: list[list[int]] = []
     for axis in range(3):
         for sign in (-1, 1):
             normal = np.zeros(3)
@@ -68,7 +96,7 @@ def box(width, height, depth, centre=(0.0, 0.0, 0.0), **look):
     return mesh_of(positions, faces, normals, **look)
 
 
-def leaves(count, length, seed=0):
+def leaves(count: int, length: float, seed: int = 0) -> Mesh:
     """So many open rectangles, half as wide, at random in a ball of diameter 1 that stands on the origin."""
     random = np.random.default_rng(seed)
     outward, along, across = random.normal(size=(3, count, 3))
@@ -85,7 +113,7 @@ def leaves(count, length, seed=0):
     return mesh_of(positions, faces.reshape(-1, 3), np.repeat(normal, 4, axis=0))
 
 
-def joined(*meshes):
+def joined(*meshes: Mesh) -> Mesh:
     """Several meshes as one, with the first one's material."""
     starts = np.cumsum([0] + [len(m.positions) for m in meshes[:-1]])
     faces = np.concatenate([m.faces + start for m, start in zip(meshes, starts, strict=True)])
@@ -94,24 +122,28 @@ def joined(*meshes):
     return whole
 
 
-def of_model(model):
+def of_model(model: Model) -> Mesh:
     """A generated model (`tools.make_models`) as a mesh."""
     mesh = mesh_of(model.positions, model.faces, vertex_normals(model))
     mesh.colours[:] = np.round(255 * model.colours)
     return mesh
 
 
-def bake(mesh, resolution=128, layers=2):
+def bake(mesh: Mesh, resolution: int = 128, layers: int | Literal["auto"] = 2) -> BakedObject:
     """The depth images of a mesh; of an equal one as before, those."""
     return _baked(pickle.dumps((mesh, BakeParams(resolution=resolution, layers=layers), "test")))
 
 
 @lru_cache(maxsize=24)
-def _baked(call):
+def _baked(call: bytes) -> BakedObject:
     return bake_object(*pickle.loads(call))
 
 
-def model_of(baked):
+@overload
+def model_of(baked: BakedObject | BakedModel) -> BakedModel: ...
+@overload
+def model_of(baked: BakedObject | BakedModel | None) -> BakedModel | None: ...
+def model_of(baked: BakedObject | BakedModel | None) -> BakedModel | None:
     """One object, or a model already, as a model; None stays."""
     return baked if baked is None or isinstance(baked, BakedModel) else BakedModel(parts=(baked,))
 
@@ -123,52 +155,66 @@ class ShapeLibrary:
     not to be had where a test changes how it is prepared.
     """
 
-    def __init__(self, meshes, baked=None, kept=True, **params):
+    def __init__(
+        self,
+        meshes: Sequence[Mesh | None],
+        baked: Sequence[BakedObject | BakedModel | None] | None = None,
+        kept: bool = True,
+        resolution: int = 128,
+        layers: int | Literal["auto"] = 2,
+    ) -> None:
         self._meshes = meshes
-        self._baked = [model_of(each) for each in baked or (bake(mesh, **params) for mesh in meshes)]
-        self._levels = {}
+        if not baked:
+            baked = [bake(mesh, resolution, layers) for mesh in meshes if mesh is not None]
+        self._baked = [model_of(each) for each in baked]
+        self._levels: dict[int, tuple[MeshLevel, ...]] = {}
         self._keys = [hashlib.sha256(pickle.dumps(each)).hexdigest() if kept else "" for each in self._baked]
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._baked)
 
-    def has_baked(self, asset):
+    def has_baked(self, asset: int) -> bool:
         return self._baked[asset] is not None
 
-    def has_mesh(self, asset):
+    def has_mesh(self, asset: int) -> bool:
         return self._meshes[asset] is not None
 
-    def bake_missing(self, assets):
+    def bake_missing(self, assets: Sequence[int]) -> None:
         """All is there."""
 
-    def key(self, asset):
+    def key(self, asset: int) -> str:
         return self._keys[asset]
 
-    def baked(self, asset):
+    def baked(self, asset: int) -> BakedModel | None:
         return self._baked[asset]
 
-    def cooked(self, asset, options, *, again=False):
+    def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
         return cooked_objects(self, asset, options, again=again)
 
-    def mesh(self, asset):
+    def mesh(self, asset: int) -> Mesh | None:
         return self._meshes[asset]
 
-    def mesh_levels(self, asset):
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
         if asset not in self._levels:
-            self._levels[asset] = mesh_levels(self._meshes[asset])
+            mesh = self._meshes[asset]
+            self._levels[asset] = () if mesh is None else mesh_levels(mesh)
         return self._levels[asset]
 
-    def forget_mesh(self, asset):
+    def forget_mesh(self, asset: int) -> None:
         """It stays."""
 
-    def texture(self, path):
+    def texture(self, path: Path) -> NoReturn:
         raise AssertionError(f"no texture in this test: {path}")
 
 
-def scene_of(*placed, representation=Representation.DPCI, **environment):
+def scene_of(
+    *placed: tuple[int, Sequence[float], float, float],
+    representation: Representation = Representation.DPCI,
+    **environment: Any,
+) -> Scene:
     """A scene of (asset, position, yaw, scale) with default lights. Meshes stand in for no depth images."""
-    asset, position, yaw, scale = zip(*placed, strict=True)
-    yaw = np.asarray(yaw, np.float32)
+    asset, position, angle, scale = zip(*placed, strict=True)
+    yaw = np.asarray(angle, np.float32)
     rotation = np.stack([0 * yaw, np.sin(yaw / 2), 0 * yaw, np.cos(yaw / 2)], -1)
     objects = Objects(
         asset=np.asarray(asset, np.int32),
@@ -178,10 +224,10 @@ def scene_of(*placed, representation=Representation.DPCI, **environment):
         representation=np.full(len(asset), representation, np.uint8),
     )
     render = RenderSettings.model_validate({"lod": {"magnification": 0}})
-    return SimpleNamespace(objects=objects, environment=Environment(**environment), render=render)
+    return cast(Scene, SimpleNamespace(objects=objects, environment=Environment(**environment), render=render))
 
 
-def two_halves(mesh, resolution=128):
+def two_halves(mesh: Mesh, resolution: int = 128) -> BakedModel:
     """`mesh` in two parts left and right of x = 0, about x."""
     cells = Cell().cut(np.array([1.0, 0, 0, 0]))
     pieces = [submesh(mesh, part_faces(mesh, cell, 0.02)) for cell in cells]

@@ -4,43 +4,51 @@ import logging
 import os
 import shutil
 import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from depthwalk import cache
 from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
 from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.parts import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
-from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import COOKED, find_cooked, keep_cooked
-from depthwalk.ingest.mesh import Mesh
+from depthwalk.errors import InputError
+from depthwalk.gpu.device import Device
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
 from shapes import bake, sphere
 
 ARRAYS = {"a": np.arange(12, dtype=np.float32).reshape(3, 4), "b.c": np.array("text"), "empty": np.zeros((0, 3))}
 
 
 @pytest.fixture(autouse=True)
-def home(tmp_path, monkeypatch):
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 
-def flip(path, at, bit=1):
+def flip(path: Path, at: int, bit: int = 1) -> None:
     data = bytearray(path.read_bytes())
     data[at] ^= bit
     path.write_bytes(data)
 
 
-def flip_within(path, needle):
+def flip_within(path: Path, needle: bytes) -> None:
     """Damages the file in the middle of these bytes, which it holds once."""
     data = path.read_bytes()
     assert data.count(needle) == 1
@@ -48,14 +56,14 @@ def flip_within(path, needle):
 
 
 @pytest.fixture(scope="module")
-def arrays_file(tmp_path_factory):
+def arrays_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("arrays") / "a.npz"
     write_arrays(path, ARRAYS)
     return path
 
 
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 7))
-def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
+def test_a_flipped_bit_is_seen_or_harmless(arrays_file: Path, place: float, bit: int) -> None:
     damaged = arrays_file.with_name("damaged.npz")
     shutil.copyfile(arrays_file, damaged)
     flip(damaged, int(place * damaged.stat().st_size), 1 << bit)
@@ -68,7 +76,7 @@ def test_a_flipped_bit_is_seen_or_harmless(arrays_file, place, bit):
 
 
 @given(st.floats(0, 1, exclude_max=True))
-def test_a_file_cut_short_is_seen(arrays_file, place):
+def test_a_file_cut_short_is_seen(arrays_file: Path, place: float) -> None:
     short = arrays_file.with_name("short.npz")
     short.write_bytes(arrays_file.read_bytes()[: int(place * arrays_file.stat().st_size)])
     with pytest.raises(ValueError):
@@ -76,17 +84,24 @@ def test_a_file_cut_short_is_seen(arrays_file, place):
 
 
 @pytest.fixture(scope="module")
-def baked():
+def baked() -> BakedObject:
     return bake(sphere(columns=32, rows=16), resolution=32, layers=1)
 
 
-def test_damage_that_is_seen_late_is_named_and_removed(baked, caplog):
+def found_cooked(key: str, options: CookOptions) -> tuple[CookedObject, ...]:
+    """What the cache keeps under `key`, where a test knows that it does."""
+    found = find_cooked(key, options)
+    assert found is not None
+    return found
+
+
+def test_damage_that_is_seen_late_is_named_and_removed(baked: BakedObject, caplog: pytest.LogCaptureFixture) -> None:
     form = CookOptions()
     keep_cooked("ab", form, (cook_object(baked, form),))
     (path,) = COOKED.file("").parent.glob("ab*")
-    (found,) = find_cooked("ab", form)
+    (found,) = found_cooked("ab", form)
     flip_within(path, found.load()[1].normals.tobytes())
-    (found,) = find_cooked("ab", form)  # outlines are whole
+    (found,) = found_cooked("ab", form)  # outlines are whole
     with caplog.at_level(logging.WARNING), pytest.raises(DamagedFileError):
         found.load()
     assert f"{path}: damaged cooked depth images" in caplog.text and not path.exists()
@@ -94,7 +109,9 @@ def test_damage_that_is_seen_late_is_named_and_removed(baked, caplog):
 
 
 @pytest.mark.parametrize("again", [False, True])
-def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkeypatch, again):
+def test_a_walk_goes_on_over_damaged_files(
+    gl_device: Device, tiny_scene: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, again: bool
+) -> None:
     """Damaged between outline and pixels; or with each file that takes its place, too."""
     library = SceneLibrary(load_scene(tiny_scene).assets)
     store = AssetStore(gl_device, library)
@@ -105,10 +122,12 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
     flip(BAKED.file(library.key(0)), -1000)
     if again:
         keep = cache.write_arrays
-        monkeypatch.setattr(
-            "depthwalk.cook.cooked_file.write_arrays",
-            lambda path, arrays: (keep(path, arrays), flip_within(path, before[1].normals.tobytes())),
-        )
+
+        def keep_damaged(path: Path, arrays: Arrays) -> None:
+            keep(path, arrays)
+            flip_within(path, before[1].normals.tobytes())
+
+        monkeypatch.setattr("depthwalk.cook.cooked_file.write_arrays", keep_damaged)
     try:
         with caplog.at_level(logging.WARNING):
             store.depth_object(number)
@@ -117,18 +136,21 @@ def test_a_walk_goes_on_over_damaged_files(gl_device, tiny_scene, caplog, monkey
     finally:
         store.release()
     if not again:
-        after = find_cooked(library.key(0), CookOptions())[0].load()
+        after = found_cooked(library.key(0), CookOptions())[0].load()
         np.testing.assert_array_equal(before[1].normals, after[1].normals)
 
 
 @pytest.fixture(scope="module")
-def simplified():
-    mesh: Mesh = sphere(columns=32, rows=16)
+def simplified() -> tuple[Mesh, tuple[MeshLevel, ...]]:
+    mesh = sphere(columns=32, rows=16)
     return mesh, mesh_levels(mesh)
 
 
-def crafted(number, name, change):
-    def craft(arrays):
+Arrays = dict[str, NDArray[Any]]
+
+
+def crafted(number: int, name: str, change: Callable[[NDArray[Any]], object]) -> Callable[[Arrays], None]:
+    def craft(arrays: Arrays) -> None:
         values = arrays[f"{name}.{number}"] if name != "error" else arrays[name]
         change(values)
 
@@ -151,7 +173,11 @@ def crafted(number, name, change):
         lambda arrays: arrays.update({"parts.0": arrays["parts.0"][:0]}),
     ],
 )
-def test_levels_that_cannot_be_drawn_are_passed_over(simplified, craft, caplog):
+def test_levels_that_cannot_be_drawn_are_passed_over(
+    simplified: tuple[Mesh, tuple[MeshLevel, ...]],
+    craft: Callable[[Arrays], object],
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     mesh, levels = simplified
     path = keep_levels(levels, "ab")
     assert find_levels(mesh, "ab") is not None
@@ -163,13 +189,15 @@ def test_levels_that_cannot_be_drawn_are_passed_over(simplified, craft, caplog):
     assert f"{path}: damaged simplified meshes" in caplog.text and not path.exists()
 
 
-def test_a_bake_takes_no_damaged_file(tiny_scene, tmp_path, caplog):
+def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))
-    key, out, params = library.baked(0).parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
+    baked = library.baked(0)
+    assert isinstance(spec, MeshAsset) and baked is not None
+    key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
 
-    def bake_once(**how):
-        return dict(bake_all([Job(spec=spec, params=params, out=out, **how)], 1, lambda *_: None))[0]
+    def bake_once(force: bool = False) -> Baked | Kept | InputError:
+        return dict(bake_all([Job(spec=spec, params=params, out=out, force=force)], 1, lambda *_: None))[0]
 
     flip(BAKED.file(key), -1000)
     assert isinstance(bake_once(), Baked)  # not copied
@@ -178,21 +206,23 @@ def test_a_bake_takes_no_damaged_file(tiny_scene, tmp_path, caplog):
     assert isinstance(bake_once(), Kept)
 
 
-def test_force_heals_all_of_the_asset(tiny_scene, tmp_path):
+def test_force_heals_all_of_the_asset(tiny_scene: Path, tmp_path: Path) -> None:
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))
     baked = library.baked(0)
     library.mesh_levels(0)
+    assert baked is not None
     keep_cooked(baked.key, CookOptions(), tuple(cook_object(part, CookOptions()) for part in baked.parts))
     other = BAKED.file("0" * 64)
     shutil.copyfile(BAKED.file(baked.key), other)
     assert len(list(other.parent.iterdir())) == 4
+    assert isinstance(spec, MeshAsset)
     job = Job(spec=spec, params=ModelParams(resolution=64, layers=1), out=tmp_path / "a.dpci.exr", force=True)
     assert isinstance(dict(bake_all([job], 1, lambda *_: None))[0], Baked)
     assert list(other.parent.iterdir()) == [other]
 
 
-def test_what_killed_writers_left_is_swept(home):
+def test_what_killed_writers_left_is_swept(home: Path) -> None:
     old = time.time() - 2 * 86_400
     folder = LEVELS.file("").parent
     folder.mkdir(parents=True)

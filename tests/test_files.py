@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -36,7 +37,7 @@ else:
 @pytest.mark.gl
 @pytest.mark.parametrize("name", ["a.mp4", "a.exr", "a.png"])
 @pytest.mark.parametrize("room", [0, 60_000])
-def test_a_full_disk_leaves_the_old_file(tmp_path, name, room):
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path, name: str, room: int) -> None:
     pytest.importorskip("resource")
     path = tmp_path / name
     path.write_bytes(b"old")
@@ -49,13 +50,13 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, name, room):
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
 
 
-def test_a_failure_names_the_file_that_was_wanted(tmp_path):
+def test_a_failure_names_the_file_that_was_wanted(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as error:
         write_bytes(tmp_path / "no" / "a.png", b"picture")
     assert error.value.filename == str(tmp_path / "no" / "a.png")
 
 
-def test_the_next_bake_removes_what_a_killed_one_left(tmp_path):
+def test_the_next_bake_removes_what_a_killed_one_left(tmp_path: Path) -> None:
     old, dead = time.time() - 2 * 86_400, (1 << 22) + 5  # above what Linux numbers processes to
     names = {f".bake-{dead}-x": old, f".bake-{os.getpid()}-x": old, f".bake-{dead}-y": time.time()}
     names |= {".bake-notes": old, f".{dead}-mine.png": old}
@@ -69,7 +70,7 @@ def test_the_next_bake_removes_what_a_killed_one_left(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == set(names) - {f".bake-{dead}-x"}
 
 
-def test_a_file_is_replaced_at_the_end_of_the_block(tmp_path):
+def test_a_file_is_replaced_at_the_end_of_the_block(tmp_path: Path) -> None:
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
     with replacing(path) as temporary:
@@ -78,7 +79,7 @@ def test_a_file_is_replaced_at_the_end_of_the_block(tmp_path):
     assert path.read_bytes() == b"new" and list(tmp_path.iterdir()) == [path]
 
 
-def test_an_error_in_the_block_leaves_the_old_file_alone(tmp_path):
+def test_an_error_in_the_block_leaves_the_old_file_alone(tmp_path: Path) -> None:
     path = tmp_path / "a.png"
     path.write_bytes(b"old")
     with pytest.raises(RuntimeError, match="half way"), replacing(path) as temporary:
@@ -87,7 +88,7 @@ def test_an_error_in_the_block_leaves_the_old_file_alone(tmp_path):
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
 
 
-def test_a_writer_that_wrote_nothing_is_an_error_that_names_the_file(tmp_path):
+def test_a_writer_that_wrote_nothing_is_an_error_that_names_the_file(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as error, replacing(tmp_path / "a.png"):
         pass
     assert error.value.filename == str(tmp_path / "a.png")
@@ -102,17 +103,17 @@ def test_a_writer_that_wrote_nothing_is_an_error_that_names_the_file(tmp_path):
         ("a\0.png", "no file can have that name"),
     ],
 )
-def test_a_file_that_cannot_be_written_is_named_before_work_begins(tmp_path, name, reason):
+def test_a_file_that_cannot_be_written_is_named_before_work_begins(tmp_path: Path, name: str, reason: str) -> None:
     with pytest.raises(InputError, match=reason):
         check_folder(tmp_path / name)
 
 
-def test_trying_a_folder_leaves_nothing_in_it(tmp_path):
+def test_trying_a_folder_leaves_nothing_in_it(tmp_path: Path) -> None:
     check_folder(tmp_path / "a.png")
     assert not list(tmp_path.iterdir())
 
 
-def test_only_old_files_of_dead_processes_are_leftovers(tmp_path):
+def test_only_old_files_of_dead_processes_are_leftovers(tmp_path: Path) -> None:
     old, dead = time.time() - 2 * 86_400, (1 << 22) + 5
     for name, when in ((f".{dead}-a", old), (f".{dead}-b", time.time()), (f".{os.getpid()}-c", old), (".d", old)):
         (tmp_path / name).write_bytes(b"")

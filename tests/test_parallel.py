@@ -15,7 +15,7 @@ from shapes import box, joined, sphere
 
 
 @pytest.mark.slow
-def test_threads_do_not_show():
+def test_threads_do_not_show() -> None:
     """Past 2^15 texels every stage has several batches."""
     mesh = joined(sphere(0.7, 48, 24), box(0.3, 1, 0.9, (0.5, 1.2, 0)), box(1.2, 0.1, 0.1, (0, 0.9, 0.3)))
     alone, shared = (bake_object(mesh, BakeParams(resolution=192, layers=2), "", workers=workers) for workers in (1, 3))
@@ -26,7 +26,7 @@ def test_threads_do_not_show():
                 np.testing.assert_equal(getattr(one, field.name), getattr(other, field.name))
 
 
-def test_so_many_work_at_once_and_the_order_stays():
+def test_so_many_work_at_once_and_the_order_stays() -> None:
     together = threading.Barrier(3)
 
     def wait_for_the_others(number: int) -> int:
@@ -37,12 +37,12 @@ def test_so_many_work_at_once_and_the_order_stays():
         assert list(each(wait_for_the_others, range(6))) == list(range(6))
 
 
-def test_one_worker_is_the_caller_itself():
+def test_one_worker_is_the_caller_itself() -> None:
     with thread_map(1) as each:
         assert set(each(lambda _: threading.current_thread(), range(3))) == {threading.current_thread()}
 
 
-def test_what_goes_wrong_in_a_thread_reaches_the_caller_and_ends_the_rest():
+def test_what_goes_wrong_in_a_thread_reaches_the_caller_and_ends_the_rest() -> None:
     done = []
 
     def fail(number: int) -> None:
@@ -58,17 +58,17 @@ def test_what_goes_wrong_in_a_thread_reaches_the_caller_and_ends_the_rest():
 
 
 @pytest.mark.parametrize(("cores", "processes", "threads"), [(1, 1, 1), (2, 1, 2), (16, 1, 4), (16, 8, 2), (2, 3, 1)])
-def test_processes_share_the_cores(cores, processes, threads, monkeypatch):
+def test_processes_share_the_cores(cores: int, processes: int, threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)), raising=False)
     assert default_workers(processes) == threads
 
 
-def test_batches_cover_everything():
+def test_batches_cover_everything() -> None:
     assert [list(range(7))[some] for some in batches(7, 3)] == [[0, 1, 2], [3, 4, 5], [6]]
     assert batches(0, 3) == [slice(0, 3)]
 
 
-def test_rays_that_escape_are_those_that_meet_nothing():
+def test_rays_that_escape_are_those_that_meet_nothing() -> None:
     caster = RayCaster(sphere(1.0, 48, 24))
     random = np.random.default_rng(1)
     origin, direction = random.normal([0, 1, 0], 1, (5000, 3)), random.normal(size=(5000, 3))
@@ -77,8 +77,8 @@ def test_rays_that_escape_are_those_that_meet_nothing():
     assert 500 < escaped.sum() < 4500
 
 
-def test_each_ray_reaches_its_own_distance():
+def test_each_ray_reaches_its_own_distance() -> None:
     caster = RayCaster(box(1, 1, 1))
-    origin, direction = np.float32([[0, 0, 3]] * 3), np.float32([[0, 0, -1]] * 3)
+    origin, direction = (np.array([[0, 0, z]] * 3, np.float32) for z in (3, -1))
     hits = caster.peel(origin, direction, 1, np.array([2.4, 2.6, np.inf]))
     np.testing.assert_allclose(hits.distance[0], [np.inf, 2.5, 2.5])

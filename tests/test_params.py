@@ -10,14 +10,14 @@ class Lamp(Params):
     watts: float = param(40.0, "Power", unit="W", ge=0, le=100)
 
 
-def test_defaults_ranges_and_unknown_names():
+def test_defaults_ranges_and_unknown_names() -> None:
     assert Lamp().watts == 40
     for wrong in ({"watts": 101}, {"watts": -1}, {"wats": 3}):
         with pytest.raises(ValidationError):
             Lamp.model_validate(wrong)
 
 
-def test_assignments_are_checked():
+def test_assignments_are_checked() -> None:
     lamp = Lamp()
     lamp.watts = 100
     with pytest.raises(ValidationError):
@@ -25,7 +25,7 @@ def test_assignments_are_checked():
     assert lamp.watts == 100
 
 
-def test_the_schema_holds_help_unit_and_range():
+def test_the_schema_holds_help_unit_and_range() -> None:
     declared = Lamp.model_json_schema()["properties"]["watts"]
     assert declared["description"] == "Power" and declared["unit"] == "W"
     assert (declared["minimum"], declared["maximum"], declared["default"]) == (0, 100, 40)

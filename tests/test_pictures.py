@@ -1,6 +1,7 @@
 """Pictures come back from their files as they went in."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import OpenEXR
@@ -13,24 +14,24 @@ RNG = np.random.default_rng(1)
 
 
 @pytest.mark.parametrize("channels", [3, 4])
-def test_png_keeps_every_pixel(channels):
+def test_png_keeps_every_pixel(channels: int) -> None:
     pixels = RNG.integers(0, 256, (5, 7, channels), dtype=np.uint8)
     np.testing.assert_array_equal(np.asarray(Image.open(io.BytesIO(png_bytes(pixels)))), pixels)
 
 
-def test_a_picture_upside_down_in_memory_is_written_as_it_is_seen():
+def test_a_picture_upside_down_in_memory_is_written_as_it_is_seen() -> None:
     pixels = RNG.integers(0, 256, (5, 7, 3), dtype=np.uint8)
     assert png_bytes(pixels[::-1]) == png_bytes(np.ascontiguousarray(pixels[::-1]))
 
 
-def test_jpeg_is_nearly_the_picture():
+def test_jpeg_is_nearly_the_picture() -> None:
     y, x = np.mgrid[:32, :48]
     pixels = np.stack([8 * y, 5 * x, 100 + 0 * x], -1).astype(np.uint8)
     found = np.asarray(Image.open(io.BytesIO(jpeg_bytes(pixels)))).astype(int)
     assert np.abs(found - pixels).max() <= 8 and np.abs(found - pixels).mean() < 2
 
 
-def test_exr_keeps_light_and_distance(tmp_path):
+def test_exr_keeps_light_and_distance(tmp_path: Path) -> None:
     colour = RNG.normal(0, 5, (6, 9, 4)).astype(np.float32)
     distance = np.full((6, 9), np.inf, np.float32)
     distance[2, 3] = 7.25
@@ -43,7 +44,7 @@ def test_exr_keeps_light_and_distance(tmp_path):
     np.testing.assert_array_equal(found["Z"], distance)
 
 
-def test_an_exr_that_cannot_be_written_names_its_file(tmp_path):
+def test_an_exr_that_cannot_be_written_names_its_file(tmp_path: Path) -> None:
     image = LinearImage(np.zeros((2, 2, 4), np.float32), np.ones((2, 2), np.float32))
     with pytest.raises(OSError, match="missing"):
         write_exr(tmp_path / "missing" / "a.exr", image)

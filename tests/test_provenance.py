@@ -2,6 +2,8 @@
 
 import shutil
 import subprocess
+from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -11,7 +13,7 @@ from depthwalk import provenance
 
 
 @pytest.fixture
-def package(tmp_path, monkeypatch):
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., object]:
     """A package of one file inside a checkout of one commit, and the checkout's git."""
     if shutil.which("git") is None:
         pytest.skip("no git here")
@@ -21,7 +23,7 @@ def package(tmp_path, monkeypatch):
     (tmp_path / "readme").write_text("")
     monkeypatch.setattr(provenance, "depthwalk", SimpleNamespace(__file__=str(folder / "__init__.py")))
 
-    def git(*words):
+    def git(*words: str) -> str:
         identity = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
         command = ["git", "-C", str(tmp_path), *identity, *words]
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
@@ -30,18 +32,18 @@ def package(tmp_path, monkeypatch):
     return git
 
 
-def test_a_checkout_tells_its_commit(package):
+def test_a_checkout_tells_its_commit(package: Callable[..., object]) -> None:
     package("add", ".")
     package("commit", "-m", "first")
     assert provenance.commit() == package("rev-parse", "HEAD")
 
 
-def test_a_package_inside_a_checkout_of_something_else_tells_none(package):
+def test_a_package_inside_a_checkout_of_something_else_tells_none(package: Callable[..., object]) -> None:
     package("add", "readme")
     package("commit", "-m", "first")
     assert provenance.commit() is None
 
 
-def test_commit_is_that_of_our_own_checkout_only(tmp_path, monkeypatch):
+def test_commit_is_that_of_our_own_checkout_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(depthwalk, "__file__", str(tmp_path / "depthwalk" / "__init__.py"))
     assert provenance.commit() is None

@@ -2,6 +2,8 @@
 
 import os
 import signal
+from collections.abc import Callable
+from pathlib import Path
 
 import imageio_ffmpeg
 import numpy as np
@@ -15,17 +17,17 @@ FRAME = np.zeros((48, 64, 3), np.uint8)
 
 
 @pytest.fixture
-def film(tmp_path):
+def film(tmp_path: Path) -> Path:
     path = tmp_path / "a.mp4"
     path.write_bytes(b"old film")
     return path
 
 
 @pytest.fixture
-def encoder(tmp_path, monkeypatch):
+def encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., object]:
     """Replaces the encoder by a shell script, in which $out is the file to write."""
 
-    def install(script):
+    def install(script: str) -> None:
         program = tmp_path / "bin" / "encoder"
         program.parent.mkdir()
         program.write_text(f"#!/bin/sh\nfor out; do :; done\n{script}\n")
@@ -35,7 +37,7 @@ def encoder(tmp_path, monkeypatch):
     return install
 
 
-def record(path, frames=3):
+def record(path: Path, frames: int = 3) -> None:
     with video(path, (64, 48), 25) as film:
         for _ in range(frames):
             film.send(FRAME)
@@ -50,7 +52,9 @@ def record(path, frames=3):
         ("echo cannot start >&2; exit 1", "failed with status 1: cannot start"),
     ],
 )
-def test_an_encoder_that_fails_leaves_the_old_film(film, encoder, script, complaint):
+def test_an_encoder_that_fails_leaves_the_old_film(
+    film: Path, encoder: Callable[..., object], script: str, complaint: str
+) -> None:
     encoder(script)
     with pytest.raises(OSError) as error:
         record(film, frames=200)  # more than a pipe holds
@@ -59,7 +63,7 @@ def test_an_encoder_that_fails_leaves_the_old_film(film, encoder, script, compla
     assert sorted(path.name for path in film.parent.iterdir()) == ["a.mp4", "bin"]
 
 
-def test_an_encoder_that_is_killed_meanwhile_is_an_error(film):
+def test_an_encoder_that_is_killed_meanwhile_is_an_error(film: Path) -> None:
     with pytest.raises(OSError, match="ended by signal 9"), video(film, (64, 48), 25) as encoder:
         encoder.send(FRAME)
         os.kill(encoder._process.pid, signal.SIGKILL)
@@ -68,7 +72,7 @@ def test_an_encoder_that_is_killed_meanwhile_is_an_error(film):
     assert film.read_bytes() == b"old film"
 
 
-def test_who_leaves_early_leaves_no_encoder(film, encoder):
+def test_who_leaves_early_leaves_no_encoder(film: Path, encoder: Callable[..., object]) -> None:
     encoder('cat > "$out"; exec sleep 60')
     with pytest.raises(RuntimeError, match="driver"), video(film, (64, 48), 25) as running:
         running.send(FRAME)
@@ -77,13 +81,13 @@ def test_who_leaves_early_leaves_no_encoder(film, encoder):
     assert film.read_bytes() == b"old film" and len(list(film.parent.iterdir())) == 2
 
 
-def test_a_good_film_replaces_the_old_one(film):
+def test_a_good_film_replaces_the_old_one(film: Path) -> None:
     record(film)
     assert film.read_bytes()[4:8] == b"ftyp"
     assert list(film.parent.iterdir()) == [film]
 
 
-def test_odd_sides_are_scaled_to_even_ones_with_a_warning(film, caplog):
+def test_odd_sides_are_scaled_to_even_ones_with_a_warning(film: Path, caplog: pytest.LogCaptureFixture) -> None:
     with video(film, (63, 47), 25) as encoder:
         encoder.send(FRAME[:47, :63])
     assert "scaled to 64,48" in caplog.text and film.read_bytes()[4:8] == b"ftyp"

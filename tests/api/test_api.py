@@ -18,7 +18,7 @@ def in_a_process(code: str) -> str:
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
 
-def test_there_are_few_names_and_each_is_found():
+def test_there_are_few_names_and_each_is_found() -> None:
     assert len(dw.__all__) <= 15
     assert set(dw.__all__) <= set(dir(dw))
     for name in dw.__all__:
@@ -26,19 +26,21 @@ def test_there_are_few_names_and_each_is_found():
         assert value.__name__ == name and value.__doc__, name
 
 
-def test_type_checkers_see_the_same_names():
+def test_type_checkers_see_the_same_names() -> None:
     (block,) = [node for node in ast.parse(SOURCE.read_text()).body if isinstance(node, ast.If)]
-    seen = {alias.name: node.module for node in block.body for alias in node.names}
+    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
+    seen = {alias.name: node.module for node in imports for alias in node.names}
+    assert len(imports) == len(block.body)
     assert seen == dw._MODULES and sorted(seen) == sorted(dw.__all__)
     assert SOURCE.with_name("py.typed").is_file()
 
 
-def test_a_name_that_is_none():
+def test_a_name_that_is_none() -> None:
     with pytest.raises(AttributeError, match="has no attribute 'Teapot'"):
         dw.Teapot  # noqa: B018
 
 
-def test_importing_costs_nothing():
+def test_importing_costs_nothing() -> None:
     code = (
         "import sys, time; start = time.process_time(); import depthwalk; "  # other programs do not count
         "print(time.process_time() - start, 'numpy' in sys.modules)"
@@ -47,6 +49,6 @@ def test_importing_costs_nothing():
     assert float(seconds) < 0.1 and with_numpy == "False"
 
 
-def test_reading_a_scene_loads_no_graphics():
+def test_reading_a_scene_loads_no_graphics() -> None:
     code = "import depthwalk as dw, sys; dw.load_scene; dw.Camera; print('moderngl' in sys.modules)"
     assert in_a_process(code) == "False\n"

@@ -2,6 +2,7 @@
 
 import doctest
 import re
+from doctest import DocTest
 from importlib import import_module
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 import depthwalk as dw
 from balls import write_balls
 from depthwalk import walk
+from depthwalk.gpu.device import Device
 
 PAGE = Path(__file__).parents[2] / "docs" / "api.md"
 MODULES = ["depthwalk.api.mesh", "depthwalk.api.renderer", "depthwalk.api.scene", "depthwalk.api.window"]
@@ -34,7 +36,7 @@ for name in MODULES:
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder, with what the examples read, and no window that waits for somebody."""
     write_balls(tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -54,15 +56,15 @@ def name_of(example: doctest.DocTest) -> str:
 
 
 @pytest.mark.parametrize("example", [example for example in EXAMPLES if not needs_gl(example)], ids=name_of)
-def test_examples(example, folder):
+def test_examples(example: DocTest, folder: Path) -> None:
     run(example)
 
 
-@pytest.mark.parametrize("example", list(filter(needs_gl, EXAMPLES)), ids=name_of)
-def test_examples_that_render(example, folder, gl_device):
+@pytest.mark.parametrize("example", [example for example in EXAMPLES if needs_gl(example)], ids=name_of)
+def test_examples_that_render(example: DocTest, folder: Path, gl_device: Device) -> None:
     run(example)
 
 
-def test_every_public_name_is_shown():
+def test_every_public_name_is_shown() -> None:
     shown = sources(*EXAMPLES)
     assert not [name for name in dw.__all__ if f"dw.{name}" not in shown]

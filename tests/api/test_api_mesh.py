@@ -1,19 +1,23 @@
 """Baking and measuring from Python."""
 
+from pathlib import Path
+from typing import Any
+
 import pytest
 
 import depthwalk as dw
 from balls import write_balls
+from depthwalk.gpu.device import Device
 
 
 @pytest.fixture
-def mesh(tmp_path):
+def mesh(tmp_path: Path) -> Path:
     write_balls(tmp_path)
     return tmp_path / "ball.ply"
 
 
-def test_a_mesh_is_baked_once(mesh, capfd):
-    stages = []
+def test_a_mesh_is_baked_once(mesh: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    stages: list[Any] = []
     file = dw.bake_mesh(mesh, resolution=64, layers=1, force=True, progress=stages.append)
     assert file == mesh.with_name("ball.dpci.exr") and stages[0] == "read" and stages[-1] == "write"
     stamp = file.stat().st_mtime_ns
@@ -31,13 +35,13 @@ def test_a_mesh_is_baked_once(mesh, capfd):
         ({"mesh": "no.ply"}, "no.ply: no such file"),
     ],
 )
-def test_baking_refuses(mesh, options, message):
+def test_baking_refuses(mesh: Path, options: dict[str, Any], message: str) -> None:
     with pytest.raises(dw.InputError) as caught:
         dw.bake_mesh(**{"mesh": mesh} | options)
     assert message in str(caught.value)
 
 
-def test_finer_images_are_better(mesh, tmp_path, gl_device):
+def test_finer_images_are_better(mesh: Path, tmp_path: Path, gl_device: Device) -> None:
     coarse, fine = (
         dw.compare(
             mesh,
@@ -52,6 +56,6 @@ def test_finer_images_are_better(mesh, tmp_path, gl_device):
     assert coarse.gpu_bytes < fine.gpu_bytes
 
 
-def test_comparing_refuses_other_numbers_of_views(mesh):
+def test_comparing_refuses_other_numbers_of_views(mesh: Path) -> None:
     with pytest.raises(dw.InputError, match="views 7: must be 6 or 42"):
-        dw.compare(mesh, mesh, views=7)
+        dw.compare(mesh, mesh, views=7)  # type: ignore[arg-type]

@@ -1,6 +1,8 @@
 """Pictures as arrays: colours, depth, and which object is where."""
 
 import logging
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,6 +10,9 @@ from PIL import Image
 
 import depthwalk as dw
 from balls import write_balls
+from depthwalk.api.scene import Scene
+from depthwalk.scene.schema import RepresentationName
+from modes import AaName
 
 SIZE = (96, 72)
 MIDDLE = SIZE[1] // 2, SIZE[0] // 2
@@ -16,18 +21,19 @@ pytestmark = pytest.mark.usefixtures("gl_device")
 
 
 @pytest.fixture(scope="module")
-def scene_file(tmp_path_factory):
+def scene_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_balls(tmp_path_factory.mktemp("balls"))
 
 
 @pytest.fixture
-def scene(scene_file):
+def scene(scene_file: Path) -> Scene:
     return dw.load_scene(scene_file)
 
 
-def drawn_at(scene, image):
+def drawn_at(scene: Scene | None, image: dw.Image) -> dict[int, tuple[Any, Any, int]]:
     """By object: the mean column and row of its pixels, parts of the picture from its middle to its right and upper
     edge, and how many there are."""
+    assert image.object_id is not None
     height, width = image.object_id.shape
     places = {}
     for number in set(np.unique(image.object_id).tolist()) - {-1}:
@@ -38,7 +44,7 @@ def drawn_at(scene, image):
 
 @pytest.mark.parametrize("representation", [None, "dpci", "mesh", "mesh-lod", "dmesh"])
 @pytest.mark.parametrize("aa", ["none", "coverage", "ssaa", "msaa"])
-def test_every_pixel_tells_its_object(scene, representation, aa):
+def test_every_pixel_tells_its_object(scene: Scene, representation: RepresentationName | None, aa: AaName) -> None:
     scene.settings.aa = aa
     with dw.Renderer(scene, SIZE, representation=representation) as renderer:
         image = renderer.render(object_id=True)
@@ -47,6 +53,7 @@ def test_every_pixel_tells_its_object(scene, representation, aa):
     assert places[0][0] == pytest.approx(0, abs=0.02) and places[4][0] > 0.4
     assert places[1][0] < -0.3 and places[3][0] > 0.3
     assert places[1][2] == pytest.approx(places[3][2], rel=0.1)
+    assert image.object_id is not None
     ball = image.object_id == 0
     radius = 1 / 5 / np.tan(np.pi / 8) * SIZE[1] / 2  # pixels, a little less than what the ball covers
     assert np.pi * radius**2 < ball.sum() < 1.1 * np.pi * radius**2
@@ -54,7 +61,7 @@ def test_every_pixel_tells_its_object(scene, representation, aa):
     assert np.isinf(image.depth[0]).all() and (image.object_id[-1] == -1).all() and image.depth[-1].max() < 5
 
 
-def test_asking_for_objects_changes_no_picture(scene):
+def test_asking_for_objects_changes_no_picture(scene: Scene) -> None:
     with dw.Renderer(scene, SIZE) as renderer:
         plain, asked, again = renderer.render(), renderer.render(object_id=True), renderer.render()
     assert plain.object_id is None and again.object_id is None
@@ -62,7 +69,7 @@ def test_asking_for_objects_changes_no_picture(scene):
         assert (image.rgba == plain.rgba).all() and (image.depth == plain.depth).all()
 
 
-def test_objects_of_several_parts_count_once(tmp_path):
+def test_objects_of_several_parts_count_once(tmp_path: Path) -> None:
     file = write_balls(tmp_path)
     file.write_text(file.read_text().replace("layers: 1}", "layers: 1, parts: 2}"))
     scene = dw.load_scene(file)
@@ -71,7 +78,7 @@ def test_objects_of_several_parts_count_once(tmp_path):
         assert set(drawn_at(scene, renderer.render(object_id=True))) == {0, 1, 3, 4}
 
 
-def test_meshes_in_one_place_but_turned_otherwise(tmp_path):
+def test_meshes_in_one_place_but_turned_otherwise(tmp_path: Path) -> None:
     file = write_balls(tmp_path)
     file.write_text(
         "version: 1\nassets: {ball: {mesh: ball.ply}}\nobjects:\n"
@@ -83,10 +90,11 @@ def test_meshes_in_one_place_but_turned_otherwise(tmp_path):
     assert places[0][0] < 0 < places[1][0] and places[0][2] > 3 * places[1][2]
 
 
-def test_what_moves_is_elsewhere_in_the_next_picture(scene):
+def test_what_moves_is_elsewhere_in_the_next_picture(scene: Scene) -> None:
     with dw.Renderer(scene, SIZE) as first, dw.Renderer(scene, SIZE, reuse=True) as second:
         for renderer in (first, second):
-            assert renderer.render(object_id=True).object_id[MIDDLE] == 0
+            image = renderer.render(object_id=True)
+            assert image.object_id is not None and image.object_id[MIDDLE] == 0
         scene.move("ball", position=(0, 20, 0))
         for renderer in (first, second):
             image = renderer.render(object_id=True)
@@ -95,23 +103,24 @@ def test_what_moves_is_elsewhere_in_the_next_picture(scene):
     scene.move("ball", position=(0, 0, 0))  # nobody is left to be told
 
 
-def test_background_may_be_left_out(scene):
+def test_background_may_be_left_out(scene: Scene) -> None:
     scene.environment.ground = None
     with dw.Renderer(scene, SIZE) as renderer:
         image = renderer.render(background=False)
     assert (image.rgba[0, :, 3] == 0).all() and image.rgba[(*MIDDLE, 3)] == 255
 
 
-def test_without_a_camera_all_is_seen(tmp_path):
+def test_without_a_camera_all_is_seen(tmp_path: Path) -> None:
     write_balls(tmp_path)
     scene = dw.load_scene(tmp_path / "ball.ply", overrides={"assets.model.dpci": "{resolution: 64, layers: 1}"})
     with dw.Renderer(scene, SIZE) as renderer:
         image = renderer.render(object_id=True)
         assert (renderer.render(renderer.frame_all()).rgba == image.rgba).all()
+    assert image.object_id is not None
     assert image.object_id[MIDDLE] == 0 and (image.object_id[[0, -1]] == -1).all()
 
 
-def test_pictures_are_saved(scene, tmp_path):
+def test_pictures_are_saved(scene: Scene, tmp_path: Path) -> None:
     with dw.Renderer(scene, SIZE) as renderer:
         image = renderer.render()
     image.save(tmp_path / "a.png")
@@ -132,12 +141,14 @@ def test_pictures_are_saved(scene, tmp_path):
         ({"size": SIZE, "representation": "teapot"}, "representation 'teapot': must be one of mesh, dpci"),
     ],
 )
-def test_renderers_refuse(scene, options, message):
+def test_renderers_refuse(scene: Scene, options: dict[str, Any], message: str) -> None:
     with pytest.raises(dw.InputError, match=message):
         dw.Renderer(scene, **options)
 
 
-def test_nothing_is_printed(tmp_path, capfd, caplog):
+def test_nothing_is_printed(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
     file, stages = write_balls(tmp_path), []
     file.write_text(file.read_text().replace("resolution: 64", "resolution: 48"))
     scene = dw.load_scene(file)
@@ -151,7 +162,7 @@ def test_nothing_is_printed(tmp_path, capfd, caplog):
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_the_ground_hides_is_not_seen(tmp_path):
+def test_what_the_ground_hides_is_not_seen(tmp_path: Path) -> None:
     file = write_balls(tmp_path)
     file.write_text(
         "version: 1\nassets: {ball: {mesh: ball.ply}}\nobjects:\n  - {asset: ball, position: [0, -1, 0]}\n"
@@ -160,6 +171,7 @@ def test_what_the_ground_hides_is_not_seen(tmp_path):
     camera = dw.Camera((0, 3, 6), (0, 0, 0), 0.6)
     with dw.Renderer(dw.load_scene(file), SIZE) as renderer:
         image = renderer.render(camera, object_id=True)
+    assert image.object_id is not None
     rows = np.nonzero((image.object_id == 0).any(1))[0]
     assert image.object_id[MIDDLE] == 0
     assert 42 < rows.max() < 48  # where the ball goes into the ground; whole, it would reach row 53

@@ -1,26 +1,29 @@
 """Scenes as the library hands them out: nodes, objects, and moving them."""
 
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import depthwalk as dw
 from balls import write_balls
+from depthwalk.api.scene import Scene
 
 
 @pytest.fixture
-def scene(tmp_path):
+def scene(tmp_path: Path) -> Scene:
     return dw.load_scene(write_balls(tmp_path))
 
 
-def test_nodes_and_objects_lead_to_each_other(scene):
+def test_nodes_and_objects_lead_to_each_other(scene: Scene) -> None:
     for number in range(len(scene.nodes)):
         assert {scene.node_of(found) for found in scene.objects_of(number)} == {number}
     assert [len(scene.objects_of(number)) for number in range(3)] == [1, 3, 1]
 
 
-def test_what_is_not_given_stays(scene):
+def test_what_is_not_given_stays(scene: Scene) -> None:
     scene.move("row", position=(1, 2, 3))
     scene.move("row", yaw=math.pi / 2, scale=2.0)
     assert scene.position_of("row") == (1, 2, 3)
@@ -29,12 +32,12 @@ def test_what_is_not_given_stays(scene):
     assert scene.loaded.objects.scale[1:4].tolist() == [2, 2, 2]
 
 
-def test_only_what_hangs_on_the_node_moves(scene):
+def test_only_what_hangs_on_the_node_moves(scene: Scene) -> None:
     before = scene.loaded.objects.position.copy()
     told = []
 
     class Watcher:
-        def note(self, changed):
+        def note(self, changed: slice) -> None:
             told.append(changed)
 
     watcher = Watcher()
@@ -58,25 +61,25 @@ def test_only_what_hangs_on_the_node_moves(scene):
         ("ball", {"position": (0, math.inf, 0)}, "node 'ball': a node's transform must be finite, its scale positive"),
     ],
 )
-def test_moving_refuses(scene, node, values, message):
+def test_moving_refuses(scene: Scene, node: str, values: dict[str, Any], message: str) -> None:
     with pytest.raises(dw.InputError) as caught:
         scene.move(node, **values)
     assert str(caught.value) == message
 
 
-def test_a_name_that_two_nodes_have(tmp_path):
+def test_a_name_that_two_nodes_have(tmp_path: Path) -> None:
     file = write_balls(tmp_path)
     file.write_text(file.read_text().replace("name: row", "name: ball"))
     with pytest.raises(dw.InputError, match=r"2 nodes are named 'ball': give a number, one of \[0, 1\]"):
         dw.load_scene(file).move("ball", yaw=1)
 
 
-def test_an_object_that_is_none(scene):
+def test_an_object_that_is_none(scene: Scene) -> None:
     with pytest.raises(dw.InputError, match="no object -1: the scene has 5"):
         scene.node_of(-1)
 
 
-def test_a_mesh_is_a_scene(tmp_path):
+def test_a_mesh_is_a_scene(tmp_path: Path) -> None:
     write_balls(tmp_path)
     scene = dw.load_scene(str(tmp_path / "ball.ply"))
     assert (scene.object_count, scene.camera, scene.path.name) == (1, None, "ball.ply")

@@ -1,13 +1,18 @@
 """The window from Python."""
 
+from pathlib import Path
+from typing import Any
+
 import pytest
 
 import depthwalk as dw
 from balls import write_balls
 from depthwalk import walk
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.scene.scene import Scene
 
 
-def test_the_window_gets_the_scene(tmp_path, monkeypatch):
+def test_the_window_gets_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = []
     monkeypatch.setattr(walk, "run", lambda scene, library, **options: opened.append((scene, options)))
     scene = dw.load_scene(write_balls(tmp_path))
@@ -18,8 +23,8 @@ def test_the_window_gets_the_scene(tmp_path, monkeypatch):
     assert options == {"path": None, "size": (320, 200), "fullscreen": False}
 
 
-def test_no_display_is_an_error(tmp_path, monkeypatch):
-    def refuse(*_, **__):
+def test_no_display_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: SceneLibrary | Scene, **__: Any) -> None:
         raise walk.NoDisplayError("cannot open a window: no")
 
     monkeypatch.setattr(walk, "run", refuse)
@@ -27,7 +32,7 @@ def test_no_display_is_an_error(tmp_path, monkeypatch):
         dw.view(dw.load_scene(write_balls(tmp_path)))
 
 
-def test_a_path_that_is_none(tmp_path):
+def test_a_path_that_is_none(tmp_path: Path) -> None:
     scene = dw.load_scene(write_balls(tmp_path))
     with pytest.raises(dw.InputError, match="is a scene file, not a camera path"):
         dw.view(scene, path=scene.path)

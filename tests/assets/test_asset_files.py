@@ -1,6 +1,7 @@
 """Keys of assets: what a result depends on changes its key, and nothing else does."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,26 +21,28 @@ from depthwalk.bake.parts import ModelParams
 from depthwalk.errors import InputError
 from depthwalk.ingest.sources import source_hash
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from files import write_ply
 
 PARAMS = ModelParams(resolution=32, layers=1)
 
 
 @pytest.fixture
-def spec(tiny_scene):
+def spec(tiny_scene: Path) -> MeshAsset:
     """The ball of the small scene."""
     (ball,) = load_scene(tiny_scene).assets
+    assert isinstance(ball, MeshAsset)
     return ball
 
 
-def test_a_mesh_and_the_hash_of_its_bytes_belong_together(spec):
+def test_a_mesh_and_the_hash_of_its_bytes_belong_together(spec: MeshAsset) -> None:
     mesh, source = read_hashed(spec)
     assert source == source_hash(spec.mesh, None)
     np.testing.assert_array_equal(mesh.positions, read_mesh(spec).positions)
     assert mesh_key(spec, PARAMS, source) == mesh_key(spec, PARAMS)
 
 
-def test_everything_that_a_bake_depends_on_is_in_its_key(spec):
+def test_everything_that_a_bake_depends_on_is_in_its_key(spec: MeshAsset) -> None:
     key = mesh_key(spec, PARAMS)
     others = [
         mesh_key(replace(spec, up="z"), PARAMS),
@@ -54,17 +57,17 @@ def test_everything_that_a_bake_depends_on_is_in_its_key(spec):
     assert len({key, *others}) == 1 + len(others)
 
 
-def test_the_name_of_an_asset_is_not(spec):
+def test_the_name_of_an_asset_is_not(spec: MeshAsset) -> None:
     assert mesh_key(replace(spec, name="another"), PARAMS) == mesh_key(spec, PARAMS)
 
 
-def test_levels_depend_on_the_mesh_as_it_stands(spec):
+def test_levels_depend_on_the_mesh_as_it_stands(spec: MeshAsset) -> None:
     source = source_hash(spec.mesh, None)
     keys = {levels_key(spec, source), levels_key(spec, "other"), levels_key(replace(spec, height=3.0), source)}
     assert len(keys | {mesh_key(spec, PARAMS, source)}) == 4
 
 
-def test_range_images_depend_on_their_files_and_their_lens(tiny_scene):
+def test_range_images_depend_on_their_files_and_their_lens(tiny_scene: Path) -> None:
     file = tiny_scene.with_name("d.npy")
     np.save(file, np.ones((8, 8), np.float32))
     keys = set()
@@ -72,20 +75,22 @@ def test_range_images_depend_on_their_files_and_their_lens(tiny_scene):
         lens = f"intrinsics: {{fx: {focal}, fy: 50, cx: 4, cy: 4}}"
         tiny_scene.write_text(f"version: 1\nassets: {{seen: {{depth_image: {{depth: d.npy, {lens}}}}}}}\n")
         (seen,) = load_scene(tiny_scene).assets
+        assert isinstance(seen, DepthImageAsset)
         keys.add(range_key(seen))
     np.save(file, np.full((8, 8), 2, np.float32))
-    assert len(keys | {range_key(seen)}) == 3
+    assert isinstance(seen, DepthImageAsset) and len(keys | {range_key(seen)}) == 3
 
 
-def test_a_relief_has_the_size_that_the_scene_gives_it(tiny_scene):
+def test_a_relief_has_the_size_that_the_scene_gives_it(tiny_scene: Path) -> None:
     np.save(tiny_scene.with_name("d.npy"), np.linspace(0, 1, 64, dtype=np.float32).reshape(8, 8))
     tiny_scene.write_text("version: 1\nassets: {wall: {depth_image: {depth: d.npy, size: [3, 2]}}}\n")
     (wall,) = load_scene(tiny_scene).assets
+    assert isinstance(wall, DepthImageAsset)
     relief = read_relief(wall)
     assert relief.size == (3, 2) and relief.depth.shape == (8, 8)
 
 
-def test_a_mesh_without_height_can_be_drawn_but_not_baked(spec):
+def test_a_mesh_without_height_can_be_drawn_but_not_baked(spec: MeshAsset) -> None:
     flat = shapes.box(1.0, 0.0, 1.0)
     write_ply(spec.mesh, flat)
     assert len(read_mesh(spec).faces) > 0
@@ -93,6 +98,6 @@ def test_a_mesh_without_height_can_be_drawn_but_not_baked(spec):
         read_body(spec)
 
 
-def test_complaints_begin_with_the_file(tmp_path):
+def test_complaints_begin_with_the_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.png: too dark"), complaints_about(tmp_path / "a.png"):
         raise InputError("too dark")

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -85,7 +86,7 @@ def test_cancelling_ends_the_processes(
     empty_cache(monkeypatch, tmp_path / "cache")
     library.is_cooked(0, OPTIONS)
     wait_until(library, lambda: library.progress is not None)
-    assert library._pool is not None
+    assert isinstance(library._pool, ProcessPoolExecutor)
     processes = list((library._pool._processes or {}).values())
     library.cancel()
     for process in processes:

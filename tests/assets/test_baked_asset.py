@@ -12,7 +12,7 @@ from depthwalk.api.mesh import bake_mesh
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.cache import read_arrays, write_arrays
 from depthwalk.cook.cook import CookOptions
-from depthwalk.cook.cooked_file import read_cooked
+from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import BakedAsset
@@ -113,10 +113,22 @@ def test_a_damaged_file_is_named_and_kept(folder: Path, place: float) -> None:
     assert file.read_bytes() == data
 
 
-def test_a_file_of_another_version_says_so(folder: Path) -> None:
+def test_a_file_of_another_layout_says_so(folder: Path) -> None:
     file = folder / "ball.dpci.npz"
-    arrays = read_arrays(file)
-    made_of = json.loads(str(arrays["made_of"])) | {"version": 1}
-    write_arrays(file, arrays | {"made_of": json.dumps(made_of)})
-    with pytest.raises(InputError, match="cooked by version 1"):
+    rewrite(file, version=1)
+    with pytest.raises(InputError, match="a file of layout 1"):
         read_cooked(file)
+
+
+def test_a_file_of_older_cooking_is_drawn_and_baked_again(folder: Path) -> None:
+    file = folder / "ball.dpci.npz"
+    assert cooked_key(file)
+    rewrite(file, cooked_by=0)
+    assert cooked_key(file) is None and len(read_cooked(file)) == 1
+
+
+def rewrite(file: Path, **made_of: int) -> None:
+    """Changes what a file says of its origin."""
+    arrays = read_arrays(file)
+    before = json.loads(str(arrays["made_of"]))
+    write_arrays(file, arrays | {"made_of": json.dumps(before | made_of)})

@@ -9,6 +9,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NoReturn
 
 import pytest
 
@@ -27,17 +28,17 @@ from files import write_ply
 PARAMS = ModelParams(resolution=32, layers=1)
 
 
-def ignore(number, stage):
+def ignore(number: int, stage: str) -> None:
     pass
 
 
 @pytest.fixture
-def meshes(tmp_path):
+def meshes(tmp_path: Path) -> list[Path]:
     names = [tmp_path / f"ball{k}.ply" for k in range(4)]
     return [write_ply(name, shapes.sphere(1 + k, columns=32, rows=16)) for k, name in enumerate(names)]
 
 
-def jobs_of(meshes):
+def jobs_of(meshes: list[Path]) -> list[Job]:
     return [
         Job(
             spec=MeshAsset(name=mesh.stem, mesh=mesh, texture=None, up="y", height=None, dpci=None),
@@ -49,7 +50,7 @@ def jobs_of(meshes):
 
 
 @pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_what_is_baked_already_is_left(meshes, processes):
+def test_what_is_baked_already_is_left(meshes: list[Path], processes: int) -> None:
     """One that is up to date, one of another mesh by the same name, one that is asked for again, and a new one."""
     jobs = jobs_of(meshes)
     first = dict(bake_all(jobs[:3], 1, ignore))
@@ -63,9 +64,10 @@ def test_what_is_baked_already_is_left(meshes, processes):
     assert [job.out.stat().st_mtime_ns > before for job, before in zip(jobs, written, strict=False)] == [0, 1, 1]
 
 
-def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
+def test_what_the_cache_holds_is_copied(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     spec = load_scene(tiny_scene).assets[0]
+    assert isinstance(spec, MeshAsset)
     SceneLibrary((spec,)).baked(0)
     out = tmp_path / ("copy" + SUFFIX)
     params = ModelParams(resolution=64, layers=1)
@@ -74,20 +76,24 @@ def test_what_the_cache_holds_is_copied(tiny_scene, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch):
+def test_a_scene_bakes_what_is_missing_at_once(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     baked = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
     tiny_scene.write_text(
         f"version: 1\nassets: {{{baked}, m: {{mesh: ball.ply}}, bad: {{mesh: bad.ply, dpci: {{}}}}}}\n"
     )
     tiny_scene.with_name("bad.ply").write_text("ply\n")
-    assets, told = load_scene(tiny_scene).assets, []
+    assets = load_scene(tiny_scene).assets
+    told: list[str] = []
     library = SceneLibrary(assets, lambda name, stage: told.append(name), processes=2)
     library.bake_missing([0, 1, 2, 3])
     assert set(told) == {"b1", "b2", "bad"}
     assert sorted(path.name.count(".") for path in (tmp_path / "cache").rglob("*.exr")) == [2, 2]
     monkeypatch.setattr("depthwalk.assets.library.bake_model", None)  # baking once more would fail
-    assert library.baked(0).key != library.baked(1).key
+    first, second = library.baked(0), library.baked(1)
+    assert first is not None and second is not None and first.key != second.key
     with pytest.raises(InputError, match=r"bad\.ply"):
         library.baked(3)
 
@@ -95,7 +101,9 @@ def test_a_scene_bakes_what_is_missing_at_once(tiny_scene, tmp_path, monkeypatch
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc"), reason="only Linux says whose child a process is")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_home, number):
+def test_an_interrupted_bake_leaves_whole_files_and_no_process(
+    tmp_path: Path, cache_home: Path, number: signal.Signals
+) -> None:
     meshes = [write_ply(tmp_path / f"b{k:02}.ply", shapes.sphere(1 + k, columns=64, rows=32)) for k in range(20)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     command = [
@@ -114,6 +122,7 @@ def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_h
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
+        assert process.stdout is not None
         line = process.stdout.readline()
         workers = children(process.pid)
         process.send_signal(number)
@@ -130,7 +139,7 @@ def test_an_interrupted_bake_leaves_whole_files_and_no_process(tmp_path, cache_h
         assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
-def children(pid):
+def children(pid: int) -> list[int]:
     """The processes that `pid` started."""
     found = []
     for folder in os.listdir("/proc"):
@@ -144,7 +153,7 @@ def children(pid):
     return found
 
 
-def alive(pid):
+def alive(pid: int) -> bool:
     try:
         with open(f"/proc/{pid}/stat") as stat:
             return stat.read().rsplit(")", 1)[1].split()[0] != "Z"
@@ -152,7 +161,9 @@ def alive(pid):
         return False
 
 
-def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(meshes, tmp_path, monkeypatch):
+def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(
+    meshes: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     job = jobs_of(meshes)[0]
     list(bake_all([job], 1, ignore))
@@ -160,7 +171,7 @@ def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(meshes, tmp_pa
     cached.parent.mkdir(parents=True)
     job.out.rename(cached)
 
-    def vanished(source, target):
+    def vanished(source: Path, target: Path) -> NoReturn:
         target.write_bytes(b"half a file")
         raise FileNotFoundError(source)
 
@@ -170,12 +181,14 @@ def test_a_cached_file_that_vanishes_before_it_is_copied_is_baked(meshes, tmp_pa
 
 
 @pytest.mark.parametrize("place", ["depthwalk.assets.batch_bake.write_baked", "os.replace"])
-def test_a_file_that_cannot_be_written_fails_its_own_job_only(meshes, monkeypatch, place):
+def test_a_file_that_cannot_be_written_fails_its_own_job_only(
+    meshes: list[Path], monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
     owner, name = place.rsplit(".", 1)
     module = sys.modules[owner]
     original = getattr(module, name)
 
-    def full(*arguments):
+    def full(*arguments: Any) -> Any:
         if any(Path(what).name == "ball0" + SUFFIX for what in arguments if isinstance(what, Path)):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return original(*arguments)

@@ -2,7 +2,10 @@
 
 import gc
 import weakref
+from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,20 +19,23 @@ from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.parts import ModelParams
 from depthwalk.errors import InputError
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.range_image import RangeImage
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from files import write_ply
 
 
-def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
-    read = []
+    read: list[Any] = []
 
-    def watched(*arguments, **options):
+    def watched(*arguments: Path, **options: Any) -> Mesh:
         mesh = load_mesh(*arguments, **options)
         read.append(weakref.ref(mesh))
         return mesh
 
-    load_mesh = depthwalk.assets.asset_files.load_mesh
     monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", watched)
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.baked(0) is not None
@@ -39,7 +45,9 @@ def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene, tmp_path, monkeypatch):
     assert library.mesh(0) is drawn and len(read) == 2
 
 
-def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_that_is_there_already_is_baked(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
     library = SceneLibrary(load_scene(tiny_scene).assets)
     assert library.mesh(0) is not None
@@ -47,26 +55,32 @@ def test_a_mesh_that_is_there_already_is_baked(tiny_scene, tmp_path, monkeypatch
     assert library.baked(0) is not None
 
 
-def test_depth_images_that_are_there_are_told_of_too(tiny_scene, tmp_path, monkeypatch):
+def test_depth_images_that_are_there_are_told_of_too(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     for kept in (False, True):
-        told = []
+        told: list[Any] = []
         SceneLibrary(load_scene(tiny_scene).assets, lambda *what, told=told: told.append(what)).baked(0)
         assert told[0] == ("ball", "depth images") and (len(told) == 1) == kept
 
 
-def replace_ball(scene, radius):
+def replace_ball(scene: Path, radius: float) -> Path:
     """Puts another ball in the place of the scene's."""
     return write_ply(scene.with_name("ball.ply"), shapes.sphere(radius, columns=32, rows=16))
 
 
-def size_of(library):
+def size_of(library: SceneLibrary) -> float:
     """Half the height of the ball as its depth images show it, metres."""
-    cylinder = library.baked(0).parts[0].cylinder
+    baked = library.baked(0)
+    assert baked is not None
+    cylinder = baked.parts[0].cylinder
     return (cylinder.top - cylinder.bottom) / 2
 
 
-def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = load_scene(tiny_scene).assets
     replace_ball(tiny_scene, 1.0)
@@ -75,14 +89,17 @@ def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(tiny_scene
     replace_ball(tiny_scene, 2.0)
     assert size_of(library) == pytest.approx(2, abs=0.1)
     after = library.key(0)
-    assert library.baked(0).key == after != before
+    baked = library.baked(0)
+    assert baked is not None and baked.key == after != before
     assert SceneLibrary(assets).key(0) == after
     replace_ball(tiny_scene, 1.0)
     again = SceneLibrary(assets)
     assert size_of(again) == pytest.approx(1, abs=0.1) and again.key(0) == before
 
 
-def test_a_mesh_replaced_after_it_was_read_poisons_no_key(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_replaced_after_it_was_read_poisons_no_key(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = load_scene(tiny_scene).assets
     replace_ball(tiny_scene, 1.0)
@@ -96,13 +113,15 @@ def test_a_mesh_replaced_after_it_was_read_poisons_no_key(tiny_scene, tmp_path, 
     assert fresh.mesh_levels(0)[-1].mesh.bounds[1][1] > 1.5 * levels[-1].mesh.bounds[1][1]
 
 
-def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monkeypatch):
+def test_a_mesh_replaced_while_it_is_baked_to_a_file(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (spec,) = load_scene(tiny_scene).assets
+    assert isinstance(spec, MeshAsset)
     replace_ball(tiny_scene, 1.0)
     key = mesh_key(spec, ModelParams(resolution=32, layers=1))
-    load_mesh = depthwalk.assets.asset_files.load_mesh
 
-    def replaced(*arguments, **options):
+    def replaced(*arguments: Path, **options: Any) -> Mesh:
         replace_ball(tiny_scene, 2.0)
         return load_mesh(*arguments, **options)
 
@@ -115,7 +134,9 @@ def test_a_mesh_replaced_while_it_is_baked_to_a_file(tiny_scene, tmp_path, monke
 
 
 @pytest.mark.parametrize("times", [1, 100])
-def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monkeypatch, times):
+def test_a_range_image_that_changes_while_it_is_read(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     file, left = tiny_scene.with_name("d.npy"), times
     np.save(file, np.linspace(1, 1.2, 20 * 20, dtype=np.float32).reshape(20, 20))
@@ -124,7 +145,7 @@ def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monke
     (spec,) = load_scene(tiny_scene).assets
     read = depthwalk.assets.asset_files.read_range_image
 
-    def changing(spec):
+    def changing(spec: DepthImageAsset) -> RangeImage:
         nonlocal left
         image = read(spec)
         if left > 0:
@@ -139,15 +160,18 @@ def test_a_range_image_that_changes_while_it_is_read(tiny_scene, tmp_path, monke
         with pytest.raises(InputError, match=r"d\.npy: .*changes while it is read"):
             library.baked(0)
         return
-    assert library.baked(0).key == library.key(0) == SceneLibrary((spec,)).key(0) != first
+    baked = library.baked(0)
+    assert baked is not None and baked.key == library.key(0) == SceneLibrary((spec,)).key(0) != first
 
 
-def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(tiny_scene, tmp_path, monkeypatch, caplog):
+def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     names = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32, layers: 1}}}}" for k in (1, 2))
     tiny_scene.write_text(f"version: 1\nassets: {{{names}}}\n")
 
-    def ended(*arguments):
+    def ended(*arguments: object) -> Iterator[object]:
         raise BrokenProcessPool("A process in the process pool was terminated abruptly")
         yield
 

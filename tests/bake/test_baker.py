@@ -1,5 +1,7 @@
 """Depth images of known shapes, the cut, ownership, the file and the cache."""
 
+from pathlib import Path
+
 import numpy as np
 import OpenEXR
 import pytest
@@ -9,16 +11,17 @@ from depthwalk.bake.cache import bake_key, find_baked, keep_baked, sidecar
 from depthwalk.bake.face_grid import FaceGrid, texel_centres
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.grid import grid_cells, grid_nodes, layer_triangles, triangle_places
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.errors import InputError
+from depthwalk.types import Array
 from shapes import bake, box, joined, model_of, sphere
 
 
-def images_of(baked, face):
+def images_of(baked: BakedObject, face: Face) -> list[DepthImage]:
     return [image for image in baked.images if image.face is face]
 
 
-def test_a_sphere_has_known_depth():
+def test_a_sphere_has_known_depth() -> None:
     baked = bake(sphere(columns=512, rows=256), resolution=128, layers=1)
     radius = baked.cylinder.radius
     side = images_of(baked, Face.SIDE)[0]
@@ -35,7 +38,7 @@ def test_a_sphere_has_known_depth():
     assert np.isinf(top.depth[squared > 1.01]).all()
 
 
-def test_points_lie_on_the_surface_and_normals_point_out():
+def test_points_lie_on_the_surface_and_normals_point_out() -> None:
     baked = bake(sphere(), resolution=64, layers=3)
     for image in baked.images:
         solid = np.isfinite(image.depth)
@@ -44,14 +47,14 @@ def test_points_lie_on_the_surface_and_normals_point_out():
         assert np.einsum("ni,ni->n", points, image.normal[solid]).min() > 0.99
 
 
-def test_layers_are_front_faces_in_order():
+def test_layers_are_front_faces_in_order() -> None:
     shelves = joined(*[box(1.0, 0.1, 1.0, (0, y, 0)) for y in (0.05, 0.55, 1.05)])
     baked = bake(shelves, resolution=32, layers=3)
     depths = np.array([image.depth[16, 16] for image in images_of(baked, Face.TOP)])
     assert baked.cylinder.top - depths == pytest.approx([1.1, 0.6, 0.1], abs=2e-3)
 
 
-def corners_of(baked, face, level):
+def corners_of(baked: BakedObject, face: Face, level: int) -> Array:
     """3-D corners (n, 3, 3) of the triangles of one face."""
     images = images_of(baked, face)
     points = np.stack([FaceGrid.of(baked.cylinder, image).points(image.depth).reshape(-1, 3) for image in images])
@@ -59,7 +62,7 @@ def corners_of(baked, face, level):
 
 
 @pytest.mark.parametrize("level", [0, 1, 2, 3])
-def test_a_step_is_cut_at_every_level(level):
+def test_a_step_is_cut_at_every_level(level: int) -> None:
     """A post before a plate: no triangle may bridge the air between them."""
     post = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
     baked = bake(post, resolution=128)
@@ -70,7 +73,7 @@ def test_a_step_is_cut_at_every_level(level):
     assert not bridging.any()
 
 
-def test_a_slope_is_not_cut():
+def test_a_slope_is_not_cut() -> None:
     """Every cell of a sphere's side image is surface, at every step, except at the poles."""
     baked = bake(sphere(), resolution=128, layers=1)
     side = images_of(baked, Face.SIDE)[0]
@@ -80,7 +83,7 @@ def test_a_slope_is_not_cut():
         assert (side.cells[level][middle] == (1 | 1 << 7)).all()
 
 
-def test_a_surface_goes_on_behind_an_edge():
+def test_a_surface_goes_on_behind_an_edge() -> None:
     """Where the post hides the plate from above, plate triangles continue on the second layer."""
     step = joined(box(2.0, 0.2, 2.0, (0, 0.1, 0)), box(0.8, 0.1, 0.8, (0, 1.0, 0)))
     baked = bake(step, resolution=128, layers=2)
@@ -94,7 +97,7 @@ def test_a_surface_goes_on_behind_an_edge():
     assert plate.sum() * area == pytest.approx(4.0, rel=0.06)  # whole, under the lid too
 
 
-def test_each_surface_belongs_to_the_face_that_sees_it_squarely():
+def test_each_surface_belongs_to_the_face_that_sees_it_squarely() -> None:
     baked = bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=128, layers=1)
     side, top = images_of(baked, Face.SIDE)[0], images_of(baked, Face.TOP)[0]
     up = top.normal[..., 1] > 0.9
@@ -107,7 +110,7 @@ def test_each_surface_belongs_to_the_face_that_sees_it_squarely():
     assert (side.owner[walls & (slant > np.radians(42))] != Face.SIDE).mean() > 0.8
 
 
-def test_a_tread_between_two_risers_is_left_to_the_cap():
+def test_a_tread_between_two_risers_is_left_to_the_cap() -> None:
     steps = joined(box(2.0, 0.3, 2.0, (0, 0.15, 0)), box(1.2, 0.3, 1.2, (0, 0.45, 0)))
     baked = bake(steps, resolution=128, layers=2)
     side = images_of(baked, Face.SIDE)
@@ -127,11 +130,11 @@ def test_a_tread_between_two_risers_is_left_to_the_cap():
 @pytest.mark.parametrize(
     ("count", "step", "wraps", "last"), [(16, 4, True, 12), (16, 4, False, 15), (17, 4, False, 16)]
 )
-def test_grids_reach_the_border(count, step, wraps, last):
+def test_grids_reach_the_border(count: int, step: int, wraps: bool, last: int) -> None:
     assert grid_nodes(count, step, wraps)[-1] == last
 
 
-def test_a_file_gives_back_what_was_written(tmp_path):
+def test_a_file_gives_back_what_was_written(tmp_path: Path) -> None:
     baked = bake(joined(box(1, 1, 1, (0, 0.5, 0)), box(0.2, 0.2, 0.2, (0.9, 0.5, 0))), resolution=64)
     path = tmp_path / "x.dpci.exr"
     write_baked(path, model_of(baked))
@@ -155,14 +158,14 @@ def test_a_file_gives_back_what_was_written(tmp_path):
         (b"hello", "not an OpenEXR file"),
     ],
 )
-def test_damaged_files_are_refused(tmp_path, content, message):
+def test_damaged_files_are_refused(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "x.dpci.exr"
     path.write_bytes(content)
     with pytest.raises(InputError, match=f"x.dpci.exr: {message}"):
         read_baked(path)
 
 
-def test_truncated_files_are_refused(tmp_path):
+def test_truncated_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "x.dpci.exr"
     write_baked(path, model_of(bake(sphere(columns=32, rows=16), resolution=32)))
     data = path.read_bytes()
@@ -172,14 +175,14 @@ def test_truncated_files_are_refused(tmp_path):
             read_baked(path)
 
 
-def test_a_foreign_exr_is_refused(tmp_path):
+def test_a_foreign_exr_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "x.exr"
     OpenEXR.File({"type": OpenEXR.scanlineimage}, {"R": np.zeros((4, 4), np.float32)}).write(str(path))
     with pytest.raises(InputError, match="not one of baked depth images"):
         read_baked(path)
 
 
-def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path, monkeypatch):
+def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("depthwalk.cache.cache_folder", lambda: tmp_path / "cache")
     mesh = sphere(columns=32, rows=16)
     key = bake_key("source", resolution=32)
@@ -187,14 +190,16 @@ def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path, monkeypatch):
     source = tmp_path / "ball.ply"
     assert find_baked(source, key) is None
     path = keep_baked(model_of(bake_object(mesh, BakeParams(resolution=32, layers=1), key)))
-    assert find_baked(source, key).key == key
+    found = find_baked(source, key)
+    assert found is not None and found.key == key
     path.write_bytes(b"damaged")
     assert find_baked(source, key) is None
     write_baked(sidecar(source), model_of(bake_object(mesh, BakeParams(resolution=32, layers=1), key)))
-    assert find_baked(source, key).key == key
+    found = find_baked(source, key)
+    assert found is not None and found.key == key
 
 
-def border_area(baked, face, level):
+def border_area(baked: BakedObject, face: Face, level: int) -> float:
     """Surface covered by one face's triangles, border included."""
     images = images_of(baked, face)
     points = np.concatenate([FaceGrid.of(baked.cylinder, image).points(image.depth).reshape(-1, 3) for image in images])
@@ -207,14 +212,14 @@ def border_area(baked, face, level):
 
 
 @pytest.mark.parametrize("level", [0, 1, 2])
-def test_borders_complete_a_surface_to_its_edge(level):
+def test_borders_complete_a_surface_to_its_edge(level: int) -> None:
     """The lid of a box, 1.0 × 0.7 m, covers a whole number of cells only by chance."""
     baked = bake(box(1.0, 0.3, 0.7, (0, 0.15, 0)), resolution=64, layers=1)
     cell = 2 * baked.cylinder.radius / 64 * 2**level
     assert border_area(baked, Face.TOP, level) == pytest.approx(0.7, abs=0.2 * cell)  # corners are cut, edges are not
 
 
-def test_thin_things_do_not_fall_through_the_grid():
+def test_thin_things_do_not_fall_through_the_grid() -> None:
     """A rod thinner than a texel of the cap, hit by one row of rays."""
     rod = joined(box(1.0, 0.02, 0.015, (0, 0.5, 0.011)), box(1.0, 0.1, 1.0, (0, 0.05, 0)))
     baked = bake(rod, resolution=64, layers=2)

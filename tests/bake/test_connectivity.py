@@ -10,10 +10,11 @@ from depthwalk.bake.baker import BakeParams, cast_face
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Face, enclosing_cylinder
 from depthwalk.bake.raycast import RayCaster
+from depthwalk.types import Array
 from shapes import box, joined
 
 
-def samples(size, layers, face):
+def samples(size: int, layers: int, face: Face) -> tuple[RayCaster, FaceGrid, Array]:
     """Caster, grid of the face and depths (L, size, size) of a post before a plate."""
     mesh = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
     caster, cylinder = RayCaster(mesh), enclosing_cylinder(mesh.positions)
@@ -22,7 +23,7 @@ def samples(size, layers, face):
 
 
 @pytest.mark.parametrize("face", Face)
-def test_batches_do_not_show(face, monkeypatch):
+def test_batches_do_not_show(face: Face, monkeypatch: pytest.MonkeyPatch) -> None:
     given = samples(64, 3, face)
     whole = connectivity.connect(*given, 3)
     monkeypatch.setattr(connectivity, "_BATCH", 37)  # divides no grid
@@ -34,7 +35,7 @@ def test_batches_do_not_show(face, monkeypatch):
             np.testing.assert_array_equal(whole_codes, part_codes)
 
 
-def test_memory_hardly_grows_with_the_image():
+def test_memory_hardly_grows_with_the_image() -> None:
     """512² × 3: all at once took 170 MB; the grid's own corners, 32 bytes a cell, and the result stay."""
     given = samples(512, 3, Face.SIDE)
     tracemalloc.start()

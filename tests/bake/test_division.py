@@ -14,7 +14,7 @@ PARAMS = BakeParams(resolution=32, layers=1)
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_a_cut_leaves_each_point_on_one_side(seed):
+def test_a_cut_leaves_each_point_on_one_side(seed: int) -> None:
     random = np.random.default_rng(seed)
     normal = random.normal(size=3)
     plane = np.append(normal / np.linalg.norm(normal), random.normal())
@@ -25,28 +25,28 @@ def test_a_cut_leaves_each_point_on_one_side(seed):
     np.testing.assert_allclose(above.beyond(points), -below.beyond(points))
 
 
-def test_all_of_space_holds_everything():
+def test_all_of_space_holds_everything() -> None:
     assert Cell().holds(np.random.default_rng(0).normal(size=(9, 3))).all()
 
 
-def test_a_margin_takes_in_faces_beyond_the_plane():
+def test_a_margin_takes_in_faces_beyond_the_plane() -> None:
     mesh = joined(box(1.0, 1.0, 1.0, (-2, 0, 0)), box(1.0, 1.0, 1.0, (2, 0, 0)))
     left, _ = Cell().cut(np.array([1.0, 0, 0, 0]))
     counts = [int(part_faces(mesh, left, margin).sum()) for margin in (0.0, 1.6, 2.6)]
     assert counts[0] == 12 < counts[1] < counts[2] == 24
 
 
-def test_a_ball_stays_whole():
+def test_a_ball_stays_whole() -> None:
     mesh = sphere(columns=32, rows=16)
     (cell,) = divide(mesh, RayCaster(mesh), PARAMS, 2 / 32, None)
     assert len(cell.planes) == 0
 
 
 @pytest.mark.parametrize("most", [1, 2])
-def test_there_are_as_many_parts_as_asked_for_where_they_are_of_use(most):
+def test_there_are_as_many_parts_as_asked_for_where_they_are_of_use(most: int) -> None:
     balls = [sphere(radius=0.3, columns=24, rows=12) for _ in range(6)]
     for number, ball in enumerate(balls):
-        ball.positions[:] += np.float32((1.5 * np.cos(number), 0.4 * (number % 3), 1.5 * np.sin(number)))
+        ball.positions[:] += np.array((1.5 * np.cos(number), 0.4 * (number % 3), 1.5 * np.sin(number)), np.float32)
     mesh = joined(*balls)
     cells = divide(mesh, RayCaster(mesh), PARAMS, 3.6 / 32, most)
     assert len(cells) == most

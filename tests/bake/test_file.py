@@ -2,42 +2,47 @@
 
 import errno
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 import OpenEXR
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from depthwalk import limits
 from depthwalk.bake.file import read_baked, read_header, write_baked
 from depthwalk.bake.grid import MAX_STEPS
 from depthwalk.bake.header import inspect_header
-from depthwalk.bake.images import BoundaryStrip, Face
+from depthwalk.bake.images import BakedObject, BoundaryStrip, Face
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
 from shapes import bake, box, joined, model_of
 
+Channels = dict[str, NDArray[Any]]
+Parts = list[tuple[str, dict[str, Any], Channels]]
 _OWN = ("channels", "chunkCount", "name")  # attributes that the library writes itself
 
 
 @pytest.fixture(scope="module")
-def baked():
+def baked() -> BakedObject:
     """Two boxes, three faces of two layers at most, with borders."""
     return bake(joined(box(1, 1, 1, (0, 0.5, 0)), box(0.2, 0.2, 0.2, (0.9, 0.5, 0))), resolution=32, layers=2)
 
 
 @pytest.fixture
-def path(tmp_path, baked):
+def path(tmp_path: Path, baked: BakedObject) -> Path:
     path = tmp_path / "x.dpci.exr"
     write_baked(path, model_of(baked))
     return path
 
 
-def rewrite(path, change):
+def rewrite(path: Path, change: Callable[[Parts], Parts]) -> None:
     """Writes the parts of a file again; `change` gets the list of (name, header, channels) and returns it."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
         parts = [
@@ -51,13 +56,13 @@ def rewrite(path, change):
     OpenEXR.File([OpenEXR.Part(header, channels, name) for name, header, channels in change(parts)]).write(str(path))
 
 
-def refused(path, message):
+def refused(path: Path, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
         read_baked(path)
     assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
 
 
-def identical(one, other):
+def identical(one: Any, other: Any) -> bool:
     """Whether two baked objects, or what they are made of, are the same to the bit."""
     if isinstance(one, np.ndarray):
         return one.dtype == other.dtype and np.array_equal(one, other)
@@ -68,22 +73,24 @@ def identical(one, other):
     return one == other
 
 
-def with_border(baked, **changes):
+def with_border(baked: BakedObject, **changes: Any) -> BakedObject:
     """`baked` with its first border changed."""
     return replace(baked, boundary_strips=(replace(baked.boundary_strips[0], **changes), *baked.boundary_strips[1:]))
 
 
-def test_a_name_that_no_file_may_have_is_the_systems_error(tmp_path, baked):
+def test_a_name_that_no_file_may_have_is_the_systems_error(tmp_path: Path, baked: BakedObject) -> None:
     with pytest.raises(OSError, match="Cannot open"):
         write_baked(tmp_path / f"{'x' * 300}.dpci.exr", model_of(baked))
 
 
-def test_what_is_read_is_written_again_to_the_byte(path, tmp_path):
+def test_what_is_read_is_written_again_to_the_byte(path: Path, tmp_path: Path) -> None:
     write_baked(tmp_path / "again.dpci.exr", read_baked(path))
     assert (tmp_path / "again.dpci.exr").read_bytes() == path.read_bytes()
 
 
-def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, baked, monkeypatch):
+def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(
+    tmp_path: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Rows of lists are no texels, of which images may have 4096."""
     monkeypatch.setattr("depthwalk.bake.file._LIST_WIDTH", 16)
     count = 4096 * 16 + 1
@@ -96,7 +103,9 @@ def test_borders_of_more_entries_than_fit_4096_rows_are_read_back(tmp_path, bake
     np.testing.assert_array_equal(read_baked(tmp_path / "x.dpci.exr").parts[0].boundary_strips[0].triangles, triangles)
 
 
-def test_borders_past_their_limit_are_neither_written_nor_read(path, baked, monkeypatch):
+def test_borders_past_their_limit_are_neither_written_nor_read(
+    path: Path, baked: BakedObject, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = path.read_bytes()
     monkeypatch.setattr(limits, "MAX_BOUNDARY_STRIP_ENTRIES", 4096)
     with pytest.raises(
@@ -107,7 +116,7 @@ def test_borders_past_their_limit_are_neither_written_nor_read(path, baked, monk
     refused(path, r"boundary strips of \d+ entries; at most 4096 are allowed")
 
 
-def test_images_past_their_limit_are_not_read(path, monkeypatch):
+def test_images_past_their_limit_are_not_read(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "MAX_DPCI_RESOLUTION", 31)
     refused(path, "image of 32 texels; at most 31 are allowed")
 
@@ -138,8 +147,8 @@ def test_images_past_their_limit_are_not_read(path, monkeypatch):
         ("radius", None, "header lacks radius"),
     ],
 )
-def test_headers_out_of_range_are_refused(path, attribute, value, message):
-    def change(parts):
+def test_headers_out_of_range_are_refused(path: Path, attribute: str, value: float | str | None, message: str) -> None:
+    def change(parts: Parts) -> Parts:
         for _, header, _ in parts:
             header.pop(f"depthwalk.{attribute}")
             if value is not None:
@@ -152,7 +161,7 @@ def test_headers_out_of_range_are_refused(path, attribute, value, message):
         read_header(path)
 
 
-def test_parts_whose_headers_differ_are_refused(path):
+def test_parts_whose_headers_differ_are_refused(path: Path) -> None:
     rewrite(path, lambda parts: [*parts[:-1], (parts[-1][0], parts[-1][1] | {"depthwalk.radius": 2.0}, parts[-1][2])])
     refused(path, "the headers of its parts differ")
 
@@ -169,8 +178,8 @@ def test_parts_whose_headers_differ_are_refused(path):
         ("triangles.side.0", "border.bottom.5", "unknown part"),
     ],
 )
-def test_parts_of_other_names_are_refused(path, old, new, message):
-    def change(parts):
+def test_parts_of_other_names_are_refused(path: Path, old: str, new: str, message: str) -> None:
+    def change(parts: Parts) -> Parts:
         assert old in [name for name, _, _ in parts]
         return [(new if name == old else name, header, channels) for name, header, channels in parts]
 
@@ -186,7 +195,7 @@ def test_parts_of_other_names_are_refused(path, old, new, message):
         (("top.0", "top.1"), "or its face"),
     ],
 )
-def test_files_that_lack_a_part_are_refused(path, missing, message):
+def test_files_that_lack_a_part_are_refused(path: Path, missing: tuple[str, ...], message: str) -> None:
     rewrite(path, lambda parts: [part for part in parts if part[0] not in missing])
     refused(path, message)
 
@@ -200,8 +209,10 @@ def test_files_that_lack_a_part_are_refused(path, missing, message):
         (lambda old: {name: plane[:16].copy() for name, plane in old.items()}, "its images differ in size"),
     ],
 )
-def test_images_of_another_layout_are_refused(path, channels, message):
-    def change(parts):
+def test_images_of_another_layout_are_refused(
+    path: Path, channels: Callable[[Channels], Channels], message: str
+) -> None:
+    def change(parts: Parts) -> Parts:
         name, header, old = parts[0]
         new = channels(old)
         height, width = next(iter(new.values())).shape
@@ -212,7 +223,7 @@ def test_images_of_another_layout_are_refused(path, channels, message):
     refused(path, message)
 
 
-def test_a_tiny_file_that_claims_large_images_is_refused_before_they_are_decoded(path):
+def test_a_tiny_file_that_claims_large_images_is_refused_before_they_are_decoded(path: Path) -> None:
     """Its images and display window are enlarged in place: 32 texels become 4096."""
     data = bytearray(path.read_bytes())
     for window in (b"dataWindow\0box2i\0\x10\0\0\0", b"displayWindow\0box2i\0\x10\0\0\0"):
@@ -226,7 +237,7 @@ def test_a_tiny_file_that_claims_large_images_is_refused_before_they_are_decoded
     refused(path, r"too short for its \d+ bytes of pixels")
 
 
-def test_corners_on_layers_that_are_not_there_are_refused(tmp_path, baked):
+def test_corners_on_layers_that_are_not_there_are_refused(tmp_path: Path, baked: BakedObject) -> None:
     first = baked.images[0]
     for code in (1 | 7 << 1, 1 | 7 << 4, (1 | 7 << 1) << 7, (1 | 7 << 4) << 7):
         cells = first.cells[0].copy()
@@ -238,7 +249,7 @@ def test_corners_on_layers_that_are_not_there_are_refused(tmp_path, baked):
         refused(tmp_path / "x.dpci.exr", r"part top\.0 has triangles on layers that its face does not have")
 
 
-def test_texels_of_no_face_are_refused(tmp_path, baked):
+def test_texels_of_no_face_are_refused(tmp_path: Path, baked: BakedObject) -> None:
     owner = np.full_like(baked.images[0].owner, len(Face))
     images = (replace(baked.images[0], owner=owner), *baked.images[1:])
     write_baked(tmp_path / "x.dpci.exr", model_of(replace(baked, images=images)))
@@ -246,29 +257,31 @@ def test_texels_of_no_face_are_refused(tmp_path, baked):
 
 
 @pytest.mark.parametrize("place", [(0, 0), (0, 1), (-1, 2)])
-def test_border_triangles_outside_their_face_are_refused(tmp_path, baked, place):
+def test_border_triangles_outside_their_face_are_refused(
+    tmp_path: Path, baked: BakedObject, place: tuple[int, int]
+) -> None:
     triangles = baked.boundary_strips[0].triangles.copy()
     triangles[place] = 1 << 20
     write_baked(tmp_path / "x.dpci.exr", model_of(with_border(baked, triangles=triangles[np.argsort(triangles[:, 0])])))
     refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 points outside its face")
 
 
-def test_border_vertices_outside_their_face_are_refused(tmp_path, baked):
+def test_border_vertices_outside_their_face_are_refused(tmp_path: Path, baked: BakedObject) -> None:
     start = baked.boundary_strips[0].start.copy()
     start[-1] = 1 << 20
     write_baked(tmp_path / "x.dpci.exr", model_of(with_border(baked, start=start)))
     refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 points outside its face")
 
 
-def test_border_places_that_are_no_numbers_are_refused(tmp_path, baked):
+def test_border_places_that_are_no_numbers_are_refused(tmp_path: Path, baked: BakedObject) -> None:
     write_baked(
         tmp_path / "x.dpci.exr", model_of(with_border(baked, rise=np.full_like(baked.boundary_strips[0].rise, np.nan)))
     )
     refused(tmp_path / "x.dpci.exr", r"part border\.top\.0 holds places that are not numbers")
 
 
-def test_info_names_the_fault_of_a_file_and_exits_with_2(path):
-    def change(parts):
+def test_info_names_the_fault_of_a_file_and_exits_with_2(path: Path) -> None:
+    def change(parts: Parts) -> Parts:
         return [(name, header | {"depthwalk.radius": "wide"}, channels) for name, header, channels in parts]
 
     assert CliRunner().invoke(app, ["info", str(path)]).exit_code == 0
@@ -278,7 +291,9 @@ def test_info_names_the_fault_of_a_file_and_exits_with_2(path):
     assert "radius is 'wide', not a finite number" in result.stderr.replace("\n", "")
 
 
-def test_what_the_library_says_of_damage_stays_off_standard_output(path, capsys):
+def test_what_the_library_says_of_damage_stays_off_standard_output(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     data = bytearray(path.read_bytes())
     data[-300] ^= 255
     path.write_bytes(data)
@@ -287,7 +302,7 @@ def test_what_the_library_says_of_damage_stays_off_standard_output(path, capsys)
 
 
 @pytest.fixture(scope="module")
-def valid(tmp_path_factory, baked) -> tuple[Path, bytes, int]:
+def valid(tmp_path_factory: pytest.TempPathFactory, baked: BakedObject) -> tuple[Path, bytes, int]:
     """A file's path and bytes, and where its headers end."""
     path = tmp_path_factory.mktemp("valid") / "x.dpci.exr"
     write_baked(path, model_of(baked))
@@ -296,7 +311,9 @@ def valid(tmp_path_factory, baked) -> tuple[Path, bytes, int]:
 
 
 @given(st.floats(0, 1, exclude_max=True), st.integers(1, 255), st.booleans())
-def test_a_flipped_byte_is_refused_or_does_no_harm(valid, baked, place, flip, in_header):
+def test_a_flipped_byte_is_refused_or_does_no_harm(
+    valid: tuple[Path, bytes, int], baked: BakedObject, place: float, flip: int, in_header: bool
+) -> None:
     path, data, header = valid
     damaged = bytearray(data)
     damaged[int(place * (header if in_header else len(data)))] ^= flip
@@ -311,8 +328,10 @@ def test_a_flipped_byte_is_refused_or_does_no_harm(valid, baked, place, flip, in
 
 
 @pytest.mark.parametrize("read", [read_baked, inspect_header])
-def test_what_the_machine_lacks_is_no_damage(path, monkeypatch, read):
-    def no_memory(*arguments, **options):
+def test_what_the_machine_lacks_is_no_damage(
+    path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
+) -> None:
+    def no_memory(*arguments: object, **options: object) -> NoReturn:
         raise MemoryError
 
     monkeypatch.setattr(OpenEXR, "File", no_memory)
@@ -321,11 +340,13 @@ def test_what_the_machine_lacks_is_no_damage(path, monkeypatch, read):
 
 
 @pytest.mark.parametrize("code, error", [(errno.EMFILE, OSError), (errno.EACCES, InputError)])
-def test_a_file_that_cannot_be_opened_is_not_damaged(path, monkeypatch, code, error):
-    def fail(*arguments, **options):
+def test_a_file_that_cannot_be_opened_is_not_damaged(
+    path: Path, monkeypatch: pytest.MonkeyPatch, code: int, error: type[Exception]
+) -> None:
+    def fail(*arguments: object, **options: object) -> NoReturn:
         raise OSError(code, os.strerror(code), str(path))
 
-    def unopened(*arguments, **options):
+    def unopened(*arguments: object, **options: object) -> NoReturn:
         raise RuntimeError(f"Unable to open '{path}' for read")
 
     monkeypatch.setattr(OpenEXR, "File", unopened)
@@ -334,10 +355,10 @@ def test_a_file_that_cannot_be_opened_is_not_damaged(path, monkeypatch, code, er
         read_baked(path)
 
 
-def test_channels_left_out_for_lack_of_memory_are_no_damage(path, monkeypatch):
+def test_channels_left_out_for_lack_of_memory_are_no_damage(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     original = OpenEXR.File
 
-    def without_pixels(*arguments, **options):
+    def without_pixels(*arguments: Any, **options: Any) -> OpenEXR.File:
         if options.get("separate_channels"):
             print("Warning: Exception raised reading pixel data for part 2 - MemoryError: Unable to allocate 7 KiB")
         return original(*arguments, **options)

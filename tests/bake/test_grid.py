@@ -19,13 +19,13 @@ from shapes import bake, box
 
 
 @pytest.mark.parametrize("side, steps", [(8, 1), (16, 2), (64, 4), (512, 7), (4096, MAX_STEPS)])
-def test_steps_double_as_long_as_eight_cells_remain(side, steps):
+def test_steps_double_as_long_as_eight_cells_remain(side: int, steps: int) -> None:
     assert usable_steps((side, 2 * side)) == steps
 
 
 @pytest.mark.parametrize("face", Face)
 @pytest.mark.parametrize("step", [1, 2, 4])
-def test_cells_cover_every_texel_once(face, step):
+def test_cells_cover_every_texel_once(face: Face, step: int) -> None:
     """By area, in texels: the side image wraps."""
     height, width = 16, 24
     i0, j0, i1, j1 = grid_cells((height, width), face, step)
@@ -36,7 +36,7 @@ def test_cells_cover_every_texel_once(face, step):
 
 
 @pytest.mark.parametrize("face", Face)
-def test_triangles_are_counter_clockwise_from_outside(face):
+def test_triangles_are_counter_clockwise_from_outside(face: Face) -> None:
     cylinder = Cylinder(radius=1.0, bottom=0.0, top=2.0, half_width=1.0, half_depth=1.0)
     side = 16
     grid = FaceGrid(cylinder=cylinder, face=face, height=side, width=side)
@@ -49,7 +49,7 @@ def test_triangles_are_counter_clockwise_from_outside(face):
 
 
 @pytest.mark.parametrize("level", [0, 1, 2])
-def test_triangles_of_a_layer_are_those_that_its_cells_say(level):
+def test_triangles_of_a_layer_are_those_that_its_cells_say(level: int) -> None:
     baked = bake(box(1.0, 0.6, 0.7, (0, 0.3, 0)), 32, 2)
     for image in baked.images:
         half, cell = triangle_places(image, level)

@@ -1,5 +1,7 @@
 """The layout of baked files; damage of whole files is tested in test_file.py."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -27,39 +29,39 @@ from depthwalk.errors import InputError
         ("", 0, ""),
     ],
 )
-def test_names_say_which_object_a_part_is_of(name, number, rest):
+def test_names_say_which_object_a_part_is_of(name: str, number: int, rest: str) -> None:
     assert split_name(name) == (number, rest)
 
 
 @pytest.mark.parametrize("steps, pairs", [(1, 1), (2, 1), (3, 2), (7, 4)])
-def test_two_grids_share_a_channel(steps, pairs):
+def test_two_grids_share_a_channel(steps: int, pairs: int) -> None:
     names = channel_names("part2.side.0", steps)
     assert names[: len(CHANNELS)] == CHANNELS and len(names) == len(CHANNELS) + pairs
 
 
-def test_lists_are_told_from_images():
+def test_lists_are_told_from_images() -> None:
     assert is_list("border.side.0") and is_list("part3.triangles.top.1") and not is_list("part3.top.1")
     assert channel_names("border.side.0", 7) == ("start", "du", "dv", "rise", "used")
     assert channel_names("part1.triangles.side.0", 7) == ("a", "b", "c", "used")
 
 
 @pytest.mark.parametrize("channel, dtype", [("Z", np.float32), ("R", np.float16), ("cells.3", np.uint32)])
-def test_channels_have_one_type_each(channel, dtype):
+def test_channels_have_one_type_each(channel: str, dtype: type[np.float16] | type[np.float32]) -> None:
     assert channel_type(channel) is dtype
 
 
-def test_entries_have_a_limit(tmp_path, monkeypatch):
+def test_entries_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "MAX_BOUNDARY_STRIP_ENTRIES", 10)
     check_entries(tmp_path / "x", 10)
     with pytest.raises(InputError, match="x: boundary strips of 11 entries; at most 10 are allowed"):
         check_entries(tmp_path / "x", 11)
 
 
-def test_a_missing_file_is_named(tmp_path):
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none\.exr: no such file"):
         inspect_header(tmp_path / "none.exr")
 
 
 @pytest.mark.parametrize("error, line", [(ValueError(" one\ntwo"), "one"), (KeyError(), "KeyError")])
-def test_errors_are_told_in_one_line(error, line):
+def test_errors_are_told_in_one_line(error: KeyError | ValueError, line: str) -> None:
     assert first_line(error) == line

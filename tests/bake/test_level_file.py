@@ -1,40 +1,43 @@
 """Simplified meshes in the cache."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from depthwalk.bake.level_file import find_levels, keep_levels
 from depthwalk.bake.levels import mesh_levels
+from depthwalk.ingest.mesh import MeshLevel
 from shapes import sphere
 
 
 @pytest.fixture
-def cache(tmp_path, monkeypatch):
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("depthwalk.cache.cache_folder", lambda: tmp_path / "baked")
 
 
 @pytest.fixture(scope="module")
-def levels():
+def levels() -> tuple[MeshLevel, ...]:
     return mesh_levels(sphere(columns=32, rows=16))
 
 
-def test_levels_are_found_again(cache, levels):
+def test_levels_are_found_again(cache: None, levels: tuple[MeshLevel, ...]) -> None:
     keep_levels(levels, "abc")
     found = find_levels(levels[0].mesh, "abc")
-    assert len(found) == len(levels) > 1 and found[0].mesh is levels[0].mesh
+    assert found is not None and len(found) == len(levels) > 1 and found[0].mesh is levels[0].mesh
     for one, other in zip(levels, found, strict=True):
         assert one.error == other.error and one.mesh.parts == other.mesh.parts
         for name in ("positions", "normals", "colours", "uv", "faces"):
             np.testing.assert_array_equal(getattr(one.mesh, name), getattr(other.mesh, name))
 
 
-def test_other_keys_have_none(cache, levels):
+def test_other_keys_have_none(cache: None, levels: tuple[MeshLevel, ...]) -> None:
     keep_levels(levels, "abc")
     assert find_levels(levels[0].mesh, "abd") is None
 
 
 @pytest.mark.parametrize("content", [b"", b"not a zip", None])
-def test_damaged_files_are_passed_over(cache, levels, content):
+def test_damaged_files_are_passed_over(cache: None, levels: tuple[MeshLevel, ...], content: bytes | None) -> None:
     path = keep_levels(levels, "abc")
     path.write_bytes(path.read_bytes()[:200] if content is None else content)
     assert find_levels(levels[0].mesh, "abc") is None

@@ -1,6 +1,9 @@
 """Models of several objects: where they are cut, and their files."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,18 +17,19 @@ from depthwalk.bake.parts import ModelParams, bake_model, submesh
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.ingest.mesh import Material, Part
+from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.types import Array
 from files import write_ply
 from shapes import bake, box, joined, sphere
 
 
-def heap(side):
+def heap(side: int) -> Mesh:
     """side³ boxes with gaps between: a line through them meets many surfaces."""
     middles = np.arange(side) - (side - 1) / 2
     return joined(*(box(0.7, 0.7, 0.7, (x, y, z)) for x in middles for y in middles for z in middles))
 
 
-def points_of(model):
+def points_of(model: BakedModel) -> Array:
     """Every sample (n, 3) of a model, asset's frame."""
     return np.concatenate(
         [
@@ -40,12 +44,12 @@ def points_of(model):
 
 
 @pytest.fixture(scope="module")
-def model():
+def model() -> BakedModel:
     """A heap, in as many parts as it takes for one layer."""
     return bake_model(heap(3), ModelParams(resolution=64, layers=1, parts="auto"), "key")
 
 
-def test_what_straddles_a_cut_belongs_to_both_sides():
+def test_what_straddles_a_cut_belongs_to_both_sides() -> None:
     mesh = sphere(1.0, columns=64, rows=32)
     near, far = (part_faces(mesh, cell, 0.0) for cell in Cell().cut(np.array([1.0, 0, 0, 0.25])))
     x = mesh.positions[:, 0][mesh.faces]
@@ -55,7 +59,7 @@ def test_what_straddles_a_cut_belongs_to_both_sides():
     np.testing.assert_array_equal(wider, x.min(1) <= 0.35)
 
 
-def test_a_part_of_a_mesh_keeps_materials_and_corners():
+def test_a_part_of_a_mesh_keeps_materials_and_corners() -> None:
     mesh = joined(box(1, 1, 1, colour=(1, 2, 3)), box(1, 1, 1, (5, 0, 0)), box(1, 1, 1, (9, 0, 0)))
     mesh = replace(
         mesh,
@@ -71,7 +75,7 @@ def test_a_part_of_a_mesh_keeps_materials_and_corners():
 
 
 @pytest.mark.slow
-def test_a_ball_is_one_part_and_a_heap_several(model):
+def test_a_ball_is_one_part_and_a_heap_several(model: BakedModel) -> None:
     assert (
         len(bake_model(sphere(columns=48, rows=24), ModelParams(resolution=32, layers=1, parts="auto"), "").parts) == 1
     )
@@ -79,7 +83,7 @@ def test_a_ball_is_one_part_and_a_heap_several(model):
 
 
 @pytest.mark.slow
-def test_parts_hold_what_one_object_does_not(model):
+def test_parts_hold_what_one_object_does_not(model: BakedModel) -> None:
     """The gaps beside the box in the middle, of which one layer sees nothing from outside."""
     held = points_of(model)
     inside = [
@@ -92,7 +96,7 @@ def test_parts_hold_what_one_object_does_not(model):
 
 
 @pytest.mark.slow
-def test_texels_of_parts_are_about_as_large_as_the_whole_has(model):
+def test_texels_of_parts_are_about_as_large_as_the_whole_has(model: BakedModel) -> None:
     (one,) = bake_model(heap(3), ModelParams(resolution=64, layers=1), "").parts
     size = max(2 * one.cylinder.radius, one.cylinder.height) / 64
     for part in model.parts:
@@ -100,7 +104,7 @@ def test_texels_of_parts_are_about_as_large_as_the_whole_has(model):
         assert 0.5 * size < extent / part.images[0].depth.shape[0] <= 1.01 * size
 
 
-def test_parts_are_at_most_as_many_as_wanted():
+def test_parts_are_at_most_as_many_as_wanted() -> None:
     assert len(bake_model(heap(2), ModelParams(resolution=32, layers=1, parts=2), "").parts) == 2
     for parts in (0, 17):
         with pytest.raises(InputError, match="must be 1 to 16, or auto"):
@@ -108,7 +112,7 @@ def test_parts_are_at_most_as_many_as_wanted():
 
 
 @pytest.mark.slow
-def test_a_file_holds_all_parts(tmp_path, model):
+def test_a_file_holds_all_parts(tmp_path: Path, model: BakedModel) -> None:
     path = tmp_path / "x.dpci.exr"
     write_baked(path, model)
     again = read_baked(path)
@@ -132,7 +136,7 @@ def test_a_file_holds_all_parts(tmp_path, model):
         (lambda part: (part,) * 17, "objects are missing or too many"),
     ],
 )
-def test_files_of_parts_that_do_not_fit_are_refused(tmp_path, parts, message):
+def test_files_of_parts_that_do_not_fit_are_refused(tmp_path: Path, parts: Callable[..., Any], message: str) -> None:
     small = bake(sphere(columns=16, rows=8), resolution=16, layers=1)
     write_baked(tmp_path / "x.dpci.exr", BakedModel(parts=parts(small)))
     with pytest.raises(InputError, match=message):
@@ -155,13 +159,15 @@ def test_files_of_parts_that_do_not_fit_are_refused(tmp_path, parts, message):
     ],
 )
 @pytest.mark.parametrize("command", ["bake", "compare"])
-def test_options_that_say_nothing_of_use_are_refused(tmp_path, command, option, message):
+def test_options_that_say_nothing_of_use_are_refused(
+    tmp_path: Path, command: str, option: Sequence[str], message: str
+) -> None:
     ball = write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4))
     result = CliRunner().invoke(app, [command, str(ball), *option])
     assert (result.exit_code, result.stdout, result.stderr.strip()) == (2, "", message)
 
 
-def test_bake_says_how_many_parts(tmp_path):
+def test_bake_says_how_many_parts(tmp_path: Path) -> None:
     mesh = write_ply(tmp_path / "heap.ply", heap(2))
     arguments = ["--dpci-resolution", "32", "--layers", "1", "--parts", "2", "--axis", "auto"]
     result = CliRunner().invoke(app, ["bake", str(mesh), *arguments])

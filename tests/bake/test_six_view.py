@@ -2,6 +2,8 @@
 
 import logging
 from dataclasses import replace
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -13,14 +15,16 @@ from depthwalk.bake.baker import BakeParams, Refinements, bake_object, cast_face
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.file import read_baked, write_baked
 from depthwalk.bake.grid import layer_triangles
-from depthwalk.bake.images import PAPER_FACES, Face, enclosing_cylinder
+from depthwalk.bake.images import PAPER_FACES, Cylinder, Face, enclosing_cylinder
 from depthwalk.bake.parts import ModelParams
 from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.samples import FaceSamples
 from depthwalk.bake.six_view import sample_six_views
 from depthwalk.commands.cli import app
 from depthwalk.errors import InputError
-from depthwalk.gpu.device import GpuError, headless_device
+from depthwalk.gpu.device import Device, GpuError, headless_device
 from depthwalk.ingest.loader import load_mesh
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply
@@ -29,12 +33,14 @@ from shapes import box, joined, model_of, sphere
 pytestmark = pytest.mark.usefixtures("gl_device")
 
 
-def grid_of(cylinder, face, size):
+def grid_of(cylinder: Cylinder, face: Face, size: int) -> FaceGrid:
     """The texels of one face's square images."""
     return FaceGrid(cylinder=cylinder, face=face, height=size, width=size)
 
 
-def rays_and_views(mesh, size, layers=1):
+def rays_and_views(
+    mesh: Mesh, size: int, layers: int = 1
+) -> tuple[dict[Face, FaceSamples], dict[Face, FaceSamples], Cylinder]:
     """The samples of each face by rays, `layers` deep, and by six views, and the cylinder."""
     cylinder = enclosing_cylinder(mesh.positions)
     caster = RayCaster(mesh)
@@ -43,7 +49,7 @@ def rays_and_views(mesh, size, layers=1):
     return rays, sample_six_views(mesh, cylinder, size), cylinder
 
 
-def agreement(rays, views, cylinder, face):
+def agreement(rays: dict[Face, FaceSamples], views: dict[Face, FaceSamples], cylinder: Cylinder, face: Face) -> float:
     """Part of the texels, of those that either finds filled, whose depths agree within a texel."""
     ray, view = rays[face].samples.depth[0], views[face].samples.depth[0]
     with np.errstate(invalid="ignore"):
@@ -53,7 +59,7 @@ def agreement(rays, views, cylinder, face):
 
 @pytest.mark.parametrize("shape", [sphere(columns=512, rows=256), box(1.0, 2.0, 1.5, (0, 1, 0))], ids=["ball", "box"])
 @pytest.mark.parametrize("face", PAPER_FACES)
-def test_views_see_what_rays_meet(shape, face):
+def test_views_see_what_rays_meet(shape: Mesh, face: Face) -> None:
     rays, views, cylinder = rays_and_views(shape, 128)
     assert agreement(rays, views, cylinder, face) > 0.999
     ray, view = rays[face], views[face]
@@ -65,7 +71,7 @@ def test_views_see_what_rays_meet(shape, face):
     np.testing.assert_array_equal(view.samples.flipped, False)
 
 
-def test_colours_are_those_of_the_place():
+def test_colours_are_those_of_the_place() -> None:
     half = sphere(columns=256, rows=128)
     half.colours[half.positions[:, 0] > 0] = (0, 0, 255)
     _, views, _ = rays_and_views(half, 64)
@@ -77,7 +83,7 @@ def test_colours_are_those_of_the_place():
     assert albedo[..., 3] == pytest.approx(0.15)
 
 
-def test_rays_past_the_axis_meet_the_far_surface():
+def test_rays_past_the_axis_meet_the_far_surface() -> None:
     post = box(0.4, 2.0, 0.6, (0.7, 1, 0))
     rays, views, cylinder = rays_and_views(post, 256)
     side = views[Face.SIDE]
@@ -87,7 +93,7 @@ def test_rays_past_the_axis_meet_the_far_surface():
     assert agreement(rays, views, cylinder, Face.SIDE) > 0.99
 
 
-def test_nothing_hangs_between_surfaces():
+def test_nothing_hangs_between_surfaces() -> None:
     """A post before a plate: every sample lies on one of the surfaces along its ray."""
     scene = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
     rays, views, cylinder = rays_and_views(scene, 128, layers=4)
@@ -99,20 +105,20 @@ def test_nothing_hangs_between_surfaces():
         assert (off < 2 * grid_of(cylinder, face, 128).longest_texel).mean() > 0.999
 
 
-def test_only_the_nearest_surface_is_kept():
+def test_only_the_nearest_surface_is_kept() -> None:
     """A ball between four walls."""
     walls = [box(1.9, 2.0, 0.1, (0, 1, z)) for z in (-0.95, 0.95)] + [
         box(0.1, 2.0, 1.9, (x, 1, 0)) for x in (-0.95, 0.95)
     ]
     ball = sphere(radius=0.3, columns=64, rows=32)
-    ball = replace(ball, positions=ball.positions + np.float32([0, 0.7, 0]))
+    ball = replace(ball, positions=ball.positions + np.array([0, 0.7, 0], np.float32))
     _, views, cylinder = rays_and_views(joined(*walls, ball), 64)
     side = views[Face.SIDE].samples.depth[0]
     assert np.isfinite(side).all()
     assert side.max() < cylinder.radius - 0.9  # of the walls: the ball is 0.3 from the axis
 
 
-def test_sampling_is_deterministic():
+def test_sampling_is_deterministic() -> None:
     mesh = sphere(columns=64, rows=32)
     cylinder = enclosing_cylinder(mesh.positions)
     first, second = (sample_six_views(mesh, cylinder, 32)[Face.SIDE] for _ in range(2))
@@ -121,8 +127,8 @@ def test_sampling_is_deterministic():
     np.testing.assert_array_equal(first.albedo, second.albedo)
 
 
-def test_a_baked_object_is_complete(tmp_path):
-    stages = []
+def test_a_baked_object_is_complete(tmp_path: Path) -> None:
+    stages: list[str] = []
     mesh = sphere(columns=128, rows=64)
     baked = bake_object(mesh, BakeParams(resolution=64, layers=1, method="six-view"), "key", stages.append)
     assert stages == ["six views", "top", "side", "bottom", "owners", "boundary strips"]
@@ -137,7 +143,7 @@ def test_a_baked_object_is_complete(tmp_path):
     )
 
 
-def test_a_face_that_sees_nothing_has_no_image():
+def test_a_face_that_sees_nothing_has_no_image() -> None:
     mesh = sphere(columns=32, rows=16)
     cylinder = enclosing_cylinder(mesh.positions)
     seen = sample_six_views(mesh, cylinder, 16)[Face.SIDE]
@@ -145,8 +151,10 @@ def test_a_face_that_sees_nothing_has_no_image():
     assert connect_face(RayCaster(mesh), grid_of(cylinder, Face.SIDE, 16), empty, 1) == []
 
 
-def test_the_callers_context_stays_current_and_all_is_released(gl_device, monkeypatch):
-    made = []
+def test_the_callers_context_stays_current_and_all_is_released(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[Device] = []
     monkeypatch.setattr(six_view, "headless_device", lambda: made.append(headless_device()) or made[0])
     scope = gl_device.scope("test")
     mesh = sphere(columns=32, rows=16)
@@ -157,8 +165,8 @@ def test_the_callers_context_stays_current_and_all_is_released(gl_device, monkey
     assert len(made) == 1 and not +made[0].live
 
 
-def test_missing_opengl_is_named(monkeypatch):
-    def none():
+def test_missing_opengl_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none() -> None:
         raise GpuError("no OpenGL 3.3 context: nothing here")
 
     monkeypatch.setattr(six_view, "headless_device", none)
@@ -168,12 +176,12 @@ def test_missing_opengl_is_named(monkeypatch):
     assert bake_object(mesh, BakeParams(resolution=16, layers=1), "").images
 
 
-def test_six_views_make_one_layer():
+def test_six_views_make_one_layer() -> None:
     with pytest.raises(InputError, match="layers 2: method six-view sees one surface per ray"):
         BakeParams(resolution=64, layers=2, method="six-view")
 
 
-def test_the_key_names_the_method(tmp_path):
+def test_the_key_names_the_method(tmp_path: Path) -> None:
     spec = MeshAsset(
         name="ball",
         mesh=write_ply(tmp_path / "ball.ply", sphere(columns=8, rows=4)),
@@ -187,20 +195,22 @@ def test_the_key_names_the_method(tmp_path):
     assert keys[0] == mesh_key(spec, ModelParams(resolution=64, layers=1))
 
 
-def test_a_scene_names_the_method(tiny_scene):
+def test_a_scene_names_the_method(tiny_scene: Path) -> None:
     text = tiny_scene.read_text()
     tiny_scene.write_text(text.replace("layers: 1", "method: six-view"))
-    dpci = load_scene(tiny_scene).assets[0].dpci
+    (asset,) = load_scene(tiny_scene).assets
+    assert isinstance(asset, MeshAsset) and asset.dpci is not None
+    dpci = asset.dpci
     assert (dpci.method, dpci.layers) == ("six-view", 1)
     tiny_scene.write_text(text.replace("layers: 1", "method: six-view, layers: 2"))
     with pytest.raises(InputError, match=r"scene\.yaml:3:\d+: assets\.ball\.dpci: method six-view .* layers must be 1"):
         load_scene(tiny_scene)
 
 
-def test_the_command_bakes_by_six_views(tmp_path, monkeypatch):
+def test_the_command_bakes_by_six_views(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = logging.getLogger("depthwalk")
     before = log.handlers, log.propagate, log.level
-    used = []
+    used: list[tuple[object, ...]] = []
     sample = sample_six_views
     monkeypatch.setattr(six_view, "sample_six_views", lambda *given: used.append(given) or sample(*given))
     try:
@@ -219,7 +229,7 @@ def test_the_command_bakes_by_six_views(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("model", "up", "least"), [("nefertiti", "z", 0.99), ("stanford-bunny", "y", 0.99), ("spot", "y", 0.94)]
 )
-def test_real_models_agree(real_scenes, model, up, least):
+def test_real_models_agree(real_scenes: Path, model: str, up: Literal["y", "z"], least: float) -> None:
     mesh = load_mesh(real_scenes / "models" / f"{model}.obj", up=up, height=2.0)
     rays, views, cylinder = rays_and_views(mesh, 256)
     assert agreement(rays, views, cylinder, Face.SIDE) > least
@@ -227,7 +237,7 @@ def test_real_models_agree(real_scenes, model, up, least):
     assert agreement(rays, views, cylinder, Face.BOTTOM) > 0.999
 
 
-def test_gaps_a_texel_wide_are_closed_but_no_steps():
+def test_gaps_a_texel_wide_are_closed_but_no_steps() -> None:
     texels = np.zeros((4, 8, 12), np.float32)
     texels[:, :, 0], texels[:, :, 8], texels[:, :, -1] = 1, 1, 1
     texels[:, :, 3] = 0.5

@@ -1,6 +1,7 @@
 """What a ray sees where it hits."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,13 +9,14 @@ import pytest
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import face_samples
 from depthwalk.bake.surface import mean_shininess, surface_at
-from depthwalk.ingest.mesh import Material, Part
+from depthwalk.ingest.mesh import Material, Mesh, Part
+from depthwalk.types import Array
 from shapes import mesh_of
 
 DOWN = np.array([[0, -1.0, 0]], np.float32)
 
 
-def card(**changes):
+def card(**changes: Any) -> Mesh:
     """A unit square on y = 0, its texture upright seen from above."""
     positions = [(0, 0, 0), (1, 0, 0), (1, 0, -1), (0, 0, -1)]
     mesh = mesh_of(positions, [(0, 1, 2), (0, 2, 3)], [(0, 1.0, 0)] * 4, colour=(255, 255, 255))
@@ -22,14 +24,14 @@ def card(**changes):
     return replace(mesh, uv=uv, **changes)
 
 
-def seen(mesh, x, z, down=DOWN):
+def seen(mesh: Mesh, x: float, z: float, down: Array = DOWN) -> tuple[Array, Array]:
     origin = np.array([[x, -5 * down[0, 1], z]], np.float32)
     hits = RayCaster(mesh).peel(origin, down, 1, 10.0)
     normal, albedo = surface_at(mesh, hits)
     return normal[0, 0], albedo[0, 0]
 
 
-def test_normals_are_interpolated_and_turned_to_the_viewer():
+def test_normals_are_interpolated_and_turned_to_the_viewer() -> None:
     mesh = card()
     mesh.normals[[1, 2]] = (0.6, 0.8, 0)
     normal, _ = seen(mesh, 0.5, -0.25)
@@ -38,7 +40,7 @@ def test_normals_are_interpolated_and_turned_to_the_viewer():
     np.testing.assert_allclose(seen(mesh, 0.5, -0.25, -DOWN)[0], -expected, atol=1e-5)
 
 
-def test_texture_material_and_colour_are_multiplied():
+def test_texture_material_and_colour_are_multiplied() -> None:
     texture = np.full((4, 4, 4), 255, np.uint8)
     texture[:2] = (0, 0, 0, 255)  # the upper half is black
     mesh = card(materials=(Material((0.5, 1.0, 1.0), texture=texture, specular=0.4),))
@@ -47,18 +49,18 @@ def test_texture_material_and_colour_are_multiplied():
     np.testing.assert_allclose(seen(mesh, 0.5, -0.75)[1], [0, 0, 0, 0.4], atol=1e-6)
 
 
-def test_nothing_is_seen_beside_the_mesh():
+def test_nothing_is_seen_beside_the_mesh() -> None:
     normal, albedo = seen(card(), 3.0, 3.0)
     assert not normal.any() and not albedo.any()
 
 
-def test_shininess_is_the_mean_over_the_faces():
+def test_shininess_is_the_mean_over_the_faces() -> None:
     parts = Part(0, 1, 0), Part(1, 1, 1)
     assert mean_shininess(card(parts=parts, materials=(Material(shininess=10), Material(shininess=30)))) == 20
 
 
 @pytest.mark.parametrize("shape", [(2, 3), (3, 2)])
-def test_samples_have_the_images_shape(shape):
+def test_samples_have_the_images_shape(shape: tuple[int, int]) -> None:
     origin = np.array([[x, 5.0, -0.5] for x in np.linspace(0.1, 1.6, 6)], np.float32)
     hits = RayCaster(card()).peel(origin, np.repeat(DOWN, 6, axis=0), 2, 10.0)
     found = face_samples(card(), hits, shape)

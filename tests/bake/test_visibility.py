@@ -15,7 +15,7 @@ from shapes import sphere
 ROWS = 128
 
 
-def inside_kept(rows):
+def inside_kept(rows: int) -> float:
     """Part of the samples inside a sphere that stay, as the top cap sees them through its shell; without so many `rows`
     of triangles at the pole."""
     mesh = sphere(rows=ROWS)
@@ -29,14 +29,14 @@ def inside_kept(rows):
 
 
 @pytest.mark.parametrize("rows", [6, 12])
-def test_what_is_seen_through_a_hole_stays_whole(rows):
+def test_what_is_seen_through_a_hole_stays_whole(rows: int) -> None:
     """1/185 and 1/47 of the directions. Did rays speak but for what is near, what stays would be full of holes."""
     assert inside_kept(rows) == 1
 
 
-def test_a_stray_ray_keeps_little():
+def test_a_stray_ray_keeps_little() -> None:
     assert 0 < inside_kept(1) < 0.1
 
 
-def test_nothing_of_the_inside_of_a_closed_shell_stays():
+def test_nothing_of_the_inside_of_a_closed_shell_stays() -> None:
     assert inside_kept(0) == 0

@@ -1,33 +1,38 @@
 """The benchmark: its report, and that times belong to the frames they are said to."""
 
 import json
+from collections.abc import Sequence
+from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import depthwalk
 from depthwalk.bench import measure as bench
 from depthwalk.bench.report import to_html, to_json
 from depthwalk.commands.cli import app
+from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import load_path
 
 SPREAD = {"p50", "p95", "p99", "max", "mean"}
 
 
-def run(*arguments):
+def run(*arguments: int | Path | str) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.mark.gl
-def test_json_is_the_public_contract(tiny_scene, tmp_path):
+def test_json_is_the_public_contract(tiny_scene: Path, tmp_path: Path) -> None:
     out, page = tmp_path / "b.json", tmp_path / "b.html"
     walk = tiny_scene.with_name("walk.yaml")
     files = ("--path", walk, "--json", out, "--html", page)
-    shape = ("--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh")
-    shape += ("--set", "render.lod.magnification=0")  # no mesh stands in for the depth image
-    result = run("bench", tiny_scene, *files, *shape)
+    shape = "--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh"
+    bare = "--set", "render.lod.magnification=0"  # no mesh stands in for the depth image
+    result = run("bench", tiny_scene, *files, *shape, *bare)
     assert result.exit_code == 0, result.stderr
     report = json.loads(out.read_text())
     assert list(report) == ["version", "commit", "renderer", "timer", "resolution", "scene", "path", "runs"]
@@ -51,7 +56,7 @@ def test_json_is_the_public_contract(tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_a_still_camera_needs_no_path(tiny_scene, tmp_path):
+def test_a_still_camera_needs_no_path(tiny_scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "b.json"
     result = run("bench", tiny_scene, "--json", out, "--resolution", "32,32", "--frames", 2, "--warmup", 0)
     assert result.exit_code == 0, result.stderr
@@ -72,7 +77,7 @@ def test_a_still_camera_needs_no_path(tiny_scene, tmp_path):
         (["--html", "{d}/scene.yaml"], "{d}/scene.yaml: would overwrite what is measured, or the other report"),
     ],
 )
-def test_bench_refuses(tiny_scene, arguments, message):
+def test_bench_refuses(tiny_scene: Path, arguments: Sequence[str], message: str) -> None:
     folder = tiny_scene.parent
     result = run("bench", tiny_scene, *(argument.format(d=folder) for argument in arguments))
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message.format(d=folder) + "\n")
@@ -81,17 +86,18 @@ def test_bench_refuses(tiny_scene, arguments, message):
 class LateTimers:
     """Publishes a frame's times, its number, `lag` frames later, as timer queries do; of each `every`-th frame."""
 
-    def __init__(self, lag, every):
-        self.lag, self.every, self.milliseconds = lag, every, {}
+    def __init__(self, lag: int, every: int) -> None:
+        self.lag, self.every = lag, every
+        self.milliseconds: dict[str, float] = {}
         self.frame, self.of_frame, self.next = 0, -1, 0
 
-    def time_next(self):
+    def time_next(self) -> None:
         self.next = self.frame
 
-    def awaited(self, frame):
+    def awaited(self, frame: int) -> bool:
         return self.of_frame < frame and self.lag > 0
 
-    def draw(self, view):
+    def draw(self, view: View) -> None:
         published = self.frame - self.lag
         if published >= 0 and (published - self.next) % self.every == 0:
             self.of_frame, self.milliseconds = published, {"warp": float(published)}
@@ -99,7 +105,7 @@ class LateTimers:
 
 
 @pytest.mark.parametrize(("lag", "every", "mean", "again_mean"), [(0, 1, 3, 5.5), (4, 1, 3, 9.5), (0, 2, 3, 5)])
-def test_times_belong_to_the_measured_frames(lag, every, mean, again_mean):
+def test_times_belong_to_the_measured_frames(lag: int, every: int, mean: int, again_mean: float) -> None:
     timers = LateTimers(lag, every)
     plan = SimpleNamespace(counts={"objects": 3})
     headless = SimpleNamespace(
@@ -109,30 +115,34 @@ def test_times_belong_to_the_measured_frames(lag, every, mean, again_mean):
         renderer=SimpleNamespace(timers=timers, plan=plan),
     )
     ticks = []
-    run = bench.measure(headless, "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 3, 2, lambda: ticks.append(1))
+    run = bench.measure(
+        cast(HeadlessRenderer, headless), "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 3, 2, lambda: ticks.append(1)
+    )
     assert len(ticks) == run.frames == len(run.frame_times) == 3
     assert run.passes_ms["warp"].max == 4 and run.passes_ms["warp"].mean == mean  # frames 2, 3 and 4, or not 3
     assert run.counts == {"objects": 3}
-    again = bench.measure(headless, "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 2, 0, lambda: None)
+    again = bench.measure(
+        cast(HeadlessRenderer, headless), "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 2, 0, lambda: None
+    )
     assert again.passes_ms["warp"].mean == again_mean  # the first call drew `lag` more
 
 
-def test_spread_of_known_times():
+def test_spread_of_known_times() -> None:
     assert bench.spread([float(k) for k in range(1, 102)]) == bench.Spread(p50=51, p95=96, p99=100, max=101, mean=51)
 
 
-def test_a_pass_that_some_frames_lack_counts_as_nothing():
+def test_a_pass_that_some_frames_lack_counts_as_nothing() -> None:
     assert bench._columns([{"a": 1.0}, {"a": 3.0, "b": 2.0}]) == {"a": [1, 3], "b": [0, 2]}
 
 
-def test_frames_spread_over_the_whole_path(tiny_scene):
+def test_frames_spread_over_the_whole_path(tiny_scene: Path) -> None:
     path = load_path(tiny_scene.with_name("walk.yaml"))
     assert bench.sample_path(path, None) == [path.sample(time) for time in (0, 1, 2)]
     assert bench.sample_path(path, 5) == [path.sample(time) for time in (0, 0.5, 1, 1.5, 2)]
     assert bench.sample_path(path, 1) == [path.sample(0)]
 
 
-def test_names_are_escaped_in_the_page():
+def test_names_are_escaped_in_the_page() -> None:
     spread = bench.Spread(p50=1, p95=1, p99=1, max=1, mean=1)
     run = bench.Run(
         representation="<dpci>",

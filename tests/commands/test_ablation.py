@@ -1,8 +1,10 @@
 """The ablation: rows from the paper's method to what the program does, a step at a time."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,18 +13,21 @@ from typer.testing import CliRunner
 import shapes
 from depthwalk.bake.baker import EVERYTHING, BakeParams, bake_object
 from depthwalk.bake.grid import layer_triangles
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.commands import ablation
 from depthwalk.commands.ablation import LAYERS, Ablation, Row, ablate, main, setups, to_json, to_markdown
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.program import as_program
+from depthwalk.gpu.device import Device
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.views import FEW
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.types import Rows
 from files import write_ply
 
 
 @pytest.fixture(scope="module")
-def posts():
+def posts() -> Mesh:
     """Two posts on a plate, one before the other: each layer of an image leaps from one to the next."""
     return shapes.joined(
         shapes.box(0.2, 1, 0.2, centre=(0.2, 0.5, 0.25)),
@@ -31,16 +36,16 @@ def posts():
     )
 
 
-def bake_without(mesh, *names):
+def bake_without(mesh: Mesh, *names: str) -> BakedObject:
     refinements = replace(EVERYTHING, **dict.fromkeys(names, False))
     return bake_object(mesh, BakeParams(resolution=32, layers=2, refinements=refinements), "test")
 
 
-def corner_layers(baked):
+def corner_layers(baked: BakedObject) -> Rows:
     return np.concatenate([layer_triangles(image, 0)[0] for image in baked.images])
 
 
-def test_the_first_row_is_the_papers_method_and_the_last_what_the_program_does():
+def test_the_first_row_is_the_papers_method_and_the_last_what_the_program_does() -> None:
     first, *_, last = setups()
     assert first.layers == 1 and not any(asdict(first.refinements).values())
     assert (first.settings.lod.cases, first.settings.warp.tile_mapping) == ("paper", "plane")
@@ -48,7 +53,7 @@ def test_the_first_row_is_the_papers_method_and_the_last_what_the_program_does()
     assert last.layers == LAYERS == BakeParams().layers
 
 
-def test_each_row_adds_one_step():
+def test_each_row_adds_one_step() -> None:
     rows = [asdict(setup) | asdict(setup.refinements) for setup in setups()]
     for before, after in pairwise(rows):
         changed = [key for key in before if before[key] != after[key] and key not in ("title", "refinements")]
@@ -56,7 +61,7 @@ def test_each_row_adds_one_step():
 
 
 @pytest.mark.gl
-def test_each_refinement_can_be_left_out(posts):
+def test_each_refinement_can_be_left_out(posts: Mesh) -> None:
     whole = bake_without(posts)
     uncut, apart = bake_without(posts, "discontinuity_cut"), bake_without(posts, "across_layers")
     assert len(corner_layers(uncut)) > len(corner_layers(whole))
@@ -69,7 +74,9 @@ def test_each_refinement_can_be_left_out(posts):
     assert {image.face for image in bare.images} == {Face.TOP, Face.SIDE, Face.BOTTOM} < {i.face for i in whole.images}
 
 
-def test_the_whole_beats_the_papers_method(gl_device, tmp_path, posts, monkeypatch):
+def test_the_whole_beats_the_papers_method(
+    gl_device: Device, tmp_path: Path, posts: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(ablation, "FEW", FEW[::3])
     mesh = tmp_path / "posts.ply"
     write_ply(mesh, posts)
@@ -81,7 +88,7 @@ def test_the_whole_beats_the_papers_method(gl_device, tmp_path, posts, monkeypat
     assert ours.bytes_disk > paper.bytes_disk > 0 and ours.bytes_gpu > paper.bytes_gpu > 0 < paper.bake_seconds
 
 
-def test_the_rows_as_markdown_and_json():
+def test_the_rows_as_markdown_and_json() -> None:
     row = Row(
         title="first",
         means={"psnr": 30.123, "iou": 0.98765, "flip": 0.05, "holes": 1.5},
@@ -113,6 +120,6 @@ def test_the_rows_as_markdown_and_json():
         (["none.ply", "--json", "nowhere/a.json"], "nowhere/a.json: the folder 'nowhere' does not exist"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(options, message):
+def test_bad_input_is_refused_in_one_line(options: Sequence[str], message: str) -> None:
     result = CliRunner().invoke(as_program(main), options, prog_name="ablation")
     assert (result.exit_code, result.stderr, result.stdout) == (2, message + "\n", "")

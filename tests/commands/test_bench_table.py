@@ -1,10 +1,12 @@
 """The table of costs at equal picture: what is tuned, which objects it takes, and that rows are kept."""
 
 import json
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from depthwalk.bench.equal import TOLERANCE, _picture_flip, coarsened
 from depthwalk.bench.rows import COLUMNS, SETTLING, Walk, most_seen
@@ -17,12 +19,12 @@ from depthwalk.scene.path import load_path
 app = as_program(main)
 
 
-def run(*arguments):
+def run(*arguments: int | Path | str) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture
-def crowd(tiny_scene):
+def crowd(tiny_scene: Path) -> tuple[Path, Path]:
     """The scene with nine balls in a row, and a path of forty frames past them."""
     text = tiny_scene.read_text().replace("- {asset: ball}", "- {grid: {asset: ball, count: [9, 1], spacing: [3, 3]}}")
     tiny_scene.write_text(text)
@@ -36,27 +38,27 @@ def crowd(tiny_scene):
 
 
 @pytest.mark.parametrize("target", [0.5, 3.0, 40.0])
-def test_bisection_finds_the_setting_of_a_picture(target):
+def test_bisection_finds_the_setting_of_a_picture(target: float) -> None:
     setting, flip = coarsened(lambda x: 2.0**x, -3, 8, target)
     assert flip == 2.0**setting and 0.95 < flip / (target * (1 + TOLERANCE)) <= 1
 
 
-def test_bisection_does_not_stop_at_the_first_that_would_do():
+def test_bisection_does_not_stop_at_the_first_that_would_do() -> None:
     setting, flip = coarsened(lambda x: 5.0 + 0.01 * max(x, 0.0), -8, 40, 5.0)
     assert setting == pytest.approx(10, abs=0.2) and flip == pytest.approx(5.1, abs=0.002)
 
 
-def test_bisection_stays_below_a_step():
+def test_bisection_stays_below_a_step() -> None:
     setting, flip = coarsened(lambda x: 1.0 if x < 2.7 else 5.0, 0, 6, 3.0)
     assert flip == 1 and 2.6 < setting < 2.7
 
 
-def test_bisection_ends_where_the_setting_does():
+def test_bisection_ends_where_the_setting_does() -> None:
     assert coarsened(lambda x: x, 0, 6, 9.0) == (6, 6)
     assert coarsened(lambda x: 4.0 + x, 0, 6, 3.9) == (0, 4.0)
 
 
-def test_few_objects_are_those_on_the_way(crowd):
+def test_few_objects_are_those_on_the_way(crowd: tuple[Path, Path]) -> None:
     scene, path = load_scene(crowd[0]), load_path(crowd[1])
     walk = Walk.along(path, 3, 2, 1.0, (64, 48))
     assert len(walk.moments) == 3 and all(len(moment) == SETTLING + 2 for moment in walk.moments)
@@ -66,7 +68,7 @@ def test_few_objects_are_those_on_the_way(crowd):
 
 
 @pytest.mark.gl
-def test_rows_are_made_once(crowd, tmp_path):
+def test_rows_are_made_once(crowd: tuple[Path, Path], tmp_path: Path) -> None:
     scene, path = crowd
     out = tmp_path / "table.json"
     shape = ("--frames", 1, "--run", 2, "--seconds", 0, "--resolution", "64,48", "--json", out)
@@ -102,7 +104,7 @@ def test_rows_are_made_once(crowd, tmp_path):
         (["--counts", "1", "--json", "{d}/scene.yaml"], "{d}/scene.yaml: not a table of ours: Expecting value: line 1"),
     ],
 )
-def test_the_table_refuses(crowd, arguments, message):
+def test_the_table_refuses(crowd: tuple[Path, Path], arguments: Sequence[str], message: str) -> None:
     names = {"s": crowd[0], "d": crowd[0].parent}
     result = run(crowd[0], "--path", crowd[1], *(argument.format(**names) for argument in arguments))
     assert result.exit_code == 2 and not result.stdout
@@ -110,7 +112,7 @@ def test_the_table_refuses(crowd, arguments, message):
 
 
 @pytest.mark.gl
-def test_a_table_of_something_else_is_not_mixed_in(crowd, tmp_path):
+def test_a_table_of_something_else_is_not_mixed_in(crowd: tuple[Path, Path], tmp_path: Path) -> None:
     out = tmp_path / "table.json"
     out.write_text(json.dumps({"rows": [], "resolution": [8, 8]}))
     result = run(crowd[0], "--path", crowd[1], "--counts", "1", "--run", 2, "--json", out)
@@ -118,7 +120,7 @@ def test_a_table_of_something_else_is_not_mixed_in(crowd, tmp_path):
     assert np.array_equal(json.loads(out.read_text())["resolution"], [8, 8])
 
 
-def test_flip_of_a_picture_needs_only_what_differs():
+def test_flip_of_a_picture_needs_only_what_differs() -> None:
     random = np.random.default_rng(0)
     reference = random.integers(0, 256, (120, 160, 3), np.uint8)
     test = reference.copy()

@@ -1,6 +1,8 @@
 """The list of commands, and what it says about each."""
 
+from collections.abc import Callable
 from importlib import import_module
+from typing import Any
 
 import pytest
 
@@ -8,12 +10,12 @@ from depthwalk.commands.cli import SUMMARIES
 
 
 @pytest.mark.parametrize("name", SUMMARIES)
-def test_the_list_says_what_the_command_itself_says(name):
+def test_the_list_says_what_the_command_itself_says(name: str) -> None:
     summary = import_module(f"depthwalk.commands.{name}").main.__doc__.splitlines()[0]
     assert summary == SUMMARIES[name]
 
 
-def test_help_lists_every_command(run):
+def test_help_lists_every_command(run: Callable[..., Any]) -> None:
     result = run("--help")
     assert result.exit_code == 0
     listed = result.stdout.partition("Commands:")[2].splitlines()
@@ -21,7 +23,7 @@ def test_help_lists_every_command(run):
 
 
 @pytest.mark.parametrize("name", SUMMARIES)
-def test_every_option_says_what_it_is_for(run, name):
+def test_every_option_says_what_it_is_for(run: Callable[..., Any], name: str) -> None:
     """In sentences: a capital first, a full stop last."""
     result = run(name, "--help")
     assert (result.exit_code == 0 and result.stdout.startswith(f"Usage: root {name} ")) or name in result.stdout

@@ -2,6 +2,9 @@
 
 import re
 import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import pytest
 from PIL import Image
@@ -103,7 +106,7 @@ RENDER = {
 
 @pytest.mark.gl
 @pytest.mark.parametrize("case", RENDER)
-def test_render_refuses(run, tiny_scene, case):
+def test_render_refuses(run: Callable[..., Any], tiny_scene: Path, case: str) -> None:
     folder = tiny_scene.parent
     (folder / "sub.png").mkdir()
     (folder / "ground.png").write_bytes(b"")
@@ -114,7 +117,7 @@ def test_render_refuses(run, tiny_scene, case):
     assert sorted(folder.iterdir()) == before
 
 
-def test_the_scene_itself_is_not_overwritten(run, tiny_scene):
+def test_the_scene_itself_is_not_overwritten(run: Callable[..., Any], tiny_scene: Path) -> None:
     scene = tiny_scene.rename(tiny_scene.with_name("scene.png"))
     text = scene.read_text()
     result = run("render", scene, "-o", scene)
@@ -123,7 +126,7 @@ def test_the_scene_itself_is_not_overwritten(run, tiny_scene):
 
 
 @pytest.fixture
-def linked(tiny_scene):
+def linked(tiny_scene: Path) -> Path:
     """The tiny scene with a relief on the ball and a box whose material library names a texture, which are there."""
     folder = tiny_scene.parent
     faces = "f 1/1 2/1 3/1\nf 1/1 3/1 4/1\nf 1/1 4/1 2/1\nf 2/1 4/1 3/1\n"
@@ -139,7 +142,7 @@ def linked(tiny_scene):
 
 
 @pytest.mark.parametrize("name", ["bark.png", "bumps.png", "bends.png"])
-def test_no_output_overwrites_what_assets_name(run, linked, name):
+def test_no_output_overwrites_what_assets_name(run: Callable[..., Any], linked: Path, name: str) -> None:
     file = linked.with_name(name)
     before = file.read_bytes()
     small = ("--resolution", "96,64")
@@ -156,7 +159,7 @@ def test_no_output_overwrites_what_assets_name(run, linked, name):
 
 
 @pytest.mark.parametrize("name", ["box.mtl", "bark.png", "box.dpci.exr"])
-def test_compare_overwrites_nothing_of_the_mesh(run, linked, name):
+def test_compare_overwrites_nothing_of_the_mesh(run: Callable[..., Any], linked: Path, name: str) -> None:
     file = linked.with_name(name)
     result = run("compare", linked.with_name("box.obj"), "--json", file)
     message = f"{file}: would overwrite what is compared, or the other report\n"
@@ -164,7 +167,7 @@ def test_compare_overwrites_nothing_of_the_mesh(run, linked, name):
 
 
 @pytest.mark.gl
-def test_a_missing_texture_is_warned_of_once(run, linked, tmp_path):
+def test_a_missing_texture_is_warned_of_once(run: Callable[..., Any], linked: Path, tmp_path: Path) -> None:
     linked.with_name("bark.png").unlink()
     result = run("render", linked, "-o", tmp_path / "a.png", "--resolution", "96,64")
     assert result.exit_code == 0
@@ -172,7 +175,7 @@ def test_a_missing_texture_is_warned_of_once(run, linked, tmp_path):
 
 
 @pytest.mark.gl
-def test_a_broken_mesh_is_the_users_input(run, tiny_scene, tmp_path):
+def test_a_broken_mesh_is_the_users_input(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     mesh = tiny_scene.with_name("ball.ply")
     mesh.write_bytes(b"no mesh")
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--resolution", "96,64")
@@ -195,7 +198,7 @@ def test_a_broken_mesh_is_the_users_input(run, tiny_scene, tmp_path):
         ["bake", "m.obj", "--method", "guess"],
     ],
 )
-def test_wrong_usage_exits_with_2(run, arguments):
+def test_wrong_usage_exits_with_2(run: Callable[..., Any], arguments: Sequence[str]) -> None:
     result = run(*arguments)
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1 and result.stdout == ""
@@ -204,7 +207,9 @@ def test_wrong_usage_exits_with_2(run, arguments):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="/proc")
 @pytest.mark.parametrize("command", [("render", "{scene}", "-o"), ("bake", "{mesh}", "-o")])
-def test_a_folder_that_takes_no_file_whoever_asks(run, tiny_scene, command):
+def test_a_folder_that_takes_no_file_whoever_asks(
+    run: Callable[..., Any], tiny_scene: Path, command: tuple[str, str, str]
+) -> None:
     mesh = next(tiny_scene.parent.glob("*.ply"))
     name = "/proc/a.png" if command[0] == "render" else "/proc/a.dpci.exr"
     result = run(*(part.format(scene=tiny_scene, mesh=mesh) for part in command), name)

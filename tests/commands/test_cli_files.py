@@ -2,6 +2,9 @@
 
 import re
 import weakref
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,10 +14,11 @@ import depthwalk
 import shapes
 from depthwalk.bake.file import read_baked, read_header
 from depthwalk.ingest.reader import read_soup
+from depthwalk.ingest.soup import Soup
 from files import write_ply
 
 
-def test_check_counts_what_good_files_hold(run, tiny_scene):
+def test_check_counts_what_good_files_hold(run: Callable[..., Any], tiny_scene: Path) -> None:
     walk = tiny_scene.with_name("walk.yaml")
     result = run("check", tiny_scene, walk)
     assert result.exit_code == 0
@@ -23,7 +27,7 @@ def test_check_counts_what_good_files_hold(run, tiny_scene):
 
 
 @pytest.mark.gl
-def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
+def test_a_mesh_is_a_scene_of_its_own(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     ball, out = tiny_scene.with_name("ball.ply"), tmp_path / "ball.png"
     assert run("check", ball).stdout == f"{ball}: ok, 1 objects, 1 assets\n"
     coarse = "assets.model.dpci={resolution: 64, layers: 1}"
@@ -36,7 +40,7 @@ def test_a_mesh_is_a_scene_of_its_own(run, tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_what_lies_level_is_drawn_as_polygons(run, tmp_path):
+def test_what_lies_level_is_drawn_as_polygons(run: Callable[..., Any], tmp_path: Path) -> None:
     """And baked nowhere; what is flat and stands has depth images."""
     floor, out = tmp_path / "floor.obj", tmp_path / "floor.png"
     floor.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")
@@ -46,12 +50,12 @@ def test_what_lies_level_is_drawn_as_polygons(run, tmp_path):
         result = run(*arguments)
         assert (result.exit_code, result.stderr) == (2, refusal)
     wall = "--set", "assets.model.up=z", "--set", "assets.model.dpci={resolution: 32, layers: 1}"
-    for arguments in ("--representation", "mesh"), wall:
-        assert run(*drawn, *arguments).exit_code == 0
+    for options in ("--representation", "mesh"), wall:
+        assert run(*drawn, *options).exit_code == 0
         assert (np.asarray(Image.open(out))[..., 3] == 255).mean() > 0.05
 
 
-def test_scenes_and_paths_are_told_apart(run, tiny_scene):
+def test_scenes_and_paths_are_told_apart(run: Callable[..., Any], tiny_scene: Path) -> None:
     walk = tiny_scene.with_name("walk.yaml")
     for arguments, message in (
         ([walk], f"{walk}: is a camera path, not a scene; give it as --path\n"),
@@ -61,7 +65,7 @@ def test_scenes_and_paths_are_told_apart(run, tiny_scene):
         assert (result.exit_code, result.stdout, result.stderr) == (2, "", message)
 
 
-def test_check_lists_every_error_of_every_file(run, tiny_scene, tmp_path):
+def test_check_lists_every_error_of_every_file(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     bad = tmp_path / "bad.yaml"
     bad.write_text("version: 1\nobjects:\n  - {asset: none}\nrender: {lood: {}}\n")
     walk = tmp_path / "bad-walk.yaml"
@@ -76,7 +80,7 @@ def test_check_lists_every_error_of_every_file(run, tiny_scene, tmp_path):
     ]
 
 
-def test_check_reads_the_meshes(run, tiny_scene):
+def test_check_reads_the_meshes(run: Callable[..., Any], tiny_scene: Path) -> None:
     mesh = tiny_scene.with_name("ball.ply")
     mesh.write_text("ply\nformat ascii 1.0\nelement vertex 0\nend_header\n")
     result = run("check", tiny_scene)
@@ -85,7 +89,7 @@ def test_check_reads_the_meshes(run, tiny_scene):
 
 
 @pytest.mark.gl
-def test_check_reads_the_relief_of_an_asset(run, tiny_scene):
+def test_check_reads_the_relief_of_an_asset(run: Callable[..., Any], tiny_scene: Path) -> None:
     relief = tiny_scene.with_name("bumps.png")
     relief.write_bytes(b"no picture")
     meso = "layers: 1, meso: {depth: bumps.png, height: 0.01, tile: [0.5, 0.5]}"
@@ -96,7 +100,7 @@ def test_check_reads_the_relief_of_an_asset(run, tiny_scene):
     assert run("render", tiny_scene, "-o", "-").stderr == result.stderr
 
 
-def test_check_refuses_a_range_image_without_surface(run, tmp_path):
+def test_check_refuses_a_range_image_without_surface(run: Callable[..., Any], tmp_path: Path) -> None:
     lonely = np.zeros((30, 40), np.uint16)
     lonely[::3, ::3] = 900
     Image.fromarray(lonely).save(tmp_path / "d.png")
@@ -108,7 +112,9 @@ def test_check_refuses_a_range_image_without_surface(run, tmp_path):
     assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'd.png'}: {defect}\n")
 
 
-def test_check_bakes_nothing_and_keeps_no_mesh(run, tiny_scene, tmp_path, monkeypatch):
+def test_check_bakes_nothing_and_keeps_no_mesh(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cache = tmp_path / "cache"
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
     text = tiny_scene.read_text()
@@ -117,9 +123,9 @@ def test_check_bakes_nothing_and_keeps_no_mesh(run, tiny_scene, tmp_path, monkey
     np.save(tiny_scene.with_name("d.npy"), depth)
     seen = "  seen: {depth_image: {depth: d.npy, intrinsics: {fx: 50, fy: 50, cx: 20, cy: 15}}}"
     tiny_scene.write_text(text.replace("objects:", f"{again}\n{seen}\nobjects:"))
-    alive = []
+    alive: list[Any] = []
 
-    def watched(*arguments, **options):
+    def watched(*arguments: Any, **options: Any) -> Soup:
         assert not [mesh for mesh in alive if mesh() is not None]
         mesh = read_soup(*arguments, **options)
         alive.append(weakref.ref(mesh))
@@ -132,14 +138,14 @@ def test_check_bakes_nothing_and_keeps_no_mesh(run, tiny_scene, tmp_path, monkey
 
 
 @pytest.fixture
-def meshes(tmp_path):
+def meshes(tmp_path: Path) -> tuple[Path, Path]:
     good = write_ply(tmp_path / "ball.ply", shapes.sphere(1.0, columns=32, rows=16))
     bad = tmp_path / "bad.ply"
     bad.write_bytes(b"ply\n")
     return good, bad
 
 
-def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
+def test_bake_goes_on_after_a_bad_mesh(run: Callable[..., Any], meshes: tuple[Path, Path], tmp_path: Path) -> None:
     good, bad = meshes
     other = write_ply(tmp_path / "box.ply", shapes.box(1.0, 2.0, 1.0))
     result = run("bake", bad, good, other, "--dpci-resolution", 64, "--layers", 1, "--jobs", 1)
@@ -156,7 +162,9 @@ def test_bake_goes_on_after_a_bad_mesh(run, meshes, tmp_path):
 
 
 @pytest.mark.gl
-def test_a_scene_uses_what_bake_wrote_beside_the_mesh(run, tiny_scene, tmp_path, monkeypatch):
+def test_a_scene_uses_what_bake_wrote_beside_the_mesh(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     mesh = tiny_scene.with_name("ball.ply")
     run("bake", mesh, "--dpci-resolution", 64, "--layers", 1)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
@@ -165,7 +173,7 @@ def test_a_scene_uses_what_bake_wrote_beside_the_mesh(run, tiny_scene, tmp_path,
     assert result.exit_code == 0, result.stderr
 
 
-def test_bake_writes_where_it_is_told(run, meshes, tmp_path):
+def test_bake_writes_where_it_is_told(run: Callable[..., Any], meshes: tuple[Path, Path], tmp_path: Path) -> None:
     out = tmp_path / "baked"
     out.mkdir()
     arguments = ("bake", meshes[0], "--dpci-resolution", 16, "--layers", 1, "--height", 3, "-o")
@@ -196,20 +204,22 @@ def test_bake_writes_where_it_is_told(run, meshes, tmp_path):
         (["{d}/no/none.ply"], "{d}/no/none.ply: no such file"),
     ],
 )
-def test_bake_refuses(run, meshes, tmp_path, arguments, message):
+def test_bake_refuses(
+    run: Callable[..., Any], meshes: tuple[Path, Path], tmp_path: Path, arguments: Sequence[str], message: str
+) -> None:
     before = sorted(tmp_path.iterdir())
     result = run("bake", *(argument.format(d=tmp_path) for argument in arguments))
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", message.format(d=tmp_path) + "\n")
     assert sorted(tmp_path.iterdir()) == before
 
 
-def rows(text):
+def rows(text: str) -> dict[str, str]:
     """The table that `info` prints, by its first column of 24 characters."""
     return {line[:24].rstrip(): line[25:] for line in text.splitlines()}
 
 
 @pytest.mark.gl
-def test_info_names_versions_and_renderer(run):
+def test_info_names_versions_and_renderer(run: Callable[..., Any]) -> None:
     result = run("info")
     assert result.exit_code == 0
     table = rows(result.stdout)
@@ -218,10 +228,10 @@ def test_info_names_versions_and_renderer(run):
     assert "OpenGL renderer" in table
 
 
-def test_info_says_so_where_there_is_no_opengl(run, monkeypatch):
+def test_info_says_so_where_there_is_no_opengl(run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     from depthwalk.gpu.device import GpuError
 
-    def no_device():
+    def no_device() -> None:
         raise GpuError("no OpenGL 3.3 context: none")
 
     monkeypatch.setattr("depthwalk.gpu.device.headless_device", no_device)
@@ -230,7 +240,9 @@ def test_info_says_so_where_there_is_no_opengl(run, monkeypatch):
     assert rows(result.stdout)["OpenGL"] == "no OpenGL 3.3 context: none"
 
 
-def test_info_describes_files(run, meshes, tiny_scene, tmp_path):
+def test_info_describes_files(
+    run: Callable[..., Any], meshes: tuple[Path, Path], tiny_scene: Path, tmp_path: Path
+) -> None:
     mesh = rows(run("info", meshes[0]).stdout)
     assert (mesh["kind"], mesh["triangles"], mesh["size"]) == ("mesh", "960", "2 × 2 × 2 m")
     scene = rows(run("info", tiny_scene).stdout)
@@ -247,6 +259,6 @@ def test_info_describes_files(run, meshes, tiny_scene, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["none.ply", "none.exr", "none"])
-def test_info_of_a_missing_file(run, tmp_path, name):
+def test_info_of_a_missing_file(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
     result = run("info", tmp_path / name)
     assert (result.exit_code, result.stdout, result.stderr) == (2, "", f"{tmp_path / name}: no such file\n")

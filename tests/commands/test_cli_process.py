@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
+from signal import Signals
 
 import pytest
 from PIL import Image
@@ -13,11 +15,11 @@ COMMAND = [sys.executable, "-c", "from depthwalk.commands.cli import main; main(
 
 
 @pytest.fixture
-def environment(cache_home):
+def environment(cache_home: Path) -> dict[str, str]:
     return os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "PYTHONUNBUFFERED": "1"}
 
 
-def test_a_command_imports_what_it_needs_and_no_other_command(environment, tiny_scene):
+def test_a_command_imports_what_it_needs_and_no_other_command(environment: dict[str, str], tiny_scene: Path) -> None:
     code = (
         "import sys\nfrom depthwalk.commands.cli import SUMMARIES, app\n"
         "try:\n    app(sys.argv[1:])\nexcept SystemExit as end:\n    assert not end.code\n"
@@ -34,15 +36,27 @@ def test_a_command_imports_what_it_needs_and_no_other_command(environment, tiny_
 
 @pytest.mark.gl
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a single process")
-def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(environment, tiny_scene, tmp_path):
+def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(
+    environment: dict[str, str], tiny_scene: Path, tmp_path: Path
+) -> None:
     walk = tiny_scene.with_name("long.yaml")
     walk.write_text(tiny_scene.with_name("walk.yaml").read_text().replace("time: 2", "time: 3000"))
     out = tmp_path / "out"
     out.mkdir()
-    arguments = ["render", tiny_scene, "-o", out / "f{frame}.png", "--path", walk, "--resolution", "96,64"]
+    arguments: list[str | Path] = [
+        "render",
+        tiny_scene,
+        "-o",
+        out / "f{frame}.png",
+        "--path",
+        walk,
+        "--resolution",
+        "96,64",
+    ]
     with subprocess.Popen(
         [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
+        assert process.stdout is not None
         assert process.stdout.readline() == f"{out / 'f0.png'}\n"
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=30)
@@ -64,7 +78,9 @@ main()
 @pytest.mark.gl
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tmp_path, number, code):
+def test_an_interrupted_demo_leaves_whole_files_only(
+    environment: dict[str, str], tiny_scene: Path, tmp_path: Path, number: Signals, code: int
+) -> None:
     folder = tiny_scene.parent
     (folder / "paths").mkdir()
     tiny_scene.rename(folder / "garden.yaml")
@@ -76,6 +92,7 @@ def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tm
         [sys.executable, "-c", DEMO, "demo", "--resolution", "96,64", folder],
         env=hidden, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
+        assert process.stdout is not None
         stills = [process.stdout.readline().strip() for _ in range(6)]
         assert stills == [f"depthwalk-demo/garden-{k:02}.png" for k in range(6)]
         deadline = time.monotonic() + 30
@@ -90,17 +107,19 @@ def test_an_interrupted_demo_leaves_whole_files_only(environment, tiny_scene, tm
 @pytest.mark.gl
 @pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
-def test_closed_streams_are_no_error(environment, tiny_scene, tmp_path, closed):
+def test_closed_streams_are_no_error(
+    environment: dict[str, str], tiny_scene: Path, tmp_path: Path, closed: str
+) -> None:
     out = tmp_path / "out.png"
-    arguments = [sys.executable, "-m", "depthwalk", "render", tiny_scene, "-o", out, "--resolution", "96,64"]
-    command = ["sh", "-c", f'exec "$@" {closed}', "sh", *arguments]
+    arguments: list[str | Path] = ["render", tiny_scene, "-o", out, "--resolution", "96,64"]
+    command = ["sh", "-c", f'exec "$@" {closed}', "sh", sys.executable, "-m", "depthwalk", *arguments]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     with Image.open(out) as picture:
         assert picture.size == (96, 64)
 
 
-def test_a_reader_that_goes_away_is_no_error_message(environment, tiny_scene):
+def test_a_reader_that_goes_away_is_no_error_message(environment: dict[str, str], tiny_scene: Path) -> None:
     read, write = os.pipe()
     os.close(read)
     try:

@@ -3,6 +3,9 @@
 import io
 import re
 import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
@@ -11,20 +14,22 @@ import pytest
 from PIL import Image
 
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.view.view import View
+from depthwalk.types import Array, Picture
 
 SMALL = ("--resolution", "96,64")
 
 
-def listing(folder):
+def listing(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def read_png(path):
+def read_png(path: Path) -> tuple[str, Picture]:
     with Image.open(path) as picture:
         return picture.mode, np.asarray(picture)
 
 
-def ball_distance(width, height, fov, eye=4.0):
+def ball_distance(width: int, height: int, fov: int, eye: float = 4.0) -> Array:
     """Distance along the view axis (H, W) of a unit ball `eye` metres ahead; +inf beside it."""
     tangent = np.tan(np.radians(fov) / 2)
     y, x = np.mgrid[0:height, 0:width] + 0.5
@@ -35,7 +40,7 @@ def ball_distance(width, height, fov, eye=4.0):
 
 
 @pytest.mark.gl
-def test_png_with_background_has_no_alpha(run, tiny_scene, tmp_path):
+def test_png_with_background_has_no_alpha(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", *SMALL)
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"{tmp_path / 'a.png'}\n", "")
     mode, pixels = read_png(tmp_path / "a.png")
@@ -45,7 +50,7 @@ def test_png_with_background_has_no_alpha(run, tiny_scene, tmp_path):
 
 @pytest.mark.gl
 @pytest.mark.parametrize("name", ["a.jpg", "a.JPEG"])
-def test_a_jpeg_shows_the_same(run, tiny_scene, tmp_path, name):
+def test_a_jpeg_shows_the_same(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, name: str) -> None:
     for each in ("a.png", name):
         assert run("render", tiny_scene, "-o", tmp_path / each, "--resolution", "96x64").exit_code == 0
     with Image.open(tmp_path / name) as picture:
@@ -55,7 +60,9 @@ def test_a_jpeg_shows_the_same(run, tiny_scene, tmp_path, name):
 
 
 @pytest.mark.gl
-def test_png_without_background_is_clear_where_nothing_is(run, tiny_scene, tmp_path):
+def test_png_without_background_is_clear_where_nothing_is(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path
+) -> None:
     run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
     mode, pixels = read_png(tmp_path / "a.png")
     assert mode == "RGBA"
@@ -67,7 +74,9 @@ def test_png_without_background_is_clear_where_nothing_is(run, tiny_scene, tmp_p
 
 @pytest.mark.gl
 @pytest.mark.parametrize("representation", ["mesh", "dpci", "dmesh"])
-def test_exr_holds_distances_along_the_view_axis(run, tiny_scene, tmp_path, representation):
+def test_exr_holds_distances_along_the_view_axis(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, representation: str
+) -> None:
     out = tmp_path / "a.exr"
     exact = "--set", "render.lod.error=0"  # half a pixel of this picture is 3 cm
     result = run("render", tiny_scene, "-o", out, "--no-background", "--representation", representation, *exact, *SMALL)
@@ -86,7 +95,7 @@ def test_exr_holds_distances_along_the_view_axis(run, tiny_scene, tmp_path, repr
 
 
 @pytest.mark.gl
-def test_row_0_of_the_exr_is_the_top(run, tiny_scene, tmp_path):
+def test_row_0_of_the_exr_is_the_top(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "a.exr"
     run("render", tiny_scene, "-o", out, "--camera-target", "0,3,0", *SMALL)  # the ball moves down
     with OpenEXR.File(str(out), separate_channels=True) as file:
@@ -95,7 +104,7 @@ def test_row_0_of_the_exr_is_the_top(run, tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_camera_options_replace_the_scenes(run, tiny_scene, tmp_path):
+def test_camera_options_replace_the_scenes(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "a.exr"
     options = ("--camera-position", "8,1,0", "--camera-target", "0,1,0", "--camera-view-angle", "20")
     run("render", tiny_scene, "-o", out, "--representation", "mesh", *options, *SMALL)
@@ -107,7 +116,7 @@ def test_camera_options_replace_the_scenes(run, tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_a_scene_without_camera_is_framed(run, tiny_scene, tmp_path):
+def test_a_scene_without_camera_is_framed(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     text = tiny_scene.read_text()
     tiny_scene.write_text(text[: text.index("camera:")])
     result = run("render", tiny_scene, "-o", tmp_path / "a.png", "--no-background", *SMALL)
@@ -118,7 +127,7 @@ def test_a_scene_without_camera_is_framed(run, tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_stdout_takes_a_png_and_nothing_else(run, tiny_scene):
+def test_stdout_takes_a_png_and_nothing_else(run: Callable[..., Any], tiny_scene: Path) -> None:
     result = run("render", tiny_scene, "-o", "-", *SMALL)
     assert result.exit_code == 0 and result.stderr == ""
     picture = Image.open(io.BytesIO(result.stdout_bytes))
@@ -126,7 +135,7 @@ def test_stdout_takes_a_png_and_nothing_else(run, tiny_scene):
 
 
 @pytest.mark.gl
-def test_a_path_gives_a_file_per_frame(run, tiny_scene, tmp_path):
+def test_a_path_gives_a_file_per_frame(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     walk = tiny_scene.with_name("walk.yaml")
     out = tmp_path / "out"
     out.mkdir()
@@ -139,7 +148,7 @@ def test_a_path_gives_a_file_per_frame(run, tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_frames_limits_a_path(run, tiny_scene, tmp_path):
+def test_frames_limits_a_path(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     walk = tiny_scene.with_name("walk.yaml")
     run("render", tiny_scene, "-o", tmp_path / "f{frame}.png", "--path", walk, "--frames", 2, *SMALL)
     assert listing(tmp_path) == ["f0.png", "f1.png", "scene"]
@@ -148,7 +157,7 @@ def test_frames_limits_a_path(run, tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_mp4_holds_the_paths_frames(run, tiny_scene, tmp_path):
+def test_mp4_holds_the_paths_frames(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "a.mp4"
     result = run("render", tiny_scene, "-o", out, "--path", tiny_scene.with_name("walk.yaml"), *SMALL)
     assert (result.exit_code, result.stdout) == (0, f"{out}\n"), result.stderr
@@ -162,14 +171,14 @@ def test_mp4_holds_the_paths_frames(run, tiny_scene, tmp_path):
 
 
 @pytest.mark.gl
-def test_an_existing_file_is_replaced(run, tiny_scene, tmp_path):
+def test_an_existing_file_is_replaced(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     (tmp_path / "a.png").write_bytes(b"old")
     run("render", tiny_scene, "-o", tmp_path / "a.png", *SMALL)
     assert read_png(tmp_path / "a.png")[1].shape == (64, 96, 3)
 
 
 @pytest.mark.gl
-def test_mp4_of_odd_sides_says_what_it_is_scaled_to(run, tiny_scene, tmp_path):
+def test_mp4_of_odd_sides_says_what_it_is_scaled_to(run: Callable[..., Any], tiny_scene: Path, tmp_path: Path) -> None:
     out = tmp_path / "a.mp4"
     walk = tiny_scene.with_name("walk.yaml")
     result = run("render", tiny_scene, "-o", out, "--path", walk, "--resolution", "63,47")
@@ -181,10 +190,12 @@ def test_mp4_of_odd_sides_says_what_it_is_scaled_to(run, tiny_scene, tmp_path):
 
 @pytest.mark.gl
 @pytest.mark.parametrize("name", ["a.mp4", "a{frame}.png"])
-def test_an_error_on_the_way_leaves_no_partial_file(run, tiny_scene, tmp_path, monkeypatch, name):
+def test_an_error_on_the_way_leaves_no_partial_file(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
     drawn = []
 
-    def draw(self, view, transparent=False):
+    def draw(self: HeadlessRenderer, view: View, transparent: bool = False) -> None:
         drawn.append(view)
         if len(drawn) == 2:
             raise RuntimeError("the driver fell over\nand more")
@@ -196,8 +207,10 @@ def test_an_error_on_the_way_leaves_no_partial_file(run, tiny_scene, tmp_path, m
     assert listing(tmp_path) == (["scene"] if name == "a.mp4" else ["a0.png", "scene"])
 
 
-def test_verbose_shows_the_traceback(run, tiny_scene, tmp_path, monkeypatch):
-    def draw(self, view, transparent=False):
+def test_verbose_shows_the_traceback(
+    run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def draw(self: HeadlessRenderer, view: View, transparent: bool = False) -> None:
         raise RuntimeError("the driver fell over")
 
     monkeypatch.setattr(HeadlessRenderer, "draw", draw)

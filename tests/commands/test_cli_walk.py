@@ -1,20 +1,25 @@
 """`depthwalk demo` and `view` where there is no display."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 import depthwalk.walk
+from depthwalk.assets.library import SceneLibrary
 from depthwalk.commands import view
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.scene.arrays import Camera
+from depthwalk.scene.scene import Scene
 
 REASON = "cannot open a window: no display"
 
 
 @pytest.fixture
-def garden(tiny_scene, tmp_path, monkeypatch):
+def garden(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """The tiny scene in place of the garden, an empty current folder, no display."""
     (tiny_scene.parent / "paths").mkdir()
     tiny_scene.rename(tiny_scene.with_name("garden.yaml"))
@@ -23,7 +28,7 @@ def garden(tiny_scene, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     calls = []
 
-    def no_window(scene, library, **options):
+    def no_window(scene: Scene, library: SceneLibrary, **options: Any) -> None:
         calls.append((scene, options))
         raise depthwalk.walk.NoDisplayError(REASON)
 
@@ -32,7 +37,9 @@ def garden(tiny_scene, tmp_path, monkeypatch):
 
 
 @pytest.mark.gl
-def test_demo_without_display_renders_the_tour(run, garden, tmp_path):
+def test_demo_without_display_renders_the_tour(
+    run: Callable[..., Any], garden: Sequence[object], tmp_path: Path
+) -> None:
     result = run("demo", "--resolution", "96,64")
     folder = tmp_path / "depthwalk-demo"
     assert result.exit_code == 0
@@ -42,14 +49,14 @@ def test_demo_without_display_renders_the_tour(run, garden, tmp_path):
     assert sorted(path.name for path in folder.iterdir()) == names
 
 
-def test_demo_without_its_scene_says_so(run, garden, tmp_path):
+def test_demo_without_its_scene_says_so(run: Callable[..., Any], garden: Sequence[Any], tmp_path: Path) -> None:
     scene = tmp_path / "scene" / "garden.yaml"
     scene.unlink()
     result = run("demo")
     assert (result.exit_code, result.stderr) == (2, f"{scene}: no such file; the demo scene is not installed\n")
 
 
-def test_view_passes_on_what_was_asked(run, garden):
+def test_view_passes_on_what_was_asked(run: Callable[..., Any], garden: Sequence[Any]) -> None:
     options = ["--representation", "mesh", "--camera-position", "0,2,5", "--resolution", "320,200", "--fullscreen"]
     result = run("view", *options)
     assert (result.exit_code, result.stdout) == (1, "")
@@ -62,7 +69,13 @@ def test_view_passes_on_what_was_asked(run, garden):
 
 
 @pytest.mark.gl
-def test_without_a_camera_view_starts_where_render_stands(run, garden, tiny_scene, tmp_path, monkeypatch):
+def test_without_a_camera_view_starts_where_render_stands(
+    run: Callable[..., Any],
+    garden: Sequence[Any],
+    tiny_scene: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     scene = tiny_scene.with_name("garden.yaml")
     scene.write_text(scene.read_text().partition("camera:")[0])
     options = (scene, "--camera-position", "0,2,5", "--camera-view-angle", "30", "--resolution", "96,64")
@@ -78,7 +91,9 @@ def test_without_a_camera_view_starts_where_render_stands(run, garden, tiny_scen
 
 
 @pytest.mark.gl
-def test_demo_loads_its_assets_once(run, garden, monkeypatch):
+def test_demo_loads_its_assets_once(
+    run: Callable[..., Any], garden: Sequence[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
     loaded = []
     monkeypatch.setattr(
         "depthwalk.assets.asset_files.load_mesh", lambda *a, **b: (loaded.append(a), load_mesh(*a, **b))[1]

@@ -1,12 +1,14 @@
 """`depthwalk compare` and `bake --verify` as the user meets them."""
 
 import json
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import depthwalk
 from depthwalk.bake.file import read_baked
@@ -15,6 +17,7 @@ from depthwalk.commands import comparison
 from depthwalk.commands.baking import mesh_spec
 from depthwalk.commands.cli import app
 from depthwalk.commands.subjects import Choices, find_subjects
+from depthwalk.gpu.device import Device
 from depthwalk.quality.costs import measured_bake
 from depthwalk.quality.goals import MEASURES
 from depthwalk.quality.views import SPHERE
@@ -23,16 +26,16 @@ KEYS = [measure.key for measure in MEASURES]
 SMALL = ("--dpci-resolution", 32, "--layers", 1, "--resolution", "48,36")
 
 
-def run(*arguments):
+def run(*arguments: int | Path | str) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture
-def ball(tiny_scene) -> Path:
+def ball(tiny_scene: Path) -> Path:
     return tiny_scene.with_name("ball.ply")
 
 
-def test_json_is_as_documented(gl_device, ball, tmp_path):
+def test_json_is_as_documented(gl_device: Device, ball: Path, tmp_path: Path) -> None:
     out, page = tmp_path / "q.json", tmp_path / "q.html"
     options = "--asset-root", ball.parent, "--json", out, "--html", page, "--want-psnr", 5, "--set", "render.lod.bias=1"
     result = run("compare", ball.name, *SMALL, *options)
@@ -83,23 +86,25 @@ def test_json_is_as_documented(gl_device, ball, tmp_path):
         (["--json", "q", "--html", "q"], "q: would overwrite what is compared, or the other report"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(ball, options, message):
+def test_wrong_options_are_refused_in_one_line(ball: Path, options: Sequence[str], message: str) -> None:
     result = run("compare", ball, *options)
     assert (result.exit_code, result.stderr.splitlines(), result.stdout) == (2, [message], "")
 
 
-def test_a_report_never_overwrites_the_mesh(ball):
+def test_a_report_never_overwrites_the_mesh(ball: Path) -> None:
     result = run("compare", ball, "--html", ball)
     assert result.exit_code == 2 and "would overwrite" in result.stderr
 
 
-def test_a_mesh_that_is_missing_is_named(tmp_path):
+def test_a_mesh_that_is_missing_is_named(tmp_path: Path) -> None:
     result = run("compare", tmp_path / "none.ply", "--json", tmp_path / "q.json")
     assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'none.ply'}: no such file\n")
     assert not (tmp_path / "q.json").exists()
 
 
-def test_a_scene_brings_its_meshes_and_their_settings(gl_device, tiny_scene, tmp_path, monkeypatch):
+def test_a_scene_brings_its_meshes_and_their_settings(
+    gl_device: Device, tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(comparison, "SPHERE", SPHERE[::14])
     monkeypatch.setattr(comparison, "flip_workers", nullcontext)
     text = tiny_scene.read_text()
@@ -116,12 +121,12 @@ def test_a_scene_brings_its_meshes_and_their_settings(gl_device, tiny_scene, tmp
     assert "overall, 2 models" in result.stdout and result.stdout.count(f"{tiny_scene}: tall") >= 2
 
 
-def test_options_lie_over_what_a_scene_says(tiny_scene):
+def test_options_lie_over_what_a_scene_says(tiny_scene: Path) -> None:
     choices = Choices()
     six_view = tiny_scene.with_name("six.yaml")
     six_view.write_text(tiny_scene.read_text().replace("layers: 1}", "method: six-view}"))
 
-    def params(scene, **given):
+    def params(scene: Path, **given: Any) -> ModelParams:
         return find_subjects([scene], [], replace(choices, **given))[0].params
 
     assert params(tiny_scene, layers=4) == ModelParams(resolution=64, layers=4)
@@ -133,7 +138,7 @@ def test_options_lie_over_what_a_scene_says(tiny_scene):
     assert params(six_view, method="raycast", layers=2) == ModelParams(resolution=64, layers=2)
 
 
-def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball):
+def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball: Path) -> None:
     choices = Choices(up="z", height=2.0)
     (rays,) = find_subjects([ball], [], choices)
     (views,) = find_subjects([ball], [], replace(choices, method="six-view"))
@@ -165,31 +170,33 @@ def test_a_mesh_has_three_layers_unless_six_views_are_asked_for(ball):
         (["--json", "{d}/scene.yaml"], "", "", "{d}/scene.yaml: would overwrite what is compared, or the other report"),
     ],
 )
-def test_wrong_scenes_and_options_with_them_are_refused_in_one_line(tiny_scene, options, old, new, message):
+def test_wrong_scenes_and_options_with_them_are_refused_in_one_line(
+    tiny_scene: Path, options: Sequence[str], old: str, new: str, message: str
+) -> None:
     tiny_scene.write_text(tiny_scene.read_text().replace(old, new))
     folder = tiny_scene.parent
     result = run("compare", tiny_scene, *(option.format(d=folder) for option in options))
     assert (result.exit_code, result.stderr, result.stdout) == (2, message.format(d=folder) + "\n", "")
 
 
-def test_a_scene_that_is_missing_is_named(tmp_path):
+def test_a_scene_that_is_missing_is_named(tmp_path: Path) -> None:
     result = run("compare", tmp_path / "none.yaml")
     assert (result.exit_code, result.stderr) == (2, f"{tmp_path / 'none.yaml'}: no such file\n")
 
 
 @pytest.mark.slow
-def test_a_bake_is_measured_in_a_process_of_its_own(ball, tmp_path):
+def test_a_bake_is_measured_in_a_process_of_its_own(ball: Path, tmp_path: Path) -> None:
     spec = mesh_spec(ball, None, "y", None)
     small, large = (measured_bake(spec, ModelParams(resolution=side), tmp_path / "b.dpci.exr") for side in (32, 256))
     assert large.bytes_disk == (tmp_path / "b.dpci.exr").stat().st_size > small.bytes_disk
     assert large.seconds > small.seconds > 0
     assert read_baked(tmp_path / "b.dpci.exr").parts[0].images[0].depth.shape == (256, 256)
-    if small.peak_bytes is not None:  # else not Linux
+    if small.peak_bytes is not None and large.peak_bytes is not None:  # else not Linux
         image = 256 * 256 * (4 + 12 + 16)  # depth, normal, colour
         assert 30e6 < small.peak_bytes < large.peak_bytes - 5 * image
 
 
-def test_bake_verifies_what_it_baked_and_nothing_else(gl_device, ball, tmp_path):
+def test_bake_verifies_what_it_baked_and_nothing_else(gl_device: Device, ball: Path, tmp_path: Path) -> None:
     broken = ball.with_name("broken.ply")
     broken.write_text("ply\n")
     result = run("bake", ball, broken, "-o", tmp_path, "--dpci-resolution", 32, "--layers", 1, "--verify")

@@ -1,33 +1,38 @@
 """`depthwalk quality` as the user meets it, and the parts of it that have no page of their own."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import depthwalk
 from depthwalk.commands.cli import app
 from depthwalk.commands.examination import PARTS, parse_parts, shipped_scenes
+from depthwalk.gpu.device import Device
 from depthwalk.quality import dof, edges, shadows
 from depthwalk.quality.overview import Overview, to_html, to_json, to_text
 from depthwalk.quality.rows import Row
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
 from files import write_ply
 from shapes import sphere
 
 
-def run(*arguments):
+def run(*arguments: Path | str) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def quietly(name, stage):
+def quietly(name: str, stage: str) -> None:
     """Nobody listens."""
 
 
-def test_every_part_of_a_small_scene(gl_device, tiny_scene, tmp_path, monkeypatch):
+def test_every_part_of_a_small_scene(
+    gl_device: Device, tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(dof, "TRUTH", 4)
     monkeypatch.setattr(edges, "REPEATS", 1)
     out, page = tmp_path / "q.json", tmp_path / "q.html"
@@ -49,7 +54,7 @@ def test_every_part_of_a_small_scene(gl_device, tiny_scene, tmp_path, monkeypatc
     assert "http" not in html and html.endswith("</body></html>\n")
 
 
-def test_only_what_is_asked_for_is_done(gl_device, tiny_scene, monkeypatch):
+def test_only_what_is_asked_for_is_done(gl_device: Device, tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(edges, "REPEATS", 1)
     result = run("quality", tiny_scene, "--only", "edges", "--resolution", "64,64")
     assert result.exit_code == 0, result.stderr
@@ -57,7 +62,7 @@ def test_only_what_is_asked_for_is_done(gl_device, tiny_scene, monkeypatch):
     assert parse_parts("edges, dof,edges") == ["dof", "edges"]
 
 
-def test_the_scenes_that_ship_are_examined_by_default():
+def test_the_scenes_that_ship_are_examined_by_default() -> None:
     assert [load_scene(file).camera is not None for file in shipped_scenes()] == [True, True]
 
 
@@ -71,17 +76,17 @@ def test_the_scenes_that_ship_are_examined_by_default():
         (["--json", "a", "--html", "a"], "a: would overwrite what is examined, or the other report"),
     ],
 )
-def test_bad_input_is_refused_in_one_line(options, message):
+def test_bad_input_is_refused_in_one_line(options: Sequence[str], message: str) -> None:
     result = run("quality", *options)
     assert (result.exit_code, result.stderr, result.stdout) == (2, message + "\n", "")
 
 
-def test_a_report_never_overwrites_the_scene(tiny_scene):
+def test_a_report_never_overwrites_the_scene(tiny_scene: Path) -> None:
     result = run("quality", tiny_scene, "--html", tiny_scene)
     assert result.exit_code == 2 and "would overwrite" in result.stderr
 
 
-def test_rows_reach_their_goals_or_miss_them():
+def test_rows_reach_their_goals_or_miss_them() -> None:
     row = Row(subject="box", name="gain, dB", measured=3.0, goal=3.0, details={"FLIP": 0.12345})
     assert row.reached and replace(row, measured=2.99).reached is False
     assert replace(row, measured=2.99, more_is_better=False).reached
@@ -100,7 +105,7 @@ def test_rows_reach_their_goals_or_miss_them():
     assert 'class="missed">1.0 FAIL' in to_html(missed) and 'class="missed"' not in to_html(shown)
 
 
-def test_shadows_of_a_ball_are_those_of_its_mesh(gl_device, tiny_scene):
+def test_shadows_of_a_ball_are_those_of_its_mesh(gl_device: Device, tiny_scene: Path) -> None:
     """Its images alone are compared, and what is drawn: so near, the mesh itself."""
     alone, drawn = shadows.examine([load_scene(tiny_scene)], (160, 120), quietly)
     assert alone.subject == drawn.subject == "ball"
@@ -109,15 +114,19 @@ def test_shadows_of_a_ball_are_those_of_its_mesh(gl_device, tiny_scene):
     assert all(len(row.details) == len(shadows.SUNS) and len(row.pictures) == 1 for row in (alone, drawn))
 
 
-def test_shadows_of_what_is_large_are_measured_as_well(gl_device, tiny_scene):
+def test_shadows_of_what_is_large_are_measured_as_well(gl_device: Device, tiny_scene: Path) -> None:
     """Many times as large as shadows reach by default."""
     scene = load_scene(tiny_scene)
-    large = replace(scene, assets=tuple(replace(each, height=200.0) for each in scene.assets))
+    (ball,) = scene.assets
+    assert isinstance(ball, MeshAsset)
+    large = replace(scene, assets=(replace(ball, height=200.0),))
     alone, _ = shadows.examine([large], (80, 60), quietly)
     assert 0.9 < alone.measured < 1
 
 
-def test_a_ground_without_the_objects_shadow_is_noticed(gl_device, tiny_scene, monkeypatch):
+def test_a_ground_without_the_objects_shadow_is_noticed(
+    gl_device: Device, tiny_scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The measure itself: of a mesh and of nothing."""
     grounds = shadows._grounds
     nothing = shadows.Ground(np.ones((60, 80), bool), np.zeros((60, 80), bool))
@@ -126,7 +135,7 @@ def test_a_ground_without_the_objects_shadow_is_noticed(gl_device, tiny_scene, m
     assert alone.measured == drawn.measured == 0 and not alone.reached
 
 
-def test_few_edges_of_closed_meshes_are_drawn(tiny_scene, monkeypatch):
+def test_few_edges_of_closed_meshes_are_drawn(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(edges, "REPEATS", 2)
     ball = sphere(1.0, 64, 32)
     write_ply(tiny_scene.with_name("ball.ply"), replace(ball, positions=np.round(ball.positions, 5)))  # no seam

@@ -1,5 +1,7 @@
 """Reports are written where they harm nothing that was read."""
 
+from pathlib import Path
+
 import pytest
 
 from depthwalk.commands.reports import asset_files, check_report_files, input_files, write_report
@@ -7,7 +9,7 @@ from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 
 
-def test_all_files_of_a_scene_are_inputs(tiny_scene):
+def test_all_files_of_a_scene_are_inputs(tiny_scene: Path) -> None:
     """Its mesh, the depth images that may lie beside, the path and the ground's picture."""
     folder = tiny_scene.parent
     (folder / "grass.png").touch()
@@ -17,7 +19,7 @@ def test_all_files_of_a_scene_are_inputs(tiny_scene):
     assert folder / "walk.yaml" not in input_files(load_scene(tiny_scene), None)
 
 
-def test_materials_and_reliefs_of_an_asset_are_its_files(tiny_scene):
+def test_materials_and_reliefs_of_an_asset_are_its_files(tiny_scene: Path) -> None:
     folder = tiny_scene.parent
     (folder / "ball.obj").write_text("mtllib look.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (folder / "look.mtl").write_text("newmtl a\n")
@@ -28,7 +30,7 @@ def test_materials_and_reliefs_of_an_asset_are_its_files(tiny_scene):
     assert {file.name for file in asset_files(asset)} == {"ball.obj", "look.mtl", "ball.dpci.exr", "bark.png"}
 
 
-def test_a_range_image_is_a_file_of_its_asset(tiny_scene):
+def test_a_range_image_is_a_file_of_its_asset(tiny_scene: Path) -> None:
     image = "{depth: d.png, colour: c.png, unit: 0.001, intrinsics: {fx: 50, fy: 50, cx: 20, cy: 15}}"
     for name in ("d.png", "c.png"):
         tiny_scene.with_name(name).touch()
@@ -37,7 +39,7 @@ def test_a_range_image_is_a_file_of_its_asset(tiny_scene):
     assert {file.name for file in asset_files(asset)} == {"d.png", "c.png", "d.dpci.exr"}
 
 
-def test_reports_may_go_anywhere_else(tmp_path):
+def test_reports_may_go_anywhere_else(tmp_path: Path) -> None:
     check_report_files([tmp_path / "a.json", None, tmp_path / "a.html"], [tmp_path / "scene.yaml"], "measured")
 
 
@@ -50,14 +52,14 @@ def test_reports_may_go_anywhere_else(tmp_path):
         (["gone/a.json"], "does not exist"),
     ],
 )
-def test_reports_that_would_do_harm_are_refused(tmp_path, reports, message):
+def test_reports_that_would_do_harm_are_refused(tmp_path: Path, reports: list[str], message: str) -> None:
     (tmp_path / "sub").mkdir()
     with pytest.raises(InputError, match=message):
         check_report_files([tmp_path / name for name in reports], [tmp_path / "scene.yaml"], "measured")
     assert [path.name for path in tmp_path.iterdir()] == ["sub"]
 
 
-def test_a_report_is_written_where_one_is_wanted(tmp_path):
+def test_a_report_is_written_where_one_is_wanted(tmp_path: Path) -> None:
     write_report(None, "nothing")
     write_report(tmp_path / "a.txt", "PSNR – 30 dB\n")
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]

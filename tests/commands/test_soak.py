@@ -1,11 +1,14 @@
 """The long walk: where it goes, and that it notices what grows."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from depthwalk.commands import soak
 from depthwalk.commands.program import as_program
+from depthwalk.commands.soak import Growth
 from depthwalk.render.view.bounds import Bounds
 
 app = as_program(soak.main)
@@ -13,7 +16,7 @@ app = as_program(soak.main)
 BOUNDS = Bounds(np.array([[-20.0, 1, -5], [30, 1, 5]]), np.array([1.0, 2.0]))
 
 
-def test_the_walk_stays_among_the_objects_and_jumps_now_and_then():
+def test_the_walk_stays_among_the_objects_and_jumps_now_and_then() -> None:
     cameras = list(soak.random_walk(BOUNDS, 20_000))
     position = np.array([camera.position for camera in cameras])
     assert (np.abs(position[:, 0] - 5) <= 27).all() and (np.abs(position[:, 2]) <= 7).all()
@@ -25,7 +28,7 @@ def test_the_walk_stays_among_the_objects_and_jumps_now_and_then():
     assert cameras[:50] != list(soak.random_walk(BOUNDS, 50, seed=1))
 
 
-def growth(gl_objects=0, memory=0.0, noise=0):
+def growth(gl_objects: int = 0, memory: float = 0.0, noise: int = 0) -> Growth:
     frame = np.arange(25_000, 50_000, 50)
     made = gl_objects * np.arange(len(frame))
     random = np.random.default_rng(3)
@@ -33,7 +36,7 @@ def growth(gl_objects=0, memory=0.0, noise=0):
     return soak.Growth(frame=frame, gl_objects=40 + made, memory=used.astype(int))
 
 
-def test_growth_is_told_from_noise():
+def test_growth_is_told_from_noise() -> None:
     assert not growth().grows
     assert not growth(noise=1 << 20).grows
     assert growth(gl_objects=1).grows
@@ -42,7 +45,7 @@ def test_growth_is_told_from_noise():
 
 
 @pytest.mark.gl
-def test_a_short_soak(tiny_scene, monkeypatch):
+def test_a_short_soak(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     walk = (str(tiny_scene), "--frames", "40", "--resolution", "32,24")
     assert soak.resident_bytes() > 10e6
     monkeypatch.setattr(soak, "resident_bytes", lambda: 50_000_000)

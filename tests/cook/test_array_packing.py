@@ -1,6 +1,8 @@
 """Packed arrays come back as they were, and compress better."""
 
 import zlib
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,6 +35,6 @@ def test_what_changes_little_from_row_to_row_compresses_better() -> None:
 
 
 @pytest.mark.parametrize(("unpack", "shape"), [(unpack_words, (3, 5)), (unpack_words, (4,)), (unpack_picture, (4, 4))])
-def test_other_shapes_are_refused(unpack: object, shape: tuple[int, ...]) -> None:
+def test_other_shapes_are_refused(unpack: Callable[[Any], Any], shape: tuple[int, ...]) -> None:
     with pytest.raises(ValueError, match="of shape"):
         unpack(np.zeros(shape, np.uint8))

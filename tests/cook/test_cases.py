@@ -1,11 +1,14 @@
 """The three cases: which pieces of an object are left out, that nobody sees them, and that no picture changes."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.images import BakedObject
 from depthwalk.cook.cases import (
     ALL_PIECES,
     BOTTOM_PIECE,
@@ -19,30 +22,34 @@ from depthwalk.cook.cases import (
     seen_pieces,
 )
 from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.simplified_lods import build_simplified_lods
+from depthwalk.gpu.device import Device
 from depthwalk.render.draw import object_detail as plan
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array, Mask, Rows
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
 from stage import OnScreen
 
 
-def random_triangles(rng, count):
+def random_triangles(rng: np.random.Generator, count: int) -> Array:
     """Of all slopes, a third of them nearly level."""
     corners = rng.normal(size=(count, 3, 3))
     corners[: count // 3, :, 1] *= 10 ** rng.uniform(-4, 0, (count // 3, 1))
     return corners
 
 
-def facing(corners, viewer):
+def facing(corners: Array, viewer: ArrayLike) -> Mask:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.einsum("ij,ij->i", normal, viewer - corners[:, 0]) > 0
+    return np.einsum("ij,ij->i", normal, np.asarray(viewer) - corners[:, 0]) > 0
 
 
-def test_whoever_is_left_out_turns_away():
+def test_whoever_is_left_out_turns_away() -> None:
     """Random small objects and random viewers: every triangle that faces the viewer is in a piece that is seen; and of
     what turns away some is left out."""
     rng = np.random.default_rng(4)
@@ -62,7 +69,7 @@ def test_whoever_is_left_out_turns_away():
     assert left_out > 0.2 * 300 * 30 * 40
 
 
-def test_the_caps_are_what_lies_level():
+def test_the_caps_are_what_lies_level() -> None:
     corners = joined(box(1.0, 1.0, 1.0), sphere(0.4, 64, 32))
     triangles = corners.positions[corners.faces].astype(float)
     piece = piece_numbers(triangles)
@@ -82,7 +89,9 @@ def test_the_caps_are_what_lies_level():
     ],
 )
 @pytest.mark.parametrize("build", [build_grid_lods, build_simplified_lods])
-def test_a_box_from_beside_from_above_and_from_below(build, viewer, case):
+def test_a_box_from_beside_from_above_and_from_below(
+    build: Callable[[BakedObject], LodGeometry], viewer: tuple[float, float, float], case: Case
+) -> None:
     """Both systems of geometry."""
     grids = build(bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=96))
     for level in range(len(grids.error)):
@@ -93,7 +102,7 @@ def test_a_box_from_beside_from_above_and_from_below(build, viewer, case):
         assert len(drawn) < (0.95 if level == 0 else 1) * len(everything)
 
 
-def test_ranges_that_adjoin_are_drawn_at_once():
+def test_ranges_that_adjoin_are_drawn_at_once() -> None:
     count = np.zeros(29, int)
     count[[0, 3, 4, 9, 25]] = 6
     first = np.cumsum(count) - count
@@ -102,18 +111,18 @@ def test_ranges_that_adjoin_are_drawn_at_once():
     assert piece_runs(first, count, 1 << 5) == ()
 
 
-def whole(asset, *_):
+def whole(asset: Rows, *_: object) -> Rows:
     return np.full(len(asset), ALL_PIECES)
 
 
-def table():
+def table() -> tuple[Scene, ShapeLibrary]:
     library = ShapeLibrary([joined(box(1.6, 0.3, 1.0, (0, 0.85, 0)), box(0.1, 0.7, 0.1, (0, 0.35, 0)))], resolution=96)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
     scene.render.warp.reuse_error = 16.0  # its tile would be kept for ever but for what it lacks
     return scene, library
 
 
-def test_who_walks_up_past_the_top_sees_it(gl_device):
+def test_who_walks_up_past_the_top_sees_it(gl_device: Device) -> None:
     """A tile that was warped without the top is warped anew as soon as the viewer is above, and only then."""
     views = [View(Camera((0.0, y, 5.0), (0.0, 0.6, 0.0), 0.5), (240, 180)) for y in (0.84, 0.86, 1.15, 1.17)]
     above = views[2]
@@ -133,7 +142,7 @@ def test_who_walks_up_past_the_top_sees_it(gl_device):
         assert np.abs(read_pixels(fresh.screen).astype(int) - pictures[2]).max() <= 1
 
 
-def test_the_counts_tell_the_papers_step(gl_device):
+def test_the_counts_tell_the_papers_step(gl_device: Device) -> None:
     """Whatever chose the level: texels of the side image per pixel, rounded down to a power of two."""
     with OnScreen(gl_device, *table()) as stage:
         counts = stage.draw(View(Camera((0.0, 0.5, 80.0), (0.0, 0.5, 0.0), 0.5), (240, 180)))
@@ -144,13 +153,15 @@ def test_the_counts_tell_the_papers_step(gl_device):
     assert [name for name in counts if name.startswith("step_")] == [f"step_{1 << int(np.log2(step))}"]
 
 
-def test_the_garden_has_all_three_cases_and_looks_as_with_all_images(gl_device, monkeypatch):
+def test_the_garden_has_all_three_cases_and_looks_as_with_all_images(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """From eye height along its tour, and from above."""
     root, size = Path(__file__).resolve().parents[2] / "scenes", (320, 180)
     scene = load_scene(root / "garden.yaml", overrides={"render.warp.reuse_error": "0"})
     path = load_path(root / "paths" / "garden.yaml")
     cameras = [path.sample(time) for time in (0.0, 5.0, 8.0, 17.0)] + [Camera((10.0, 5.0, 24.0), (0.0, 1.0, 0.0), 0.9)]
-    found = dict.fromkeys(("case_side", "case_side_and_top", "case_side_and_bottom", "case_all"), 0)
+    found = dict.fromkeys(("case_side", "case_side_and_top", "case_side_and_bottom", "case_all"), 0.0)
     triangles = np.zeros(2, int)
     with OnScreen(gl_device, scene, SceneLibrary(scene.assets), size) as stage:
         for camera in cameras:

@@ -1,5 +1,7 @@
 """COOK_VERSION goes with the code that cooks: cached files made by other code must not be taken."""
 
+from pathlib import Path
+
 from cook_digest import RECORD, cook_digest, digest, record_line
 
 HELPER = '''"""Text."""
@@ -27,7 +29,7 @@ def cook(x):
 """
 
 
-def test_the_version_was_raised_when_the_code_that_cooks_changed():
+def test_the_version_was_raised_when_the_code_that_cooks_changed() -> None:
     version, recorded = RECORD.read_text(encoding="utf-8").split()
     command = "python tests/cook_digest.py"
     assert recorded == cook_digest(), (
@@ -37,7 +39,7 @@ def test_the_version_was_raised_when_the_code_that_cooks_changed():
     assert RECORD.read_text(encoding="utf-8") == record_line(), f"COOK_VERSION was changed: run `{command}`"
 
 
-def package(folder, **files):
+def package(folder: Path, **files: str) -> str:
     """A package of these modules, in a folder of its own."""
     root = folder / str(len(list(folder.iterdir())))
     (root / "pack").mkdir(parents=True)
@@ -47,7 +49,7 @@ def package(folder, **files):
     return digest(root, "pack.main", "cook")
 
 
-def test_the_digest_follows_imports_and_ignores_what_does_not_matter(tmp_path):
+def test_the_digest_follows_imports_and_ignores_what_does_not_matter(tmp_path: Path) -> None:
     before = package(tmp_path)
     for old, new in (
         ("# why", "# because"),
@@ -62,6 +64,6 @@ def test_the_digest_follows_imports_and_ignores_what_does_not_matter(tmp_path):
     assert package(tmp_path, sizes="MOST = 3\nLEAST = 2\n") == before
 
 
-def test_the_digest_does_not_see_where_modules_are(tmp_path):
+def test_the_digest_does_not_see_where_modules_are(tmp_path: Path) -> None:
     moved = MAIN.replace("pack.helper", "pack.elsewhere")
     assert package(tmp_path, elsewhere=HELPER, main=moved) == package(tmp_path)

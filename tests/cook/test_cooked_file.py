@@ -1,25 +1,27 @@
 """Cooked objects in files: read back as they were, apart by their options, and gone where damaged."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from depthwalk.cook.cook import COOK_VERSION, CookOptions, cook_object
+from depthwalk.cook.cook import COOK_VERSION, CookedObject, CookOptions, cook_object
 from depthwalk.cook.cooked_file import find_cooked, keep_cooked
 from shapes import bake, box, sphere
 
 
 @pytest.fixture(scope="module")
-def made():
+def made() -> tuple[CookedObject, ...]:
     return tuple(cook_object(bake(mesh, 32), CookOptions()) for mesh in (sphere(0.5, 32, 16), box(1, 2, 1)))
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     return tmp_path
 
 
-def test_objects_are_read_as_they_were(made, folder):
+def test_objects_are_read_as_they_were(made: tuple[CookedObject, ...], folder: Path) -> None:
     kept = keep_cooked("abc", CookOptions(), made)
     found = find_cooked("abc", CookOptions())
     assert found is not None and len(found) == len(kept) == 2
@@ -32,14 +34,14 @@ def test_objects_are_read_as_they_were(made, folder):
                 assert type(value) is type(getattr(other, name))
 
 
-def test_other_options_are_another_file(made, folder):
+def test_other_options_are_another_file(made: tuple[CookedObject, ...], folder: Path) -> None:
     keep_cooked("abc", CookOptions(), made)
     assert find_cooked("abc", CookOptions(stepped=True)) is None and find_cooked("abd", CookOptions()) is None
     (path,) = folder.rglob("*.npz")
     assert f"abc-cook{COOK_VERSION}" in path.name
 
 
-def test_a_file_that_has_gone_cannot_be_loaded(made, folder):
+def test_a_file_that_has_gone_cannot_be_loaded(made: tuple[CookedObject, ...], folder: Path) -> None:
     (kept, _) = keep_cooked("abc", CookOptions(), made)
     (path,) = folder.rglob("*.npz")
     path.unlink()
@@ -48,7 +50,7 @@ def test_a_file_that_has_gone_cannot_be_loaded(made, folder):
         kept.load()
 
 
-def test_a_damaged_file_is_none(made, folder):
+def test_a_damaged_file_is_none(made: tuple[CookedObject, ...], folder: Path) -> None:
     keep_cooked("abc", CookOptions(), made)
     (path,) = folder.rglob("*.npz")
     path.write_bytes(b"PK\x03\x04")

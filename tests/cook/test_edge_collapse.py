@@ -4,20 +4,22 @@ import numpy as np
 import pytest
 
 from depthwalk.cook.edge_collapse import collapse_edges
-from depthwalk.cook.quadrics import clustered_surface
+from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.vertex_clustering import cluster_vertices
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.types import Array, Ints
 from shapes import box, sphere
 
 CELL = 0.01
 
 
-def welded(mesh, cell=CELL):
+def welded(mesh: Mesh, cell: float = CELL) -> ClusteredSurface:
     return clustered_surface(
         *cluster_vertices(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), int), cell)
     )
 
 
-def plane(count=24):
+def plane(count: int = 24) -> tuple[Array, Ints]:
     """A square in z = 0, open all round."""
     x, y = np.meshgrid(np.linspace(-1, 1, count + 1), np.linspace(-1, 1, count + 1))
     number = np.arange((count + 1) ** 2).reshape(count + 1, -1)
@@ -26,18 +28,18 @@ def plane(count=24):
     return np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], -1), triangles
 
 
-def areas(surface):
+def areas(surface: ClusteredSurface) -> Array:
     a, b, c = surface.point[surface.triangles].transpose(1, 0, 2)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
-def test_a_box_is_twelve_triangles():
+def test_a_box_is_twelve_triangles() -> None:
     mesh = box(2, 1, 3)
     surface = collapse_edges(welded(mesh), 0.05)
     assert len(surface.point) == 8 and len(surface.triangles) == 12
 
 
-def test_a_plane_keeps_its_outline():
+def test_a_plane_keeps_its_outline() -> None:
     point, triangles = plane()
     surface = collapse_edges(
         clustered_surface(*cluster_vertices(point, triangles, np.zeros(len(point), int), CELL)), 0.05
@@ -48,7 +50,7 @@ def test_a_plane_keeps_its_outline():
 
 
 @pytest.mark.parametrize(("tolerance", "most", "off"), [(0.1, 250, 0.035), (0.2, 100, 0.08), (0.4, 40, 0.16)])
-def test_a_ball_stays_round(tolerance, most, off):
+def test_a_ball_stays_round(tolerance: float, most: int, off: float) -> None:
     surface = collapse_edges(welded(sphere()), tolerance)
     assert 20 < len(surface.triangles) < most
     middles = surface.point[surface.triangles].mean(1) - [0, 1, 0]
@@ -57,7 +59,7 @@ def test_a_ball_stays_round(tolerance, most, off):
     assert set(zip(start, end, strict=True)) == set(zip(end, start, strict=True))  # nothing is open
 
 
-def test_copies_that_overlap_become_one_surface():
+def test_copies_that_overlap_become_one_surface() -> None:
     point, triangles = plane()
     twice = np.concatenate([point, point + 1e-6])
     rank = np.repeat([0, 1], len(point))

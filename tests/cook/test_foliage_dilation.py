@@ -6,27 +6,28 @@ import numpy as np
 import pytest
 
 from depthwalk.cook.foliage_dilation import count_voxels, dilate_foliage
-from depthwalk.cook.quadrics import clustered_surface
+from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface
 from depthwalk.cook.vertex_clustering import cluster_vertices
+from depthwalk.ingest.mesh import Mesh
 from shapes import leaves, sphere
 
 SIDE = 0.05
 
 
-def welded(mesh):
+def welded(mesh: Mesh) -> ClusteredSurface:
     return clustered_surface(
         *cluster_vertices(mesh.positions, mesh.faces.astype(np.int64), np.zeros(len(mesh.positions), int), 1e-5)
     )
 
 
-def test_cubes_are_those_that_a_square_meets():
+def test_cubes_are_those_that_a_square_meets() -> None:
     """1 m wide, and once more in the same place."""
     square = np.array([[[0, 0, 0.01], [1, 0, 0.01], [1, 1, 0.01]], [[0, 0, 0.01], [1, 1, 0.01], [0, 1, 0.01]]])
     assert count_voxels(square, SIDE) == pytest.approx(20**2, rel=0.03)
     assert count_voxels(np.concatenate([square, square]), SIDE) == pytest.approx(20**2, rel=0.03)
 
 
-def test_leaves_that_shrank_are_spread_to_their_size():
+def test_leaves_that_shrank_are_spread_to_their_size() -> None:
     mesh = leaves(200, 0.2)
     leaf = mesh.positions.reshape(-1, 4, 3)
     shrunk = (leaf - 0.15 * (leaf - leaf.mean(1, keepdims=True))).reshape(-1, 3)
@@ -41,6 +42,6 @@ def test_leaves_that_shrank_are_spread_to_their_size():
     )
 
 
-def test_what_is_large_enough_or_has_no_rims_is_not_spread():
+def test_what_is_large_enough_or_has_no_rims_is_not_spread() -> None:
     for surface, wanted in (welded(leaves(200, 0.2)), 100), (welded(sphere()), 100_000):
         assert np.array_equal(dilate_foliage(surface, wanted, SIDE, 1.0), surface.point)

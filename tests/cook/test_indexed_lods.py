@@ -6,18 +6,19 @@ import pytest
 from depthwalk.cook import indexed_lods
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.indexed_lods import index_levels
-from depthwalk.cook.lod_geometry import POSITION_STEPS
+from depthwalk.cook.lod_geometry import POSITION_STEPS, LodGeometry
 from depthwalk.cook.view_selection import NOWHERE
+from depthwalk.types import Array, Ints, Rows
 from shapes import bake, sphere
 
 
 @pytest.fixture(scope="module")
-def grid():
+def grid() -> LodGeometry:
     return build_grid_lods(bake(sphere(0.6, 32, 16), 32))
 
 
 @pytest.fixture
-def level(grid):
+def level(grid: LodGeometry) -> tuple[Array, Ints]:
     """A strip of triangles on the lattice of positions; neighbours look into different images in two halves."""
     steps = np.stack([np.arange(42) // 2 * 3000, np.arange(42) % 2 * 3000, 0 * np.arange(42)], -1)
     corners = np.stack([steps[:-2], steps[1:-1], steps[2:]], 1)
@@ -25,13 +26,15 @@ def level(grid):
     return grid.box_low + corners * (grid.box_size / POSITION_STEPS).astype(np.float64), views
 
 
-def rows(corners):
+def rows(corners: Rows) -> list[tuple[tuple[int, ...], ...]]:
     """Triangles as sorted rows of whole steps, in an order of their own."""
     return sorted(tuple(sorted(map(tuple, corner))) for corner in corners.tolist())
 
 
 @pytest.mark.parametrize("most_vertices", [1 << 16, 12])
-def test_triangles_stay_and_know_their_images(grid, level, most_vertices, monkeypatch):
+def test_triangles_stay_and_know_their_images(
+    grid: LodGeometry, level: tuple[Array, Ints], most_vertices: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(indexed_lods, "MOST_VERTICES", most_vertices)
     corners, views = level
     found = index_levels(grid, [corners, corners[:5]], np.concatenate([views, views[:5]]), np.array([0.0, 0.1]))
@@ -45,12 +48,12 @@ def test_triangles_stay_and_know_their_images(grid, level, most_vertices, monkey
     assert (len(found.chunks) > 2) == (most_vertices == 12)
 
 
-def test_vertices_are_shared(grid, level):
+def test_vertices_are_shared(grid: LodGeometry, level: tuple[Array, Ints]) -> None:
     found = index_levels(grid, [level[0]], level[1], np.zeros(1))
     assert len(found.vertices) <= 42 + 3
 
 
-def test_triangles_that_look_nowhere_are_left_out(grid, level):
+def test_triangles_that_look_nowhere_are_left_out(grid: LodGeometry, level: tuple[Array, Ints]) -> None:
     corners, views = level
     found = index_levels(grid, [corners], np.where(views == 9, NOWHERE, views), np.zeros(1))
     assert len(found.drawn(0)) == 20

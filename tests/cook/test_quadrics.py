@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from depthwalk.cook.quadrics import clustered_surface, optimal_points, squared_distances
+from depthwalk.cook.quadrics import ClusteredSurface, clustered_surface, optimal_points, squared_distances
 from depthwalk.cook.sharp_features import SharpFeatures
 
 # The corner of a box at the origin, its three faces away from it.
@@ -12,11 +12,11 @@ FACES = np.array([[0, 2, 1], [0, 3, 2], [0, 1, 3]])
 
 
 @pytest.fixture
-def corner():
+def corner() -> ClusteredSurface:
     return clustered_surface(CORNER, FACES)
 
 
-def test_the_quadric_of_a_corner_is_the_distance_from_its_faces(corner):
+def test_the_quadric_of_a_corner_is_the_distance_from_its_faces(corner: ClusteredSurface) -> None:
     assert corner.area == pytest.approx(1.5) and corner.weight[0] == pytest.approx(1.5)
     points = np.random.default_rng(1).normal(size=(9, 3))
     expected = 0.5 * (points**2).sum(1)
@@ -24,7 +24,7 @@ def test_the_quadric_of_a_corner_is_the_distance_from_its_faces(corner):
     np.testing.assert_allclose(squared_distances(columns, points), expected, atol=1e-12)
 
 
-def test_the_optimal_point_is_the_corner_wherever_the_spring_is(corner):
+def test_the_optimal_point_is_the_corner_wherever_the_spring_is(corner: ClusteredSurface) -> None:
     middle = np.array([[0.3, 0.2, 0.9]])
     found = optimal_points(corner.quadric[:1].T, np.array([1e-9]), middle)
     np.testing.assert_allclose(found, [[0, 0, 0]], atol=1e-6)
@@ -32,7 +32,7 @@ def test_the_optimal_point_is_the_corner_wherever_the_spring_is(corner):
     np.testing.assert_allclose(held, middle, atol=1e-6)
 
 
-def test_the_boundary_is_held_by_planes_perpendicular_to_it():
+def test_the_boundary_is_held_by_planes_perpendicular_to_it() -> None:
     """Of a square in z = 0: its corners stay where they are, though the square's plane leaves them free."""
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
     surface = clustered_surface(square, np.array([[0, 1, 2], [0, 2, 3]]))
@@ -40,7 +40,7 @@ def test_the_boundary_is_held_by_planes_perpendicular_to_it():
     np.testing.assert_allclose(found, square, atol=1e-6)
 
 
-def test_features_count_for_one_half(corner):
+def test_features_count_for_one_half(corner: ClusteredSurface) -> None:
     """Here all are planes of constant z, through the four vertices: three at z = 0, one at 1."""
     mixed = clustered_surface(CORNER, FACES, SharpFeatures(CORNER, np.tile([0.0, 0, 1], (4, 1))))
     of_planes, of_both = (

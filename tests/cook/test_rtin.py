@@ -7,6 +7,7 @@ from scipy.ndimage import gaussian_filter, minimum_filter
 from depthwalk.bake.grid import cell_triangles, grid_cells, grid_nodes
 from depthwalk.bake.images import DepthImage, Face
 from depthwalk.cook.rtin import Surface, rtin_triangles
+from depthwalk.types import Array, Rows
 
 LAYER = 1
 WHOLE = 0b0010011  # a triangle with all corners on that layer
@@ -21,7 +22,9 @@ CASES = [
 ]
 
 
-def random_image(face, shape, level, seed, flat=False):
+def random_image(
+    face: Face, shape: tuple[int, int], level: int, seed: int, flat: bool = False
+) -> tuple[DepthImage, Surface]:
     """A DepthImage and its Surface: bumpy here, smooth there; some cells cut, empty or partly on another layer."""
     rng = np.random.default_rng(seed)
     mode = ("nearest", "wrap")
@@ -45,14 +48,14 @@ def random_image(face, shape, level, seed, flat=False):
         normal=empty,
         albedo=empty,
         cells=(np.zeros(0, np.uint16),) * level + (codes,),
-        owner=empty,
+        owner=np.zeros(0, np.uint8),
     ), surface
 
 
 class Network:
     """What `rtin_triangles` makes of an image, in nodes (row, column) of the level's grid."""
 
-    def __init__(self, image, surface, level, tolerance):
+    def __init__(self, image: DepthImage, surface: Surface, level: int, tolerance: float) -> None:
         shape, self.wraps = image.depth.shape, image.face is Face.SIDE
         self.rows, self.columns = (
             grid_nodes(n, 1 << level, w) for n, w in zip(shape, (False, self.wraps), strict=True)
@@ -67,20 +70,22 @@ class Network:
         self.height, self.label = (surface.point @ UP)[of_node], surface.label[of_node]
         self.codes = image.cells[level].reshape(self.down, self.across)
 
-    def unrolled(self, rows, columns):
+    def unrolled(self, rows: Rows, columns: Rows) -> Rows:
         """Triangles (t, 3, 2) of texels, those across the seam in one piece."""
         row, column = np.searchsorted(self.rows, rows), np.searchsorted(self.columns, columns)
         if self.wraps:
             column[(column == 0) & (column.max(1, keepdims=True) > self.across // 2)] = self.across
         return np.stack([row, column], -1)
 
-    def areas(self, triangles):
+    def areas(self, triangles: Rows) -> Array:
         return np.linalg.det(triangles[:, 1:] - triangles[:, :1]) / 2
 
 
 @pytest.mark.parametrize(("face", "shape", "level"), CASES)
 @pytest.mark.parametrize("seed", range(4))
-def test_triangles_fill_the_grid_without_gaps_and_cracks(face, shape, level, seed):
+def test_triangles_fill_the_grid_without_gaps_and_cracks(
+    face: Face, shape: tuple[int, int], level: int, seed: int
+) -> None:
     net = Network(*random_image(face, shape, level, seed), level, 0.1)
     assert 0.1 < net.replaced.mean() < 0.95 and len(net.coarse) < 1.4 * net.replaced.sum()
     triangles = np.concatenate([net.coarse, net.fine])
@@ -101,12 +106,12 @@ def test_triangles_fill_the_grid_without_gaps_and_cracks(face, shape, level, see
 
 @pytest.mark.parametrize(("face", "shape", "level"), CASES)
 @pytest.mark.parametrize("tolerance", [0.02, 0.3])
-def test_samples_are_within_the_tolerance(face, shape, level, tolerance):
+def test_samples_are_within_the_tolerance(face: Face, shape: tuple[int, int], level: int, tolerance: float) -> None:
     net = Network(*random_image(face, shape, level, 7), level, tolerance)
     worst = 0.0
     for triangle in net.coarse:
         low, high = triangle.min(0), triangle.max(0) + 1
-        nodes = np.stack(np.mgrid[low[0] : high[0], low[1] : high[1]], -1).reshape(-1, 2)
+        nodes = np.moveaxis(np.mgrid[low[0] : high[0], low[1] : high[1]], 0, -1).reshape(-1, 2)
         weights = np.linalg.solve(np.vstack([triangle.T, np.ones(3)]), np.vstack([nodes.T, np.ones(len(nodes))]))
         inside = (weights > -1e-9).all(0)
         flat = net.height[tuple(triangle.T)] @ weights[:, inside]
@@ -116,7 +121,7 @@ def test_samples_are_within_the_tolerance(face, shape, level, tolerance):
 
 
 @pytest.mark.parametrize(("face", "shape", "level"), CASES)
-def test_only_cells_that_are_whole_are_replaced(face, shape, level):
+def test_only_cells_that_are_whole_are_replaced(face: Face, shape: tuple[int, int], level: int) -> None:
     net = Network(*random_image(face, shape, level, 3), level, 10.0)
     label = net.label
     same = (label[1:, 1:] == label[:-1, :-1]) & (label[1:, :-1] == label[:-1, 1:]) & (label[1:, 1:] == label[1:, :-1])
@@ -130,17 +135,17 @@ def test_only_cells_that_are_whole_are_replaced(face, shape, level):
 
 
 @pytest.mark.parametrize(("face", "shape"), [(Face.TOP, (65, 97)), (Face.SIDE, (65, 96))])
-def test_a_flat_image_is_two_triangles_a_block(face, shape):
+def test_a_flat_image_is_two_triangles_a_block(face: Face, shape: tuple[int, int]) -> None:
     net = Network(*random_image(face, shape, 0, 0, flat=True), 0, 1e-3)
     assert net.replaced.all() and len(net.coarse) == 2 * (64 // 32) * (96 // 32)
 
 
-def test_no_tolerance_leaves_the_grid_as_it_is():
+def test_no_tolerance_leaves_the_grid_as_it_is() -> None:
     net = Network(*random_image(Face.SIDE, (64, 64), 0, 0, flat=True), 0, -np.inf)
     assert not len(net.coarse) and not net.replaced.any()
 
 
 @pytest.mark.parametrize("face", Face)
-def test_triangles_face_as_those_of_the_grid_do(face):
+def test_triangles_face_as_those_of_the_grid_do(face: Face) -> None:
     net = Network(*random_image(face, (64, 80), 0, 5), 0, 0.1)
     assert set(np.sign(net.areas(net.coarse))) == set(np.sign(net.areas(net.fine)))

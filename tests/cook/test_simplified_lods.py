@@ -5,47 +5,48 @@ import pytest
 import trimesh
 
 from depthwalk.bake.face_grid import FaceGrid, square_texel
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.foliage_dilation import count_voxels
 from depthwalk.cook.grid_lods import build_grid_lods
-from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT
+from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT, LodGeometry
 from depthwalk.cook.simplified_lods import _bulged, _coarse_surface, build_simplified_lods
 from depthwalk.cook.view_selection import NOWHERE, select_views
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.render.lod.selection import error_level
+from depthwalk.types import Array
 from shapes import bake, box, joined, leaves, mesh_of, sphere
 
 
 @pytest.fixture(scope="module")
-def baked():
+def baked() -> BakedObject:
     """A ball over a plinth, and a post past the axis of neither."""
     return bake(joined(sphere(0.5, 96, 48), box(1.6, 0.2, 1.0, (0.3, -0.2, 0.1)), box(0.1, 0.8, 0.1, (0.9, 0.3, 0))))
 
 
 @pytest.fixture(scope="module")
-def levels(baked):
+def levels(baked: BakedObject) -> LodGeometry:
     return build_simplified_lods(baked)
 
 
-def points(grids):
+def points(grids: LodGeometry) -> Array:
     return grids.box_low + grids.vertices[:, :3] * (grids.box_size / 65535)
 
 
-def test_triangles_fall_and_errors_rise(baked, levels):
+def test_triangles_fall_and_errors_rise(baked: BakedObject, levels: LodGeometry) -> None:
     counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
     assert len(counts) > 6 and counts[-1] < 100
     assert (np.diff(counts) < 0).all()
     assert levels.error[0] < 0.3 * square_texel(baked) and (np.diff(levels.error) >= 0).all()
 
 
-def test_the_finest_has_the_area_of_the_grids_in_far_fewer_triangles(baked, levels):
+def test_the_finest_has_the_area_of_the_grids_in_far_fewer_triangles(baked: BakedObject, levels: LodGeometry) -> None:
     grids = build_grid_lods(baked)
     fine, full = (points(each)[each.drawn(0)].astype(np.float64) for each in (levels, grids))
     assert len(fine) < 0.3 * len(full)
     assert face_normals(fine)[1].sum() == pytest.approx(face_normals(full)[1].sum(), rel=0.02)
 
 
-def test_foliage_stays_as_large_as_it_is():
+def test_foliage_stays_as_large_as_it_is() -> None:
     foliage = bake(leaves(300, 0.1), 32)
     levels, grids, side = build_simplified_lods(foliage), build_grid_lods(foliage), 0.5 * square_texel(foliage)
     full, *fewer = (
@@ -56,12 +57,12 @@ def test_foliage_stays_as_large_as_it_is():
     assert len(levels.drawn(2)) < 0.2 * len(levels.drawn(0))
 
 
-def test_triangles_share_vertices(levels):
+def test_triangles_share_vertices(levels: LodGeometry) -> None:
     corners = levels.drawn(0)
     assert len(np.unique(corners)) < 0.9 * len(corners)
 
 
-def test_a_ball_is_as_far_off_as_said(baked, levels):
+def test_a_ball_is_as_far_off_as_said(baked: BakedObject, levels: LodGeometry) -> None:
     """Middles of triangles on the upper half of the ball are within the error, but for the share that it leaves out."""
     for level in range(len(levels.error)):
         corners = points(levels)[levels.drawn(level)]
@@ -71,7 +72,7 @@ def test_a_ball_is_as_far_off_as_said(baked, levels):
         assert np.median(off) <= levels.error[level] + 0.2 * square_texel(baked), level
 
 
-def test_triangles_look_into_images_that_hold_them(baked, levels):
+def test_triangles_look_into_images_that_hold_them(baked: BakedObject, levels: LodGeometry) -> None:
     point = points(levels)
     last = levels.drawn(3)
     flags = levels.vertices[last[:, 2], 3]
@@ -89,7 +90,7 @@ def test_triangles_look_into_images_that_hold_them(baked, levels):
     assert Face.SIDE in set((flags & EDGE - 1) >> FACE_SHIFT)
 
 
-def test_folds_are_found_nowhere(baked, levels):
+def test_folds_are_found_nowhere(baked: BakedObject, levels: LodGeometry) -> None:
     """Triangles of the upper half of the ball, and the same turned over."""
     corners = points(levels)[levels.drawn(0)]
     above = corners[(corners[..., 1].min(1) > corners[..., 1].max() - 0.5) & (corners[..., 0].max(1) < 0.6)]
@@ -98,7 +99,7 @@ def test_folds_are_found_nowhere(baked, levels):
     assert (select_views(baked, above[:, ::-1]) == NOWHERE).mean() > 0.95  # at the very top rays graze the ball
 
 
-def test_foliage_has_levels_between_its_leaves_and_what_is_welded():
+def test_foliage_has_levels_between_its_leaves_and_what_is_welded() -> None:
     crown = bake(leaves(60, 0.25), 32, layers=3)
     levels = build_simplified_lods(crown)
     counts = [len(levels.drawn(level)) for level in range(len(levels.error))]
@@ -106,7 +107,7 @@ def test_foliage_has_levels_between_its_leaves_and_what_is_welded():
     assert counts[1] > 0.5 * counts[0] and levels.error[0] < 0.25 * square_texel(crown)
 
 
-def test_a_sheet_stays_as_large_as_it_is_where_it_is_welded():
+def test_a_sheet_stays_as_large_as_it_is_where_it_is_welded() -> None:
     corners = np.array([[-0.4, 0, 0], [0.4, 0, 0.1], [0.4, 1, 0.1], [-0.4, 1, 0]])
     levels = build_simplified_lods(bake(mesh_of(corners, np.array([[0, 1, 2], [0, 2, 3]]), np.eye(3)[[2] * 4])))
     area = [
@@ -117,12 +118,12 @@ def test_a_sheet_stays_as_large_as_it_is_where_it_is_welded():
 
 
 @pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.09, 0), (0.1, 1), (0.5, 2), (100.0, 2)])
-def test_the_coarsest_level_within_the_error_is_drawn(allowed, level):
+def test_the_coarsest_level_within_the_error_is_drawn(allowed: float, level: int) -> None:
     error = np.array([[0.0, 0.1, 0.4, np.inf]])
     assert error_level(error, np.array([allowed]))[0] == level
 
 
-def test_a_triangulated_ball_bulges_to_its_size_and_a_plane_stays():
+def test_a_triangulated_ball_bulges_to_its_size_and_a_plane_stays() -> None:
     ball = trimesh.creation.icosphere(subdivisions=3)
     point, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, np.int64)
     before = 1 - np.linalg.norm(point[triangles].mean(1), axis=1).mean()
@@ -133,7 +134,7 @@ def test_a_triangulated_ball_bulges_to_its_size_and_a_plane_stays():
     assert _bulged(flat, upper) == pytest.approx(flat)
 
 
-def test_what_is_welded_is_as_large_as_what_it_stands_for():
+def test_what_is_welded_is_as_large_as_what_it_stands_for() -> None:
     """The mean height of the arcs over a ball's triangles, which are four times as high once it is welded."""
     ball = trimesh.creation.icosphere(subdivisions=5)
     point, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, np.int64)

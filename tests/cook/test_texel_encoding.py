@@ -6,11 +6,12 @@ import moderngl
 import numpy as np
 
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD, depth_code, encode_normals, image_texels
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
 from shapes import bake, sphere
 
 
-def test_empty_texels_hold_their_neighbours_far_away():
+def test_empty_texels_hold_their_neighbours_far_away() -> None:
     baked = bake(sphere(0.5, 48, 24), 32)
     image = next(image for image in baked.images if 0 < np.isfinite(image.depth).sum() < image.depth.size)
     solid = np.isfinite(image.depth)
@@ -22,7 +23,7 @@ def test_empty_texels_hold_their_neighbours_far_away():
         assert texels[row, column - 1, 3] == texels[row, column, 3] ^ 128  # half the period
 
 
-def test_normals_keep_their_direction_in_eight_bits():
+def test_normals_keep_their_direction_in_eight_bits() -> None:
     """Twice as well as rounded as they are, and as long as each other within what blending forgives."""
     normal = np.random.default_rng(5).normal(size=(20_000, 3))
     normal[:6] = np.concatenate([np.eye(3), -np.eye(3)])
@@ -45,14 +46,14 @@ void main() { off = depth_off(both.x, both.y); }
 """
 
 
-def test_depths_are_told_apart_by_their_remainders(gl_device):
+def test_depths_are_told_apart_by_their_remainders(gl_device: Device) -> None:
     rng = np.random.default_rng(6)
     stored, depth = rng.uniform(0, 900, 2000), rng.uniform(0, 900, 2000)
     depth[:1000] = stored[:1000] + rng.uniform(-3, 3, 1000)
     asked = np.column_stack([depth_code(stored) / 255, depth]).astype(np.float32)
     scope = gl_device.scope("test")
     text = Source("common/depth_images.glsl", "").text + OFF
-    program = gl_device.context.program(vertex_shader=text, varyings=["off"])
+    program = gl_device.context.program(vertex_shader=text, varyings=("off",))
     scope.framebuffer([scope.texture((4, 4), 4)]).use()
     array = gl_device.context.vertex_array(program, [(scope.buffer(asked), "2f", "both")])
     out = scope.buffer(reserve=4 * len(asked))

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.grid_lods import build_grid_lods
-from depthwalk.cook.lod_geometry import FACE_SHIFT
+from depthwalk.cook.lod_geometry import FACE_SHIFT, LodGeometry
 from depthwalk.cook.used_texels import SUB_TILE, TILE, tile_counts, used_sub_tiles
 from shapes import bake, box, joined, sphere
 
 
 @pytest.fixture(scope="module")
-def baked():
+def baked() -> BakedObject:
     return bake(
         joined(
             sphere(
@@ -26,16 +26,16 @@ def baked():
 
 
 @pytest.fixture(scope="module")
-def grids(baked):
+def grids(baked: BakedObject) -> LodGeometry:
     return build_grid_lods(baked)
 
 
 @pytest.mark.parametrize(("size", "tiles"), [(64, 8), (65, 9), (1, 1)])
-def test_tiles_cover_an_image(size, tiles):
+def test_tiles_cover_an_image(size: int, tiles: int) -> None:
     assert tile_counts((size, TILE)) == (tiles, 1)
 
 
-def test_the_sub_tiles_of_all_drawn_samples_are_used(baked, grids):
+def test_the_sub_tiles_of_all_drawn_samples_are_used(baked: BakedObject, grids: LodGeometry) -> None:
     (used,) = used_sub_tiles(baked, grids, [1])
     assert used.shape == (len(baked.images), 16, 16)
     drawn = np.unique(grids.drawn(0))
@@ -47,7 +47,7 @@ def test_the_sub_tiles_of_all_drawn_samples_are_used(baked, grids):
     assert used[image, row, column].all()
 
 
-def test_empty_parts_of_images_are_not_used(baked, grids):
+def test_empty_parts_of_images_are_not_used(baked: BakedObject, grids: LodGeometry) -> None:
     (used,) = used_sub_tiles(baked, grids, [1])
     for image, mask in zip(baked.images, used, strict=True):
         if image.face is Face.SIDE:
@@ -59,6 +59,6 @@ def test_empty_parts_of_images_are_not_used(baked, grids):
     assert used.mean() < 0.7
 
 
-def test_more_levels_use_more(baked, grids):
+def test_more_levels_use_more(baked: BakedObject, grids: LodGeometry) -> None:
     fine, both = used_sub_tiles(baked, grids, [1, 3])
     assert (both >= fine).all()

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT
 from depthwalk.cook.view_selection import select_views
 from shapes import bake, box, joined, mesh_of
 
 
 @pytest.fixture(scope="module")
-def leaf():
+def leaf() -> BakedObject:
     """A leaf that lies above a plinth, with normals bent to below its face."""
     corners = np.array([(-0.4, 0.5, 0.4), (0.4, 0.5, 0.4), (0.4, 0.5, -0.4), (-0.4, 0.5, -0.4)])
     blade = mesh_of(corners, [(0, 1, 2), (0, 2, 3)], np.tile((0.6, -0.8, 0.0), (4, 1)))
@@ -18,6 +18,6 @@ def leaf():
 
 
 @pytest.mark.parametrize(("turned", "face"), [(1, Face.TOP), (-1, Face.BOTTOM)])
-def test_a_side_of_a_leaf_is_looked_up_from_where_it_is_seen(leaf, turned, face):
+def test_a_side_of_a_leaf_is_looked_up_from_where_it_is_seen(leaf: BakedObject, turned: int, face: Face) -> None:
     corners = np.array([(-0.1, 0.5, 0.1), (0.1, 0.5, 0.1), (0.1, 0.5, -0.1)])[::turned] - np.asarray(leaf.position)
     assert select_views(leaf, corners[None])[0] % EDGE >> FACE_SHIFT == face

@@ -1,45 +1,48 @@
 """Lookups in virtual textures against lookups in whole images."""
 
+from collections.abc import Iterator
+
 import moderngl
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike, NDArray
 
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import BakedObject, DepthImage, Face
 from depthwalk.bake.planar import bake_planar
 from depthwalk.cook import colour_pca
 from depthwalk.cook.cook import CookOptions
 from depthwalk.cook.grid_lods import build_grid_lods
-from depthwalk.cook.lod_geometry import FACE_SHIFT
+from depthwalk.cook.lod_geometry import FACE_SHIFT, LodGeometry
 from depthwalk.cook.texel_encoding import image_texels
 from depthwalk.cook.used_texels import SUB_TILE
-from depthwalk.cook.virtual_texture import LEVELS, build_virtual_texture
+from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture, build_virtual_texture
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.render.resources.asset_store import AssetStore
+from depthwalk.types import Array, Rows
 from shapes import ShapeLibrary, bake, box, joined, sphere
 
 ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
 
 
-def statue():
+def statue() -> BakedObject:
     """A ball beside the axis, across the seam, over a plinth: caps, several layers and much that is empty."""
     return bake(joined(sphere(0.5, 48, 24), box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1)), box(0.05, 0.05, 0.6, (0.7, 0.3, 0))))
 
 
-def painted():
+def painted() -> BakedObject:
     """The same in lighter and darker brown, for which one component and tints do."""
-    looks = {"colour": (210, 190, 160)}, {"colour": (105, 95, 80)}, {"colour": (53, 47, 40)}
-    ball, plinth, plate = looks
     return bake(
         joined(
-            sphere(0.5, 48, 24, **ball),
-            box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1), **plinth),
-            box(0.05, 0.05, 0.6, (0.7, 0.3, 0), **plate),
+            sphere(0.5, 48, 24, colour=(210, 190, 160)),
+            box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1), colour=(105, 95, 80)),
+            box(0.05, 0.05, 0.6, (0.7, 0.3, 0), colour=(53, 47, 40)),
         )
     )
 
 
-def relief():
+def relief() -> BakedObject:
     """A planar image of odd size, torn along its middle."""
     rng = np.random.default_rng(3)
     depth = rng.uniform(0, 0.01, (83, 53)).astype(np.float32)
@@ -51,28 +54,28 @@ def relief():
 
 
 @pytest.fixture(scope="module", params=[statue, painted, relief], ids=["statue", "painted", "relief"])
-def baked(request):
+def baked(request: pytest.FixtureRequest) -> BakedObject:
     return request.param()
 
 
 @pytest.fixture(scope="module")
-def grids(baked):
+def grids(baked: BakedObject) -> LodGeometry:
     return build_grid_lods(baked)
 
 
 @pytest.fixture(scope="module")
-def pages(baked, grids):
+def pages(baked: BakedObject, grids: LodGeometry) -> VirtualTexture:
     return build_virtual_texture(baked, grids)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def none_is_small():
+def none_is_small() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(colour_pca, "_SMALL", 0)
         yield
 
 
-def boxed(texels, size, period):
+def boxed(texels: Array, size: int, period: int) -> tuple[Array, float]:
     """Averages (H, W, 8) over boxes of `size` texels, the first of which begins GRAIN texels and half a grain before
     the image, and the number of boxes before its own."""
     start = SUB_TILE + SUB_TILE // 2
@@ -83,7 +86,7 @@ def boxed(texels, size, period):
     return wide.reshape(count[0], size, count[1], size, -1).mean((1, 3)), start / size
 
 
-def bilinear(texels, at):
+def bilinear(texels: Array, at: Array) -> Array:
     """Between the texels (H, W, …) around points (n, 2), x and y in texels."""
     low = np.floor(at - 0.5).astype(int)
     f = (at - 0.5 - low)[:, :, None]
@@ -95,7 +98,7 @@ def bilinear(texels, at):
     return sum(part)
 
 
-def in_image(texels, at, segment, lod, period):
+def in_image(texels: Array, at: Array, segment: int, lod: float, period: int) -> Array:
     """Texels (n, 8) of a whole image at points (n, 2), in texels, from its quarters if `segment` says so."""
     for _ in range(segment):
         rows, columns = ((extent + SUB_TILE // 2 - 1) // SUB_TILE + 1 for extent in texels.shape[:2])
@@ -107,7 +110,7 @@ def in_image(texels, at, segment, lod, period):
     return lower + (level - int(level)) * (upper - lower)
 
 
-def places(pages, image, at, lod, size):
+def places(pages: VirtualTexture, image: int, at: Array, lod: float, size: tuple[int, int]) -> tuple[Array, Rows]:
     """The twin of `page_at`: places (n, 2) in the pages of points (n, 2), and the segment in which each was found."""
     at = np.clip(at, 0, np.asarray(size) - 0.01)
     found = np.full(len(at), min(int(lod / LEVELS), pages.last_mip_tier))
@@ -121,7 +124,7 @@ def places(pages, image, at, lod, size):
         found = found + missing
 
 
-def trilinear(picture, place, level):
+def trilinear(picture: NDArray[np.integer], place: Array, level: ArrayLike) -> Array:
     """A picture (H, W, k) at places (n, 2), its texels, at levels of detail (n,) or one, up to LEVELS."""
     if not picture.size:
         return np.zeros((len(place), 0))
@@ -136,14 +139,14 @@ def trilinear(picture, place, level):
     values = np.stack(
         [bilinear(np.pad(mip, ((1, 1), (1, 1), (0, 0))), place / (1 << k) + 1) for k, mip in enumerate(mips)]
     )
-    level = np.clip(level, 0, LEVELS) + np.zeros(len(place))
-    below = np.minimum(level.astype(int), LEVELS - 1)
-    part = (level - below)[:, None]
+    clipped = np.clip(level, 0, LEVELS) + np.zeros(len(place))
+    below = np.minimum(clipped.astype(int), LEVELS - 1)
+    part = (clipped - below)[:, None]
     every = np.arange(len(place))
     return (1 - part) * values[below, every] + part * values[below + 1, every]
 
 
-def in_pages(pages, image, at, lod, size):
+def in_pages(pages: VirtualTexture, image: int, at: Array, lod: float, size: tuple[int, int]) -> tuple[Array, Rows]:
     """The twin of common/virtual_texture.glsl: texels (n, 8) at points (n, 2), and the mip tier that each is of."""
     place, found = places(pages, image, at, lod, size)
     level = np.clip(lod - LEVELS * found, 0, LEVELS)
@@ -158,7 +161,7 @@ def in_pages(pages, image, at, lod, size):
     return np.concatenate([normals, colours], 1), found
 
 
-def cubic_normals(pages, image, at, size):
+def cubic_normals(pages: VirtualTexture, image: int, at: Array, size: tuple[int, int]) -> Array:
     """The twin of `page_normal`: (n, 3), between the sixteen texels around points (n, 2)."""
     place, _ = places(pages, image, at, 0, size)
     low = np.floor(place - 0.5).astype(int)
@@ -170,7 +173,7 @@ def cubic_normals(pages, image, at, size):
     return np.einsum("nr,nc,nrci->ni", weight[:, 1], weight[:, 0], around)
 
 
-def points(image):
+def points(image: DepthImage) -> Array:
     """Points (n, 2), in texels, all over an image, at the edges of its grains and at its own."""
     height, width = image.depth.shape
     rng = np.random.default_rng(7)
@@ -182,7 +185,7 @@ def points(image):
 
 
 @pytest.mark.parametrize("lod", [0, 1, 2, 3, 4, 5, 0.5, 2.25])
-def test_pages_hold_what_the_images_hold(baked, pages, lod):
+def test_pages_hold_what_the_images_hold(baked: BakedObject, pages: VirtualTexture, lod: float) -> None:
     """Wherever one looks, or else in a coarser segment, which stands in for what is never drawn."""
     for number, image in enumerate(baked.images):
         texels = image_texels(baked.cylinder, image) / (1, 1, 1, 1, 257, 257, 257, 257)
@@ -195,7 +198,9 @@ def test_pages_hold_what_the_images_hold(baked, pages, lod):
 
 
 @pytest.mark.parametrize(("lod", "level"), [(0, 0), (0, 2), (1.5, 2), (2.5, 2), (4, 2)])
-def test_what_is_drawn_is_found_in_its_own_segment(baked, grids, pages, lod, level):
+def test_what_is_drawn_is_found_in_its_own_segment(
+    baked: BakedObject, grids: LodGeometry, pages: VirtualTexture, lod: int, level: int
+) -> None:
     """Points anywhere within the triangles of a grid, but for borders."""
     triangles = grids.drawn(level)
     triangles = triangles[(grids.texels[triangles] >= 0).all((1, 2))]
@@ -214,7 +219,7 @@ def test_what_is_drawn_is_found_in_its_own_segment(baked, grids, pages, lod, lev
         assert (segment == min(int(lod / LEVELS), pages.last_mip_tier)).all()
 
 
-def test_pages_are_smaller_than_images():
+def test_pages_are_smaller_than_images() -> None:
     """What only the paper's cases draw is stored for those only."""
     baked = statue()
     all_cases, paper = (
@@ -244,20 +249,21 @@ void main() {
 """
 
 
-def test_the_shader_matches_its_twin(gl_device, baked, pages):
+def test_the_shader_matches_its_twin(gl_device: Device, baked: BakedObject, pages: VirtualTexture) -> None:
     """Random points of every image at random levels of detail, by transform feedback."""
     store, scope = AssetStore(gl_device, ShapeLibrary([None], [baked], kept=False)), gl_device.scope("test")
     store.cook_options = CookOptions(stepped=True)  # as the pages to compare with
     drawn = store.depth_object(store.depth_numbers(0)[0])
     preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
     text = Source("common/virtual_texture.glsl", preamble).text + LOOK_UP
-    program = gl_device.context.program(vertex_shader=text, varyings=["normal", "colour", "magnified", "misplaced"])
-    for unit, texture in enumerate((drawn.normals, drawn.colours, drawn.tints, drawn.page_table)):
+    program = gl_device.context.program(vertex_shader=text, varyings=("normal", "colour", "magnified", "misplaced"))
+    for unit, texture in enumerate((drawn.normals, drawn.colours, drawn.tints)):
         texture.use(unit)
+    drawn.page_table.use(3)
     units = {"page_normals": 0, "page_colours": 1, "page_tints": 2, "page_table": 3}
     for name, value in (drawn.surface | units).items():
         if name in program:
-            program[name].value = value
+            program[name] = value
     scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own
     for number, image in enumerate(baked.images):
         size = image.depth.shape[::-1]

@@ -1,5 +1,7 @@
 """Triangles that share vertices: copies, unused vertices, boundary edges."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -16,29 +18,29 @@ SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], float)
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
 
 
-def test_normals_and_areas():
+def test_normals_and_areas() -> None:
     normal, area = normals_and_areas(SQUARE, TRIANGLES)
     assert (normal == [0, 0, 1]).all() and area.tolist() == [2, 2]
 
 
-def test_a_vertex_faces_as_its_triangles_do():
+def test_a_vertex_faces_as_its_triangles_do() -> None:
     assert vertex_directions(SQUARE, TRIANGLES)[:, 2].tolist() == [8, 4, 8, 4]
 
 
-def test_the_diagonal_is_no_boundary():
+def test_the_diagonal_is_no_boundary() -> None:
     start, end, outward = open_edges(SQUARE, TRIANGLES, normals_and_areas(SQUARE, TRIANGLES)[0])
     assert sorted(zip(start.tolist(), end.tolist(), strict=True)) == [(0, 1), (1, 2), (2, 3), (3, 0)]
     middle = (SQUARE[start] + SQUARE[end]) / 2
     np.testing.assert_allclose(outward, 2 * (middle - [1, 1, 0]))
 
 
-def test_both_sides_of_a_leaf_have_one_boundary_less():
+def test_both_sides_of_a_leaf_have_one_boundary_less() -> None:
     """An edge is no boundary where some triangle runs the other way."""
     both = np.concatenate([TRIANGLES, TRIANGLES[:, ::-1]])
     assert len(open_edges(SQUARE, both, normals_and_areas(SQUARE, both)[0])[0]) == 0
 
 
-def test_random_boundaries_are_those_that_sets_find():
+def test_random_boundaries_are_those_that_sets_find() -> None:
     rng = np.random.default_rng(1)
     triangles = distinct_triangles(rng.integers(0, 12, (60, 3)))
     point = rng.normal(size=(12, 3))
@@ -48,16 +50,16 @@ def test_random_boundaries_are_those_that_sets_find():
     assert list(zip(start.tolist(), end.tolist(), strict=True)) == expected and expected
 
 
-def test_copies_however_turned_are_one_and_mirrored_ones_are_not():
+def test_copies_however_turned_are_one_and_mirrored_ones_are_not() -> None:
     triangles = np.array([[5, 2, 9], [9, 5, 2], [2, 9, 5], [2, 5, 9], [1, 1, 3], [4, 7, 4]])
     assert distinct_triangles(triangles).tolist() == [[2, 5, 9], [2, 9, 5]]
 
 
 @pytest.mark.parametrize(("vertices", "expected"), [([0], [True, True]), ([1], [True, False]), ([], [False, False])])
-def test_triangles_with_any_of_some_vertices(vertices, expected):
+def test_triangles_with_any_of_some_vertices(vertices: Sequence[int], expected: Sequence[bool]) -> None:
     assert any_corner(np.isin(np.arange(4), vertices), TRIANGLES).tolist() == expected
 
 
-def test_unused_vertices_are_dropped():
+def test_unused_vertices_are_dropped() -> None:
     used, triangles = drop_unused(np.array([[7, 3, 5]]), 9)
     assert used.tolist() == [3, 5, 7] and triangles.tolist() == [[2, 0, 1]]

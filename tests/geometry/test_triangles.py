@@ -11,29 +11,31 @@ from depthwalk.geometry.triangles import (
     sample_triangles,
     spread_directions,
 )
+from depthwalk.types import Array, Rows
 
 
 @pytest.fixture
-def corners():
+def corners() -> Array:
     return np.random.default_rng(2).normal(size=(50, 3, 3))
 
 
-def joined(corners, areas, count):
-    return (np.concatenate(part) for part in zip(*sample_batches(corners, areas, count), strict=True))
+def joined(corners: Array, areas: Array, count: int) -> tuple[Array, Rows]:
+    points, triangle = zip(*sample_batches(corners, areas, count), strict=True)
+    return np.concatenate(points), np.concatenate(triangle)
 
 
-def test_doubled_areas_are_areas_along_normals(corners):
+def test_doubled_areas_are_areas_along_normals(corners: Array) -> None:
     normal, area = face_normals(corners)
     flat, triangles = corners.reshape(-1, 3), np.arange(150).reshape(-1, 3)
     np.testing.assert_allclose(doubled_areas(flat, triangles), 2 * area[:, None] * normal)
 
 
-def test_a_triangle_without_area_has_no_normal():
+def test_a_triangle_without_area_has_no_normal() -> None:
     normal, area = face_normals(np.zeros((1, 3, 3)))
     assert not normal.any() and not area.any()
 
 
-def test_samples_lie_within_their_triangles_by_area(corners):
+def test_samples_lie_within_their_triangles_by_area(corners: Array) -> None:
     area = face_normals(corners)[1]
     points, triangle = joined(corners, area, 20_000)
     a, b, c = corners[triangle].transpose(1, 0, 2)
@@ -47,12 +49,12 @@ def test_samples_lie_within_their_triangles_by_area(corners):
     np.testing.assert_array_equal(normals, face_normals(corners)[0][triangle])
 
 
-def test_triangles_without_area_get_no_samples(corners):
+def test_triangles_without_area_get_no_samples(corners: Array) -> None:
     corners[[0, 7, 49]] = corners[[0, 7, 49], :1]
-    assert not np.isin(list(joined(corners, face_normals(corners)[1], 500))[1], [0, 7, 49]).any()
+    assert not np.isin(joined(corners, face_normals(corners)[1], 500)[1], [0, 7, 49]).any()
 
 
-def test_directions_are_spread_evenly():
+def test_directions_are_spread_evenly() -> None:
     directions = spread_directions(400)
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1)
     assert np.abs(directions.mean(0)).max() < 0.01
@@ -60,7 +62,7 @@ def test_directions_are_spread_evenly():
 
 
 @pytest.mark.parametrize("columns", [1, 3])
-def test_equal_rows_have_one_number(columns):
+def test_equal_rows_have_one_number(columns: int) -> None:
     rows = np.random.default_rng(3).integers(0, 4, (200, columns))
     number, first = row_ids(rows)
     np.testing.assert_array_equal(rows[first][number], rows)
@@ -68,6 +70,6 @@ def test_equal_rows_have_one_number(columns):
     assert (first[number] <= np.arange(len(rows))).all()
 
 
-def test_rows_that_are_all_equal_are_one():
+def test_rows_that_are_all_equal_are_one() -> None:
     number, first = row_ids(np.ones((5, 2)))
     assert not number.any() and first.tolist() == [0]

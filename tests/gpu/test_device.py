@@ -1,18 +1,20 @@
 """Who owns GL objects, and what happens where the driver refuses one."""
 
+from collections.abc import Iterator
+
 import pytest
 
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.device import Device, GpuError, Scope
 
 
 @pytest.fixture
-def scope(gl_device):
+def scope(gl_device: Device) -> Iterator[Scope]:
     made = gl_device.scope("test")
     yield made
     made.release()
 
 
-def test_a_scope_releases_everything_once(gl_device):
+def test_a_scope_releases_everything_once(gl_device: Device) -> None:
     before = dict(+gl_device.live)
     scope = gl_device.scope("test")
     texture = scope.texture((4, 4), 4)
@@ -31,7 +33,7 @@ def test_a_scope_releases_everything_once(gl_device):
     assert dict(+gl_device.live) == before
 
 
-def test_scopes_do_not_free_what_is_not_theirs(gl_device, scope):
+def test_scopes_do_not_free_what_is_not_theirs(gl_device: Device, scope: Scope) -> None:
     other = gl_device.scope("other")
     buffer = other.buffer(b"abcd")
     with pytest.raises(KeyError):
@@ -39,7 +41,7 @@ def test_scopes_do_not_free_what_is_not_theirs(gl_device, scope):
     other.release()
 
 
-def test_objects_that_cannot_be_are_refused_with_their_owner_and_size(gl_device, scope):
+def test_objects_that_cannot_be_are_refused_with_their_owner_and_size(gl_device: Device, scope: Scope) -> None:
     before = dict(+gl_device.live)
     most = gl_device.max_texture_size
     for make, complaint in (
@@ -54,7 +56,7 @@ def test_objects_that_cannot_be_are_refused_with_their_owner_and_size(gl_device,
     assert dict(+gl_device.live) == before
 
 
-def test_a_bound_framebuffer_can_be_freed(gl_device, scope):
+def test_a_bound_framebuffer_can_be_freed(gl_device: Device, scope: Scope) -> None:
     """moderngl would bind it again when the next is made."""
     framebuffer = scope.framebuffer([scope.texture((4, 4), 4)])
     framebuffer.use()

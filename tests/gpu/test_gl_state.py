@@ -1,6 +1,6 @@
 """GL state for a block: what is set, and that it is what it was before."""
 
-from types import SimpleNamespace
+from typing import cast
 
 import moderngl
 import pytest
@@ -11,28 +11,39 @@ from depthwalk.gpu.state import ALWAYS, State, StateKeeper
 class Recorded:
     """A context that remembers what it was told."""
 
-    def __init__(self):
-        self.flags, self.direct = None, set()
-        self.depth_func, self.wireframe, self.blend_func = "<", False, None
+    def __init__(self) -> None:
+        self.flags: int | None = None
+        self.direct: set[int] = set()
+        self.depth_func, self.wireframe = "<", False
+        self.blend_func: tuple[int, int] | None = None
 
-    def enable_only(self, flags):
+    def enable_only(self, flags: int) -> None:
         self.flags = flags
 
-    def enable_direct(self, capability):
+    def enable_direct(self, capability: int) -> None:
         self.direct.add(capability)
 
-    def disable_direct(self, capability):
+    def disable_direct(self, capability: int) -> None:
         self.direct.remove(capability)
 
 
-def framebuffer():
-    bound = []
-    return SimpleNamespace(depth_mask=True, color_mask=(True,) * 4, use=lambda: bound.append(1), bound=bound)
+class Target:
+    """A framebuffer that counts how often it was bound."""
+
+    def __init__(self) -> None:
+        self.depth_mask, self.color_mask, self.bound = True, (True,) * 4, 0
+
+    def use(self) -> None:
+        self.bound += 1
 
 
-def test_a_block_sets_what_it_names_and_keeps_what_is_around_it():
+def keeper_of(context: Recorded) -> StateKeeper:
+    return StateKeeper(cast(moderngl.Context, context))
+
+
+def test_a_block_sets_what_it_names_and_keeps_what_is_around_it() -> None:
     context = Recorded()
-    keeper = StateKeeper(context)
+    keeper = keeper_of(context)
     with keeper.changed(depth_test=ALWAYS, cull=True, direct=(7, 8)):
         assert context.flags == moderngl.DEPTH_TEST | moderngl.CULL_FACE and context.depth_func == ALWAYS
         with keeper.changed(blend=(1, 1), cull=False, wireframe=True, direct=(8, 9)):
@@ -44,25 +55,25 @@ def test_a_block_sets_what_it_names_and_keeps_what_is_around_it():
     assert context.depth_func == "<" and not context.direct
 
 
-def test_state_is_restored_after_an_exception():
-    context, target = Recorded(), framebuffer()
-    keeper = StateKeeper(context)
-    with pytest.raises(RuntimeError), keeper.changed(target, depth_write=False, cull=True):
+def test_state_is_restored_after_an_exception() -> None:
+    context, target = Recorded(), Target()
+    keeper = keeper_of(context)
+    with pytest.raises(RuntimeError), keeper.changed(cast(moderngl.Framebuffer, target), depth_write=False, cull=True):
         assert target.depth_mask is False and target.bound
         raise RuntimeError
     assert keeper.now == State() and context.flags == moderngl.NOTHING and target.depth_mask is True
 
 
-def test_masks_are_those_of_the_framebuffer_again():
-    target = framebuffer()
-    with StateKeeper(Recorded()).changed(target, colour_mask=(True, False, False, True)):
+def test_masks_are_those_of_the_framebuffer_again() -> None:
+    target = Target()
+    with keeper_of(Recorded()).changed(cast(moderngl.Framebuffer, target), colour_mask=(True, False, False, True)):
         assert target.color_mask == (True, False, False, True)
     assert target.color_mask == (True,) * 4
 
 
-def test_unknown_state_is_an_error_and_changes_nothing():
+def test_unknown_state_is_an_error_and_changes_nothing() -> None:
     context = Recorded()
-    keeper = StateKeeper(context)
-    with pytest.raises(TypeError), keeper.changed(culling=True):
+    keeper = keeper_of(context)
+    with pytest.raises(TypeError), keeper.changed(culling=True):  # type: ignore[call-arg]
         pass
     assert keeper.now == State()

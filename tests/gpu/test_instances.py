@@ -1,9 +1,14 @@
 """Records of objects on the GPU: they come back as they went in, and buffers follow their number."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import moderngl
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from depthwalk.gpu.device import Device, Scope
 from depthwalk.gpu.instances import RECORDS_PER_ROW, AssetArrays, InstanceStream, RecordTexture
 
 RECORD = np.dtype([("place", "3f4"), ("size", "f4")])
@@ -13,22 +18,22 @@ void main() { found = vec4(in_place, in_size + in_corner.x); gl_Position = vec4(
 
 
 @pytest.fixture
-def scope(gl_device):
+def scope(gl_device: Device) -> Iterator[Scope]:
     made = gl_device.scope("test")
     yield made
     made.release()
 
 
-def records_of(count):
+def records_of(count: int) -> NDArray[Any]:
     records = np.zeros(count, RECORD)
     records["place"] = np.arange(3 * count).reshape(-1, 3)
     records["size"] = -np.arange(count)
     return records
 
 
-def test_instances_read_their_records_from_any_first_one_on(gl_device, scope):
-    program = gl_device.context.program(vertex_shader=VERTEX, varyings=["found"])
-    corner, index = scope.buffer(np.float32([[0.5, 0]])), scope.buffer(np.uint32([0]))
+def test_instances_read_their_records_from_any_first_one_on(gl_device: Device, scope: Scope) -> None:
+    program = gl_device.context.program(vertex_shader=VERTEX, varyings=("found",))
+    corner, index = scope.buffer(np.array([[0.5, 0]], np.float32)), scope.buffer(np.array([0], np.uint32))
     arrays, stream = AssetArrays(scope, program, "2f", "in_corner"), InstanceStream(scope, RECORD)
     records = records_of(5)
     stream.upload(records)
@@ -47,7 +52,7 @@ def test_instances_read_their_records_from_any_first_one_on(gl_device, scope):
     np.testing.assert_array_equal(found[:, 3], records["size"][2:] + 0.5)
 
 
-def test_a_stream_grows_and_shrinks_and_stays_one_buffer(gl_device, scope):
+def test_a_stream_grows_and_shrinks_and_stays_one_buffer(gl_device: Device, scope: Scope) -> None:
     stream, sizes, before = InstanceStream(scope, RECORD), [], gl_device.live["buffer"]
     for count in (10, 10_000, 9_000, 0, 10):
         stream.upload(records_of(count))
@@ -57,7 +62,7 @@ def test_a_stream_grows_and_shrinks_and_stays_one_buffer(gl_device, scope):
 
 
 @pytest.mark.parametrize("counts", [(3,), (RECORDS_PER_ROW + 1, 2), (0, RECORDS_PER_ROW)])
-def test_a_record_texture_has_records_by_their_number(gl_device, scope, counts):
+def test_a_record_texture_has_records_by_their_number(gl_device: Device, scope: Scope, counts: tuple[int, ...]) -> None:
     texture, before = RecordTexture(scope, RECORD), gl_device.live["texture"]
     for count in counts:
         records = records_of(count)

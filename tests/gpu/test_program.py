@@ -1,21 +1,24 @@
 """Shader text: includes, constants of Python, and where mistakes are located. No GL but for uniforms."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from depthwalk.gpu import program
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.device import Device, GpuError
 from depthwalk.gpu.program import Program, Source, Variants
 
 
 @pytest.fixture
-def shaders(tmp_path, monkeypatch):
+def shaders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
     """Writes files below a folder that stands for `shaders/`."""
     root = tmp_path / "shaders"
     root.mkdir()
     monkeypatch.setattr(program, "shader_root", lambda: root)
 
-    def write(**texts):
+    def write(**texts: str) -> Path:
         for name, text in texts.items():
             (root / f"{name}.glsl").write_text(text)
         return root
@@ -23,7 +26,7 @@ def shaders(tmp_path, monkeypatch):
     return write
 
 
-def test_a_file_is_included_once_and_lines_keep_their_numbers(shaders):
+def test_a_file_is_included_once_and_lines_keep_their_numbers(shaders: Callable[..., Path]) -> None:
     shaders(a='#include "b.glsl"\n#include "b.glsl"\nfloat a;\n', b="float b;\n")
     source = Source("a.glsl", "#define X 1\n")
     assert source.files == ["a.glsl", "b.glsl"]
@@ -34,7 +37,7 @@ def test_a_file_is_included_once_and_lines_keep_their_numbers(shaders):
     assert lines[lines.index("float a;") - 2] == "#line 2 0"  # then the second include, an empty line
 
 
-def test_messages_of_compilers_name_files(shaders):
+def test_messages_of_compilers_name_files(shaders: Callable[..., Path]) -> None:
     shaders(a='#include "b.glsl"\n', b="float b;\n")
     source = Source("a.glsl")
     assert source.locate("1:7(3): error") == "shaders/b.glsl:7(3): error"  # Mesa
@@ -42,7 +45,7 @@ def test_messages_of_compilers_name_files(shaders):
     assert source.locate("9:7: of no file of ours") == "9:7: of no file of ours"
 
 
-def test_a_missing_file_is_named(shaders, tmp_path):
+def test_a_missing_file_is_named(shaders: Callable[..., Path], tmp_path: Path) -> None:
     shaders(a='#include "none.glsl"\n')
     with pytest.raises(GpuError, match=r"shaders/none\.glsl: no such shader"):
         Source("a.glsl")
@@ -50,7 +53,9 @@ def test_a_missing_file_is_named(shaders, tmp_path):
         Source(tmp_path / "outside.frag")
 
 
-def test_a_shader_from_outside_includes_what_lies_beside_it_and_ours(shaders, tmp_path):
+def test_a_shader_from_outside_includes_what_lies_beside_it_and_ours(
+    shaders: Callable[..., Path], tmp_path: Path
+) -> None:
     shaders(ours="float ours;\n")
     (tmp_path / "beside.glsl").write_text("float beside;\n")
     outside = tmp_path / "mine.frag"
@@ -74,13 +79,15 @@ def test_a_shader_from_outside_includes_what_lies_beside_it_and_ours(shaders, tm
         "#from depthwalk.no_such import LUMINANCE",
     ],
 )
-def test_a_line_that_cannot_be_resolved_is_located(shaders, line):
+def test_a_line_that_cannot_be_resolved_is_located(shaders: Callable[..., Path], line: str) -> None:
     shaders(a=f"float a;\n{line}\n")
     with pytest.raises(GpuError, match=r"^shaders/a\.glsl:2: "):
         Source("a.glsl")
 
 
-def test_only_shaders_from_outside_name_modules_from_outside(shaders, tmp_path, monkeypatch):
+def test_only_shaders_from_outside_name_modules_from_outside(
+    shaders: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "users_constants.py").write_text("STEPS = 7\n")
     monkeypatch.syspath_prepend(tmp_path)
     line = "#from users_constants import STEPS as COUNT\n"
@@ -104,27 +111,31 @@ def test_only_shaders_from_outside_name_modules_from_outside(shaders, tmp_path, 
         (np.arange(9.0).reshape(3, 3), "mat3(0.0, 3.0, 6.0, 1.0, 4.0, 7.0, 2.0, 5.0, 8.0)"),
     ],
 )
-def test_values_are_written_as_glsl_has_them(shaders, tmp_path, monkeypatch, value, expected):
+def test_values_are_written_as_glsl_has_them(
+    shaders: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: float, expected: str
+) -> None:
     (tmp_path / "mine.frag").write_text("#from depthwalk.colour import PLANTED\n")
     monkeypatch.setattr("depthwalk.colour.PLANTED", value, raising=False)
     assert f"#define PLANTED {expected}\n" in Source(tmp_path / "mine.frag").text
 
 
 @pytest.mark.parametrize("value", [True, "text", np.zeros(4), None])
-def test_values_that_glsl_cannot_have_are_refused(shaders, monkeypatch, value):
+def test_values_that_glsl_cannot_have_are_refused(
+    shaders: Callable[..., Path], monkeypatch: pytest.MonkeyPatch, value: bool | str
+) -> None:
     monkeypatch.setattr("depthwalk.colour.PLANTED", value, raising=False)
     shaders(a="#from depthwalk.colour import PLANTED\n")
     with pytest.raises(GpuError, match="neither a number nor three"):
         Source("a.glsl")
 
 
-def test_variants_are_made_when_first_asked_for():
-    made = []
+def test_variants_are_made_when_first_asked_for() -> None:
+    made: list[tuple[str, ...]] = []
     variants = Variants(lambda defines: made.append(defines) or len(made))
     assert [variants["A",], variants[()], variants["A",]] == [1, 2, 1] and made == [("A",), ()]
 
 
-def test_defines_and_uniforms_reach_the_program(gl_device, shaders):
+def test_defines_and_uniforms_reach_the_program(gl_device: Device, shaders: Callable[..., Path]) -> None:
     shaders(
         v="void main() { gl_Position = vec4(4.0 * float(gl_VertexID % 2) - 1.0, 2.0 * gl_VertexID - 1.0, 0, 1); }",
         f="uniform vec2 both[2];\nuniform float unused;\n"

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.multisampling import sample_offsets
 
 
 @pytest.mark.parametrize("samples", [2, 4])
-def test_samples_lie_apart_within_the_pixel(gl_device, samples):
+def test_samples_lie_apart_within_the_pixel(gl_device: Device, samples: int) -> None:
     if gl_device.max_samples < samples:
         pytest.skip("no shaders per sample here")
     before = dict(+gl_device.live)

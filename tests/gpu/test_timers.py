@@ -1,43 +1,45 @@
 """Time per pass, and that it is taken of few frames where taking it costs time."""
 
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 
 
 class Clocked:
     """A context that counts how often it is drained, and whose queries know their own numbers, in nanoseconds."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.drained, self.queries = 0, 0
 
-    def finish(self):
+    def finish(self) -> None:
         self.drained += 1
 
-    def query(self, time):
+    def query(self, time: bool) -> "Query":
         self.queries += 1
         return Query(1e6 * self.queries)
 
 
 class Query:
-    def __init__(self, elapsed):
+    def __init__(self, elapsed: float) -> None:
         self.elapsed = elapsed
 
-    def __enter__(self):
+    def __enter__(self) -> None:
         pass
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: None) -> None:
         pass
 
 
 @pytest.fixture
-def context():
+def context() -> Clocked:
     return Clocked()
 
 
-def draw(timers):
+def draw(timers: PassTimers) -> int:
     with timers.measure_cpu("plan"):
         pass
     for name in ("warp", "light", "warp"):
@@ -47,8 +49,8 @@ def draw(timers):
     return timers.of_frame
 
 
-def test_software_rasterisers_are_drained_in_few_frames(context):
-    timers = PassTimers(SimpleNamespace(context=context, software=True))
+def test_software_rasterisers_are_drained_in_few_frames(context: Clocked) -> None:
+    timers = PassTimers(cast(Device, SimpleNamespace(context=context, software=True)))
     assert timers.kind == "finish"
     assert [draw(timers) for _ in range(10)] == [0] * 8 + [8] * 2
     assert context.drained == 2 * 3 and set(timers.milliseconds) == {"plan", "warp", "light"}
@@ -57,8 +59,8 @@ def test_software_rasterisers_are_drained_in_few_frames(context):
     assert [draw(timers) for _ in range(8)] == [10] * 7 + [18]
 
 
-def test_queries_are_read_some_frames_later(context):
-    timers = PassTimers(SimpleNamespace(context=context, software=False))
+def test_queries_are_read_some_frames_later(context: Clocked) -> None:
+    timers = PassTimers(cast(Device, SimpleNamespace(context=context, software=False)))
     assert [draw(timers) for _ in range(7)] == [-1] * 4 + [0, 1, 2]
     assert timers.awaited(6) and not timers.awaited(2) and context.drained == 0
     assert timers.milliseconds["warp"] == 7 + 9 and context.queries == 3 * 5  # the third frame's; used again

@@ -41,36 +41,36 @@ MESSAGES = {
 }
 
 
-def refusal(path: Path, **options) -> str:
+def refusal(path: Path, height: float | None = None) -> str:
     with pytest.raises(InputError) as caught:
-        load_mesh(path, **options)
+        load_mesh(path, height=height)
     return str(caught.value)
 
 
-def test_every_hostile_file_has_its_message():
+def test_every_hostile_file_has_its_message() -> None:
     meshes = {path.name for path in HOSTILE.iterdir() if path.suffix not in (".mtl", ".png")}
     assert meshes == MESSAGES.keys()
 
 
 @pytest.mark.parametrize("name", MESSAGES)
-def test_message(name):
+def test_message(name: str) -> None:
     assert refusal(HOSTILE / name) == f"{HOSTILE}{os.sep}{MESSAGES[name]}"
 
 
-def test_missing_file_and_folder(tmp_path):
+def test_missing_file_and_folder(tmp_path: Path) -> None:
     assert refusal(tmp_path / "gone.obj") == f"{tmp_path}/gone.obj: no such file"
     (tmp_path / "folder.obj").mkdir()
     assert refusal(tmp_path / "folder.obj") == f"{tmp_path}/folder.obj: not a file"
 
 
 @pytest.mark.parametrize("height", [0.0, -1.0, np.nan, np.inf])
-def test_height_must_be_positive(tmp_path, height):
+def test_height_must_be_positive(tmp_path: Path, height: float) -> None:
     path = tmp_path / "t.obj"
     path.write_text(TETRAHEDRON)
     assert refusal(path, height=height) == f"{path}: height must be a positive number of metres, not {height}"
 
 
-def test_too_large(tmp_path, monkeypatch):
+def test_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "t.obj"
     path.write_text(TETRAHEDRON)
     monkeypatch.setattr(soup, "MAX_MESH_TRIANGLES", 3)
@@ -80,7 +80,7 @@ def test_too_large(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("scale", ["1e-200", "1e200"])
-def test_unrepresentable_size(tmp_path, scale):
+def test_unrepresentable_size(tmp_path: Path, scale: str) -> None:
     path = tmp_path / "t.obj"
     path.write_text(
         TETRAHEDRON.replace("1 0 0", f"{scale} 0 0").replace("0 1 0", f"0 {scale} 0").replace("0 0 1", f"0 0 {scale}")
@@ -88,25 +88,25 @@ def test_unrepresentable_size(tmp_path, scale):
     assert refusal(path) == f"{path}: its extent of {float(scale):g} is out of range"
 
 
-def test_binary_stl_cut_short(tmp_path):
+def test_binary_stl_cut_short(tmp_path: Path) -> None:
     path = tmp_path / "cut.stl"
     path.write_bytes(b"caf\xe9".ljust(80) + struct.pack("<I", 10) + bytes(75))
     assert refusal(path) == f"{path}: neither a whole binary STL file nor one of text"
 
 
-def test_a_missing_buffer_is_told_of_once(caplog):
+def test_a_missing_buffer_is_told_of_once(caplog: pytest.LogCaptureFixture) -> None:
     source_files(HOSTILE / "buffer_outside.gltf")  # `load_mesh` refuses the file
     assert not caplog.records
 
 
 @pytest.mark.parametrize("count", [0, -1, 3 * limits.MAX_MESH_TRIANGLES + 1])
-def test_gltf_counts_are_checked_before_allocation(count):
+def test_gltf_counts_are_checked_before_allocation(count: int) -> None:
     header = {"accessors": [{"bufferView": 0, "count": count}]}
     with pytest.raises(InputError, match=rf"^a\.gltf: accessors\[0\]: count {count} is out of range$"):
         gltf.check_header(header, Path("a.gltf"))
 
 
-def test_gltf_extension_that_must_be_understood():
+def test_gltf_extension_that_must_be_understood() -> None:
     with pytest.raises(InputError, match=r"^a\.glb: the required glTF extension KHR_draco_mesh_compression is not sup"):
         gltf.check_header({"extensionsRequired": ["KHR_draco_mesh_compression"]}, Path("a.glb"))
 
@@ -122,7 +122,7 @@ STARTS = st.sampled_from([
 
 
 @given(start=STARTS, rest=st.binary(max_size=200), suffix=st.sampled_from(formats.MESH_SUFFIXES))
-def test_garbage_raises_nothing_but_input_errors(tmp_path, start, rest, suffix):
+def test_garbage_raises_nothing_but_input_errors(tmp_path: Path, start: bytes, rest: bytes, suffix: str) -> None:
     path = tmp_path / f"garbage{suffix}"
     path.write_bytes(start + rest)
     for act in (load_mesh, source_files):

@@ -3,6 +3,7 @@
 import logging
 import time
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from trimesh.visual.texture import TextureVisuals
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import check_height, load_mesh
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.types import Array
 
 MODELS = Path(__file__).parents[3] / "shared" / "scenes" / "models"
 CUBE = """
@@ -28,13 +31,13 @@ def written(folder: Path, name: str, text: str) -> Path:
     return path
 
 
-def face_normals(mesh):
+def face_normals(mesh: Mesh) -> Array:
     a, b, c = (mesh.positions[mesh.faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def test_cube_is_hard_and_split_only_at_its_edges(tmp_path):
+def test_cube_is_hard_and_split_only_at_its_edges(tmp_path: Path) -> None:
     mesh = load_mesh(written(tmp_path, "cube.obj", CUBE))
     assert mesh.faces.shape == (12, 3) and len(mesh.positions) == 24
     corner = mesh.normals[mesh.faces]
@@ -44,7 +47,7 @@ def test_cube_is_hard_and_split_only_at_its_edges(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["sphere.stl", "sphere.ply", "sphere.glb"])
-def test_sphere_is_smooth_and_keeps_its_vertices(tmp_path, name):
+def test_sphere_is_smooth_and_keeps_its_vertices(tmp_path: Path, name: str) -> None:
     sphere = trimesh.creation.icosphere(subdivisions=3)
     path = tmp_path / name
     sphere.export(path)
@@ -54,7 +57,7 @@ def test_sphere_is_smooth_and_keeps_its_vertices(tmp_path, name):
     assert (np.einsum("ij,ij->i", mesh.normals, radial) / np.linalg.norm(radial, axis=1)).min() > 0.9999
 
 
-def test_normals_have_no_seam_where_texture_coordinates_split(tmp_path):
+def test_normals_have_no_seam_where_texture_coordinates_split(tmp_path: Path) -> None:
     turns = np.linspace(0, 2 * np.pi, 25)[:-1]
     lines = [f"v {np.cos(t)} {y} {-np.sin(t)}" for y in (0, 1) for t in turns]
     lines += [f"vt {i / 24} {y}" for y in (0, 1) for i in range(25)]
@@ -67,7 +70,7 @@ def test_normals_have_no_seam_where_texture_coordinates_split(tmp_path):
     np.testing.assert_allclose(mesh.normals, radial, atol=1e-6)
 
 
-def test_normals_are_weighted_by_angle_not_by_the_number_of_triangles(tmp_path):
+def test_normals_are_weighted_by_angle_not_by_the_number_of_triangles(tmp_path: Path) -> None:
     # A low pyramid whose one side is cut into three slivers: its apex still points straight up.
     apex = "v 1 0 1\nv -1 0 1\nv -1 0 -1\nv 1 0 -1\nv 0 0.3 0\nv 0.3 0 1\nv -0.3 0 1\n"
     sides = "f 1 6 5\nf 6 7 5\nf 7 2 5\n".replace("f 1 6 5", "f 6 1 5").replace("f 6 7 5", "f 7 6 5")
@@ -77,14 +80,14 @@ def test_normals_are_weighted_by_angle_not_by_the_number_of_triangles(tmp_path):
     np.testing.assert_allclose(np.abs(mesh.normals[top]), [0, 1, 0], atol=1e-6)
 
 
-def test_normals_of_the_file_win(tmp_path):
+def test_normals_of_the_file_win(tmp_path: Path) -> None:
     text = TETRAHEDRON + "vn 0 0 -2\nvn 0 1 0\nf 1//1 3//1 2//1\nf 1//2 2//2 4//2\nf 1//2 4//2 3//2\nf 2//2 3//2 4//2\n"
     mesh = load_mesh(written(tmp_path, "t.obj", text))
     np.testing.assert_allclose(mesh.normals[mesh.faces[0]], [[0, 0, -1]] * 3)
     np.testing.assert_allclose(mesh.normals[mesh.faces[1:]], np.broadcast_to([0, 1, 0], (3, 3, 3)))
 
 
-def test_zero_normals_of_the_file_are_computed(tmp_path):
+def test_zero_normals_of_the_file_are_computed(tmp_path: Path) -> None:
     text = CUBE.replace("f ", "vn 0 0 0\nf ", 1)
     text = "\n".join(
         "f " + " ".join(f"{i}//1" for i in line.split()[1:]) if line.startswith("f") else line
@@ -94,7 +97,7 @@ def test_zero_normals_of_the_file_are_computed(tmp_path):
     np.testing.assert_allclose(mesh.normals[mesh.faces[:, 0]], face_normals(mesh), atol=1e-6)
 
 
-def test_upright_scaled_and_standing_on_the_origin(tmp_path):
+def test_upright_scaled_and_standing_on_the_origin(tmp_path: Path) -> None:
     box = "v 10 20 30\nv 14 20 30\nv 10 22 30\nv 10 20 31\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     mesh = load_mesh(written(tmp_path, "box.obj", box), height=4.0)
     np.testing.assert_allclose(mesh.bounds, [[-4, 0, -1], [4, 4, 1]])
@@ -105,13 +108,13 @@ def test_upright_scaled_and_standing_on_the_origin(tmp_path):
     np.testing.assert_allclose(turned.normals[turned.faces[:, 0]], face_normals(turned), atol=1e-6)
 
 
-def test_stray_vertices_and_degenerate_faces_do_not_count(tmp_path):
+def test_stray_vertices_and_degenerate_faces_do_not_count(tmp_path: Path) -> None:
     mesh = load_mesh(written(tmp_path, "c.obj", CUBE + "v 99 99 99\nv 2 2 2\nf 1 1 2\nf 1 7 10\n"))
     assert len(mesh.faces) == 12
     np.testing.assert_allclose(mesh.bounds, [[-0.5, 0, -0.5], [0.5, 1, 0.5]])
 
 
-def test_relative_indices_count_from_where_they_stand(tmp_path):
+def test_relative_indices_count_from_where_they_stand(tmp_path: Path) -> None:
     lines = CUBE.strip().splitlines()
     one = [line for line in lines if line.startswith("v")]
     relative = ["f " + " ".join(str(int(i) - 9) for i in line.split()[1:]) for line in lines if line.startswith("f")]
@@ -123,7 +126,7 @@ def test_relative_indices_count_from_where_they_stand(tmp_path):
     assert np.abs(mesh.positions[:, 0]).min() == 2  # nothing spans the gap
 
 
-def test_mixed_styles_of_faces_keep_texture_coordinates(tmp_path):
+def test_mixed_styles_of_faces_keep_texture_coordinates(tmp_path: Path) -> None:
     text = TETRAHEDRON + "vt 0.25 0.75\nvn 0 1 0\nf 1/1 3/1 2/1\nf 1//1 2//1 4//1\nf 1 4 3\nf 2/1/1 3/1/1 4/1/1\n"
     mesh = load_mesh(written(tmp_path, "mixed.obj", text))
     np.testing.assert_allclose(mesh.uv[mesh.faces[[0, 3]]], np.broadcast_to([0.25, 0.75], (2, 3, 2)))
@@ -131,14 +134,14 @@ def test_mixed_styles_of_faces_keep_texture_coordinates(tmp_path):
 
 
 @pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
-def test_tabs_comments_continuations_and_line_ends(tmp_path, ending):
+def test_tabs_comments_continuations_and_line_ends(tmp_path: Path, ending: str) -> None:
     text = "# a cube\n" + CUBE.replace("v ", "  v\t").replace("f 1 4 3 2", "f 1 4 \\\n 3 2  # the front")
     path = tmp_path / "c.obj"
     path.write_bytes(text.replace("\n", ending).encode())
     assert len(load_mesh(path).faces) == 12
 
 
-def test_names_in_latin_1(tmp_path):
+def test_names_in_latin_1(tmp_path: Path) -> None:
     (tmp_path / "m.mtl").write_bytes("newmtl grün\nKd 0 1 0\n".encode("latin-1"))
     (tmp_path / "c.obj").write_bytes(f"mtllib m.mtl\nusemtl grün\n{CUBE}".encode("latin-1"))
     assert load_mesh(tmp_path / "c.obj").materials[0].base_colour == (0.0, 1.0, 0.0)
@@ -150,7 +153,7 @@ def test_names_in_latin_1(tmp_path):
     assert {len(load_mesh(tmp_path / name).faces) for name in ("c.stl", "c.ply")} == {12}
 
 
-def test_gltf_in_several_files(tmp_path):
+def test_gltf_in_several_files(tmp_path: Path) -> None:
     for name, data in trimesh.Scene(trimesh.creation.box()).export(file_type="gltf").items():
         (tmp_path / name).write_bytes(data)
     mesh = load_mesh(tmp_path / "model.gltf", height=3.0)
@@ -158,7 +161,7 @@ def test_gltf_in_several_files(tmp_path):
     np.testing.assert_allclose(mesh.bounds, [[-1.5, 0, -1.5], [1.5, 3, 1.5]])
 
 
-def test_ply_vertex_colours(tmp_path):
+def test_ply_vertex_colours(tmp_path: Path) -> None:
     cube = trimesh.creation.box()
     colours = np.arange(24, dtype=np.uint8).reshape(8, 3) * 10
     cube.visual = trimesh.visual.ColorVisuals(cube, vertex_colors=colours)
@@ -170,7 +173,7 @@ def test_ply_vertex_colours(tmp_path):
     assert mesh.materials[0].base_colour == (1.0, 1.0, 1.0)
 
 
-def test_ply_face_colours(tmp_path):
+def test_ply_face_colours(tmp_path: Path) -> None:
     cube = trimesh.creation.box()
     colours = np.arange(36, dtype=np.uint8).reshape(12, 3) * 7
     cube.visual = trimesh.visual.ColorVisuals(cube, face_colors=colours)
@@ -179,7 +182,7 @@ def test_ply_face_colours(tmp_path):
     assert mesh.colours[mesh.faces].tolist() == np.repeat(colours[:, None], 3, axis=1).tolist()
 
 
-def test_ply_vertex_texture_coordinates(tmp_path):
+def test_ply_vertex_texture_coordinates(tmp_path: Path) -> None:
     header = "ply\nformat ascii 1.0\nelement vertex 4\n" + "".join(f"property float {n}\n" for n in "xyzst")
     body = "0 0 0 .1 .2\n1 0 0 .3 .4\n0 1 0 .5 .6\n0 0 1 .7 .8\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
     path = written(
@@ -187,11 +190,11 @@ def test_ply_vertex_texture_coordinates(tmp_path):
     )
     mesh = load_mesh(path)
     assert {tuple(uv) for uv in mesh.uv.round(4).tolist()} == {
-        tuple(np.float32(uv).round(4).tolist()) for uv in ((0.1, 0.2), (0.3, 0.4), (0.5, 0.6), (0.7, 0.8))
+        tuple(np.array(uv, np.float32).round(4).tolist()) for uv in ((0.1, 0.2), (0.3, 0.4), (0.5, 0.6), (0.7, 0.8))
     }
 
 
-def test_glb_with_materials_texture_and_nested_transforms(tmp_path):
+def test_glb_with_materials_texture_and_nested_transforms(tmp_path: Path) -> None:
     picture = Image.fromarray(np.array([[[255, 0, 0, 255], [0, 255, 0, 255]]] * 2, np.uint8))
     textured = trimesh.creation.box()
     uv = np.random.default_rng(1).random((8, 2))
@@ -201,20 +204,23 @@ def test_glb_with_materials_texture_and_nested_transforms(tmp_path):
     plain = trimesh.creation.box()
     plain.visual = TextureVisuals(material=PBRMaterial(name="b", baseColorFactor=[255, 0, 51, 255]))
     scene = trimesh.Scene()
-    move = trimesh.transformations.translation_matrix
-    scene.graph.update(frame_to="arm", frame_from="world", matrix=move([10, 0, 0]))
-    scene.add_geometry(textured, geom_name="t", parent_node_name="arm", transform=move([0, 0, 4]))
+    away, up = np.eye(4), np.eye(4)
+    away[0, 3], up[2, 3] = 10, 4  # moves along x, and along z
+    scene.graph.update(frame_to="arm", frame_from="world", matrix=away)
+    scene.add_geometry(textured, geom_name="t", parent_node_name="arm", transform=up)
     scene.add_geometry(plain, geom_name="p", parent_node_name="arm", transform=np.diag([1.0, 2.0, -1.0, 1.0]))
     path = tmp_path / "s.glb"
     scene.export(path)
 
     mesh = load_mesh(path)
     assert [part.face_count for part in mesh.parts] == [12, 12] and mesh.parts[1].first_face == 12
-    materials = {m.texture is None: m for m in (mesh.materials[part.material] for part in mesh.parts)}
-    assert materials[False].texture[0, :, :3].tolist() == [[255, 0, 0], [0, 255, 0]]
-    assert materials[False].base_colour == (1.0, 1.0, 1.0)
-    assert 1 < materials[False].shininess < 64 and 0 < materials[False].specular < 0.5
-    np.testing.assert_allclose(materials[True].base_colour, (1, 0, 0.2), atol=1e-6)
+    materials = (mesh.materials[part.material] for part in mesh.parts)
+    plain, material = sorted(materials, key=lambda material: material.texture is not None)
+    assert plain.texture is None and material.texture is not None
+    assert material.texture[0, :, :3].tolist() == [[255, 0, 0], [0, 255, 0]]
+    assert material.base_colour == (1.0, 1.0, 1.0)
+    assert 1 < material.shininess < 64 and 0 < material.specular < 0.5
+    np.testing.assert_allclose(plain.base_colour, (1, 0, 0.2), atol=1e-6)
     np.testing.assert_allclose(mesh.bounds, [[-0.5, 0, -2.5], [0.5, 2, 2.5]])
     for part in mesh.parts:  # the mirrored box as well: outside stays outside
         faces = mesh.faces[part.first_face : part.first_face + part.face_count]
@@ -232,7 +238,7 @@ TWO = "mtllib one.mtl\nmtllib two.mtl\n" + TETRAHEDRON + (
 )  # fmt: skip
 
 
-def test_obj_with_material_libraries_and_texture(tmp_path):
+def test_obj_with_material_libraries_and_texture(tmp_path: Path) -> None:
     (tmp_path / "maps").mkdir()
     top_left_white = np.zeros((2, 2, 3), np.uint8)
     top_left_white[0, 0] = 255
@@ -247,7 +253,7 @@ def test_obj_with_material_libraries_and_texture(tmp_path):
     part, material = by_colour[1.0, 0.0, 0.0]
     assert (part.face_count, material.specular, material.shininess, material.texture) == (2, 0.5, 100.0, None)
     part, material = by_colour[0.5, 0.5, 0.5]
-    assert part.face_count == 2 and material.texture.shape == (2, 2, 4)
+    assert part.face_count == 2 and material.texture is not None and material.texture.shape == (2, 2, 4)
     assert material.texture[..., 0].tolist() == [[255, 0], [0, 0]]  # row 0 is the top
     faces = mesh.faces[part.first_face : part.first_face + part.face_count]
     top = mesh.positions[faces][0][np.argmax(mesh.uv[faces][0][:, 1])]  # (u, v) = (0, 1) is the picture's top left
@@ -255,7 +261,9 @@ def test_obj_with_material_libraries_and_texture(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["../secret.png", "/secret.png", "..\\secret.png", "gone.png", "x" * 5000])
-def test_textures_outside_the_folder_are_ignored_with_a_warning(tmp_path, caplog, name):
+def test_textures_outside_the_folder_are_ignored_with_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, name: str
+) -> None:
     Image.new("RGB", (1, 1)).save(tmp_path / "secret.png")
     inside = tmp_path / "inside"
     inside.mkdir()
@@ -266,7 +274,7 @@ def test_textures_outside_the_folder_are_ignored_with_a_warning(tmp_path, caplog
     assert any("missing or outside the folder" in record.message for record in caplog.records)
 
 
-def test_link_that_leads_outside_is_ignored(tmp_path, caplog):
+def test_link_that_leads_outside_is_ignored(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     Image.new("RGB", (1, 1)).save(tmp_path / "secret.png")
     inside = tmp_path / "inside"
     inside.mkdir()
@@ -277,7 +285,7 @@ def test_link_that_leads_outside_is_ignored(tmp_path, caplog):
 
 
 @pytest.mark.parametrize(("colour", "base"), [("", 0.8), (" 0.2 0.4 0.6", 1.0)])
-def test_texture_coordinates_alone_darken_nothing(tmp_path, colour, base):
+def test_texture_coordinates_alone_darken_nothing(tmp_path: Path, colour: str, base: float) -> None:
     lines = TETRAHEDRON.splitlines()
     text = "\n".join(line + colour if line.startswith("v ") else line for line in lines)
     faces = "\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 1/1 4/3 3/2\nf 2/1 3/2 4/3\n"
@@ -287,13 +295,14 @@ def test_texture_coordinates_alone_darken_nothing(tmp_path, colour, base):
     assert set(mesh.colours.ravel().tolist()) == ({51, 102, 153} if colour else {255})
 
 
-def test_explicit_texture(tmp_path):
+def test_explicit_texture(tmp_path: Path) -> None:
     Image.new("RGB", (3, 2), (1, 2, 3)).save(tmp_path / "p.png")
     path = written(tmp_path, "t.obj", TWO)
     mesh = load_mesh(path, texture=tmp_path / "p.png")
     for part in mesh.parts:
-        assert mesh.materials[part.material].base_colour == (1.0, 1.0, 1.0)
-        assert mesh.materials[part.material].texture.shape == (2, 3, 4)
+        material = mesh.materials[part.material]
+        assert material.base_colour == (1.0, 1.0, 1.0)
+        assert material.texture is not None and material.texture.shape == (2, 3, 4)
     bare = written(tmp_path, "bare.obj", CUBE)
     with pytest.raises(InputError, match=r"bare\.obj: no texture coordinates for the texture .*p\.png$"):
         load_mesh(bare, texture=tmp_path / "p.png")
@@ -304,7 +313,7 @@ def test_explicit_texture(tmp_path):
     ("name", "up", "degenerate"),
     [("nefertiti", "z", 0), ("stanford-bunny", "y", 0), ("ogre", "y", 4), ("spot", "y", 0), ("teapot", "y", 0)],
 )
-def test_real_models_keep_their_triangles_and_load_fast(name, up, degenerate):
+def test_real_models_keep_their_triangles_and_load_fast(name: str, up: Literal["y", "z"], degenerate: int) -> None:
     path = MODELS / f"{name}.obj"
     count = path.read_bytes().count(b"\nf ")
     start = time.process_time()
@@ -316,7 +325,7 @@ def test_real_models_keep_their_triangles_and_load_fast(name, up, degenerate):
     assert (np.einsum("ij,ij->i", mesh.normals[mesh.faces[:, 0]], face_normals(mesh)) > 0).mean() > 0.99
 
 
-def test_what_lies_level_has_no_height(tmp_path):
+def test_what_lies_level_has_no_height(tmp_path: Path) -> None:
     """It is drawn, and neither scaled to a height nor baked; what is flat and stands is like anything else."""
     path = tmp_path / "floor.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 4 3 2\n")

@@ -1,6 +1,7 @@
 """Which files a mesh is made of, and their hash."""
 
 import json
+from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -10,7 +11,7 @@ from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.sources import Sources, source_files, source_hash
 
 
-def test_obj_libraries_and_textures(tmp_path):
+def test_obj_libraries_and_textures(tmp_path: Path) -> None:
     (tmp_path / "lib").mkdir()
     (tmp_path / "a.obj").write_text("mtllib lib/one.mtl gone.mtl\nmtllib two words.mtl\nv 0 0 0\n")
     (tmp_path / "lib/one.mtl").write_text("newmtl m\nmap_Kd beside.png\nmap_Kd ../../outside.png\n")
@@ -22,7 +23,7 @@ def test_obj_libraries_and_textures(tmp_path):
     assert names == ["a.obj", "lib/one.mtl", "two words.mtl", "lib/beside.png", "top.png", "extra.png"]
 
 
-def test_gltf_buffers_and_images(tmp_path):
+def test_gltf_buffers_and_images(tmp_path: Path) -> None:
     uris = {"buffers": [{"uri": "b%20c.bin"}, {"uri": "data:application/octet-stream;base64,AA=="}]}
     (tmp_path / "a.gltf").write_text(json.dumps({**uris, "images": [{"uri": "p.png"}, {"bufferView": 0}]}))
     (tmp_path / "b c.bin").write_bytes(b"1")
@@ -30,7 +31,7 @@ def test_gltf_buffers_and_images(tmp_path):
     assert [p.name for p in source_files(tmp_path / "a.gltf")] == ["a.gltf", "b c.bin", "p.png"]
 
 
-def test_ply_texture_and_missing_mesh(tmp_path):
+def test_ply_texture_and_missing_mesh(tmp_path: Path) -> None:
     (tmp_path / "a.ply").write_bytes(b"ply\r\ncomment TextureFile p.png\r\nend_header\r\n")
     (tmp_path / "p.png").write_bytes(b"2")
     assert [p.name for p in source_files(tmp_path / "a.ply")] == ["a.ply", "p.png"]
@@ -38,7 +39,7 @@ def test_ply_texture_and_missing_mesh(tmp_path):
         source_files(tmp_path / "gone.stl")
 
 
-def test_hash_follows_contents_not_names(tmp_path):
+def test_hash_follows_contents_not_names(tmp_path: Path) -> None:
     for name in ("a.obj", "b.obj"):
         (tmp_path / name).write_text("mtllib m.mtl\nv 0 0 0\n")
     (tmp_path / "m.mtl").write_text("newmtl m\n")
@@ -48,7 +49,7 @@ def test_hash_follows_contents_not_names(tmp_path):
     assert source_hash(tmp_path / "a.obj") != before
 
 
-def test_a_mesh_is_of_the_bytes_that_were_hashed(tmp_path):
+def test_a_mesh_is_of_the_bytes_that_were_hashed(tmp_path: Path) -> None:
     """Whatever of its files is replaced, removed or added after its hash was taken."""
     (tmp_path / "m.mtl").write_text("newmtl m\nmap_Kd p.png\n")
     (tmp_path / "a.obj").write_text(
@@ -67,7 +68,8 @@ def test_a_mesh_is_of_the_bytes_that_were_hashed(tmp_path):
         (tmp_path / "t.png").unlink()
         mesh = load_mesh(tmp_path / "a.obj", texture=texture, sources=sources)
         assert mesh.bounds[1][1] == 1
-        assert [material.texture[0, 0].tolist() for material in mesh.materials] == [colour]
+        (material,) = mesh.materials
+        assert material.texture is not None and material.texture[0, 0].tolist() == colour
         (tmp_path / "late.mtl").unlink()
         for name, data in held.items():
             (tmp_path / name).write_bytes(data)

@@ -1,6 +1,7 @@
 """Material libraries of OBJ files."""
 
 import logging
+from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -10,7 +11,7 @@ from depthwalk.ingest.mtl import MaterialLibrary, parse_mtl
 from depthwalk.ingest.sources import Sources
 
 
-def test_terms_names_and_images():
+def test_terms_names_and_images() -> None:
     text = "Kd 1 1 1\nnewmtl a  b\n\tKd 0.1 0.2 0.3\nKs .5\nNs ten\nMap_Kd -clamp on  my picture.png \nnewmtl c # d\n"
     materials = parse_mtl(text)
     assert list(materials) == ["a b", "c # d"]
@@ -18,32 +19,36 @@ def test_terms_names_and_images():
     assert materials["a b"].image == "-clamp on  my picture.png"
 
 
-def test_the_last_material_of_a_name_wins():
+def test_the_last_material_of_a_name_wins() -> None:
     assert parse_mtl("newmtl a\nNs 1\nnewmtl a\nKd 0 0 0\n")["a"].terms == {"kd": [0, 0, 0]}
 
 
-def library(folder, text):
+def library(folder: Path, text: str) -> MaterialLibrary:
     (folder / "m.mtl").write_text(text)
     return MaterialLibrary([folder / "m.mtl"], folder / "a.obj", Sources())
 
 
-def test_materials_are_converted_by_name(tmp_path):
+def test_materials_are_converted_by_name(tmp_path: Path) -> None:
     Image.new("RGB", (1, 2), (1, 2, 3)).save(tmp_path / "p.png")
     materials = library(tmp_path, "newmtl a\nKd 0 0 0\nmap_Kd p.png\nnewmtl b\nKd 2 nan 0\n")
-    textured = materials.material("a")
+    textured, plain = materials.material("a"), materials.material("b")
+    assert textured is not None and textured.texture is not None and plain is not None
     assert textured.base_colour == (1, 1, 1) and textured.texture[0, 0].tolist() == [1, 2, 3, 255]
-    assert materials.material("b").base_colour == (0.8, 0.8, 0.8)
+    assert plain.base_colour == (0.8, 0.8, 0.8)
     assert materials.material("gone") is None and materials.material(None) is None
 
 
-def test_a_texture_that_is_no_picture_is_refused_even_if_unused(tmp_path):
+def test_a_texture_that_is_no_picture_is_refused_even_if_unused(tmp_path: Path) -> None:
     (tmp_path / "p.png").write_bytes(b"no picture")
     with pytest.raises(InputError, match=r"p\.png: cannot be read as an image$"):
         library(tmp_path, "newmtl a\nmap_Kd p.png\n")
 
 
-def test_what_has_no_name_of_a_picture_is_ignored_with_a_warning(tmp_path, caplog):
+def test_what_has_no_name_of_a_picture_is_ignored_with_a_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     (tmp_path / "p.dat").write_bytes(b"no picture")
     with caplog.at_level(logging.WARNING):
-        assert library(tmp_path, "newmtl a\nmap_Kd p.dat\n").material("a").texture is None
+        material = library(tmp_path, "newmtl a\nmap_Kd p.dat\n").material("a")
+    assert material is not None and material.texture is None
     assert any("p.dat cannot be read as an image; ignored" in record.message for record in caplog.records)

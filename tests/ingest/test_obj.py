@@ -1,23 +1,25 @@
 """OBJ text: what is read, what is refused and where, and that time grows with the file and no faster."""
 
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.strategies._internal.core import DataObject
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.ingest.obj import parse_obj
+from depthwalk.ingest.obj import ObjMesh, parse_obj
 from depthwalk.ingest.reader import read_soup
 
 VERTICES = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 PATH = Path("a.obj")
 
 
-def parsed(text: str):
+def parsed(text: str) -> ObjMesh:
     return parse_obj(text.encode(), PATH)
 
 
@@ -51,11 +53,11 @@ def refusal(text: str) -> str:
         ("f 1 2 99999999999999999999", f"face refers to vertex {2**63 - 1} of 4"),
     ],
 )
-def test_defects_are_located(line, defect):
+def test_defects_are_located(line: str, defect: str) -> None:
     assert refusal(f"{VERTICES}f 1 2 3\n\n{line}\nf 1 2 4\n") == f"a.obj:7: {defect}"
 
 
-def test_relative_indices_and_what_they_may_not_reach():
+def test_relative_indices_and_what_they_may_not_reach() -> None:
     corners = parsed(f"{VERTICES}f -4 -3 -2\nv 1 1 1\nf -1 -4 2\n").corners[:, 0]
     assert corners.tolist() == [1, 2, 3, 5, 2, 2]
 
@@ -72,23 +74,24 @@ def test_relative_indices_and_what_they_may_not_reach():
         ("1 2/1 3//1", [[1, 0, 0], [2, 1, 0], [3, 0, 1]]),
     ],
 )
-def test_styles_of_corners(face, corners):
+def test_styles_of_corners(face: str, corners: Sequence[Sequence[int]]) -> None:
     assert parsed(f"{VERTICES}vt 0 0\nvn 0 0 1\nf {face}\n").corners.tolist() == corners
 
 
-def test_rows_of_unequal_length_are_cut_to_the_shortest():
+def test_rows_of_unequal_length_are_cut_to_the_shortest() -> None:
     mesh = parsed("v 0 0 0 1 1 1\nv 1 0 0\nv 0 1 0 0.5\nvt 1 2 3\nvt 4 5\nf 1 2 3\n")
     assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]] and mesh.colours is None
+    assert mesh.texture is not None
     assert mesh.texture.tolist() == [[1, 2], [4, 5]]
 
 
-def test_polygons_become_fans(tmp_path):
+def test_polygons_become_fans(tmp_path: Path) -> None:
     path = tmp_path / "p.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 2 0\nv 0 1 0\nf 1 2 3 4 5\nf 1 2 3 4\nf 1 2 3\n")
     assert read_soup(path).faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 1, 2], [2, 3, 0], [0, 1, 2]]
 
 
-def test_groups_follow_usemtl_and_keep_apart(tmp_path):
+def test_groups_follow_usemtl_and_keep_apart(tmp_path: Path) -> None:
     mesh = parsed(f"{VERTICES}f 1 2 3\nusemtl a b\nf 1 2 4\nusemtl none\nusemtl c\nf 1 3 4\nusemtl a b\nf 2 3 4\n")
     assert mesh.material_names == (None, "a b", "c") and mesh.group.tolist() == [0, 1, 2, 1]
     (tmp_path / "m.mtl").write_text("newmtl a b\nKd 1 0 0\nnewmtl c\nKd 0 1 0\nNs 7\nKs none\n")
@@ -104,7 +107,9 @@ points = st.lists(st.tuples(numbers, numbers, numbers), min_size=3, max_size=20)
 
 
 @given(points=points, data=st.data(), ending=st.sampled_from(["\n", "\r\n", "\r"]), blank=st.sampled_from([" ", "\t "]))
-def test_what_was_written_is_read(points, data, ending, blank):
+def test_what_was_written_is_read(
+    points: Sequence[tuple[float, float, float]], data: DataObject, ending: str, blank: str
+) -> None:
     index = st.integers(1, len(points))
     faces = data.draw(st.lists(st.lists(index, min_size=3, max_size=6), min_size=1, max_size=10))
     lines = [blank.join(["v", *(repr(float(value)) for value in point)]) for point in points]
@@ -126,7 +131,7 @@ def seconds(path: Path) -> float:
     return min(taken)
 
 
-HOSTILE = {
+HOSTILE: dict[str, Callable[[int], str]] = {
     "blanks": lambda n: f"mtllib{' ' * 40 * n}\n{VERTICES}f 1 2 3\n",
     "blanks within": lambda n: f"mtllib a{' ' * 40 * n}b\n{VERTICES}f 1 2 3\n",
     "lines of blanks": lambda n: f"{VERTICES}f 1 2 3\n" + "   \t \n" * 8 * n,
@@ -141,7 +146,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("kind", HOSTILE)
-def test_twice_the_file_takes_about_twice_the_time(tmp_path, kind):
+def test_twice_the_file_takes_about_twice_the_time(tmp_path: Path, kind: str) -> None:
     """Four times as much may take eight times as long, not sixteen times; what takes no time at all is not measured."""
     size, path = 2_000, tmp_path / "a.obj"
     path.write_text(HOSTILE[kind](size))
@@ -150,11 +155,11 @@ def test_twice_the_file_takes_about_twice_the_time(tmp_path, kind):
     assert seconds(path) < 8 * max(once, 0.01)
 
 
-def test_a_comment_that_ends_with_a_backslash_continues_nothing():
+def test_a_comment_that_ends_with_a_backslash_continues_nothing() -> None:
     assert parsed(f"{VERTICES}# a comment \\\nf 1 2 3 # another \\\nf 1 2 4\n").sizes.tolist() == [3, 3]
 
 
-def test_lines_after_continued_ones_keep_their_numbers():
+def test_lines_after_continued_ones_keep_their_numbers() -> None:
     text = f"{VERTICES}f 1 \\\n 2 \\\n3\n"  # lines 5 to 7
     assert parsed(f"{text}f 1 2 4\n").corners[:, 0].tolist() == [1, 2, 3, 1, 2, 4]
     assert refusal(f"{text}f 1 2 9\n") == "a.obj:8: face refers to vertex 9 of 4"

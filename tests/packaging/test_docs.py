@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 import typer
+from typer.core import TyperGroup
 
 from depthwalk.commands.cli import app
 from depthwalk.params import Params
@@ -65,7 +66,7 @@ def file_names() -> set[str]:
 
 
 @pytest.mark.parametrize("page", TEXTS)
-def test_named_files_exist(page):
+def test_named_files_exist(page: str) -> None:
     roots = ROOT, PACKAGE, PACKAGE / "render", ROOT / "shaders", ROOT / "docs"
     missing = [
         path
@@ -112,7 +113,7 @@ def settings_accept(key: str, value: str | None) -> bool:
 
 
 @pytest.mark.parametrize("page", [page for page in TEXTS if page != "api.md"])  # where `scene.…` is a variable's
-def test_named_modules_and_settings_exist(page):
+def test_named_modules_and_settings_exist(page: str) -> None:
     wrong = []
     for span in code_spans(TEXTS[page]):
         name = re.fullmatch(rf"((?:{'|'.join(STAGES)})(?:\.\w+)+)(?:(?:: |=)(\S+))?", span)
@@ -125,7 +126,7 @@ def test_named_modules_and_settings_exist(page):
 
 
 @pytest.mark.parametrize("page", TEXTS)
-def test_settings_on_command_lines_exist(page):
+def test_settings_on_command_lines_exist(page: str) -> None:
     settings = re.findall(r"--set (render(?:\.\w+)+)(?:=([^\s`)]+))?", TEXTS[page])
     assert not [key for key, value in settings if "vignette" not in key and not settings_accept(key, value or None)]
 
@@ -140,7 +141,9 @@ def command_lines(page: str) -> list[str]:
 def command(words: list[str]) -> tuple[Any, list[str]] | None:
     """Return the command that runs, as click knows it, and its arguments; None where it takes no options to check."""
     if words[0] == "depthwalk":
-        return typer.main.get_command(app).commands[words[1]], words[2:]
+        commands = typer.main.get_command(app)
+        assert isinstance(commands, TyperGroup)
+        return commands.commands[words[1]], words[2:]
     assert words[:2] == ["python", "-m"]
     if words[2].startswith("tools."):
         tool = ROOT / words[2].replace(".", "/")
@@ -155,7 +158,7 @@ def command(words: list[str]) -> tuple[Any, list[str]] | None:
 
 
 @pytest.mark.parametrize("page", [page for page in TEXTS if command_lines(page)])
-def test_command_lines_are_known(page):
+def test_command_lines_are_known(page: str) -> None:
     for line in command_lines(page):
         found = command(shlex.split(re.sub(r"[\[\]|…]|\.\.\.", " ", line)))
         if found is not None:
@@ -164,7 +167,7 @@ def test_command_lines_are_known(page):
             assert not unknown, line
 
 
-def test_pages_that_the_code_names_exist():
+def test_pages_that_the_code_names_exist() -> None:
     sources = [*PACKAGE.rglob("*.py"), *(ROOT / "shaders").rglob("*.*")]
     named = {
         (source.name, page)
@@ -175,7 +178,7 @@ def test_pages_that_the_code_names_exist():
 
 
 @pytest.mark.parametrize("name", ["cylinder", "shift", "impostor", "cases"])
-def test_figures_are_up_to_date(name):
+def test_figures_are_up_to_date(name: str) -> None:
     figures = runpy.run_path(str(ROOT / "docs" / "figures.py"))
     drawn = (ROOT / "docs" / "images" / f"{name}.svg").read_text(encoding="utf-8")
     assert drawn == figures[name](), f"run python docs/make_images.py {name}"

@@ -8,13 +8,16 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from typer.core import TyperGroup
 
 import depthwalk
 from depthwalk import resources
@@ -29,12 +32,12 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 @pytest.fixture(scope="module")
-def project():
+def project() -> dict[str, Any]:
     return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
-def tracked():
+def tracked() -> list[Path]:
     """Every file that git knows, as git names it."""
     listing = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], capture_output=True, text=True)
     if listing.returncode:
@@ -42,13 +45,13 @@ def tracked():
     return [ROOT / name for name in listing.stdout.split("\0") if name and (ROOT / name).is_file()]
 
 
-def test_one_version(project):
+def test_one_version(project: dict[str, Any]) -> None:
     assert project["project"]["dynamic"] == ["version"]
     assert ROOT / project["tool"]["hatch"]["version"]["path"] == Path(depthwalk.__file__)
     assert re.fullmatch(r"\d+\.\d+\.\d+", depthwalk.__version__)
 
 
-def test_the_installation_has_that_version():
+def test_the_installation_has_that_version() -> None:
     try:
         installed = metadata.version("depthwalk")
     except metadata.PackageNotFoundError:
@@ -56,7 +59,7 @@ def test_the_installation_has_that_version():
     assert installed == depthwalk.__version__
 
 
-def test_every_dependency_is_pinned_within_its_bounds(project):
+def test_every_dependency_is_pinned_within_its_bounds(project: dict[str, Any]) -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins = dict(line.split("==") for line in lines if not line.startswith("#"))
     assert list(pins) == sorted(map(canonicalize_name, pins))
@@ -68,9 +71,9 @@ def test_every_dependency_is_pinned_within_its_bounds(project):
         assert requirement.specifier.contains(pins[canonicalize_name(requirement.name)]), requirement
 
 
-def test_every_imported_library_is_declared(project):
+def test_every_imported_library_is_declared(project: dict[str, Any]) -> None:
     declared = {canonicalize_name(Requirement(each).name) for each in project["project"]["dependencies"]}
-    providers = metadata.packages_distributions() | {"pydantic_core": ["pydantic"]}
+    providers = {**metadata.packages_distributions(), "pydantic_core": ["pydantic"]}
     for file in (ROOT / "app").rglob("*.py"):
         nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
         names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
@@ -79,7 +82,7 @@ def test_every_imported_library_is_declared(project):
             assert declared & set(map(canonicalize_name, providers.get(name, [name]))), f"{file.name} imports {name}"
 
 
-def test_resources_are_found():
+def test_resources_are_found() -> None:
     for each in PASSES:
         assert list((resources.shader_root() / each.name).glob("*.frag")), each.name
     scenes = sorted(resources.scene_root().glob("*.yaml"))
@@ -89,13 +92,13 @@ def test_resources_are_found():
     assert list(resources.asset_root().glob("*.ply"))
 
 
-def test_all_resources_travel_with_the_wheel(project):
+def test_all_resources_travel_with_the_wheel(project: dict[str, Any]) -> None:
     included = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     roots = resources.shader_root(), resources.scene_root(), resources.asset_root()
     assert included == {root.name: f"depthwalk/_data/{root.name}" for root in roots}
 
 
-def test_no_machine_or_package_host_is_named(tracked):
+def test_no_machine_or_package_host_is_named(tracked: Sequence[Path]) -> None:
     # In pieces, so that this file does not name them itself.
     names = ["/" + "work/", "/" + "root/", "pypi" + r"\.org", "python" + r"hosted\.org"]
     forbidden = re.compile(rf"(?<![.\w])({'|'.join(names)})".encode())  # ../root/ is a folder like any other
@@ -103,7 +106,7 @@ def test_no_machine_or_package_host_is_named(tracked):
     assert not [f"{path.relative_to(ROOT)}: {hit[0]!r}" for path, hit in hits.items() if hit]
 
 
-def test_generated_pages_are_up_to_date():
+def test_generated_pages_are_up_to_date() -> None:
     pages = runpy.run_path(str(ROOT / "docs" / "generate.py"))["pages"]()
     for name, text in pages.items():
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == text, f"{name}: run python docs/generate.py"
@@ -113,7 +116,7 @@ LINKS = [(page, link) for page in PAGES for link in re.findall(r"\]\(([^)]+)\)",
 
 
 @pytest.mark.parametrize(("page", "link"), LINKS, ids=[f"{page.name}:{link}" for page, link in LINKS])
-def test_links_lead_somewhere(page, link):
+def test_links_lead_somewhere(page: Path, link: str) -> None:
     name, _, anchor = link.partition("#")
     target = (page.parent / name).resolve() if name else page
     assert target.exists()
@@ -123,8 +126,9 @@ def test_links_lead_somewhere(page, link):
         assert anchor in [re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings]
 
 
-def test_the_readme_shows_every_command_as_it_is():
+def test_the_readme_shows_every_command_as_it_is() -> None:
     commands = typer.main.get_command(app)
+    assert isinstance(commands, TyperGroup)
     shown = re.findall(r"`depthwalk ([^`]+)`", README)
     seen = set()
     for line in shown:
@@ -134,14 +138,15 @@ def test_the_readme_shows_every_command_as_it_is():
     assert seen == set(commands.commands)
 
 
-def test_the_readme_shows_every_key():
+def test_the_readme_shows_every_key() -> None:
     for key, meaning in HELP:
         assert f"| {key} | {meaning} |\n" in README
 
 
-def test_the_readme_scene_loads(tmp_path):
+def test_the_readme_scene_loads(tmp_path: Path) -> None:
     scene = tmp_path / "court.yaml"
-    scene.write_text(re.search(r"```yaml\n(.+?)```", README, re.DOTALL)[1], encoding="utf-8")
+    (shown, *_) = re.findall(r"```yaml\n(.+?)```", README, re.DOTALL)
+    scene.write_text(shown, encoding="utf-8")
     loaded = load_scene(scene)
     assert len(loaded.objects) == 2 + 36 + 2 + 60
     assert len(loaded.nodes.name) and "corner" in loaded.nodes.name

@@ -3,6 +3,9 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -31,7 +34,7 @@ except SystemExit as end:
 
 
 @pytest.fixture
-def loaded(cache_home):
+def loaded(cache_home: Path) -> Callable[..., Any]:
     """Runs code in a process of its own and returns the names of the modules that are loaded after it."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
 
@@ -44,7 +47,7 @@ def loaded(cache_home):
 
 
 @pytest.fixture
-def obj_scene(tiny_scene):
+def obj_scene(tiny_scene: Path) -> Path:
     """As `tiny_scene`, of a tetrahedron in an OBJ file beside it."""
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
     tiny_scene.with_name("ball.obj").write_text(text)
@@ -52,38 +55,38 @@ def obj_scene(tiny_scene):
     return tiny_scene
 
 
-def test_the_package_imports_nothing_but_itself(loaded):
+def test_the_package_imports_nothing_but_itself(loaded: Callable[..., Any]) -> None:
     modules = loaded("import depthwalk")
     assert not modules & (HEAVY | {"numpy", "pydantic", "typer"})
     assert {m for m in modules if m.startswith("depthwalk")} == {"depthwalk"}
 
 
-def test_limits_and_errors_import_nothing_heavy(loaded):
+def test_limits_and_errors_import_nothing_heavy(loaded: Callable[..., Any]) -> None:
     modules = loaded("import depthwalk.errors, depthwalk.limits")
     assert not modules & (HEAVY | {"numpy", "pydantic"})
 
 
-def test_reading_a_scene_imports_neither_gl_nor_mesh_libraries(loaded, obj_scene):
+def test_reading_a_scene_imports_neither_gl_nor_mesh_libraries(loaded: Callable[..., Any], obj_scene: Path) -> None:
     modules = loaded(LOAD_SCENE.format(scene=str(obj_scene)))
     assert not modules & HEAVY
     assert sum(module.split(".")[0] == "depthwalk" for module in modules) <= MOST_MODULES
 
 
-def test_reading_an_obj_file_imports_numpy_only(loaded, obj_scene):
+def test_reading_an_obj_file_imports_numpy_only(loaded: Callable[..., Any], obj_scene: Path) -> None:
     mesh = obj_scene.with_name("ball.obj")
     code = f"from pathlib import Path\nfrom depthwalk.ingest.loader import check_mesh\ncheck_mesh(Path({str(mesh)!r}))"
     assert not loaded(code) & HEAVY
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["render", "--help"]])
-def test_help_imports_nothing_heavy(loaded, arguments):
+def test_help_imports_nothing_heavy(loaded: Callable[..., Any], arguments: Sequence[str]) -> None:
     assert not loaded(RUN.format(arguments=arguments)) & (HEAVY | {"numpy"})  # typer brings pydantic
 
 
-def test_check_imports_nothing_heavy(loaded, obj_scene):
+def test_check_imports_nothing_heavy(loaded: Callable[..., Any], obj_scene: Path) -> None:
     assert not loaded(RUN.format(arguments=["check", str(obj_scene)])) & HEAVY
 
 
-def test_info_of_a_mesh_imports_what_reads_it(loaded, obj_scene):
+def test_info_of_a_mesh_imports_what_reads_it(loaded: Callable[..., Any], obj_scene: Path) -> None:
     mesh = obj_scene.with_name("ball.obj")
     assert loaded(RUN.format(arguments=["info", str(mesh)])) & HEAVY <= {"PIL", "scipy"}

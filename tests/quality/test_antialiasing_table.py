@@ -1,8 +1,13 @@
 """What anti-aliasing brings: the pixels that count, and the rows."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import Device
 from depthwalk.pictures import LinearImage
 from depthwalk.quality.antialiasing import GAINS, KINDS, REFERENCE_SAMPLES, examine, truth
 from depthwalk.scene.loader import load_scene
@@ -10,7 +15,7 @@ from files import write_ply
 from shapes import box
 
 
-def fine(distance):
+def fine(distance: Callable[..., Any]) -> LinearImage:
     """A picture of 6 × 4 pixels with all their samples, grey where something is."""
     columns = np.arange(6 * REFERENCE_SAMPLES) / REFERENCE_SAMPLES
     metres = np.broadcast_to(distance(columns), (4 * REFERENCE_SAMPLES, len(columns))).astype(np.float32)
@@ -18,7 +23,7 @@ def fine(distance):
     return LinearImage(colour, metres)
 
 
-def test_edge_pixels_are_those_with_a_jump_and_around():
+def test_edge_pixels_are_those_with_a_jump_and_around() -> None:
     found = truth(fine(lambda x: np.where(x < 2.5, 3.0, np.inf)))
     assert found.edge.all(0).tolist() == [False, True, True, True, False, False]
     assert found.pixels[0, :, 0].tolist() == [188, 188, 137, 0, 0, 0]  # half of it: in linear light
@@ -26,7 +31,7 @@ def test_edge_pixels_are_those_with_a_jump_and_around():
 
 
 @pytest.fixture
-def scene_file(tmp_path):
+def scene_file(tmp_path: Path) -> Path:
     write_ply(tmp_path / "box.ply", box(1, 1, 1))
     camera = "camera: {position: [2, 1.7, 2.9], target: [0, 0.4, 0], fov: 40}\n"
     assets = "assets: {box: {mesh: box.ply, dpci: {resolution: 64, layers: 1}}}\nobjects: [{asset: box}]\n"
@@ -35,7 +40,9 @@ def scene_file(tmp_path):
     return file
 
 
-def test_the_rows_of_a_box(gl_device, scene_file, tmp_path, monkeypatch):
+def test_the_rows_of_a_box(
+    gl_device: Device, scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     said = []
     rows = list(examine([load_scene(scene_file)], (96, 72), lambda name, stage: said.append((name, stage))))

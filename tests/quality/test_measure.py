@@ -9,16 +9,21 @@ import pytest
 
 import shapes
 from depthwalk.bake.images import Face
+from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.bake.sampling import sample_surface
 from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.gpu.device import Device
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.quality.advise import recommend
-from depthwalk.quality.candidate import Candidate, count_parts, examine, sample_surface, warnings
+from depthwalk.quality.candidate import Candidate, count_parts, examine, warnings
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import ViewQuality, measure, object_height, view_quality
 from depthwalk.quality.pair_renderer import Pair, PairRenderer, Shot
 from depthwalk.quality.report import CompareReport, Costs, ModelReport, costs_line, overall, to_json, to_text
 from depthwalk.quality.views import SPHERE, Viewpoint
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.types import Mask
 
 SIZE = 96, 72
 LEVEL = Viewpoint(5.0, 30.0)
@@ -26,12 +31,12 @@ PSNR = MEASURES[0]
 
 
 @pytest.fixture(scope="module")
-def ball():
+def ball() -> tuple[Mesh, BakedModel]:
     mesh = shapes.sphere(0.5, columns=64, rows=32)
     return mesh, shapes.model_of(shapes.bake(mesh, 64, 1))
 
 
-def caps_only(model):
+def caps_only(model: BakedModel) -> BakedModel:
     """Depth images of which only the caps show anything."""
     (baked,) = model.parts
     caps = Face.TOP, Face.BOTTOM
@@ -43,7 +48,7 @@ def caps_only(model):
     return shapes.model_of(replace(baked, images=tuple(bare), boundary_strips=kept))
 
 
-def quality(psnr, viewpoint=LEVEL, **values):
+def quality(psnr: float, viewpoint: Viewpoint = LEVEL, **values: float) -> ViewQuality:
     return ViewQuality(
         viewpoint=viewpoint,
         pixels=100,
@@ -52,18 +57,19 @@ def quality(psnr, viewpoint=LEVEL, **values):
     )
 
 
-def shot(covered, colour, distance=3.0):
+def shot(covered: Mask, colour: int, distance: float = 3.0) -> Shot:
     pixels = np.full((*covered.shape, 3), 128, np.uint8)
     pixels[covered] = colour
     return Shot(pixels, np.where(covered, np.float32(distance), np.float32(np.inf)))
 
 
-def test_a_pair_with_a_hole_is_measured():
+def test_a_pair_with_a_hole_is_measured() -> None:
     mesh = np.zeros((60, 60), bool)
     mesh[10:50, 10:50] = True
     holed = mesh.copy()
     holed[20:30, 20:30] = False
     found = view_quality(Pair(shot(mesh, 200), shot(holed, 200, 3.1)), LEVEL, 2.0)
+    assert found is not None
     assert found.pixels == 1600 and found.viewpoint is LEVEL
     assert found.iou == pytest.approx(15 / 16) and found.holes == pytest.approx(100 / 16)
     assert found.psnr == pytest.approx(10 * math.log10(255**2 / (72**2 / 16)))
@@ -71,12 +77,12 @@ def test_a_pair_with_a_hole_is_measured():
     assert 0 < found.flip < 1
 
 
-def test_a_view_that_shows_nothing_is_left_out():
+def test_a_view_that_shows_nothing_is_left_out() -> None:
     nothing = shot(np.zeros((20, 20), bool), 0)
     assert view_quality(Pair(nothing, nothing), LEVEL, 1.0) is None
 
 
-def test_a_ball_is_much_like_its_mesh(gl_device, ball):
+def test_a_ball_is_much_like_its_mesh(gl_device: Device, ball: tuple[Mesh, BakedModel]) -> None:
     found = measure(*ball, RenderSettings(), SIZE, SPHERE[::10])
     assert [view.viewpoint for view in found.views] == list(SPHERE[::10])
     assert all(view.iou > 0.97 and view.holes == 0 and view.psnr > 25 for view in found.views)
@@ -86,7 +92,7 @@ def test_a_ball_is_much_like_its_mesh(gl_device, ball):
     assert found.gpu_bytes > grids.vertices.nbytes + grids.indices.nbytes + 4 * texels
 
 
-def test_a_missing_side_is_a_hole(gl_device, ball):
+def test_a_missing_side_is_a_hole(gl_device: Device, ball: tuple[Mesh, BakedModel]) -> None:
     mesh, baked = ball
     (whole,) = measure(mesh, baked, RenderSettings(), SIZE, [LEVEL]).views
     (bare,) = measure(mesh, caps_only(baked), RenderSettings(), SIZE, [LEVEL]).views
@@ -94,7 +100,7 @@ def test_a_missing_side_is_a_hole(gl_device, ball):
     assert bare.holes > 30 and bare.iou < 0.7 and bare.psnr < whole.psnr - 5
 
 
-def test_the_renderer_draws_the_mesh_and_the_images(gl_device, ball):
+def test_the_renderer_draws_the_mesh_and_the_images(gl_device: Device, ball: tuple[Mesh, BakedModel]) -> None:
     with PairRenderer(*ball, RenderSettings(), SIZE) as renderer:
         pair = renderer.pair(LEVEL)
         again = renderer.pair(LEVEL)
@@ -106,24 +112,24 @@ def test_the_renderer_draws_the_mesh_and_the_images(gl_device, ball):
     assert pair.mesh.covered.sum() == pytest.approx(math.pi * 32.4**2, rel=0.02)
 
 
-def test_flat_objects_are_measured_by_their_extent():
+def test_flat_objects_are_measured_by_their_extent() -> None:
     assert object_height(shapes.box(2, 0.5, 3)) == pytest.approx(0.5)
     assert object_height(shapes.box(2, 0.001, 3)) == pytest.approx(3)
 
 
-def test_samples_lie_on_the_surface_evenly():
+def test_samples_lie_on_the_surface_evenly() -> None:
     points, normals = sample_surface(shapes.box(2, 1, 1), 3000)
     assert np.abs(points * normals).max(1) == pytest.approx(np.where(np.abs(normals[:, 0]) > 0.5, 1, 0.5))
     assert (np.abs(normals[:, 0]) > 0.5).mean() == pytest.approx(2 / 10, abs=0.01)
 
 
-def test_a_ball_is_a_good_candidate(ball):
+def test_a_ball_is_a_good_candidate(ball: tuple[Mesh, BakedModel]) -> None:
     candidate = examine(*ball, ModelParams(resolution=64, layers=2))
     assert candidate.coverage > 0.99 and candidate.thin == 0 and candidate.parts == 1
     assert warnings(candidate, outlines=True) == []
 
 
-def test_poor_candidates_are_named_with_the_reason(ball):
+def test_poor_candidates_are_named_with_the_reason(ball: tuple[Mesh, BakedModel]) -> None:
     mesh, baked = ball
     bare = examine(mesh, caps_only(baked), ModelParams(resolution=64, layers=2))
     assert bare.coverage < 0.8 and "is in no depth image" in warnings(bare, outlines=True)[0]
@@ -135,21 +141,21 @@ def test_poor_candidates_are_named_with_the_reason(ball):
     ]
 
 
-def test_foliage_is_better_drawn_as_its_mesh():
+def test_foliage_is_better_drawn_as_its_mesh() -> None:
     assert warnings(Candidate(coverage=1.0, thin=0.5, parts=1, texel=0.01), outlines=False) == [
         "foliage: 50.0 % of its surface is thinner than a texel (10 mm), and most of its pixels are edges; "
         "draw it as its mesh"
     ]
 
 
-def test_a_thin_sheet_with_right_outlines_is_no_foliage():
+def test_a_thin_sheet_with_right_outlines_is_no_foliage() -> None:
     """Water in a basin."""
     assert warnings(Candidate(coverage=1.0, thin=0.25, parts=1, texel=0.01), outlines=True) == [
         "25.0 % of its surface is thinner than a texel (10 mm): a finer resolution"
     ]
 
 
-def test_more_layers_are_recommended_where_they_hold_more():
+def test_more_layers_are_recommended_where_they_hold_more() -> None:
     plates = shapes.joined(*(shapes.box(2.0, 0.2, 2.0, (0, 0.5 * number, 0)) for number in range(4)))
     params = ModelParams(resolution=32, layers=2)
     candidate = examine(plates, bake_model(plates, params, ""), params)
@@ -161,7 +167,7 @@ def test_more_layers_are_recommended_where_they_hold_more():
         assert examine(plates, bake_model(plates, enough, ""), enough).deeper is None
 
 
-def test_parts_are_counted_through_split_vertices():
+def test_parts_are_counted_through_split_vertices() -> None:
     box = shapes.box(1, 1, 1)  # its faces share positions, not vertices
     crumb = shapes.box(0.01, 0.01, 0.01, centre=(3, 0, 0))
     assert count_parts(box) == 1
@@ -169,7 +175,7 @@ def test_parts_are_counted_through_split_vertices():
     assert count_parts(shapes.joined(box, crumb)) == 1
 
 
-def test_the_cheapest_bake_that_suffices_is_recommended(gl_device):
+def test_the_cheapest_bake_that_suffices_is_recommended(gl_device: Device) -> None:
     mesh = shapes.sphere(0.5, columns=32, rows=16)
     some = SPHERE[::20]
     best = recommend(mesh, ModelParams(), RenderSettings(), SIZE, 99.0, some, (16, 32))
@@ -182,7 +188,7 @@ def test_the_cheapest_bake_that_suffices_is_recommended(gl_device):
     assert modest.text().startswith(f"for {modest.wanted:g} dB: --dpci-resolution 16 --layers 1 (")
 
 
-def test_the_worst_view_of_every_measure():
+def test_the_worst_view_of_every_measure() -> None:
     views = [quality(30.0), quality(20.0, Viewpoint(60.0, 1.0)), quality(math.inf)]
     psnr = summarise(PSNR, views)
     assert (psnr.mean, psnr.worst, psnr.worst_view) == (math.inf, 20, Viewpoint(60.0, 1.0))
@@ -192,10 +198,10 @@ def test_the_worst_view_of_every_measure():
     assert math.isnan(summarise(depth, lacking[:1]).mean)
 
 
-def test_the_report_marks_goals_and_holds_no_infinity():
+def test_the_report_marks_goals_and_holds_no_infinity() -> None:
     candidate = Candidate(coverage=0.5, thin=0.0, parts=1, texel=0.01)
 
-    def model(name, *views):
+    def model(name: str, *views: ViewQuality) -> ModelReport:
         costs = Costs(bake_seconds=3.0, bake_peak_bytes=None, bytes_disk=1_000_000, bytes_gpu=20_000_000)
         return ModelReport(
             name=name,

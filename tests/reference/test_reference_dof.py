@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from depthwalk.reference.dof import gather, paper, ranges
+from depthwalk.types import Array
 
 RNG = np.random.default_rng(8)
 
 
-def picture(height=24, width=30):
+def picture(height: int = 24, width: int = 30) -> Array:
     return RNG.uniform(0, 1, (height, width, 4))
 
 
-def test_a_tile_knows_circles_that_reach_it_and_no_others():
+def test_a_tile_knows_circles_that_reach_it_and_no_others() -> None:
     circles = np.zeros((12, 40))
     circles[5, 2], circles[5, 38] = 6.0, -9.0
     low, high = ranges(circles, 4)
@@ -21,7 +22,7 @@ def test_a_tile_knows_circles_that_reach_it_and_no_others():
     assert low[5, 39] == -9 and low[5, 28] == -9 and low[5, 20] == 0
 
 
-def test_ranges_are_of_the_size_of_the_picture_when_tiles_are_cut_off():
+def test_ranges_are_of_the_size_of_the_picture_when_tiles_are_cut_off() -> None:
     circles = RNG.normal(size=(10, 13))
     low, high = ranges(circles, 8)
     assert low.shape == high.shape == circles.shape
@@ -29,13 +30,13 @@ def test_ranges_are_of_the_size_of_the_picture_when_tiles_are_cut_off():
 
 
 @pytest.mark.parametrize("circle", [0.0, 0.4])
-def test_what_is_in_focus_stays_as_it_is(circle):
+def test_what_is_in_focus_stays_as_it_is(circle: float) -> None:
     lit, circles = picture(), np.full((24, 30), circle)
     np.testing.assert_array_equal(gather(lit, circles, ranges(circles, 8), 16), lit)
 
 
 @pytest.mark.parametrize("circle", [-3.0, 5.0])
-def test_an_even_picture_stays_even(circle):
+def test_an_even_picture_stays_even(circle: float) -> None:
     lit, circles = np.tile([0.3, 0.5, 0.7, 1.0], (24, 30, 1)), np.full((24, 30), circle)
     assert gather(lit, circles, ranges(circles, 8), 16) == pytest.approx(lit)
     weights = np.exp(-np.arange(7) / 3)
@@ -44,7 +45,7 @@ def test_an_even_picture_stays_even(circle):
     assert paper(lit, circles, weights, disc, 5.0) == pytest.approx(lit)
 
 
-def test_a_blurred_point_keeps_its_light_and_spreads_over_its_circle():
+def test_a_blurred_point_keeps_its_light_and_spreads_over_its_circle() -> None:
     lit, circles = np.zeros((41, 41, 4)), np.full((41, 41), 6.0)
     lit[20, 20] = 1
     out = gather(lit, circles, ranges(circles, 8), 64)[..., 0]
@@ -53,12 +54,12 @@ def test_a_blurred_point_keeps_its_light_and_spreads_over_its_circle():
     assert out[np.hypot(x, y) > 6 + 1.5].max() == 0 and np.count_nonzero(out) > 60
 
 
-def test_paper_without_blur_is_the_sharp_picture():
+def test_paper_without_blur_is_the_sharp_picture() -> None:
     lit, circles = picture(), np.zeros((24, 30))
     assert paper(lit, circles, np.eye(7)[0], np.zeros((13, 2)), 5.0) == pytest.approx(lit)
 
 
-def test_paper_at_full_blur_is_the_blurred_picture():
+def test_paper_at_full_blur_is_the_blurred_picture() -> None:
     """With the disc's points all in the middle, an edge becomes the sum of the weights on its other side."""
     lit, circles = np.zeros((9, 40, 4)), np.full((9, 40), 5.0)
     lit[:, 20:] = 1

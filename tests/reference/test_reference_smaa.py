@@ -4,21 +4,22 @@ import numpy as np
 import pytest
 
 from depthwalk.reference.smaa import areas_cut
+from depthwalk.types import Array
 
 
-def cut(before, after, *heights):
+def cut(before: int, after: int, *heights: float) -> Array:
     """Of one pixel: above and below."""
     return areas_cut(np.array([float(before)]), np.array([float(after)]), np.array([heights]))[0]
 
 
-def test_a_lone_pixel_loses_a_triangle_at_each_end():
+def test_a_lone_pixel_loses_a_triangle_at_each_end() -> None:
     """The line from ½ above to ½ below crosses the edge in the pixel's middle."""
     assert cut(0, 0, 0.5, -0.5) == pytest.approx([1 / 8, 1 / 8])
     assert cut(0, 0, 0.5, 0.5) == pytest.approx([1 / 4, 0])
     assert cut(0, 0, 0, 0) == pytest.approx([0, 0])
 
 
-def test_the_pixels_of_an_edge_share_its_two_wedges():
+def test_the_pixels_of_an_edge_share_its_two_wedges() -> None:
     """Each half of an edge of length n has a triangle of height ½ and base n/2."""
     for length in (2, 5, 8):
         pixels = np.arange(length, dtype=float)

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from depthwalk.reference.warp import table, unwarp, warp
 from depthwalk.render.impostors.warp_planes import Planes
 
 
-def plane_before(viewer):
+def plane_before(viewer: ArrayLike) -> Planes:
     """The plane z = 0 as a viewer (3,) before it has it."""
     x, y, distance = np.atleast_2d(np.asarray(viewer, float)).T
     one = np.ones((1, 1))
@@ -24,11 +25,11 @@ def plane_before(viewer):
     )
 
 
-def test_table_is_the_part_of_the_way_to_the_epipole():
+def test_table_is_the_part_of_the_way_to_the_epipole() -> None:
     assert table(np.array([0.0, 1.0, 3.0, 1e12]), 3.0) == pytest.approx([0, 0.25, 0.5, 1])
 
 
-def test_a_point_on_the_plane_stays_and_one_behind_moves_to_the_epipole():
+def test_a_point_on_the_plane_stays_and_one_behind_moves_to_the_epipole() -> None:
     planes = plane_before([0.5, 1.0, 4.0])
     on_plane, lam = warp(np.array([[2.0, 3.0, 0.0]]), planes)
     assert on_plane + planes.epipole == pytest.approx(np.array([[2.0, 3.0]])) and lam == pytest.approx([1.0])
@@ -36,7 +37,7 @@ def test_a_point_on_the_plane_stays_and_one_behind_moves_to_the_epipole():
     assert behind == pytest.approx(on_plane / 2) and lam == pytest.approx([0.5])
 
 
-def test_a_warped_point_is_where_the_ray_to_it_meets_the_plane():
+def test_a_warped_point_is_where_the_ray_to_it_meets_the_plane() -> None:
     viewer, point = np.array([0.5, -1.0, 2.0]), np.array([3.0, 0.7, -1.3])
     planes = plane_before(viewer)
     position, _ = warp(point[None], planes)
@@ -44,7 +45,7 @@ def test_a_warped_point_is_where_the_ray_to_it_meets_the_plane():
     assert position[0] + viewer[:2] == pytest.approx((viewer + t * (point - viewer))[:2])
 
 
-def test_unwarp_undoes_warp():
+def test_unwarp_undoes_warp() -> None:
     rng = np.random.default_rng(1)
     for _ in range(20):
         viewer = rng.uniform(-2, 2, 3) + np.array([0, 0, 3])

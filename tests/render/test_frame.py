@@ -1,9 +1,12 @@
 """The contract of a pass, by passes that keep to it or fail."""
 
+from typing import cast
+
 import pytest
 
+from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params, param
-from depthwalk.render.frame import Pass, common
+from depthwalk.render.frame import Frame, Pass, common
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.render_settings import RenderSettings
@@ -16,28 +19,28 @@ class TintParams(Params):
 class Tint(Pass[TintParams]):
     name = "tint"
 
-    def setup(self, gl):
+    def setup(self, gl: Scope) -> None:
         self.buffer = gl.buffer(reserve=16)
 
-    def draw(self, frame, params):
+    def draw(self, frame: Frame, params: TintParams) -> None:
         pass
 
 
 class Broken(Tint):
-    def setup(self, gl):
+    def setup(self, gl: Scope) -> None:
         super().setup(gl)
         raise ValueError("no such shader")
 
 
-def test_defaults_of_a_pass():
+def test_defaults_of_a_pass() -> None:
     tint, view = Tint(), View(Camera((0, 0, 0), (0, 0, -1), 1.0), (4, 3))
     assert Tint.Params is TintParams and tint.params == TintParams()
     assert list(tint.views(view, tint.params)) == [view]
-    assert tint.enabled(None, tint.params)
+    assert tint.enabled(cast(Frame, None), tint.params)
     assert not Tint.draws_objects and not Tint.per_sample and Tint.reads == Tint.writes == ()
 
 
-def test_what_is_common_comes_from_the_groups_that_declare_it():
+def test_what_is_common_comes_from_the_groups_that_declare_it() -> None:
     settings = RenderSettings.model_validate(
         {"light": {"mode": "forward"}, "warp": {"wireframe": True}, "composite": {"show_tiles": True}, "aa": "ssaa"}
     )
@@ -48,7 +51,7 @@ def test_what_is_common_comes_from_the_groups_that_declare_it():
     assert not common(RenderSettings()).forward
 
 
-def test_what_a_failing_pass_made_is_freed(gl_device):
+def test_what_a_failing_pass_made_is_freed(gl_device: Device) -> None:
     before = dict(+gl_device.live)
     broken = Broken()
     with pytest.raises(ValueError, match="no such shader"):
@@ -57,7 +60,7 @@ def test_what_a_failing_pass_made_is_freed(gl_device):
     assert not hasattr(broken, "gl")
 
 
-def test_a_released_pass_may_be_attached_again(gl_device):
+def test_a_released_pass_may_be_attached_again(gl_device: Device) -> None:
     tint = Tint()
     for _ in range(2):
         tint.attach(gl_device)

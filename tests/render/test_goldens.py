@@ -1,5 +1,9 @@
 """Small pictures of everything that is drawn, against the ones kept in tests/images."""
 
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
@@ -8,12 +12,14 @@ from depthwalk.bake.planar import bake_planar
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
+from studio import Studio
 
-SKY = {"sky": {}, "ground": {"height": 0.0, "colour": (0.5, 0.6, 0.4)}}
+SKY: dict[str, Any] = {"sky": {}, "ground": {"height": 0.0, "colour": (0.5, 0.6, 0.4)}}
 
 
-def still_life():
+def still_life() -> ShapeLibrary:
     """A ball, a step pyramid with overhangs, and a relief."""
     steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
     y, x = np.mgrid[0:64, 0:64] / 63 * 2 - 1.0
@@ -30,7 +36,7 @@ PLACES = ((0, (-1.4, 0, 0), 0.0, 1.0), (1, (0.2, 0, 0.3), 0.5, 1.0), (2, (1.7, 0
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     return still_life()
 
 
@@ -45,14 +51,21 @@ def library():
         ("mesh-front", Representation.MESH, (0.3, 1.2, 4.2)),
     ],
 )
-def test_golden(studio, library, request, name, representation, position):
+def test_golden(
+    studio: Studio,
+    library: ShapeLibrary,
+    request: pytest.FixtureRequest,
+    name: str,
+    representation: Representation,
+    position: tuple[float, float, float],
+) -> None:
     placed = [place for place in PLACES if representation is not Representation.MESH or place[0] < 2]
     scene = scene_of(*placed, representation=representation, **SKY)
     pixels = studio.picture(scene, library, Camera(position, (0.2, 0.6, 0), 0.8), size=(192, 128))
     goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software)
 
 
-def test_golden_multisampled(studio, library, request):
+def test_golden_multisampled(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
     """Depth images, a mesh, their shadows, the ground and the sky, of four samples per pixel."""
     scene = scene_of(*PLACES, **SKY, sun={"direction": (-0.4, -0.8, -0.6)})
     scene.objects.representation[1] = Representation.MESH
@@ -61,14 +74,18 @@ def test_golden_multisampled(studio, library, request):
     goldens.compare("msaa", pixels, request.config.getoption("--update-goldens"), studio.device.software)
 
 
-def test_golden_of_lamps(studio, library, request):
+def test_golden_of_lamps(studio: Studio, library: ShapeLibrary, request: pytest.FixtureRequest) -> None:
     """Two spot lights by night, each with its shadows, on depth images and from them."""
     lamps = [
         {"position": (2.5, 3.5, 2.0), "direction": (-2.2, -3.0, -2.0), "intensity": 14.0},
         {"position": (-3.0, 2.0, 1.5), "direction": (3.0, -1.6, -1.5), "intensity": 8.0, "colour": (0.6, 0.8, 1.0)},
     ]
     lights = [lamp | {"angle": 70.0, "range": 14.0, "shadow": True} for lamp in lamps]
-    night = {"sky": {"zenith": (0, 0, 0.1), "horizon": (0, 0, 0.2)}, "sun": {"intensity": 0.05}, "lights": lights}
+    night: dict[str, Any] = {
+        "sky": {"zenith": (0, 0, 0.1), "horizon": (0, 0, 0.2)},
+        "sun": {"intensity": 0.05},
+        "lights": lights,
+    }
     scene = scene_of(*PLACES, **SKY | night)
     pixels = studio.picture(scene, library, Camera((0.3, 2.2, 4.6), (0.1, 0.4, 0), 0.8), size=(192, 128))
     goldens.compare("lamp-shadows", pixels, request.config.getoption("--update-goldens"), studio.device.software)
@@ -85,20 +102,20 @@ LOW_SUN = {"direction": (0.2, -0.25, 1), "colour": (1, 1, 1)}
 
 
 @pytest.fixture(scope="module")
-def picture(studio, library):
+def picture(studio: Studio, library: ShapeLibrary) -> Callable[..., Any]:
     """Draws depth images and a mesh, every pass off that a picture can do without, but for what is asked for."""
 
-    def draw(settings, environment):
+    def draw(settings: dict[str, Any], environment: dict[str, Any]) -> Array:
         scene = scene_of(*PLACES, representation=Representation.DPCI, **(SKY | environment))
         scene.objects.representation[0] = Representation.MESH
-        scene.render = RenderSettings.model_validate({"lod": {"magnification": 0}} | settings)
+        cast(SimpleNamespace, scene).render = RenderSettings.model_validate({"lod": {"magnification": 0}} | settings)
         return studio.picture(scene, library, Camera((0.3, 1.2, 4.2), (0.2, 0.6, 0), 0.8), size=(160, 120))
 
     return draw
 
 
 @pytest.fixture(scope="module")
-def plain(studio, picture):
+def plain(studio: Studio, picture: Callable[..., Any]) -> Array:
     with studio.device.context:
         return picture({}, {})
 
@@ -121,6 +138,14 @@ def plain(studio, picture):
         ("forward", {"light": {"mode": "forward"}}, DARK | {"lights": LAMPS}),
     ],
 )
-def test_golden_of_a_pass(studio, picture, plain, request, name, settings, environment):
+def test_golden_of_a_pass(
+    studio: Studio,
+    picture: Callable[..., Any],
+    plain: Array,
+    request: pytest.FixtureRequest,
+    name: str,
+    settings: dict[str, Any],
+    environment: dict[str, Any],
+) -> None:
     pixels = picture(settings, environment)
     goldens.compare(name, pixels, request.config.getoption("--update-goldens"), studio.device.software, plain)

@@ -1,17 +1,22 @@
 """Renderers without a window: several at a time, and what a failing one leaves behind."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
 import depthwalk.render.headless
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.gpu.device import GpuError, Scope
+from depthwalk.gpu.device import Device, GpuError, Scope, headless_device
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import RenderWorld
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.types import Picture
 
 SIZE = (96, 64)
 NEAR = View(Camera((0.0, 1.0, 4.0), (0.0, 1.0, 0.0), 0.8), SIZE)
@@ -21,23 +26,23 @@ pytestmark = pytest.mark.usefixtures("gl_device")
 
 
 @pytest.fixture
-def make(tiny_scene):
+def make(tiny_scene: Path) -> Callable[..., Any]:
     scene = load_scene(tiny_scene)
     return lambda representation=None: HeadlessRenderer(scene, SceneLibrary(scene.assets), SIZE, representation)
 
 
-def shot(headless, view):
+def shot(headless: HeadlessRenderer, view: View) -> Picture:
     headless.draw(view)
     return headless.pixels()
 
 
-def test_a_second_release_does_nothing(make):
+def test_a_second_release_does_nothing(make: Callable[..., Any]) -> None:
     with make() as headless:
         headless.release()
     headless.release()
 
 
-def test_two_renderers_do_not_disturb_each_other(make):
+def test_two_renderers_do_not_disturb_each_other(make: Callable[..., Any]) -> None:
     with make(Representation.MESH) as alone:
         other = shot(alone, ASIDE)
     with make() as first:
@@ -54,7 +59,7 @@ def test_two_renderers_do_not_disturb_each_other(make):
         assert np.abs(shot(first, NEAR).astype(int) - expected).max() <= 1
 
 
-def test_a_picture_does_not_depend_on_those_before_it(make):
+def test_a_picture_does_not_depend_on_those_before_it(make: Callable[..., Any]) -> None:
     steps = [View(Camera((0.02 * k, 1.0, 4.0), (0.0, 1.0, 0.0), 0.8), SIZE) for k in range(4)]
     with make(Representation.DPCI) as walked, make(Representation.DPCI) as fresh:
         walked.renderer.settings.lod.magnification = 0.0  # no mesh is to stand in; one scene, one group of settings
@@ -68,17 +73,19 @@ def test_a_picture_does_not_depend_on_those_before_it(make):
 
 
 @pytest.mark.parametrize(("owner", "step"), [(Scope, "framebuffer"), (Renderer, "__init__"), (RenderWorld, "table")])
-def test_a_failing_step_leaves_nothing_behind(make, monkeypatch, owner, step):
+def test_a_failing_step_leaves_nothing_behind(
+    make: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, owner: type[Scope] | type[Renderer], step: str
+) -> None:
     devices = []
 
-    def watched():
+    def watched() -> Device:
         devices.append(make_device())
         return devices[-1]
 
-    def fail(*arguments, **options):
+    def fail(*arguments: object, **options: object) -> None:
         raise GpuError("the driver refused")
 
-    make_device = depthwalk.render.headless.headless_device
+    make_device = headless_device
     monkeypatch.setattr(depthwalk.render.headless, "headless_device", watched)
     monkeypatch.setattr(owner, step, fail)
     with pytest.raises(GpuError, match="the driver refused"):

@@ -1,6 +1,9 @@
 """Meso-structure: the twin against differences of displaced surfaces, the shaders against the twin."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,14 +14,18 @@ from depthwalk.bake.images import Face, face_outward
 from depthwalk.bake.meso import Meso, tiling_slopes
 from depthwalk.bake.meso_file import load_meso
 from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.reference.meso import displaced, tilted, wind
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
+from depthwalk.types import Array
 from shapes import ShapeLibrary, bake, box, joined, mesh_of, scene_of
+from studio import Studio
 
 
-def waves(height=0.1, tile=(0.5, 0.4), size=256):
+def waves(height: float = 0.1, tile: tuple[float, float] = (0.5, 0.4), size: int = 256) -> Meso:
     """Long waves in both directions."""
     y, x = (np.mgrid[0:size, 0:size] + 0.5) / size * 2 * np.pi
     depth = height * (0.5 + 0.25 * np.sin(x) + 0.25 * np.cos(2 * y))
@@ -26,10 +33,10 @@ def waves(height=0.1, tile=(0.5, 0.4), size=256):
     return Meso(relief=relief.astype(np.float32), tile=tile, height=height)
 
 
-def egg(u, v, face, radius=0.8):
+def egg(u: Array, v: Array, face: Face, radius: float = 0.8) -> tuple[Array, Array]:
     """Points and unit normals (n, 3) of a smooth surface over a face."""
 
-    def point(u, v):
+    def point(u: Array, v: Array) -> Array:
         if face is Face.SIDE:
             r = radius * (1 + 0.12 * np.sin(u) + 0.18 * v)
             return np.stack([r * np.cos(u), v, r * np.sin(u)], -1)
@@ -41,7 +48,7 @@ def egg(u, v, face, radius=0.8):
     return point(u, v), normals_of(point, u, v, face)
 
 
-def normals_of(point, u, v, face, step=1e-5):
+def normals_of(point: Callable[..., Any], u: Array, v: Array, face: Face, step: float = 1e-5) -> Array:
     along_u = point(u + step, v) - point(u - step, v)
     along_v = point(u, v + step) - point(u, v - step)
     normal = np.cross(along_u, along_v)
@@ -52,7 +59,7 @@ def normals_of(point, u, v, face, step=1e-5):
 
 
 @pytest.mark.parametrize(("face", "radius"), [*((face, 0.8) for face in Face), (Face.SIDE, 0.2)])
-def test_normals_are_those_of_the_displaced_surface(face, radius):
+def test_normals_are_those_of_the_displaced_surface(face: Face, radius: float) -> None:
     rng = np.random.default_rng(4)
     u, v = rng.uniform(-0.7, 0.7, (2, 400))
     meso = waves(height=0.03)
@@ -66,14 +73,15 @@ def test_normals_are_those_of_the_displaced_surface(face, radius):
     assert np.degrees(np.arccos(np.clip(tilt, -1, 1))).max() > 10
 
 
-def test_tiles_meet_round_the_side():
+def test_tiles_meet_round_the_side() -> None:
     points = np.array([[-1, 0.3, 1e-7], [-1, 0.3, -1e-7]])
     uv = wind(points, waves(), 1.0).uv
     assert abs(uv[0, 0] - uv[1, 0]) == pytest.approx(13)  # 2π / 0.5, rounded
-    np.testing.assert_allclose(*displaced(points, points, Face.SIDE, waves(), 1.0), atol=1e-5)
+    one, other = displaced(points, points, Face.SIDE, waves(), 1.0)
+    np.testing.assert_allclose(one, other, atol=1e-5)
 
 
-def test_no_place_is_moved_past_another():
+def test_no_place_is_moved_past_another() -> None:
     """Towards the axis distances shrink, but never to nothing."""
     away = np.geomspace(1e-4, 1, 2000)
     for angle in np.linspace(0, 2, 7):
@@ -83,12 +91,19 @@ def test_no_place_is_moved_past_another():
         assert steps.min() > 0.5 - 1e-6 and steps.max() < 1 + 1e-6
 
 
-def pillar(radius=0.5, columns=512, rows=256, height=2.0, meso=None, cylinder=0.5):
+def pillar(
+    radius: float = 0.5,
+    columns: int = 512,
+    rows: int = 256,
+    height: float = 2.0,
+    meso: Meso | None = None,
+    cylinder: float = 0.5,
+) -> Mesh:
     """A tube with level ends, displaced where a meso-structure is given."""
     theta, y = np.meshgrid(np.linspace(0, 2 * np.pi, columns + 1), np.linspace(0, height, rows + 1))
     outward = np.stack([np.cos(theta), 0 * y, np.sin(theta)], -1).reshape(-1, 3)
-    points = radius * outward + y.reshape(-1, 1) * [0, 1, 0]
-    normals = outward
+    points: Array = radius * outward + y.reshape(-1, 1) * [0, 1, 0]
+    normals: Array = outward
     if meso is not None:
         points = displaced(points, outward, Face.SIDE, meso, cylinder)
         normals = tilted(outward, points, Face.SIDE, meso, cylinder)
@@ -105,12 +120,12 @@ def pillar(radius=0.5, columns=512, rows=256, height=2.0, meso=None, cylinder=0.
     return joined(tube, *ends)
 
 
-def beside(mesh, metres):
-    return replace(mesh, positions=mesh.positions + np.float32([metres, 0, 0]))
+def beside(mesh: Mesh, metres: float) -> Mesh:
+    return replace(mesh, positions=mesh.positions + np.array([metres, 0, 0], np.float32))
 
 
 @pytest.fixture(scope="module")
-def pillars():
+def pillars() -> ShapeLibrary:
     """Depth images of a smooth pillar with meso-structure, and the mesh that they stand for."""
     baked = bake(pillar(), 256, 1)
     meso = waves()
@@ -119,15 +134,19 @@ def pillars():
     return ShapeLibrary([mesh, pillar()], [replace(baked, meso=meso), baked])
 
 
-def picture(studio, library, asset, representation, camera, **settings):
+def picture(
+    studio: Studio, library: ShapeLibrary, asset: int, representation: Representation, camera: Camera, **settings: int
+) -> tuple[Array, Array]:
     scene = scene_of((asset, (0, 0, 0), 0.0, 1.0), representation=representation)
     for name, value in settings.items():
         setattr(scene.render.lod, name, value)
-    return studio.picture(scene, library, camera, size=(320, 240), transparent=True, depth=True)[:2]
+    return studio.measured(scene, library, camera, size=(320, 240), transparent=True)[:2]
 
 
 @pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
-def test_pictures_are_those_of_a_displaced_mesh(studio, pillars, representation):
+def test_pictures_are_those_of_a_displaced_mesh(
+    studio: Studio, pillars: ShapeLibrary, representation: Representation
+) -> None:
     camera = Camera((0.3, 1.2, 2.6), (0, 1, 0), 0.55)
     pixels, metres = picture(studio, pillars, 0, representation, camera)
     wanted, distance = picture(studio, pillars, 0, Representation.MESH, camera)
@@ -142,7 +161,7 @@ def test_pictures_are_those_of_a_displaced_mesh(studio, pillars, representation)
     assert np.abs(pixels - wanted)[rows][both].mean() < 0.02
 
 
-def test_what_faces_round_the_axis_keeps_its_surface(studio):
+def test_what_faces_round_the_axis_keeps_its_surface(studio: Studio) -> None:
     """A post that stands beside the axis, like an arm: most of what is seen of it from in front faces along θ."""
     mesh = joined(pillar(0.2), beside(pillar(0.1), 0.6))
     baked = bake(mesh, 256, 2)
@@ -156,11 +175,11 @@ def test_what_faces_round_the_axis_keeps_its_surface(studio):
         assert (relief[inside, 3] < 0.5).sum() < 0.001 * inside.sum()
 
 
-def test_what_lies_below_an_edge_has_its_own_colour(studio):
+def test_what_lies_below_an_edge_has_its_own_colour(studio: Studio) -> None:
     """A blue step on a red base; the relief is level, and eases out towards where they meet."""
-    red, blue = {"colour": (255, 20, 20)}, {"colour": (20, 20, 255)}
-    mesh = joined(box(1, 0.3, 1, (0, 0.15, 0), **red), box(0.5, 0.06, 0.5, (0, 0.33, 0), **blue))
-    level = np.zeros((8, 8, 3), np.float32) + np.float32([0.06, 0, 0])
+    base = box(1, 0.3, 1, (0, 0.15, 0), colour=(255, 20, 20))
+    mesh = joined(base, box(0.5, 0.06, 0.5, (0, 0.33, 0), colour=(20, 20, 255)))
+    level = np.zeros((8, 8, 3), np.float32) + np.array([0.06, 0, 0], np.float32)
     library = ShapeLibrary([mesh], [replace(bake(mesh, 128, 3), meso=Meso(relief=level, tile=(0.5, 0.5), height=0.06))])
     camera = Camera((0.7, 1.6, 0.9), (0, 0.2, 0), 0.7)
     colour, metres = picture(studio, library, 0, Representation.DPCI, camera)
@@ -173,7 +192,7 @@ def test_what_lies_below_an_edge_has_its_own_colour(studio):
     assert (bluish & (y < 0.297)).sum() < 0.008 * bluish.sum()
 
 
-def test_relief_too_small_to_see_is_shading_only(studio, pillars):
+def test_relief_too_small_to_see_is_shading_only(studio: Studio, pillars: ShapeLibrary) -> None:
     camera = Camera((0.3, 1.2, 2.6), (0, 1, 0), 0.55)
     plain, flat = picture(studio, pillars, 1, Representation.DPCI, camera)
     faded, depth = picture(studio, pillars, 0, Representation.DPCI, camera, meso_fade=1000)
@@ -182,7 +201,7 @@ def test_relief_too_small_to_see_is_shading_only(studio, pillars):
     assert np.abs(faded - plain)[40:-40, 120:200, :3].mean() > 0.01
 
 
-def test_a_tile_from_files(tmp_path):
+def test_a_tile_from_files(tmp_path: Path) -> None:
     y, x = np.mgrid[0:32, 0:64] / 64 * 2 * np.pi
     grey = np.round(65535 * (0.5 + 0.5 * np.sin(x) * np.cos(2 * y))).astype(np.uint16)
     Image.fromarray(grey).save(tmp_path / "relief.png")
@@ -199,14 +218,17 @@ def test_a_tile_from_files(tmp_path):
         load_meso(tmp_path / "holes.png", height=0.02, tile=(0.4, 0.2))
 
 
-def test_the_scene_file_names_a_tile(tmp_path):
+def test_the_scene_file_names_a_tile(tmp_path: Path) -> None:
     """A tile that is there is resolved; one that is not is an error at its place."""
     (tmp_path / "box.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     Image.new("L", (4, 4), 99).save(tmp_path / "bark.png")
     text = "version: 1\nassets:\n  box: {mesh: box.obj, dpci: {meso: {depth: %s, height: 0.02, tile: [0.3, 0.4]}}}\n"
     scene = tmp_path / "scene.yaml"
     scene.write_text(text % "bark.png")
-    meso = load_scene(scene).assets[0].dpci.meso
+    (asset,) = load_scene(scene).assets
+    assert isinstance(asset, MeshAsset) and asset.dpci is not None
+    meso = asset.dpci.meso
+    assert meso is not None
     assert (meso.depth, meso.normal, meso.tile) == (tmp_path / "bark.png", None, (0.3, 0.4))
     scene.write_text(text % "oak.png")
     located = r"scene\.yaml:3:\d+: assets\.box\.dpci\.meso\.depth: file 'oak\.png' not found"

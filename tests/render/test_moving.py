@@ -1,9 +1,12 @@
 """A node of the scene graph that is moved: its slice of the objects, and the picture."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.loader import load_scene
@@ -13,7 +16,7 @@ SIZE = 160, 120
 
 
 @pytest.mark.parametrize("told", [True, False])
-def test_a_moved_node_moves_in_the_picture(gl_device, tiny_scene, told):
+def test_a_moved_node_moves_in_the_picture(gl_device: Device, tiny_scene: Path, told: bool) -> None:
     """told: what the renderer is told to have moved, only that; else everything may have."""
     tiny_scene.write_text(
         tiny_scene.read_text().replace("objects:\n", "objects:\n  - {asset: ball, position: [9, 0, 0]}\n")
@@ -23,7 +26,8 @@ def test_a_moved_node_moves_in_the_picture(gl_device, tiny_scene, told):
     renderer = Renderer(gl_device, scene, SceneLibrary(scene.assets))
     screen = scope.framebuffer([scope.texture(SIZE, 4)])
 
-    def middle():
+    def middle() -> float:
+        assert scene.camera is not None
         renderer.render(View(scene.camera, SIZE), screen, transparent=True)
         return np.flatnonzero(read_pixels(screen)[..., 3].any(0)).mean()
 

@@ -1,12 +1,15 @@
 """`render.aa: msaa` takes the samples that the hardware says it does, in all that is drawn."""
 
+from collections import Counter
 from types import SimpleNamespace
+from typing import Literal, cast
 
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
 from depthwalk.errors import InputError
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.multisampling import sample_offsets
 from depthwalk.render.antialiasing.modes import MULTISAMPLING, hardware_samples, sample_views
 from depthwalk.render.headless import HeadlessRenderer
@@ -14,37 +17,40 @@ from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, scene_of
+from studio import Studio
 
 CAMERA = Camera((2, 2.3, 3.5), (0, 0.7, 0), 0.7)
 SIZE = (160, 120)
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     return ShapeLibrary([box(1.4, 1.4, 1.4, (0, 0.7, 0))], resolution=128)
 
 
-def crate(representation, **environment):
+def crate(representation: Representation, **environment: dict[str, float]) -> Scene:
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=representation, **environment)
     scene.render.aa = "msaa"
     return scene
 
 
 @pytest.fixture(scope="module")
-def offsets(gl_device):
+def offsets(gl_device: Device) -> Array:
     with gl_device.context:
         return sample_offsets(gl_device, MULTISAMPLING)
 
 
-def pixels(view, points):
+def pixels(view: View, points: Array) -> Array:
     """Where `points` (n, 3), world, are in the picture (n, 2), y upward."""
     clip = np.pad(points - view.position, ((0, 0), (0, 1)), constant_values=1) @ matrix_array(view.clip_from_eye).T
     return (clip[:, :2] / clip[:, 3:] + 1) / 2 * SIZE
 
 
 @pytest.fixture(scope="module")
-def inside(offsets):
+def inside(offsets: Array) -> Array:
     """Of each sample (H, W, samples), top row first, how many pixels it is within the crate's outline."""
     corners = np.stack(np.meshgrid([-0.7, 0.7], [0, 1.4], [-0.7, 0.7]), -1).reshape(-1, 3)
     hull = ConvexHull(pixels(View(CAMERA, SIZE, 0.1, 10), corners))
@@ -53,13 +59,13 @@ def inside(offsets):
     return -(at @ hull.equations[:, :2].T + hull.equations[:, 2]).max(-1)
 
 
-def test_samples_lie_in_the_pixel_each_in_a_row_and_a_column_of_its_own(offsets):
+def test_samples_lie_in_the_pixel_each_in_a_row_and_a_column_of_its_own(offsets: Array) -> None:
     assert offsets.shape == (MULTISAMPLING, 2) and np.abs(offsets).max() < 0.5
     for axis in offsets.T:
         assert len(set(axis)) == MULTISAMPLING
 
 
-def test_views_of_samples_see_them_in_the_middle_of_pixels():
+def test_views_of_samples_see_them_in_the_middle_of_pixels() -> None:
     rng = np.random.default_rng(2)
     points, offsets = rng.uniform(-1, 1, (50, 3)), rng.uniform(-0.5, 0.5, (3, 2))
     view = View(CAMERA, SIZE, 0.1, 10, shear=(0.01, -0.02))
@@ -67,7 +73,9 @@ def test_views_of_samples_see_them_in_the_middle_of_pixels():
         assert pixels(seen, points) == pytest.approx(pixels(view, points) - offset, abs=1e-9)
 
 
-def test_a_mesh_covers_of_each_pixel_the_samples_within_its_outline(studio, library, inside):
+def test_a_mesh_covers_of_each_pixel_the_samples_within_its_outline(
+    studio: Studio, library: ShapeLibrary, inside: Array
+) -> None:
     alpha = studio.picture(crate(Representation.MESH), library, CAMERA, SIZE, transparent=True)[..., 3]
     certain = (np.abs(inside) > 0.01).all(-1)  # pixels, beyond the rasteriser's own rounding
     assert certain.mean() > 0.95
@@ -76,7 +84,9 @@ def test_a_mesh_covers_of_each_pixel_the_samples_within_its_outline(studio, libr
 
 
 @pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
-def test_depth_images_are_drawn_for_each_sample(studio, library, inside, representation):
+def test_depth_images_are_drawn_for_each_sample(
+    studio: Studio, library: ShapeLibrary, inside: Array, representation: Representation
+) -> None:
     covered = (inside > 0).mean(-1)
     edge = (covered > 0) & (covered < 1)
     scene = crate(representation)
@@ -88,7 +98,7 @@ def test_depth_images_are_drawn_for_each_sample(studio, library, inside, represe
     assert errors["msaa"] < 0.7 * errors["none"]
 
 
-def test_the_distance_of_a_pixel_is_that_of_the_nearest_sample(library, inside):
+def test_the_distance_of_a_pixel_is_that_of_the_nearest_sample(library: ShapeLibrary, inside: Array) -> None:
     with HeadlessRenderer(crate(Representation.MESH), library, SIZE) as headless:
         headless.draw(View(CAMERA, SIZE), transparent=True)
         distance = headless.linear_image().distance
@@ -98,7 +108,9 @@ def test_the_distance_of_a_pixel_is_that_of_the_nearest_sample(library, inside):
 
 
 @pytest.mark.parametrize("dof", ["gather", "accumulate"])
-def test_a_lens_without_blur_changes_nothing(studio, library, dof):
+def test_a_lens_without_blur_changes_nothing(
+    studio: Studio, library: ShapeLibrary, dof: Literal["gather", "accumulate"]
+) -> None:
     scene = crate(Representation.DPCI, sky={}, ground={"height": 0.0})
     without = studio.picture(scene, library, CAMERA, SIZE)
     scene.render.dof.mode, scene.render.dof.samples = dof, 2
@@ -106,13 +118,13 @@ def test_a_lens_without_blur_changes_nothing(studio, library, dof):
     assert np.abs(studio.picture(scene, library, CAMERA, SIZE) - without).max() < 0.02
 
 
-def test_samples_come_and_go_with_the_setting(gl_device, library):
+def test_samples_come_and_go_with_the_setting(gl_device: Device, library: ShapeLibrary) -> None:
     """Each change of it leaves as many GL objects as the one before to the same value."""
     scope, scene = gl_device.scope("test"), crate(Representation.DPCI, sky={}, ground={"height": 0.0})
     screen = scope.framebuffer([scope.texture(SIZE, 4)])
     before = gl_device.live.copy()
     renderer = Renderer(gl_device, scene, library)
-    live = {"none": [], "msaa": []}
+    live: dict[str, list[Counter[str]]] = {"none": [], "msaa": []}
     for aa in ("msaa", "none", "msaa", "none"):
         scene.render.aa = aa
         renderer.render(View(CAMERA, SIZE), screen)
@@ -124,9 +136,9 @@ def test_samples_come_and_go_with_the_setting(gl_device, library):
     assert live["msaa"][0]["texture"] == live["msaa"][1]["texture"]
 
 
-def test_a_driver_with_fewer_samples_is_told_apart():
+def test_a_driver_with_fewer_samples_is_told_apart() -> None:
     settings = RenderSettings(aa="msaa")
     with pytest.raises(InputError, match=r"^render\.aa: msaa needs 4 samples .*; slow offers 1; choose ssaa"):
-        hardware_samples(settings, SimpleNamespace(max_samples=1, renderer="slow"))
+        hardware_samples(settings, cast(Device, SimpleNamespace(max_samples=1, renderer="slow")))
     settings.aa = "ssaa"
-    assert hardware_samples(settings, SimpleNamespace(max_samples=1)) == 1
+    assert hardware_samples(settings, cast(Device, SimpleNamespace(max_samples=1))) == 1

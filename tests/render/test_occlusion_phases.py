@@ -1,22 +1,30 @@
 """Pictures of objects that hide one another, which must be those that drawing all objects gives."""
 
+from collections.abc import Callable, Sequence
+from typing import Any, Self
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from depthwalk.gpu.device import Device
 from depthwalk.render import occlusion_phases
+from depthwalk.render.draw.draw_lists import FrameDrawLists
+from depthwalk.render.occlusion_phases import OcclusionPhases
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Rows
+from modes import AaName
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 
 SIZE = (160, 120)
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     """A ball, a wall, and a frame that one can look through."""
     bars = [box(0.2, 2.0, 0.2, (x, 1.0, 0)) for x in (-0.9, 0.9)] + [box(2, 0.2, 0.2, (0, y, 0)) for y in (0.1, 1.9)]
     return ShapeLibrary([sphere(0.5, 48, 24), box(3.0, 2.0, 0.3, (0, 1, 0)), joined(*bars)], resolution=64)
@@ -25,7 +33,14 @@ def library():
 class Both:
     """Two renderers of the same objects, which cull or do not."""
 
-    def __init__(self, device, library, places, representation=None, **warp):
+    def __init__(
+        self,
+        device: Device,
+        library: ShapeLibrary,
+        places: Sequence[tuple[int, Sequence[float], float, float]],
+        representation: Representation | None = None,
+        **warp: float,
+    ) -> None:
         self.scope = device.scope("test")
         self.screen = self.scope.framebuffer([self.scope.texture(SIZE, 4)])
         scenes = [scene_of(*places), scene_of(*places)]
@@ -38,36 +53,40 @@ class Both:
             renderer.world.representation = representation
             renderer.remembers = "reuse_error" in warp
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error):
-        for each in (*self.renderers, self.scope):
-            each.release()
+    def __exit__(self, *error: None) -> None:
+        for renderer in self.renderers:
+            renderer.release()
+        self.scope.release()
 
-    def set(self, group, name, value):
+    def set(self, group: str, name: str, value: bool) -> None:
         for renderer in self.renderers:
             setattr(getattr(renderer.settings, group), name, value)
 
-    def pictures(self, camera, *depth_range):
+    def pictures(
+        self, camera: Camera, near: float | None = None, far: float | None = None
+    ) -> tuple[list[Rows], list[FrameDrawLists]]:
         """Of both, int (H, W, 4), and the plans."""
         pixels, self.depths = [], []
         for renderer in self.renderers:
-            renderer.render(View(camera, SIZE, *depth_range), self.screen, transparent=True)
+            renderer.render(View(camera, SIZE, near, far), self.screen, transparent=True)
             pixels.append(read_pixels(self.screen).astype(int))
+            assert renderer.targets is not None
             depth = renderer.targets.depth.read(alignment=4)
             self.depths.append(np.frombuffer(depth, np.float32).reshape(SIZE[::-1])[::-1])
-        return pixels, [renderer.plan for renderer in self.renderers]
+        return pixels, [renderer.plan for renderer in self.renderers if renderer.plan is not None]
 
 
-def assert_same(pictures, representation=Representation.DPCI):
+def assert_same(pictures: Sequence[Rows], representation: Representation | None = Representation.DPCI) -> None:
     """Tiles lie elsewhere in the atlas where fewer are drawn, and so their edges are rounded otherwise."""
     differ = (pictures[0] != pictures[1]).any(-1)
     allowed = 0.002 if representation in (None, Representation.DPCI) else 0
     assert differ.mean() <= allowed
 
 
-def crowd(seed, count):
+def crowd(seed: int, count: int) -> tuple[list[tuple[int, list[float], float, float]], np.random.Generator]:
     """Balls, walls and frames at random over a square."""
     rng = np.random.default_rng(seed)
     place = rng.uniform(-7, 7, (count, 3)) * (1, 0.05, 1)
@@ -76,17 +95,19 @@ def crowd(seed, count):
 
 
 @pytest.fixture
-def small_phases(monkeypatch):
+def small_phases(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(occlusion_phases, "FIRST_PHASE", 4)
 
 
 @pytest.mark.parametrize(
     ("representation", "aa"), [*((each, "none") for each in (None, *Representation)), (None, "msaa")]
 )
-def test_a_crowd_looks_the_same(gl_device, library, small_phases, representation, aa):
+def test_a_crowd_looks_the_same(
+    gl_device: Device, library: ShapeLibrary, small_phases: None, representation: Representation | None, aa: AaName
+) -> None:
     """From inside objects, through frames, partly outside the picture, after a jump to elsewhere in every frame."""
     places, rng = crowd(1, 200)
-    occluded = 0
+    occluded = 0.0
     with Both(gl_device, library, places, representation) as both:
         for renderer in both.renderers:
             renderer.settings.aa = aa
@@ -102,13 +123,19 @@ def test_a_crowd_looks_the_same(gl_device, library, small_phases, representation
 
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI])
-def test_hidden_cells_are_left_out_whole(gl_device, library, small_phases, monkeypatch, representation):
+def test_hidden_cells_are_left_out_whole(
+    gl_device: Device,
+    library: ShapeLibrary,
+    small_phases: None,
+    monkeypatch: pytest.MonkeyPatch,
+    representation: Representation,
+) -> None:
     monkeypatch.setattr(occlusion_phases, "FIRST_BATCH", 16)
     monkeypatch.setattr("depthwalk.render.world.spatial_cells._OBJECTS", 8)
     asked = []
     come = occlusion_phases.OcclusionPhases._open_batch
 
-    def count(self, view, cells, behind):
+    def count(self: OcclusionPhases, view: View, cells: Rows, behind: Callable[..., Any]) -> tuple[Rows, int]:
         asked.append(behind(self._world.cells().cylinders(cells)))
         return come(self, view, cells, behind)
 
@@ -130,7 +157,9 @@ def test_hidden_cells_are_left_out_whole(gl_device, library, small_phases, monke
 @example(8445, Representation.MESH, 21)
 @example(302333, Representation.DMESH, 40)
 @settings(max_examples=12)
-def test_any_crowd_looks_the_same(gl_device, library, small_phases, seed, representation, count):
+def test_any_crowd_looks_the_same(
+    gl_device: Device, library: ShapeLibrary, small_phases: None, seed: int, representation: Representation, count: int
+) -> None:
     places, rng = crowd(seed, count)
     with Both(gl_device, library, places, representation) as both:
         eye, aim = rng.uniform(-9, 9, (2, 3)) * (1, 0.2, 1) + (0, 0.8, 0)
@@ -138,11 +167,14 @@ def test_any_crowd_looks_the_same(gl_device, library, small_phases, seed, repres
         differ = (pictures[0] != pictures[1]).any(-1)
         # Of surfaces that cut each other just there the one drawn first is seen: pixels may differ, depths may not.
         assert differ.mean() < 0.001
-        np.testing.assert_allclose(*both.depths, rtol=0, atol=2.0**-23)
+        culled, whole = both.depths
+        np.testing.assert_allclose(culled, whole, rtol=0, atol=2.0**-23)
 
 
 @pytest.mark.parametrize("group", ["warp", "mesh"])
-def test_what_shows_through_lines_is_drawn(gl_device, library, small_phases, group):
+def test_what_shows_through_lines_is_drawn(
+    gl_device: Device, library: ShapeLibrary, small_phases: None, group: str
+) -> None:
     places, _ = crowd(2, 60)
     with Both(gl_device, library, places, Representation.MESH if group == "mesh" else Representation.DMESH) as both:
         both.set(group, "wireframe", True)
@@ -150,7 +182,7 @@ def test_what_shows_through_lines_is_drawn(gl_device, library, small_phases, gro
         assert_same(pictures, Representation.MESH)
 
 
-def test_a_frame_does_not_depend_on_those_before(gl_device, library, small_phases):
+def test_a_frame_does_not_depend_on_those_before(gl_device: Device, library: ShapeLibrary, small_phases: None) -> None:
     places, _ = crowd(3, 150)
     here, there = Camera((0, 1, 9), (0, 0.5, 0), 1.0), Camera((9, 1, 0), (0, 0.5, 0), 1.0)
     with Both(gl_device, library, places) as walked, Both(gl_device, library, places) as fresh:
@@ -162,7 +194,9 @@ def test_a_frame_does_not_depend_on_those_before(gl_device, library, small_phase
 
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DMESH])
-def test_who_remembers_sees_the_same_and_draws_less(gl_device, library, small_phases, representation):
+def test_who_remembers_sees_the_same_and_draws_less(
+    gl_device: Device, library: ShapeLibrary, small_phases: None, representation: Representation
+) -> None:
     """A walk with jumps; who stands draws what was in sight, in one round."""
     places, rng = crowd(6, 200)
     with Both(gl_device, library, places, representation) as both:
@@ -178,10 +212,10 @@ def test_who_remembers_sees_the_same_and_draws_less(gl_device, library, small_ph
             assert drawn[3][0] <= drawn[0][0] and drawn[3][0] < 0.7 * drawn[3][1]
 
 
-def test_tiles_are_kept_from_round_to_round(gl_device, library, small_phases):
+def test_tiles_are_kept_from_round_to_round(gl_device: Device, library: ShapeLibrary, small_phases: None) -> None:
     """Who stands warps nothing; who walks sees what all tiles, warped anew, would show."""
     places, rng = crowd(4, 150)
-    warped = drawn = 0
+    warped = drawn = 0.0
     with Both(gl_device, library, places, reuse_error=1.0) as both:
         both.renderers[1].remembers = False
         eye = np.array([0.0, 1.0, 9.0])
@@ -197,7 +231,7 @@ def test_tiles_are_kept_from_round_to_round(gl_device, library, small_phases):
     assert warped < 0.6 * drawn
 
 
-def test_frozen_levels_stay_frozen(gl_device, library, small_phases):
+def test_frozen_levels_stay_frozen(gl_device: Device, library: ShapeLibrary, small_phases: None) -> None:
     places, _ = crowd(5, 80)
     with Both(gl_device, library, places, Representation.DMESH) as both:
         both.set("lod", "freeze", True)

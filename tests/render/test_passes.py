@@ -1,24 +1,29 @@
 """What passes may rely on and what is asked of them: targets, GL state, parameters; passes from outside the package."""
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
 
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.device import Device, GpuError, Scope
 from depthwalk.gpu.program import Program
 from depthwalk.gpu.state import State
 from depthwalk.params import Params, param
-from depthwalk.render.frame import Pass
+from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.passes import PASSES, default_passes
+from depthwalk.render.passes.ground import GroundPass
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.targets import TARGETS, DeclaredTargets, Targets, declared
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene
 from shapes import ShapeLibrary, box, scene_of, sphere
 from stage import OnScreen
 
@@ -50,17 +55,17 @@ class Vignette(Pass[VignetteParams]):
     reads = ("lit",)
     writes = ("lit",)
 
-    def __init__(self, shader, params=None):
+    def __init__(self, shader: Path, params: VignetteParams | None = None) -> None:
         super().__init__(params)
         self._shader = shader
 
-    def setup(self, gl):
+    def setup(self, gl: Scope) -> None:
         self._program = Program(gl, "common/fullscreen.vert", self._shader)
 
-    def enabled(self, frame, params):
+    def enabled(self, frame: Frame, params: VignetteParams) -> bool:
         return params.strength > 0
 
-    def draw(self, frame, params):
+    def draw(self, frame: Frame, params: VignetteParams) -> None:
         frame.targets.lit_before().use(0)
         self._program.set(lit_texture=0, strength=params.strength)
         with self.gl.state(into=frame.targets.lit):
@@ -72,20 +77,20 @@ class Careless(Pass[Params]):
     writes = ("lit",)
     touches = "albedo"
 
-    def setup(self, gl):
+    def setup(self, gl: Scope) -> None:
         pass
 
-    def draw(self, frame, params):
+    def draw(self, frame: Frame, params: Params) -> None:
         with self.gl.state(into=frame.targets.lit, blend=(moderngl.ONE, moderngl.ONE), wireframe=True):
             getattr(frame.targets, self.touches)
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     return ShapeLibrary([sphere(0.6, 32, 16), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=64)
 
 
-def still_life(**environment):
+def still_life(**environment: Any) -> Scene:
     """Depth images, what is warped straight to the screen, a mesh."""
     places = ((0, (-1.2, 0.6, 0), 0.0, 1.0), (1, (0.2, 0, 0.3), 0.5, 1.0), (1, (1.6, 0, -0.4), -0.4, 1.0))
     scene = scene_of(*places, **environment)
@@ -94,21 +99,21 @@ def still_life(**environment):
 
 
 @pytest.fixture
-def shader(tmp_path):
+def shader(tmp_path: Path) -> Path:
     (tmp_path / "corner.glsl").write_text(CORNER)
     file = tmp_path / "vignette.frag"
     file.write_text(VIGNETTE)
     return file
 
 
-def with_vignette(shader, params=None):
+def with_vignette(shader: Path, params: None = None) -> list[Any]:
     passes = default_passes()
     passes.insert(-1, Vignette(shader, params))
     return passes
 
 
 @pytest.mark.gl
-def test_a_pass_from_outside_changes_the_picture(library, shader):
+def test_a_pass_from_outside_changes_the_picture(library: ShapeLibrary, shader: Path) -> None:
     scene = still_life(background=(0.8, 0.8, 0.8))
     with HeadlessRenderer(scene, library, SIZE) as headless:
         headless.draw(VIEW)
@@ -126,7 +131,7 @@ def test_a_pass_from_outside_changes_the_picture(library, shader):
     np.testing.assert_allclose(darkened[middle], plain[middle], atol=1)
 
 
-def test_parameters_come_from_the_settings_unless_a_pass_has_its_own(shader):
+def test_parameters_come_from_the_settings_unless_a_pass_has_its_own(shader: Path) -> None:
     settings = RenderSettings()
     settings.fxaa.edge_threshold = 0.3
     passes = {each.name: each for each in default_passes()}
@@ -139,7 +144,7 @@ def test_parameters_come_from_the_settings_unless_a_pass_has_its_own(shader):
     assert Vignette.Params is VignetteParams
 
 
-def test_a_mistake_in_a_shader_from_outside_is_located(gl_device, shader):
+def test_a_mistake_in_a_shader_from_outside_is_located(gl_device: Device, shader: Path) -> None:
     shader.write_text(VIGNETTE.replace("vec4 lit", "vec4 lot"))
     vignette = Vignette(shader)
     with pytest.raises(GpuError, match=r"vignette\.frag:9"):
@@ -149,11 +154,11 @@ def test_a_mistake_in_a_shader_from_outside_is_located(gl_device, shader):
         vignette.attach(gl_device)
 
 
-def ground_of_its_own():
-    return next(each for each in default_passes() if each.name == "ground")
+def ground_of_its_own() -> GroundPass:
+    return next(each for each in default_passes() if isinstance(each, GroundPass))
 
 
-def test_a_pass_serves_one_renderer_at_a_time(gl_device, library):
+def test_a_pass_serves_one_renderer_at_a_time(gl_device: Device, library: ShapeLibrary) -> None:
     ground = ground_of_its_own()
     before = dict(gl_device.live)
     ground.attach(gl_device)
@@ -170,7 +175,9 @@ def test_a_pass_serves_one_renderer_at_a_time(gl_device, library):
 
 
 @pytest.mark.parametrize("touches", ["albedo", "visibility", "lit_texture", "polygon"])
-def test_undeclared_targets_are_out_of_reach_and_state_is_restored(gl_device, library, touches):
+def test_undeclared_targets_are_out_of_reach_and_state_is_restored(
+    gl_device: Device, library: ShapeLibrary, touches: str
+) -> None:
     """Also after an exception."""
     careless = Careless()
     careless.touches = touches
@@ -187,14 +194,14 @@ def test_undeclared_targets_are_out_of_reach_and_state_is_restored(gl_device, li
         stage.draw(VIEW)
 
 
-def test_names_of_targets_are_checked(gl_device):
+def test_names_of_targets_are_checked(gl_device: Device) -> None:
     targets = Targets(gl_device, SIZE)
     with pytest.raises(ValueError, match="pass own: no target gbuffer"):
         declared(targets, "own", ("gbuffer",), ())
     targets.release()
 
 
-def test_state_is_nested_and_masks_are_restored(gl_device):
+def test_state_is_nested_and_masks_are_restored(gl_device: Device) -> None:
     scope = gl_device.scope("test")
     target = scope.framebuffer([scope.texture((1, 1), 4)], scope.depth_texture((1, 1)))
     with scope.state(into=target, depth_test=">", cull=True, depth_write=False, colour_mask=(True, True, True, False)):
@@ -210,7 +217,7 @@ def test_state_is_nested_and_masks_are_restored(gl_device):
     scope.release()
 
 
-def test_what_does_not_draw_is_not_timed(gl_device, library):
+def test_what_does_not_draw_is_not_timed(gl_device: Device, library: ShapeLibrary) -> None:
     with OnScreen(gl_device, scene_of((0, (0, 0.6, 0), 0.0, 1.0)), library, SIZE) as stage:
         stage.renderer.timers.time_next()
         stage.draw(VIEW)
@@ -221,7 +228,7 @@ def test_what_does_not_draw_is_not_timed(gl_device, library):
     assert timed & names == {"warp", "composite", "dmesh", "mesh", "material_resolve", "light", "output"}
 
 
-def modes():
+def modes() -> Iterator[dict[str, Any]]:
     """Scenes and settings that between them have every pass do all it can."""
     for aa in ("none", "coverage", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"):
         yield {"aa": aa}
@@ -234,12 +241,14 @@ def modes():
 
 
 @pytest.mark.slow
-def test_declared_targets_are_those_that_passes_use(gl_device, library, monkeypatch):
+def test_declared_targets_are_those_that_passes_use(
+    gl_device: Device, library: ShapeLibrary, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Nothing undeclared is used, or drawing raises; nothing is declared that no mode uses."""
     used = defaultdict(set)
     need = DeclaredTargets._need
 
-    def noted(self, target, use, allowed):
+    def noted(self: DeclaredTargets, target: str, use: str, allowed: frozenset[str]) -> None:
         need(self, target, use, allowed)
         used[self._user].add((target, use))
 

@@ -13,14 +13,16 @@ from depthwalk.reference import light
 from depthwalk.reference.planar import Placement, phong, view_vectors, warp_samples
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
+from depthwalk.types import Array
 from shapes import ShapeLibrary, scene_of
+from studio import Studio
 
 
-def unit(vectors):
+def unit(vectors: Array) -> Array:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def random_image(rng, count=50):
+def random_image(rng: np.random.Generator, count: int = 50) -> tuple[Array, Array]:
     """Samples (u, v, depth) and normals in the image's frame, facing the viewer, in texture space."""
     samples = np.column_stack([rng.uniform(-1, 1, (count, 2)), rng.uniform(0, 0.5, count)])
     normal = unit(rng.normal(size=(count, 3)))
@@ -28,13 +30,13 @@ def random_image(rng, count=50):
     return samples, normal
 
 
-def random_placement(rng):
+def random_placement(rng: np.random.Generator) -> Placement:
     rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     return Placement(rng.normal(size=3) * 5, rotation * np.linalg.det(rotation), rng.uniform(0.1, 7))
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_phong_in_texture_space_is_phong_in_the_world(seed):
+def test_phong_in_texture_space_is_phong_in_the_world(seed: int) -> None:
     """Rotated, scaled, placed at random: equal within rounding."""
     rng = np.random.default_rng(seed)
     samples, normal = random_image(rng)
@@ -52,7 +54,7 @@ def test_phong_in_texture_space_is_phong_in_the_world(seed):
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_texture_space_and_back(seed):
+def test_texture_space_and_back(seed: int) -> None:
     rng = np.random.default_rng(seed)
     samples, _ = random_image(rng)
     placement = random_placement(rng)
@@ -62,13 +64,13 @@ def test_texture_space_and_back(seed):
     np.testing.assert_allclose(np.linalg.norm(view_vectors(samples, viewer), axis=1) * placement.scale, lengths)
 
 
-def test_table_moves_a_sample_to_where_the_viewer_sees_it_on_the_plane():
+def test_table_moves_a_sample_to_where_the_viewer_sees_it_on_the_plane() -> None:
     viewer = np.array([0.5, -0.25, -2.0])
     samples = np.array([[1.5, 0.75, 0.0], [1.5, 0.75, 2.0], [0.5, -0.25, 7.0]])
     np.testing.assert_allclose(warp_samples(samples, viewer), [[1.5, 0.75], [1.0, 0.25], [0.5, -0.25]])
 
 
-def relief(size=192):
+def relief(size: int = 192) -> PlanarImage:
     """Gentle waves with smooth colours, and their exact normals."""
     cell = 2.0 / size
     x = (np.arange(size) + 0.5) * cell - 1
@@ -81,7 +83,7 @@ def relief(size=192):
 
 
 @pytest.mark.parametrize("eye", [(0.5, 1.9, 4.5), (3.0, 3.2, 3.0), (0.3, 0.4, 3.0)], ids=["front", "aside", "close"])
-def test_the_renderer_draws_the_papers_picture(studio, eye):
+def test_the_renderer_draws_the_papers_picture(studio: Studio, eye: tuple[float, float, float]) -> None:
     """Each texel warped, lit in texture space and carried to the screen by its place on the plane alone, as in the
     paper's second pass: the renderer's picture shows that colour there."""
     image, yaw, scale, position = relief(), 0.35, 1.3, np.array([0.2, 0.1, -0.3])

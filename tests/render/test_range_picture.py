@@ -1,5 +1,7 @@
 """A depth camera's picture of a head before a wall, made here, from file to screen."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -12,15 +14,19 @@ from depthwalk.bake.planar import connect_texels, range_mesh
 from depthwalk.bake.raycast import RayCaster
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.ingest.range_image import Intrinsics, load_range_image
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_range_image
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array, Mask, Rows
+from studio import Studio
 
 SIZE, FOCAL = (240, 180), 220.0
 EYE, WALL = np.array([0.0, 0.24, 0.75]), 1.15  # metres; the wall's depth
 
 
-def camera_depth(mesh, noise=0.0015):
+def camera_depth(mesh: Mesh, noise: float = 0.0015) -> tuple[Rows, Mask]:
     """What a depth camera of SIZE at EYE writes: counts of a millimetre (H, W), noise that grows with the square of
     depth, 1 in 100 pixels missing, and mixed ones on edges; and where it saw the mesh."""
     rng = np.random.default_rng(7)
@@ -39,7 +45,7 @@ def camera_depth(mesh, noise=0.0015):
 
 
 @pytest.fixture(scope="module")
-def taken(tmp_path_factory):
+def taken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Mask]:
     """The folder with the picture `d.png` and a scene of it, and where it shows the head (H, W)."""
     folder = tmp_path_factory.mktemp("range")
     write_ply(
@@ -47,7 +53,7 @@ def taken(tmp_path_factory):
     )
     counts, head = camera_depth(load_mesh(folder / "head.ply"))
     Image.fromarray(counts).save(folder / "d.png")
-    colour = np.where(head[..., None], np.uint8([230, 60, 60]), np.uint8([60, 60, 230]))
+    colour = np.where(head[..., None], np.array([230, 60, 60], np.uint8), np.array([60, 60, 230], np.uint8))
     Image.fromarray(colour).save(folder / "c.png")
     lens = f"{{fx: {FOCAL}, fy: {FOCAL}, cx: {SIZE[0] / 2}, cy: {SIZE[1] / 2}}}"
     (folder / "scene.yaml").write_text(
@@ -58,29 +64,32 @@ def taken(tmp_path_factory):
     return folder, head
 
 
-def load(folder):
+def load(folder: Path) -> RangeImage:
     lens = Intrinsics(fx=FOCAL, fy=FOCAL, cx=SIZE[0] / 2, cy=SIZE[1] / 2)
     return load_range_image(folder / "d.png", lens=lens, unit=0.001)
 
 
-def test_the_mesh_is_torn_between_head_and_wall(taken):
+def test_the_mesh_is_torn_between_head_and_wall(taken: tuple[Path, Mask]) -> None:
     folder, head = taken
     mesh = range_mesh(load(folder))
     depth = -mesh.positions[:, 2][mesh.faces]
     assert np.ptp(depth, axis=1).max() < 0.1
     assert len(mesh.faces) > 0.85 * 2 * head.size  # and hardly anywhere else
-    facing = np.cross(*(mesh.positions[mesh.faces[:, k]] - mesh.positions[mesh.faces[:, 0]] for k in (1, 2)))
+    right, up = (mesh.positions[mesh.faces[:, k]] - mesh.positions[mesh.faces[:, 0]] for k in (1, 2))
+    facing = np.cross(right, up)
     assert (np.einsum("ni,ni->n", facing, mesh.positions[mesh.faces[:, 0]]) < 0).all()  # toward the camera
 
 
 @pytest.fixture(scope="module")
-def scene(taken):
+def scene(taken: tuple[Path, Mask]) -> tuple[Scene, SceneLibrary]:
     scene = load_scene(taken[0] / "scene.yaml")
     library = SceneLibrary(scene.assets)
     return scene, library
 
 
-def test_from_the_cameras_place_it_shows_what_the_camera_saw(studio, taken, scene):
+def test_from_the_cameras_place_it_shows_what_the_camera_saw(
+    studio: Studio, taken: tuple[Path, Mask], scene: tuple[Scene, SceneLibrary]
+) -> None:
     """Drawn again from where it was taken: everything but the missing pixels is there, at its depth."""
     folder, head = taken
     image = load(folder)
@@ -89,7 +98,7 @@ def test_from_the_cameras_place_it_shows_what_the_camera_saw(studio, taken, scen
     eye = -np.array([(seen[0][0] + seen[1][0]) / 2, seen[0][1], seen[1][2]])
     fov = 2 * np.arctan(SIZE[1] / 2 / FOCAL)
     camera = Camera(tuple(eye), tuple(eye - [0, 0, 1]), fov)
-    pixels, metres, _ = studio.picture(*scene, camera, size=SIZE, transparent=True, depth=True)
+    pixels, metres, _ = studio.measured(*scene, camera, size=SIZE, transparent=True)
     measured = image.depth[::-1]
     both = np.isfinite(measured) & (pixels[..., 3] > 0)
     assert both.sum() > 0.93 * np.isfinite(measured).sum()
@@ -100,10 +109,10 @@ def test_from_the_cameras_place_it_shows_what_the_camera_saw(studio, taken, scen
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-def test_from_aside_nothing_bridges_head_and_wall(studio, scene, side):
+def test_from_aside_nothing_bridges_head_and_wall(studio: Studio, scene: tuple[Scene, SceneLibrary], side: int) -> None:
     """Between the head's back and the wall there is a gap of 20 cm that one looks through."""
     camera = Camera((side * 1.2, 0.5, 0.2), (0.0, 0.42, -0.22), 0.6)
-    pixels, metres, _ = studio.picture(*scene, camera, size=(240, 180), transparent=True, depth=True)
+    pixels, metres, _ = studio.measured(*scene, camera, size=(240, 180), transparent=True)
     solid = metres < np.inf
     z = camera_points(camera, metres)[..., 2]
     wall = float(np.median(z[solid & (z < -0.35)]))
@@ -113,7 +122,7 @@ def test_from_aside_nothing_bridges_head_and_wall(studio, scene, side):
     assert np.isfinite(pixels).all()
 
 
-def camera_points(camera, metres):
+def camera_points(camera: Camera, metres: Array) -> Array:
     from depthwalk.render.view.view import View
 
     height, width = metres.shape
@@ -126,14 +135,15 @@ def camera_points(camera, metres):
         return view.position + metres[..., None] * rays
 
 
-def test_the_second_start_reads_the_cache(taken, scene, monkeypatch):
-    scene[1].baked(0)
+def test_the_second_start_reads_the_cache(scene: tuple[Scene, SceneLibrary], monkeypatch: pytest.MonkeyPatch) -> None:
+    before = scene[1].baked(0)
     monkeypatch.setattr("depthwalk.assets.library.bake_range", lambda *_: pytest.fail("baked again"))
     again = SceneLibrary(scene[0].assets).baked(0)
-    assert np.array_equal(again.parts[0].images[0].depth, scene[1].baked(0).parts[0].images[0].depth)
+    assert before is not None and again is not None
+    assert np.array_equal(again.parts[0].images[0].depth, before.parts[0].images[0].depth)
 
 
-def test_a_range_image_without_surface_is_refused(taken, tmp_path):
+def test_a_range_image_without_surface_is_refused(taken: tuple[Path, Mask], tmp_path: Path) -> None:
     folder, _ = taken
     lonely = np.zeros(SIZE[::-1], np.uint16)
     lonely[::3, ::3] = 900
@@ -146,7 +156,7 @@ def test_a_range_image_without_surface_is_refused(taken, tmp_path):
     assert str(caught.value) == f"{(tmp_path / 'd.png').resolve()}: {defect}"
 
 
-def test_no_grid_of_a_relief_spans_a_tear():
+def test_no_grid_of_a_relief_spans_a_tear() -> None:
     """A step in the middle of the image, at no node of a coarse grid: triangles on both sides, none across."""
     depth = np.zeros((65, 65), np.float32)
     depth[:, 30:] = 0.5

@@ -1,5 +1,7 @@
 """The real bust along its twelve poses: depth images against polygons, as the goals state them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ SIZE = (640, 480)
 
 @pytest.mark.slow
 @pytest.mark.gl
-def test_the_bust_agrees_with_its_mesh_at_every_pose(real_scenes):
+def test_the_bust_agrees_with_its_mesh_at_every_pose(real_scenes: Path) -> None:
     scene = load_scene(real_scenes / "bust.yaml", overrides={"render.lod.magnification": "0"})
     path = load_path(real_scenes / "poses.yaml")
     overlap, quality = [], []

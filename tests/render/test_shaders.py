@@ -1,6 +1,7 @@
 """The shaders themselves against their twins: vertices by transform feedback, pixels by pictures of known shapes."""
 
 import re
+from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -11,7 +12,7 @@ from depthwalk.colour import linear_from_srgb, srgb_from_linear
 from depthwalk.cook.lod_geometry import BORDER, EASE
 from depthwalk.cook.texel_encoding import DEPTH_PERIOD
 from depthwalk.geometry.support_function import box_support_values
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.device import Device, GpuError
 from depthwalk.gpu.program import Program, Source
 from depthwalk.ingest.image import PlanarImage
 from depthwalk.reference.light import phong
@@ -21,10 +22,12 @@ from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
 from depthwalk.render.view.view import View
 from depthwalk.resources import shader_root
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
+from studio import Studio
 
 
-def test_pass_one_matches_its_twin(gl_device):
+def test_pass_one_matches_its_twin(gl_device: Device) -> None:
     """10,000 random samples of random objects through warp.vert."""
     rng = np.random.default_rng(5)
     count = 100
@@ -51,7 +54,7 @@ def test_pass_one_matches_its_twin(gl_device):
     low, size = np.array([-0.8, -0.5, -0.8]), np.array([1.6, 2.0, 1.6])
 
     scope = gl_device.scope("test")
-    program = gl_device.context.program(vertex_shader=Source("warp/warp.vert", "").text, varyings=["gl_Position"])
+    program = gl_device.context.program(vertex_shader=Source("warp/warp.vert", "").text, varyings=("gl_Position",))
     program["box_low"], program["box_size"] = tuple(low), tuple(size)
     vertices, instances = scope.buffer(samples), scope.buffer(records)
     layout = "4f 4f 4f 3f 3f 3f 3f 16x/i"
@@ -72,7 +75,7 @@ def test_pass_one_matches_its_twin(gl_device):
         assert found[:, sample] == pytest.approx(np.stack([x, y, w - 2 * lam, w], -1), abs=2e-5)
 
 
-def rays(view):
+def rays(view: View) -> Array:
     """Unit vectors (H, W, 3) from the viewer through every pixel, top row first."""
     width, height = view.size
     tan_x, tan_y = view.half_extent
@@ -83,7 +86,7 @@ def rays(view):
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def ball_hits(view, centre, radius):
+def ball_hits(view: View, centre: tuple[float, float, float], radius: float) -> tuple[Array, Array, Array]:
     """Distance along each pixel's ray to a ball, inf where it passes by, and the normal there."""
     direction = rays(view)
     offset = np.asarray(centre) - view.position
@@ -101,12 +104,14 @@ def ball_hits(view, centre, radius):
     [(0, 1.0, 4.0), (2.0, 3.5, 2.0), (0.1, 4.5, 0.2), (1.5, -1.5, 1.0)],
     ids=["side", "steep", "top", "below"],
 )
-def test_a_sphere_has_known_depth_and_colour(studio, position, representation):
+def test_a_sphere_has_known_depth_and_colour(
+    studio: Studio, position: tuple[float, float, float], representation: Representation
+) -> None:
     scene = scene_of((0, (0, 0, 0), 0.7, 1.0), representation=representation)
     scene.render.lod.error = 0.0  # pixels
     library = ShapeLibrary([sphere()], resolution=256)
     camera = Camera(position, (0, 1.0, 0), 0.8)
-    pixels, depth, _ = studio.picture(scene, library, camera, size=(240, 180), transparent=True, depth=True)
+    pixels, depth, _ = studio.measured(scene, library, camera, size=(240, 180), transparent=True)
     distance, normal, direction = ball_hits(View(camera, (240, 180)), (0, 1, 0), 1.0)
     solid, known = pixels[..., 3] > 0, np.isfinite(distance)
     assert (solid & known).sum() / (solid | known).sum() > 0.985
@@ -133,13 +138,13 @@ def test_a_sphere_has_known_depth_and_colour(studio, position, representation):
     assert difference.mean() < 0.006 and np.quantile(difference, 0.99) < 0.03
 
 
-def test_depth_images_and_polygons_meet_in_one_depth_buffer(studio):
+def test_depth_images_and_polygons_meet_in_one_depth_buffer(studio: Studio) -> None:
     """Two overlapping balls, one as depth image, one as mesh, against the nearer of two analytic balls."""
     scene = scene_of((0, (-0.5, 0, 0), 0.0, 1.0), (1, (0.5, 0, 0.3), 0.0, 1.0))
     scene.objects.representation[1] = Representation.MESH
     library = ShapeLibrary([sphere(colour=(220, 60, 60), specular=0), sphere(colour=(60, 60, 220), specular=0)])
     camera = Camera((0.3, 1.4, 5.0), (0, 1, 0), 0.7)
-    pixels, depth, plan = studio.picture(scene, library, camera, size=(240, 180), transparent=True, depth=True)
+    pixels, depth, plan = studio.measured(scene, library, camera, size=(240, 180), transparent=True)
     assert plan.counts["dpci"] == 1 and plan.counts["mesh"] == 1
     view = View(camera, (240, 180))
     first, second = ball_hits(view, (-0.5, 1, 0), 1.0)[0], ball_hits(view, (0.5, 1, 0.3), 1.0)[0]
@@ -151,7 +156,7 @@ def test_depth_images_and_polygons_meet_in_one_depth_buffer(studio):
     assert np.isfinite(depth)[both].all()
 
 
-def test_a_step_is_cut_not_bridged(studio):
+def test_a_step_is_cut_not_bridged(studio: Studio) -> None:
     """A small box before a large one: seen aslant, the gap between them must stay open."""
     library = ShapeLibrary(
         [joined(box(0.6, 0.6, 0.1, (0, 0.5, 0.8)), box(1.6, 1.0, 0.1, (0, 0.5, -0.8)))], resolution=256
@@ -170,7 +175,7 @@ def test_a_step_is_cut_not_bridged(studio):
 @pytest.mark.parametrize(
     "position", [(0.3, 0.9, 0.2), (0.2, 2.3, 0.1), (0.0, 2.02, 0.6), (0.9, 1.0, 0.0), (0.0, 1.0, 0.0), (0.0, -0.3, 0.0)]
 )
-def test_near_and_inside_there_are_no_holes(studio, position):
+def test_near_and_inside_there_are_no_holes(studio: Studio, position: tuple[float, float, float]) -> None:
     """Around the viewer stands a ring-shaped room: every pixel must be covered as by its mesh."""
     walls = joined(
         *[box(0.05, 2.0, 2.0, (x, 1.0, 0.0)) for x in (-1, 1)], *[box(2.0, 2.0, 0.05, (0.0, 1.0, z)) for z in (-1, 1)]
@@ -187,7 +192,7 @@ def test_near_and_inside_there_are_no_holes(studio, position):
     assert union == 0 or (masks[0] & masks[1]).sum() > 0.95 * union
 
 
-def test_a_planar_depth_image_stands_upright(studio):
+def test_a_planar_depth_image_stands_upright(studio: Studio) -> None:
     """A bowl pressed into a plate: its depth and the colours of its four quarters, seen from the front."""
     size = 128
     y, x = np.mgrid[0:size, 0:size] / (size - 1) * 2 - 1.0
@@ -200,7 +205,7 @@ def test_a_planar_depth_image_stands_upright(studio):
     library = ShapeLibrary([None], [baked])
     camera = Camera((0, 1, 4), (0, 1, 0), 0.6)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
-    pixels, metres, _ = studio.picture(scene, library, camera, size=(180, 180), transparent=True, depth=True)
+    pixels, metres, _ = studio.measured(scene, library, camera, size=(180, 180), transparent=True)
     assert metres[90, 90] == pytest.approx(4 + 0.3 * 0.8, abs=5e-3)
     assert metres[90, 22] == pytest.approx(4.0, abs=5e-3)
     lower_left, upper_right = pixels[130, 50], pixels[50, 130]
@@ -210,7 +215,9 @@ def test_a_planar_depth_image_stands_upright(studio):
     assert behind[..., 3].max() == 0
 
 
-def test_compiler_messages_name_file_and_line(gl_device, tmp_path, monkeypatch):
+def test_compiler_messages_name_file_and_line(
+    gl_device: Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = tmp_path / "broken"
     folder.mkdir()
     (folder / "a.vert").write_text('#include "broken/b.glsl"\nvoid main() { gl_Position = vec4(f()); }\n')
@@ -223,7 +230,7 @@ def test_compiler_messages_name_file_and_line(gl_device, tmp_path, monkeypatch):
     scope.release()
 
 
-def test_a_uniform_that_no_shader_has_is_an_error(gl_device):
+def test_a_uniform_that_no_shader_has_is_an_error(gl_device: Device) -> None:
     scope = gl_device.scope("test")
     program = Program(scope, "common/fullscreen.vert", "output/output.frag")
     with pytest.raises(KeyError, match="lit_textur'"):
@@ -231,14 +238,16 @@ def test_a_uniform_that_no_shader_has_is_an_error(gl_device):
     scope.release()
 
 
-def test_everything_made_is_released(gl_device, studio):
+def test_everything_made_is_released(gl_device: Device, studio: Studio) -> None:
     before = dict(+gl_device.live)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), ground={"height": 0.0}, sky={})
     studio.picture(scene, ShapeLibrary([sphere(columns=32, rows=16)], resolution=64), Camera((0, 1, 4), (0, 1, 0), 0.8))
     assert dict(+gl_device.live) == before
 
 
-def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch):
+def test_constants_of_python_reach_the_shaders(
+    gl_device: Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Numbers by name or another one, enumerations by their members, records by where their fields begin."""
     folder = tmp_path / "some"
     folder.mkdir()
@@ -274,7 +283,7 @@ def test_constants_of_python_reach_the_shaders(gl_device, tmp_path, monkeypatch)
         "#from depthwalk.cook.lod_geometry import GRID_LAYOUT",
     ],
 )
-def test_a_constant_that_python_has_not_is_an_error(tmp_path, monkeypatch, line):
+def test_a_constant_that_python_has_not_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
     folder = tmp_path / "some"
     folder.mkdir()
     (folder / "a.glsl").write_text(f"// A comment.\n{line}\n")
@@ -283,14 +292,14 @@ def test_a_constant_that_python_has_not_is_an_error(tmp_path, monkeypatch, line)
         Source("some/a.glsl")
 
 
-def test_every_shader_says_what_it_does():
+def test_every_shader_says_what_it_does() -> None:
     files = [path for path in shader_root().rglob("*") if path.suffix in (".glsl", ".vert", ".frag")]
     assert len(files) > 70
     for path in files:
         assert re.match(r"// [A-Z]\w+s ", path.read_text(encoding="utf-8")), path
 
 
-def test_constants_that_shaders_name_exist_and_are_used():
+def test_constants_that_shaders_name_exist_and_are_used() -> None:
     """`Source` raises GpuError for one that does not exist."""
     line = re.compile(r"^#from (\S+) import ([^/\n]+)", re.MULTILINE)
     for path in shader_root().rglob("*.*"):

@@ -1,15 +1,20 @@
 """Which maps a frame has, without anything to draw into them."""
 
+from collections.abc import Callable
 from contextlib import nullcontext
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from depthwalk.gpu.timers import PassTimers
 from depthwalk.render import shadow_planner
 from depthwalk.render.lighting.irradiance import lighting
+from depthwalk.render.shadows.casters import Shadows
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
+from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment, LampParams
 from depthwalk.scene.render_settings import ShadowParams
@@ -19,7 +24,7 @@ DARK = {"sun": {"intensity": 0.0}}
 
 
 @pytest.fixture
-def plan(monkeypatch):
+def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
     """Plans with two objects in sight, the second of which is not on the GPU; maps tell what they were made of."""
     monkeypatch.setattr(
         shadow_planner,
@@ -29,20 +34,22 @@ def plan(monkeypatch):
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
     world = SimpleNamespace(bounds=lambda: bounds, arrays=lambda: None)
     uploads = SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None)
-    planner = shadow_planner.ShadowPlanner(world, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
+    planner = shadow_planner.ShadowPlanner(
+        cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))
+    )
 
-    def planned(params, lamps=(), **environment):
-        light = lighting(Environment(**environment))
-        return planner.plan(VIEW, light, lamps, params, 2.0, uploads, may_wait=True)
+    def planned(params: ShadowParams, lamps: tuple[Any, ...] = (), **environment: dict[str, float]) -> Shadows:
+        light = lighting(Environment.model_validate({**environment}))
+        return planner.plan(VIEW, light, lamps, params, 2.0, cast(FrameResidency, uploads), may_wait=True)
 
     return planned
 
 
-def lamp(x, **more):
-    return LampParams(position=(x, 3.0, 0.0), direction=(0, -1, 0), shadow=True, **more)
+def lamp(x: float, **more: float) -> LampParams:
+    return LampParams.model_validate({"position": (x, 3.0, 0.0), "direction": (0, -1, 0), "shadow": True, **more})
 
 
-def test_the_sun_has_maps_of_what_is_on_the_gpu_and_farther_ones_are_coarser(plan):
+def test_the_sun_has_maps_of_what_is_on_the_gpu_and_farther_ones_are_coarser(plan: Callable[..., Any]) -> None:
     shadows = plan(ShadowParams(enabled=True, triangles_per_texel=16.0))
     assert [map_.most for map_ in shadows.sun] == [16, 4, 1]
     assert {row for map_ in shadows.sun for row in map_.rows} == {0}
@@ -51,12 +58,21 @@ def test_the_sun_has_maps_of_what_is_on_the_gpu_and_farther_ones_are_coarser(pla
 
 
 @pytest.mark.parametrize(("params", "environment"), [(ShadowParams(enabled=True), DARK), (ShadowParams(), {})])
-def test_no_sun_or_no_shadows_are_no_maps(plan, params, environment):
+def test_no_sun_or_no_shadows_are_no_maps(
+    plan: Callable[..., Any], params: ShadowParams, environment: dict[str, Any]
+) -> None:
     assert plan(params, **environment).sun is None
 
 
-def test_the_brightest_lamps_in_sight_have_maps_and_too_many_are_told_of_once(plan, caplog):
-    lamps = [lamp(0.0), lamp(1.0, intensity=5.0), LampParams(position=(0, 3, 0)), lamp(-1.0, intensity=9.0)]
+def test_the_brightest_lamps_in_sight_have_maps_and_too_many_are_told_of_once(
+    plan: Callable[..., Any], caplog: pytest.LogCaptureFixture
+) -> None:
+    lamps = [
+        lamp(0.0),
+        lamp(1.0, intensity=5.0),
+        LampParams.model_validate({"position": (0, 3, 0)}),
+        lamp(-1.0, intensity=9.0),
+    ]
     params = ShadowParams(lamps=2, triangles_per_texel=16.0)
     shadows = plan(params, lamps, **DARK)
     assert set(shadows.tiles) == {1, 3} and set(shadows.lamps) == set(shadows.tiles.values())

@@ -1,9 +1,11 @@
 """The declarations of targets and framebuffers, and the textures that are made by them."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
-from depthwalk.gpu.device import GpuError
+from depthwalk.gpu.device import Device, GpuError
 from depthwalk.render.passes import PASSES
 from depthwalk.render.targets import DEPTH24, FRAMEBUFFERS, TARGETS, Targets, _atlas_size, declared
 
@@ -12,26 +14,26 @@ MADE = ("visibility", "albedo", "surface", "depth", "material_depth", "shadow")
 
 
 @pytest.fixture
-def targets(gl_device):
+def targets(gl_device: Device) -> Iterator[Targets]:
     made = Targets(gl_device, SIZE)
     yield made
     made.release()
 
 
-def test_framebuffers_consist_of_declared_textures():
+def test_framebuffers_consist_of_declared_textures() -> None:
     textures = {name for target in TARGETS.values() for name in target.textures}
     for name, (colours, depth, _) in FRAMEBUFFERS.items():
         assert {*colours, *([depth] if depth else [])} <= textures, name
 
 
-def test_every_target_is_written_and_read_by_a_pass():
+def test_every_target_is_written_and_read_by_a_pass() -> None:
     written = {name for pass_ in PASSES for name in pass_.writes}
     read = {name for pass_ in PASSES for name in pass_.reads}
     assert TARGETS.keys() - written == {"samples"}  # these are written as `visibility`, `albedo` and so on
     assert TARGETS.keys() - read == {"screen"}
 
 
-def test_textures_have_the_declared_formats(targets):
+def test_textures_have_the_declared_formats(targets: Targets) -> None:
     for name in MADE:
         for attribute, texture_format in TARGETS[name].textures.items():
             texture = getattr(targets, attribute)
@@ -41,12 +43,12 @@ def test_textures_have_the_declared_formats(targets):
             assert texture.depth == (texture_format is DEPTH24)
 
 
-def test_with_one_sample_objects_are_drawn_into_the_gbuffer_itself(targets):
+def test_with_one_sample_objects_are_drawn_into_the_gbuffer_itself(targets: Targets) -> None:
     assert targets.drawn.albedo is targets.albedo and targets.drawn.depth is targets.depth
     assert targets.defines == () and targets.offsets.tolist() == [[0, 0]]
 
 
-def test_with_several_they_have_textures_of_their_own(gl_device):
+def test_with_several_they_have_textures_of_their_own(gl_device: Device) -> None:
     if gl_device.max_samples < 4:
         pytest.skip("the device has fewer samples")
     several = Targets(gl_device, SIZE, 4)
@@ -55,14 +57,14 @@ def test_with_several_they_have_textures_of_their_own(gl_device):
     several.release()
 
 
-def test_a_texture_that_is_refused_leaves_none_of_the_others(gl_device):
+def test_a_texture_that_is_refused_leaves_none_of_the_others(gl_device: Device) -> None:
     before = gl_device.live.copy()
     with pytest.raises(GpuError):
         Targets(gl_device, (1 << 20, 1))
     assert +gl_device.live == +before
 
 
-def test_a_copy_of_the_light_outlives_what_is_drawn_over_it(targets):
+def test_a_copy_of_the_light_outlives_what_is_drawn_over_it(targets: Targets) -> None:
     targets.lit.clear(0.25, 0.5, 0.75, 1.0)
     copy = targets.lit_before()
     targets.lit.clear()
@@ -70,7 +72,7 @@ def test_a_copy_of_the_light_outlives_what_is_drawn_over_it(targets):
     assert texels == pytest.approx(np.tile([0.25, 0.5, 0.75, 1.0], (len(texels), 1)), abs=1e-3)
 
 
-def test_a_pass_sets_only_what_it_writes(targets):
+def test_a_pass_sets_only_what_it_writes(targets: Targets) -> None:
     own = declared(targets, "own", ("depth",), ("sun_maps",))
     own.sun_maps = None
     assert own.size == SIZE and own.depth is targets.depth
@@ -85,5 +87,7 @@ def test_a_pass_sets_only_what_it_writes(targets):
     [((640, 480), 16384, (4096, 2048)), ((1920, 1080), 16384, (4096, 2048)), ((3840, 2160), 16384, (8192, 4096)),
      ((3840, 2160), 4096, (4096, 4096))],
 )  # fmt: skip
-def test_the_atlas_holds_four_pictures_where_it_can(size, limit, expected):
+def test_the_atlas_holds_four_pictures_where_it_can(
+    size: tuple[int, int], limit: int, expected: tuple[int, int]
+) -> None:
     assert _atlas_size(size, limit) == expected

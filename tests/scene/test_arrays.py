@@ -12,7 +12,7 @@ def objects_of(*kinds: Representation) -> Objects:
     return Objects(
         asset=np.arange(count, dtype=np.int32),
         position=np.zeros((count, 3), np.float32),
-        rotation=np.tile(np.float32([0, 0, 0, 1]), (count, 1)),
+        rotation=np.tile(np.array([0, 0, 0, 1], np.float32), (count, 1)),
         scale=np.ones(count, np.float32),
         representation=np.array(kinds, np.uint8),
     )
@@ -37,7 +37,7 @@ def test_rows_are_taken_and_put() -> None:
 def test_fields_are_given_by_name() -> None:
     columns = [getattr(objects_of(), name) for name in Objects.__dataclass_fields__]
     with pytest.raises(TypeError):
-        Objects(*columns)
+        Objects(*columns)  # type: ignore[call-arg]
 
 
 def test_a_camera_moves_with_its_target() -> None:

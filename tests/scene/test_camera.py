@@ -17,7 +17,9 @@ point = st.tuples(coordinate, coordinate, coordinate)
 
 
 @given(point, point, point)
-def test_a_moved_camera_keeps_its_look_and_comes_back(position, target, shift):
+def test_a_moved_camera_keeps_its_look_and_comes_back(
+    position: tuple[float, float, float], target: tuple[float, float, float], shift: tuple[float, float, float]
+) -> None:
     camera, moved = Camera(position, target, 1.0), Camera(position, target, 1.0).moved(glm.dvec3(*shift))
     np.testing.assert_allclose(camera.look, np.subtract(target, position), rtol=1e-15)
     np.testing.assert_allclose(moved.position, np.add(position, shift), rtol=1e-15)
@@ -69,7 +71,9 @@ def test_clip_planes_and_angle(far: float) -> None:
 
 
 @given(point, st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-9, 9)))
-def test_the_camera_is_found_again_in_its_matrix(position, look):
+def test_the_camera_is_found_again_in_its_matrix(
+    position: tuple[float, float, float], look: tuple[float, float, float]
+) -> None:
     target = tuple(np.add(position, look).tolist())
     camera = Camera(position, target, 1.0)
     world_from_view = glm.inverse(view_from_world(camera))

@@ -38,10 +38,12 @@ def test_smallest_scene_has_the_defaults(tmp_path: Path) -> None:
     assert scene.environment.ground is None
     assert scene.environment.sun.intensity > 0
     assert scene.camera is None
-    assert scene.assets[0] == MeshAsset(
-        name="baked", mesh=tmp_path / "box.obj", texture=None, up="y", height=None, dpci=scene.assets[0].dpci
+    asset = scene.assets[0]
+    assert isinstance(asset, MeshAsset) and asset.dpci is not None
+    assert asset == MeshAsset(
+        name="baked", mesh=tmp_path / "box.obj", texture=None, up="y", height=None, dpci=asset.dpci
     )
-    assert (scene.assets[0].dpci.resolution, scene.assets[0].dpci.layers) == (512, 3)
+    assert (asset.dpci.resolution, asset.dpci.layers) == (512, 3)
     assert scene.objects.rotation.tolist() == [[0, 0, 0, 1]]
 
 
@@ -119,7 +121,12 @@ def test_files_are_looked_for_in_the_folder_then_in_the_roots(tmp_path: Path) ->
     path = scenes / "scene.yaml"
     path.write_text("version: 1\nassets: {a: {mesh: both.obj}, b: {mesh: far.obj}, c: {mesh: ../root/far.obj}}\n")
     scene = load_scene(path, [root])
-    assert [asset.mesh for asset in scene.assets] == [scenes / "both.obj", root / "far.obj", root / "far.obj"]
+    found = [asset.mesh for asset in scene.assets if isinstance(asset, MeshAsset)]
+    assert found == [
+        scenes / "both.obj",
+        root / "far.obj",
+        root / "far.obj",
+    ]
 
 
 def test_symbolic_links_do_not_lead_out(tmp_path: Path) -> None:
@@ -132,7 +139,8 @@ def test_symbolic_links_do_not_lead_out(tmp_path: Path) -> None:
     path.write_text("version: 1\nassets: {a: {mesh: link.obj}}\n")
     with pytest.raises(InputError, match=r":2:20: assets\.a\.mesh: file 'link\.obj' leaves the scene's folder"):
         load_scene(path)
-    assert load_scene(path, [outside]).assets[0].mesh == outside / "secret.obj"
+    (asset,) = load_scene(path, [outside]).assets
+    assert isinstance(asset, MeshAsset) and asset.mesh == outside / "secret.obj"
 
 
 @pytest.mark.parametrize("name", ['"\\0"', "x" * 5000, "."])

@@ -1,35 +1,40 @@
 """A mesh file where a scene file is expected."""
 
+from pathlib import Path
+
 import pytest
 
 from depthwalk.errors import InputError
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
 from depthwalk.scene.schema import DpciParams
 
 
 @pytest.fixture
-def ball(tiny_scene):
+def ball(tiny_scene: Path) -> Path:
     return tiny_scene.with_name("ball.ply")
 
 
-def test_stands_on_the_origin_with_the_depth_images_that_bake_makes(ball):
+def test_stands_on_the_origin_with_the_depth_images_that_bake_makes(ball: Path) -> None:
     scene = load_scene(ball)
     (asset,) = scene.assets
+    assert isinstance(asset, MeshAsset)
     assert (scene.path, asset.name, asset.mesh, asset.dpci) == (ball, "model", ball, DpciParams())
     assert scene.objects.position.tolist() == [[0, 0, 0]]
     assert scene.objects.representation.tolist() == [Representation.DPCI]
     assert scene.camera is None and scene.environment.ground is None
 
 
-def test_set_reaches_the_mesh(ball):
+def test_set_reaches_the_mesh(ball: Path) -> None:
     (asset,) = load_scene(ball, (), {"assets.model.up": "z", "assets.model.height": "3"}).assets
+    assert isinstance(asset, MeshAsset)
     assert (asset.up, asset.height) == ("z", 3.0)
     with pytest.raises(InputError, match=r"^--set assets\.model\.heigth: unknown key; did you mean 'height'\?$"):
         load_scene(ball, (), {"assets.model.heigth": "3"})
 
 
-def test_a_mesh_format_that_is_not_read_is_no_scene(tmp_path):
+def test_a_mesh_format_that_is_not_read_is_no_scene(tmp_path: Path) -> None:
     file = tmp_path / "model.DAE"
     file.write_text("<COLLADA/>")
     with pytest.raises(InputError, match=r"model\.DAE: '\.dae' is not a mesh format \(use \.obj, .*\)$"):
@@ -37,18 +42,20 @@ def test_a_mesh_format_that_is_not_read_is_no_scene(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["it's: #1.ply", 'a "b" {c}.PLY', "köper.ply"])
-def test_any_name_will_do(ball, name):
+def test_any_name_will_do(ball: Path, name: str) -> None:
     named = ball.rename(ball.with_name(name))
-    assert load_scene(named).assets[0].mesh == named
+    (asset,) = load_scene(named).assets
+    assert isinstance(asset, MeshAsset) and asset.mesh == named
 
 
-def test_a_link_is_followed(ball, tmp_path):
+def test_a_link_is_followed(ball: Path, tmp_path: Path) -> None:
     link = tmp_path / "link.ply"
     link.symlink_to(ball)
-    assert load_scene(link).assets[0].mesh == ball
+    (asset,) = load_scene(link).assets
+    assert isinstance(asset, MeshAsset) and asset.mesh == ball
 
 
-def test_says_what_is_not_there(tmp_path):
+def test_says_what_is_not_there(tmp_path: Path) -> None:
     folder = tmp_path / "folder.obj"
     folder.mkdir()
     for file, defect in ((folder, "is a folder"), (tmp_path / "none.stl", "no such file")):

@@ -1,6 +1,7 @@
 """Files of places: both kinds, their units, and every way in which they may be wrong."""
 
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,17 +10,19 @@ import depthwalk.scene.places as places
 from depthwalk.errors import InputError
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.places import read_places
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
 
 SCENE = "version: 1\nassets: {baked: {mesh: box.obj, dpci: {}}}\nobjects:\n  - "
 
 
-def scene_of(folder, item):
+def scene_of(folder: Path, item: str) -> Scene:
     (folder / "box.obj").touch()
     (folder / "scene.yaml").write_text(SCENE + item + "\n")
     return load_scene(folder / "scene.yaml")
 
 
-def test_text_names_its_columns_in_any_order(tmp_path):
+def test_text_names_its_columns_in_any_order(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("\ufeffyaw, z,x,y\r\n90,3,1,2\r\n-45,6,4,5e0\r\n\r\n", "utf-8")
     read = read_places(tmp_path / "a.csv")
     np.testing.assert_array_equal(read.position, [[1, 2, 3], [4, 5, 6]])
@@ -29,7 +32,7 @@ def test_text_names_its_columns_in_any_order(tmp_path):
 
 
 @pytest.mark.parametrize("columns", [3, 4, 5])
-def test_arrays_are_read_as_text_is(tmp_path, columns):
+def test_arrays_are_read_as_text_is(tmp_path: Path, columns: int) -> None:
     names = ["x", "y", "z", "yaw", "scale"][:columns]
     values = np.random.default_rng(columns).uniform(0.5, 9, (7, columns))
     np.save(tmp_path / "a.npy", values)
@@ -40,19 +43,19 @@ def test_arrays_are_read_as_text_is(tmp_path, columns):
         np.testing.assert_array_equal(getattr(read, name), getattr(same, name))
 
 
-def test_a_node_moves_turns_and_scales_its_places(tmp_path):
+def test_a_node_moves_turns_and_scales_its_places(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("x,y,z,yaw,scale\n1,0,0,0,2\n0,1,0,90,1\n")
     scene = scene_of(tmp_path, "places: {asset: baked, file: a.csv, position: [10, 0, 0], yaw: 90, scale: 3}")
     np.testing.assert_allclose(scene.objects.position, [[10, 0, -1], [10, 1, 0]], atol=1e-6)
     np.testing.assert_allclose(scene.objects.scale, [6, 3])
 
 
-def test_a_file_may_hold_no_places(tmp_path):
+def test_a_file_may_hold_no_places(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("x,y,z\n")
     assert len(scene_of(tmp_path, "places: {asset: baked, file: a.csv}").objects) == 0
 
 
-def test_a_hundred_thousand_places_load_in_seconds(tmp_path):
+def test_a_hundred_thousand_places_load_in_seconds(tmp_path: Path) -> None:
     values = np.random.default_rng(0).uniform(-99, 99, (100_000, 5)).clip(0.1)
     np.savetxt(tmp_path / "a.csv", values, "%.6g", ",", header="x,y,z,yaw,scale", comments="")
     start = time.process_time()
@@ -80,7 +83,7 @@ def test_a_hundred_thousand_places_load_in_seconds(tmp_path):
         ("x,y,z,scale\n1,2,3,0\n", ":2: scale is 0; it must be 0.0001 to 10000"),
     ],
 )
-def test_wrong_text_is_told_by_its_line(tmp_path, text, complaint):
+def test_wrong_text_is_told_by_its_line(tmp_path: Path, text: str, complaint: str) -> None:
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(InputError) as caught:
         read_places(tmp_path / "a.csv")
@@ -96,7 +99,7 @@ def test_wrong_text_is_told_by_its_line(tmp_path, text, complaint):
         (np.array([[0.0, 0, 0], [0, 0, np.inf]]), ":1: z is inf; it must be -1e+06 to 1e+06"),
     ],
 )
-def test_wrong_arrays_are_told_by_their_row(tmp_path, values, complaint):
+def test_wrong_arrays_are_told_by_their_row(tmp_path: Path, values: Array, complaint: str) -> None:
     np.save(tmp_path / "a.npy", values)
     with pytest.raises(InputError) as caught:
         read_places(tmp_path / "a.npy")
@@ -104,14 +107,14 @@ def test_wrong_arrays_are_told_by_their_row(tmp_path, values, complaint):
 
 
 @pytest.mark.parametrize("name", ["a.npy", "a.csv"])
-def test_garbage_is_refused(tmp_path, name):
+def test_garbage_is_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"\x93NUMPY\xff\xfe garbage")
     with pytest.raises(InputError, match=r"cannot be read as"):
         read_places(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["a.npy", "a.csv"])
-def test_too_many_are_refused(tmp_path, monkeypatch, name):
+def test_too_many_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setattr(places, "MAX_INSTANCES", 3)
     if name == "a.npy":
         np.save(tmp_path / name, np.zeros((4, 3)))
@@ -124,6 +127,6 @@ def test_too_many_are_refused(tmp_path, monkeypatch, name):
         read_places(tmp_path / name)
 
 
-def test_a_missing_file_is_told_where_it_is_named(tmp_path):
+def test_a_missing_file_is_told_where_it_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"4:34: objects\[0\]\.places\.file: file 'a\.csv' not found"):
         scene_of(tmp_path, "places: {asset: baked, file: a.csv}")

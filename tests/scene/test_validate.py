@@ -84,7 +84,8 @@ def test_not_more_errors_than_fit_a_screen() -> None:
 
 
 def test_values_are_shown_as_they_are_written() -> None:
-    assert [shown(value) for value in (None, True, {}, [], 0.5, "x")] == [
+    values: tuple[object, ...] = (None, True, {}, [], 0.5, "x")
+    assert [shown(value) for value in values] == [
         "null", "true", "a mapping", "a list", "0.5", "'x'",
     ]  # fmt: skip
     assert len(shown("x" * 100)) == 40

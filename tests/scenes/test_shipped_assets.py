@@ -73,12 +73,12 @@ def test_levels_finer_than_asked_for_do_not_ship() -> None:
 
 def test_normals_of_fewer_bits_point_nearly_the_same_way() -> None:
     (cooked,) = read_cooked(asset_root() / "statue.dpci.npz")
-    _, texture = cooked.load()
+    geometry, texture = cooked.load()
     rng = np.random.default_rng(1)
     normal = rng.normal(size=(1000, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     code = np.dstack([encode_normals(normal).reshape(-1, 1, 3), np.zeros((1000, 1, 1), np.uint8)])
-    _, plain = with_plain_normals(replace(cooked, load=lambda: (None, replace(texture, normals=code)))).load()
+    _, plain = with_plain_normals(replace(cooked, load=lambda: (geometry, replace(texture, normals=code)))).load()
     decoded = plain.normals[:, 0, :3] - 127.5
     cosine = (decoded * normal).sum(axis=1) / np.linalg.norm(decoded, axis=1)
     assert np.degrees(np.arccos(cosine.clip(-1, 1))).max() < 1

@@ -12,7 +12,7 @@ from depthwalk.ingest.loader import load_mesh
 from depthwalk.resources import scene_root
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
-from depthwalk.scene.scene import MeshAsset, Scene
+from depthwalk.scene.scene import Asset, BakedAsset, MeshAsset, Scene
 
 CLEARANCE = 0.3  # metres to the side of the camera
 BODY = (-1.4, 0.3)  # metres from the camera's height down to the shins and up to the hat
@@ -30,7 +30,15 @@ def read_points(file: Path) -> NDArray[np.float64]:
 
 
 def read_all_points(scene: Scene) -> list[NDArray[np.float64]]:
-    return [read_points(asset.mesh if isinstance(asset, MeshAsset) else asset.baked) for asset in scene.assets]
+    return [read_points(file_of(asset)) for asset in scene.assets]
+
+
+def file_of(asset: Asset) -> Path:
+    """The mesh of an asset, or its depth images."""
+    if isinstance(asset, MeshAsset):
+        return asset.mesh
+    assert isinstance(asset, BakedAsset)
+    return asset.baked
 
 
 def walked(name: str) -> tuple[Scene, NDArray[np.float64]]:
@@ -100,5 +108,4 @@ def test_the_room_tour_stays_in_the_room() -> None:
 
 def test_scenes_name_only_shipped_assets() -> None:
     for file in sorted(scene_root().glob("*.yaml")):
-        files = [asset.mesh if isinstance(asset, MeshAsset) else asset.baked for asset in load_scene(file).assets]
-        assert {path.parent.name for path in files} == {"assets"}
+        assert {file_of(asset).parent.name for asset in load_scene(file).assets} == {"assets"}

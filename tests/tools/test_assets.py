@@ -11,6 +11,7 @@ from tools.make_models import specimens
 from tools.make_models.catalogue import MODELS, TEXTURES
 from tools.make_models.model import Model, write_ply
 from tools.make_models.ship import shipped_name
+from trimesh.visual import ColorVisuals
 
 from depthwalk.bake.face_grid import square_texel
 from depthwalk.cook.cooked_file import read_cooked
@@ -24,7 +25,7 @@ POLYGONS = [name for name in MODELS if name not in HEAVY]
 
 @cache
 def loaded(name: str) -> trimesh.Trimesh:
-    return trimesh.load(ASSETS / f"{name}.ply", process=False)
+    return trimesh.load_mesh(ASSETS / f"{name}.ply", process=False)
 
 
 def listed() -> dict[str, tuple[int, list[float]]]:
@@ -73,7 +74,7 @@ def test_depth_images_show_an_object_of_the_size_of_its_mesh(name: str) -> None:
 def test_heads_have_the_papers_counts(name: str, count: int, tmp_path: Path) -> None:
     """As specimens; the man's lacks one face, and that is all it lacks."""
     write_ply(tmp_path / "head.ply", specimens.SPECIMENS[name]())
-    mesh = trimesh.load(tmp_path / "head.ply", process=False)
+    mesh = trimesh.load_mesh(tmp_path / "head.ply", process=False)
     _, uses = np.unique(np.sort(mesh.edges, axis=1), axis=0, return_counts=True)
     assert len(mesh.faces) == count
     assert (uses == 1).sum() == 3 * (count % 2)
@@ -91,6 +92,7 @@ def test_mesh_is_sound(name: str) -> None:
     assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))
     assert mesh.bounds[0, 1] == pytest.approx(0, abs=1e-6)
     assert mesh.is_winding_consistent
+    assert isinstance(mesh.visual, ColorVisuals)
     assert mesh.visual.vertex_colors[:, :3].std(axis=0).max() > 3
 
 

@@ -1,6 +1,8 @@
 """The tools the generators are made of."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,11 +15,14 @@ from tools.make_models.model import Model, write_ply
 from tools.make_models.noise import fractal
 from tools.make_models.sdf import Blob, Points, Rod, ellipsoid, rod, sculpt, union
 from tools.make_models.textures import grass, paving, tiling_noise, write_png
+from trimesh.visual import ColorVisuals
 
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.render.resources.mesh_object import is_solid
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
+from depthwalk.types import Array
 
 
 def signed_volume(model: Model) -> float:
@@ -26,7 +31,7 @@ def signed_volume(model: Model) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
-def boundary_edges(model: Model) -> np.ndarray:
+def boundary_edges(model: Model) -> Array:
     """(n, 2) directed edges without a partner of the opposite direction; none means watertight."""
     edges = model.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
     keys = edges[:, 0] * len(model.positions) + edges[:, 1]
@@ -34,13 +39,14 @@ def boundary_edges(model: Model) -> np.ndarray:
     return edges[~np.isin(keys, partners)].astype(np.int32)
 
 
-def ball(p: Points) -> np.ndarray:
+def ball(p: Points) -> Array:
     return ellipsoid(p, (0, 0.5, 0), (0.5, 0.5, 0.5))
 
 
-def dome(p: Points) -> np.ndarray:
+def dome(p: Points) -> Array:
     """The upper half of the ball."""
-    return np.maximum(ball(p), np.float32(0.5) - p[:, 1])
+    upper: Array = np.maximum(ball(p), np.float32(0.5) - p[:, 1])
+    return upper
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +61,7 @@ def test_distance_of_a_sphere_and_a_capsule_is_exact() -> None:
 
 
 def test_union_is_the_minimum_but_for_the_seam() -> None:
-    a, b = np.float32([0, 1, 5]), np.float32([0, 1.5, 1])
+    a, b = np.array([0, 1, 5], np.float32), np.array([0, 1.5, 1], np.float32)
     np.testing.assert_allclose(union(a, b, 0.4), [-0.1, 1, 1], atol=1e-6)
 
 
@@ -71,7 +77,7 @@ def test_polygonise_gives_a_closed_sphere_of_the_right_size(sphere: Model) -> No
 
 
 def test_polygonise_drops_crumbs() -> None:
-    def two(p: Points) -> np.ndarray:
+    def two(p: Points) -> Array:
         return np.minimum(ball(p), ellipsoid(p, (0.9, 0.5, 0), (0.1, 0.1, 0.1)))
 
     model = polygonise(two, (-0.6, -0.1, -0.6), (1.1, 1.1, 0.6), 0.04)
@@ -193,7 +199,7 @@ def test_noise_is_bounded_smooth_and_seeded() -> None:
 
 
 @pytest.mark.parametrize("make", [pytest.param(stone.slab_rock, marks=pytest.mark.slow), props.hedge, props.teapot])
-def test_generators_repeat_themselves(make: object, tmp_path: Path) -> None:
+def test_generators_repeat_themselves(make: Callable[[], Model], tmp_path: Path) -> None:
     write_ply(tmp_path / "a.ply", make())
     write_ply(tmp_path / "b.ply", make())
     assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
@@ -202,10 +208,11 @@ def test_generators_repeat_themselves(make: object, tmp_path: Path) -> None:
 def test_ply_reads_back(tmp_path: Path) -> None:
     model = surfaces.block([0, 0, 0], [1, 2, 3], (1.0, 0.5, 0.0))
     write_ply(tmp_path / "block.ply", model)
-    read = trimesh.load(tmp_path / "block.ply", process=False)
+    read = trimesh.load_mesh(tmp_path / "block.ply", process=False)
     np.testing.assert_array_equal(read.vertices, model.positions)
     np.testing.assert_array_equal(read.faces, model.faces)
     np.testing.assert_array_equal(read.vertex_normals, model.normals)
+    assert isinstance(read.visual, ColorVisuals)
     np.testing.assert_array_equal(read.visual.vertex_colors[0], [255, 128, 0, 255])
 
 
@@ -216,7 +223,7 @@ def test_tiling_noise_has_no_seam() -> None:
 
 
 @pytest.mark.parametrize("make", [grass, paving])
-def test_textures_tile_and_stay_small(make: object, tmp_path: Path) -> None:
+def test_textures_tile_and_stay_small(make: Any, tmp_path: Path) -> None:
     picture = make()
     inner = np.abs(np.diff(picture, axis=0)).mean()
     assert picture.shape == (512, 512, 3)
@@ -233,11 +240,13 @@ def test_generate_writes_what_is_asked(tmp_path: Path) -> None:
         generate(tmp_path, ["pedestel"])
 
 
-def test_the_market_is_a_scene_of_different_assets(tmp_path):
+def test_the_market_is_a_scene_of_different_assets(tmp_path: Path) -> None:
     generate(tmp_path, ["market"], assets=5)
     scene = load_scene(tmp_path / "market.yaml")
     assert len(scene.assets) == len(scene.objects) == 5
     assert len({path.read_bytes() for path in tmp_path.glob("*.ply")}) == 5
     assert len(np.unique(scene.objects.position, axis=0)) == 5
-    mesh = load_mesh(scene.assets[3].mesh)
+    asset = scene.assets[3]
+    assert isinstance(asset, MeshAsset)
+    mesh = load_mesh(asset.mesh)
     assert 0.6 < mesh.bounds[1][1] < 1.4 and is_solid(mesh)

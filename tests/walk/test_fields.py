@@ -5,7 +5,7 @@ import pytest
 from depthwalk.params import Params, param
 from depthwalk.scene.environment import SunParams
 from depthwalk.scene.render_settings import PictureParams, RenderSettings
-from depthwalk.walk.fields import controls_of
+from depthwalk.walk.fields import Control, controls_of
 
 
 class Sample(Params):
@@ -17,7 +17,7 @@ class Sample(Params):
     free: float = param(1.0, "Without a range")
 
 
-def control(name):
+def control(name: str) -> Control:
     return next(each for each in controls_of(Sample) if each.name == name)
 
 
@@ -32,23 +32,25 @@ def control(name):
         ("free", "number", None, None, False),
     ],
 )
-def test_a_declaration_decides_the_widget(name, kind, low, high, optional):
+def test_a_declaration_decides_the_widget(
+    name: str, kind: str, low: float | None, high: int | None, optional: bool
+) -> None:
     found = control(name)
     assert (found.kind, found.low, found.high, found.optional) == (kind, low, high, optional)
 
 
-def test_units_choices_defaults_and_help_come_along():
+def test_units_choices_defaults_and_help_come_along() -> None:
     assert control("method").choices == ("fast", "good")
     assert control("radius").unit == "m" and control("radius").default == 0.5
     assert control("radius").tooltip.startswith("How far.\n0.1 to 4 m")
 
 
-def test_colours_and_vectors_have_widgets():
+def test_colours_and_vectors_have_widgets() -> None:
     kinds = {each.name: each.kind for each in controls_of(SunParams)}
     assert kinds == {"direction": "vector", "colour": "colour", "intensity": "number"}
 
 
-def test_every_render_setting_can_be_changed_in_the_panel():
+def test_every_render_setting_can_be_changed_in_the_panel() -> None:
     groups = [(name, group) for name, group in RenderSettings() if isinstance(group, Params)]
     assert len(groups) > 4
     for name, group in [*groups, ("picture", PictureParams())]:

@@ -1,11 +1,14 @@
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
+from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import DofParams
+from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import Walker
 from depthwalk.walk.focus import FocusPull
 from depthwalk.walk.state import State
@@ -13,7 +16,7 @@ from depthwalk.walk.state import State
 HOME = Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0)
 
 
-def test_focus_moves_evenly_in_blur_and_arrives():
+def test_focus_moves_evenly_in_blur_and_arrives() -> None:
     lens, pull = DofParams(focus_distance=2.0), FocusPull()
     pull.start(20.0)
     passed = []
@@ -26,7 +29,7 @@ def test_focus_moves_evenly_in_blur_and_arrives():
     assert [b / a for a, b in pairwise(left)] == pytest.approx([left[1] / left[0]] * 3)
 
 
-def test_frames_of_any_length_come_to_the_same():
+def test_frames_of_any_length_come_to_the_same() -> None:
     ends = []
     for count in (1, 10):
         lens, pull = DofParams(focus_distance=2.0), FocusPull()
@@ -38,20 +41,22 @@ def test_frames_of_any_length_come_to_the_same():
 
 
 @pytest.mark.parametrize(("distance", "reached"), [(float("inf"), 10000.0), (0.01, 0.5)])
-def test_a_lens_has_ends(distance, reached):
+def test_a_lens_has_ends(distance: float, reached: float) -> None:
     lens, pull = DofParams(), FocusPull()
     pull.start(distance)
     pull.advance(lens, 60.0)
     assert lens.focus_distance == reached
 
 
-def walk(distance, **dof):
+def walk(distance: float, **dof: Any) -> State:
     settings = SimpleNamespace(dof=DofParams(**dof))
     renderer = SimpleNamespace(settings=settings, distance_at=lambda: distance)
-    return State(SimpleNamespace(environment=Environment()), renderer, Walker.at(HOME), HOME)
+    return State(
+        cast(Scene, SimpleNamespace(environment=Environment())), cast(Renderer, renderer), Walker.at(HOME), HOME
+    )
 
 
-def test_the_key_focuses_once_and_autofocus_always():
+def test_the_key_focuses_once_and_autofocus_always() -> None:
     by_key, always, off = walk(3.0, mode="gather"), walk(3.0, mode="gather", autofocus=True), walk(3.0, autofocus=True)
     by_key.focus()
     for state in (by_key, always, off):
@@ -61,7 +66,7 @@ def test_the_key_focuses_once_and_autofocus_always():
     assert found == [3.0, 3.0, DofParams().focus_distance]
 
 
-def test_the_key_says_that_nothing_is_blurred():
+def test_the_key_says_that_nothing_is_blurred() -> None:
     state = walk(3.0)
     state.focus()
     assert "depth of field is off" in state.toast

@@ -1,23 +1,26 @@
 """Texts of the HUD and of the help."""
 
+from collections.abc import Iterator
+
 import pytest
 from imgui_bundle import imgui
+from imgui_bundle._imgui_bundle.imgui import IO
 
 from depthwalk.walk.hud import count_rows, draw_help, pass_rows
 from depthwalk.walk.overlay import set_up_look
 
 
-def test_passes_that_do_next_to_nothing_share_a_row():
+def test_passes_that_do_next_to_nothing_share_a_row() -> None:
     times = {"warp": 30.0, "composite": 69.0, "fxaa": 0.01, "smaa": 0.02, "dof": 0.4, "light": 0.57}
     assert pass_rows(times) == [("warp", "30.00"), ("composite", "69.00"), ("light", "0.57"), ("others", "0.43")]
 
 
-def test_none_is_left_out_where_all_do_something():
+def test_none_is_left_out_where_all_do_something() -> None:
     assert pass_rows({"warp": 3.0, "light": 1.0}) == [("warp", "3.00"), ("light", "1.00")]
     assert pass_rows({}) == []
 
 
-def test_counts_are_told_in_the_fields_words():
+def test_counts_are_told_in_the_fields_words() -> None:
     counts = {
         "objects": 12345, "occluded": 300, "dpci": 40, "dmesh": 0, "mesh": 7, "warped": 3, "warped_triangles": 98765,
         "assets": 5, "gpu_mb": 1234.5, "atlas_used": 0.25, "tile_resolution": 1.0,
@@ -37,14 +40,14 @@ def test_counts_are_told_in_the_fields_words():
     ]
 
 
-def test_rows_without_anything_to_tell_are_left_out():
+def test_rows_without_anything_to_tell_are_left_out() -> None:
     counts = dict.fromkeys(("objects", "occluded", "dpci", "warped", "warped_triangles", "assets"), 0)
     rows = dict(count_rows(counts | {"gpu_mb": 0.0, "atlas_used": 0.0, "tile_resolution": 1.0}))
     assert rows["drawn as"] == "\u2013" and not {"case", "Iter_step", "LOD level"} & set(rows)
 
 
 @pytest.fixture
-def overlay_io():
+def overlay_io() -> Iterator[IO]:
     """imgui with the walk's font and style, without anything that draws."""
     context = imgui.create_context()
     io = imgui.get_io()
@@ -56,7 +59,7 @@ def overlay_io():
 
 
 @pytest.mark.parametrize(("width", "left"), [(640, 0.0), (640, 289.0), (1280, 289.0)])
-def test_the_help_fits_a_small_window(overlay_io, width, left):
+def test_the_help_fits_a_small_window(overlay_io: IO, width: int, left: float) -> None:
     overlay_io.display_size = imgui.ImVec2(width, 480)
     for _ in range(3):  # measured in one frame, placed in the next
         imgui.new_frame()

@@ -1,4 +1,6 @@
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from pyglm import glm
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.camera import clip_from_view, view_from_world
+from depthwalk.types import Array
 from depthwalk.walk import orbit
 from depthwalk.walk.controls import MAX_PITCH
 
@@ -17,7 +20,7 @@ BEFORE = Camera((0.0, 1.0, 5.0), (0.0, 1.0, 0.0), 1.0)
 
 
 @st.composite
-def cameras(draw):
+def cameras(draw: Callable[..., Any]) -> Camera:
     """About any target, not near the poles."""
     yaw, pitch, distance = draw(st.floats(-7, 7)), draw(st.floats(-1.5, 1.5)), draw(st.floats(0.01, 100))
     look = np.array([-math.sin(yaw) * math.cos(pitch), math.sin(pitch), -math.cos(yaw) * math.cos(pitch)])
@@ -25,18 +28,18 @@ def cameras(draw):
     return Camera(tuple((target - distance * look).tolist()), tuple(target.tolist()), draw(st.floats(0.1, 2.5)))
 
 
-def on_screen(camera, point):
+def on_screen(camera: Camera, point: tuple[float, float, float]) -> Array:
     """Where a square picture shows `point`, −1 to 1, up and to the right."""
     x, y, _, w = clip_from_view(camera.fov, 1.0, 1e-3, 1e6) * view_from_world(camera) * glm.dvec4(*point, 1)
     return np.array([x, y]) / w
 
 
-def look(camera):
+def look(camera: Camera) -> Array:
     return np.subtract(camera.target, camera.position) / math.dist(camera.target, camera.position)
 
 
 @given(cameras(), drag, drag)
-def test_turning_keeps_target_and_distance(camera, right, down):
+def test_turning_keeps_target_and_distance(camera: Camera, right: float, down: float) -> None:
     turned = orbit.turn(camera, right, down)
     assert turned.target == camera.target and turned.fov == camera.fov
     assert orbit.distance(turned) == pytest.approx(orbit.distance(camera), rel=1e-6)
@@ -44,12 +47,12 @@ def test_turning_keeps_target_and_distance(camera, right, down):
 
 
 @given(cameras(), drag)
-def test_turning_round_comes_back(camera, right):
+def test_turning_round_comes_back(camera: Camera, right: float) -> None:
     there_and_back = orbit.turn(orbit.turn(camera, right, 0), -right, 0)
     np.testing.assert_allclose(there_and_back.position, camera.position, atol=1e-6 * (1 + orbit.distance(camera)))
 
 
-def test_what_is_in_front_follows_the_drag():
+def test_what_is_in_front_follows_the_drag() -> None:
     nearer = (0.0, 1.0, 2.0)
     assert on_screen(orbit.turn(BEFORE, 20, 0), nearer)[0] > 0.01
     assert on_screen(orbit.turn(BEFORE, 0, 20), nearer)[1] < -0.01
@@ -57,7 +60,7 @@ def test_what_is_in_front_follows_the_drag():
 
 
 @given(cameras(), st.floats(-2, 2), st.floats(-2, 2))
-def test_panning_takes_the_target_along_with_the_mouse(camera, right, down):
+def test_panning_takes_the_target_along_with_the_mouse(camera: Camera, right: float, down: float) -> None:
     panned = orbit.pan(camera, right, down)
     look = np.subtract(panned.target, panned.position)
     np.testing.assert_allclose(look, np.subtract(camera.target, camera.position), atol=1e-9)
@@ -66,7 +69,7 @@ def test_panning_takes_the_target_along_with_the_mouse(camera, right, down):
 
 
 @given(cameras(), st.floats(-200, 200))
-def test_dollying_keeps_target_and_direction_and_never_arrives(camera, notches):
+def test_dollying_keeps_target_and_direction_and_never_arrives(camera: Camera, notches: float) -> None:
     nearer = orbit.dolly(camera, notches)
     low, high = orbit.DISTANCE_RANGE
     wanted = orbit.distance(camera) * orbit.CLOSER_PER_NOTCH**notches
@@ -77,14 +80,14 @@ def test_dollying_keeps_target_and_direction_and_never_arrives(camera, notches):
 
 
 @given(cameras(), st.floats(0.01, 1000))
-def test_another_distance_is_the_same_view(camera, metres):
+def test_another_distance_is_the_same_view(camera: Camera, metres: float) -> None:
     other = orbit.with_distance(camera, metres)
     assert other.position == camera.position and orbit.distance(other) == pytest.approx(metres)
     assert on_screen(camera, other.target) == pytest.approx([0, 0], abs=1e-5)
 
 
 @pytest.mark.parametrize("frames", [1, 7])
-def test_aiming_takes_as_long_at_any_rate(frames):
+def test_aiming_takes_as_long_at_any_rate(frames: int) -> None:
     camera, point = BEFORE, glm.dvec3(2, 1, 1)
     for _ in range(frames):
         camera, arrived = orbit.aim(camera, point, 0.14 / frames)

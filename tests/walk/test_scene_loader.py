@@ -1,27 +1,38 @@
 """What a window loads for a scene, and what it shows where that cannot be had."""
 
+from collections.abc import Callable
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
 from depthwalk.errors import InputError
+from depthwalk.gpu.device import Device
+from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Representation
-from depthwalk.walk.loading import StoppedError
+from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.scene_loader import SceneLoader
-from walks import loading
+from depthwalk.walk.window import Window
+from walks import FakeWindow, loading
 
 
-def renderer_of(table, aa="none"):
+def renderer_of(table: Callable[[], None], aa: str = "none") -> Renderer:
     """One whose assets are loaded by `table`."""
-    return SimpleNamespace(world=SimpleNamespace(representation=None, table=table), settings=SimpleNamespace(aa=aa))
+    world = SimpleNamespace(representation=None, table=table)
+    return cast(Renderer, SimpleNamespace(world=world, settings=SimpleNamespace(aa=aa)))
 
 
-def test_a_stopped_bake_leads_back_to_what_was_shown():
+def loader_of(window: FakeWindow | None, screen: LoadingScreen, device: SimpleNamespace | None = None) -> SceneLoader:
+    return SceneLoader(cast(Device, device), cast(Window, window), screen)
+
+
+def test_a_stopped_bake_leads_back_to_what_was_shown() -> None:
     """However impatient its user is, a window that showed meshes shows them again, and stays open."""
     window, _, screen = loading([])
-    baked, told = [], []
+    baked: list[str] = []
+    told: list[str] = []
 
-    def table():
+    def table() -> None:
         if world.representation is None:
             baked.append("bust")
             screen.report("bust", "side")
@@ -30,23 +41,23 @@ def test_a_stopped_bake_leads_back_to_what_was_shown():
 
     renderer = renderer_of(table)
     world = renderer.world
-    loader = SceneLoader(None, window, screen)
+    loader = loader_of(window, screen)
     loader._usable = Representation.MESH
     loader.load_missing(renderer, told.append)
     assert world.representation is Representation.MESH and baked == ["bust"]
     assert told == ["Loading was stopped"] and not screen.busy
 
 
-def test_what_cannot_be_loaded_is_told_and_what_was_shown_stays():
+def test_what_cannot_be_loaded_is_told_and_what_was_shown_stays() -> None:
     window, _, screen = loading([])
-    told = []
+    told: list[str] = []
 
-    def table():
+    def table() -> None:
         if renderer.world.representation is Representation.DPCI:
             raise InputError("bust.ply: no such file")
 
     renderer = renderer_of(table)
-    loader = SceneLoader(None, window, screen)
+    loader = loader_of(window, screen)
     for wanted, shown in ((Representation.MESH,) * 2, (Representation.DPCI, Representation.MESH)):
         renderer.world.representation = wanted
         loader.load_missing(renderer, told.append)
@@ -54,24 +65,25 @@ def test_what_cannot_be_loaded_is_told_and_what_was_shown_stays():
     assert told == ["bust.ply: no such file"]
 
 
-def test_who_closes_the_window_ends_what_is_loaded():
+def test_who_closes_the_window_ends_what_is_loaded() -> None:
     window, _, screen = loading([])
     window.is_closing = True
     with pytest.raises(StoppedError):
-        SceneLoader(None, window, screen).load_missing(renderer_of(lambda: screen.report("bust", "side")), print)
+        loader_of(window, screen).load_missing(renderer_of(lambda: screen.report("bust", "side")), print)
 
 
-def test_samples_that_the_machine_lacks_are_told_and_none_are_used():
+def test_samples_that_the_machine_lacks_are_told_and_none_are_used() -> None:
     window, _, screen = loading([])
-    told, renderer = [], renderer_of(lambda: None, aa="msaa")
+    told: list[str] = []
+    renderer = renderer_of(lambda: None, aa="msaa")
     device = SimpleNamespace(max_samples=1, renderer="driver")
-    SceneLoader(device, window, screen).load_missing(renderer, told.append)
+    loader_of(window, screen, device).load_missing(renderer, told.append)
     assert renderer.settings.aa == "none" and "driver offers 1" in told[0]
 
 
-def test_time_spent_on_loading_is_counted_while_the_screen_is_shown():
+def test_time_spent_on_loading_is_counted_while_the_screen_is_shown() -> None:
     window, _, screen = loading([])
-    loader = SceneLoader(None, window, screen)
+    loader = loader_of(window, screen)
     with loader.clock_stopped():
         screen.report("bust", "reading")
         assert screen.busy
@@ -82,10 +94,10 @@ def test_time_spent_on_loading_is_counted_while_the_screen_is_shown():
     assert loader.seconds > before
 
 
-def test_time_counts_as_loading_also_where_it_fails():
+def test_time_counts_as_loading_also_where_it_fails() -> None:
     """And the loading screen goes, so that the walk's next frames are not reported to it."""
     ended = []
-    loader = SceneLoader(None, None, SimpleNamespace(end=lambda: ended.append(True)))
+    loader = loader_of(None, cast(LoadingScreen, SimpleNamespace(end=lambda: ended.append(True))))
     with pytest.raises(StoppedError), loader.clock_stopped():
         raise StoppedError
     assert ended and loader.seconds > 0

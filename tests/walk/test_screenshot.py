@@ -1,29 +1,32 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.PngImagePlugin import PngImageFile
 
 from depthwalk.scene.arrays import Camera
+from depthwalk.types import Picture
 from depthwalk.walk.screenshot import save_screenshot
 
 CAMERA = Camera((0.1, 2.0, -3.5), (0.0, 1.0, 0.0), math.radians(50))
 
 
-def picture(value):
+def picture(value: int) -> Picture:
     return np.full((4, 6, 3), value, np.uint8)
 
 
-def test_screenshots_never_overwrite(tmp_path):
+def test_screenshots_never_overwrite(tmp_path: Path) -> None:
     files = [save_screenshot(picture(value), tmp_path / "s.yaml", CAMERA, tmp_path) for value in range(4)]
     assert len(set(files)) == 4
     assert [np.asarray(Image.open(file))[0, 0, 0] for file in files] == [0, 1, 2, 3]
 
 
-def test_a_failing_screenshot_leaves_nothing(tmp_path, monkeypatch):
-    def write_bytes(file, data):
+def test_a_failing_screenshot_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def write_bytes(file: Path, data: bytes) -> None:
         with open(file, "wb") as half:
             half.write(data[: len(data) // 2])
         raise OSError("disk full")
@@ -34,11 +37,11 @@ def test_a_failing_screenshot_leaves_nothing(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_screenshot_appears_whole(tmp_path, monkeypatch):
-    seen = []
+def test_a_screenshot_appears_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Any] = []
     save = Image.Image.save
 
-    def watched(image, *arguments, **options):
+    def watched(image: Image.Image, *arguments: Any, **options: Any) -> None:
         save(image, *arguments, **options)
         seen.extend(tmp_path.glob("*.png"))
 
@@ -47,14 +50,16 @@ def test_a_screenshot_appears_whole(tmp_path, monkeypatch):
     assert (seen, list(tmp_path.iterdir())) == ([], [file])
 
 
-def test_a_screenshot_knows_its_camera(tmp_path):
-    texts = Image.open(save_screenshot(picture(9), tmp_path / "müsli.yaml", CAMERA, tmp_path)).text
+def test_a_screenshot_knows_its_camera(tmp_path: Path) -> None:
+    image = Image.open(save_screenshot(picture(9), tmp_path / "müsli.yaml", CAMERA, tmp_path))
+    assert isinstance(image, PngImageFile)
+    texts = image.text
     assert json.loads(texts["Camera"]) == {"position": [0.1, 2.0, -3.5], "target": [0, 1, 0], "fov": pytest.approx(50)}
     assert texts["Scene"].endswith("müsli.yaml")
     assert texts["Options"] == "--camera-position 0.1,2,-3.5 --camera-target 0,1,0 --camera-view-angle 50"
 
 
-def test_it_falls_back_to_the_pictures_folder(tmp_path, monkeypatch):
+def test_it_falls_back_to_the_pictures_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "gone").mkdir()
     monkeypatch.chdir(tmp_path / "gone")
     (tmp_path / "gone").rmdir()
@@ -63,6 +68,6 @@ def test_it_falls_back_to_the_pictures_folder(tmp_path, monkeypatch):
     assert save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA).parent == tmp_path
 
 
-def test_no_folder_raises(tmp_path):
+def test_no_folder_raises(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="nowhere"):
         save_screenshot(picture(1), tmp_path / "s.yaml", CAMERA, tmp_path / "nowhere")

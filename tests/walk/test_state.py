@@ -2,23 +2,26 @@
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
+from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment, WalkParams
 from depthwalk.scene.path import load_path
+from depthwalk.scene.scene import Scene
 from depthwalk.walk.controls import Move
 from walks import FakeRenderer, state
 
 
-def test_a_representation_reaches_the_renderer():
+def test_a_representation_reaches_the_renderer() -> None:
     walk = state()
     walk.represent(Representation.MESH)
     assert walk.renderer.world.representation is Representation.MESH and "mesh" in walk.toast
 
 
-def test_what_is_recorded_is_saved_and_played(tmp_path, monkeypatch):
+def test_what_is_recorded_is_saved_and_played(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     walk = state(path=False)
     walk.toggle_recording()
@@ -34,11 +37,14 @@ def test_what_is_recorded_is_saved_and_played(tmp_path, monkeypatch):
     assert path.times[-1] == pytest.approx(49 * 0.04)
     assert path.sample(9.0).position == pytest.approx(end.position, abs=1e-6)
     walk.toggle_path()
+    assert walk.playback is not None
     assert walk.playback.playing and walk.camera.position == pytest.approx((0, 1, 5 - 0.12), abs=0.1)
 
 
 @pytest.mark.parametrize("name", ["scene.yaml", "other.yaml"])
-def test_another_scene_ends_the_recording_and_tells_where_it_is(tmp_path, monkeypatch, name):
+def test_another_scene_ends_the_recording_and_tells_where_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
     """It begins at home; the same, read again, goes on where one is, with the path."""
     monkeypatch.chdir(tmp_path)
     walk = state()
@@ -49,7 +55,7 @@ def test_another_scene_ends_the_recording_and_tells_where_it_is(tmp_path, monkey
         walk.record(0.1)
     before, home = walk.camera, Camera((7, 8, 9), (0, 0, 0), 1.0)
     scene = SimpleNamespace(environment=Environment(), walk=WalkParams(speed=2.0), path=Path(name), camera=home)
-    walk.show(scene, FakeRenderer(), 1.5)
+    walk.show(cast(Scene, scene), cast(Renderer, FakeRenderer()), 1.5)
     (file,) = tmp_path.iterdir()
     assert file.name in walk.toast and walk.recorder is None and walk.home == home
     again = name == "scene.yaml"
@@ -57,7 +63,7 @@ def test_another_scene_ends_the_recording_and_tells_where_it_is(tmp_path, monkey
     assert (walk.playback is not None) == again and (walk.walker.speed == 2) == (not again)
 
 
-def test_a_recording_that_cannot_be_saved_is_told(tmp_path, monkeypatch):
+def test_a_recording_that_cannot_be_saved_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("depthwalk.walk.recorder.Path.cwd", lambda: tmp_path / "gone")
     monkeypatch.setattr("depthwalk.walk.recorder.user_documents_path", lambda: tmp_path / "gone too")
     walk = state(path=False)

@@ -2,54 +2,69 @@
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import GroundParams, WalkParams
+from depthwalk.types import Array
 from depthwalk.walk.controls import EYE_HEIGHT, Move
+from depthwalk.walk.state import State
 from depthwalk.walk.viewer import Mode
-from walks import HOME, state
+from walks import HOME, show_at, state
 
 
-def test_a_path_leads_the_camera_until_a_key_takes_over():
+def is_playing(walk: State) -> bool:
+    """Whether the path plays that `walk` has."""
+    assert walk.playback is not None
+    return walk.playback.playing
+
+
+def mode_of(walk: State) -> Mode:
+    """The mode now: what an earlier `assert` saw of `walk.mode` is not held to last."""
+    return walk.mode
+
+
+def test_a_path_leads_the_camera_until_a_key_takes_over() -> None:
     walk = state()
     walk.toggle_path()
     walk.advance(1.0)
     assert walk.camera.position == (0, 0, 0) and walk.camera.fov == 0.5
     walk.advance(5.0)
-    assert walk.camera.position == (10, 0, 0) and walk.camera.fov == 0.8 and not walk.playback.playing
+    assert walk.camera.position == (10, 0, 0) and walk.camera.fov == 0.8 and not is_playing(walk)
     walk.toggle_path()
     walk.advance(0.5)
     walk.held.press(Move.BACK)
     walk.advance(0.5)
-    assert not walk.playback.playing and walk.camera.position[2] > 0.1
+    assert not is_playing(walk) and walk.camera.position[2] > 0.1
 
 
-def test_the_mouse_takes_over_too_and_home_is_home():
+def test_the_mouse_takes_over_too_and_home_is_home() -> None:
     walk = state()
     walk.toggle_path()
     walk.advance(0.1)
     walk.look(10, 0)
-    assert not walk.playback.playing
+    assert not is_playing(walk)
     walk.go_home()
     assert walk.camera.position == HOME.position and walk.camera.target == pytest.approx((0, 1, 4))
 
 
-def test_seeking_looks_from_there():
+def test_seeking_looks_from_there() -> None:
     walk = state()
     walk.seek(2.0)
     assert walk.camera.position == (10, 0, 0)
 
 
-def test_without_a_path_it_says_so():
+def test_without_a_path_it_says_so() -> None:
     walk = state(path=False)
     walk.toggle_path()
     assert "--path" in walk.toast
 
 
-def test_walking_stands_on_the_scenes_ground():
+def test_walking_stands_on_the_scenes_ground() -> None:
     walk = state(path=False, ground=GroundParams(height=3.0))
     walk.toggle_walking()
     walk.advance(1.0)
@@ -57,27 +72,27 @@ def test_walking_stands_on_the_scenes_ground():
     assert walk.camera.position[1] == pytest.approx(3.0 + EYE_HEIGHT)
 
 
-def look(camera):
+def look(camera: Camera) -> Array:
     difference = np.subtract(camera.target, camera.position)
     return difference / np.linalg.norm(difference)
 
 
-def test_orbit_begins_with_the_same_view_about_what_is_in_the_middle():
+def test_orbit_begins_with_the_same_view_about_what_is_in_the_middle() -> None:
     walk = state(path=False)
-    walk.renderer.seen = (0.0, 1.0, 2.0)
+    show_at(walk, (0.0, 1.0, 2.0))
     walk.toggle_orbit()
-    assert walk.mode is Mode.ORBIT
+    assert mode_of(walk) is Mode.ORBIT
     assert walk.camera.position == HOME.position and walk.camera.target == pytest.approx((0, 1, 2))
     walk.look(100, 30)
     assert math.dist(walk.camera.position, (0, 1, 2)) == pytest.approx(3) and walk.camera.position[0] < -1
     assert walk.camera.target == pytest.approx((0, 1, 2))
     before = walk.camera
     walk.toggle_orbit()
-    assert walk.mode is Mode.FLY
+    assert mode_of(walk) is Mode.FLY
     assert walk.camera.position == before.position and look(walk.camera) == pytest.approx(look(before))
 
 
-def test_orbit_before_the_sky_is_about_all_objects_or_as_far():
+def test_orbit_before_the_sky_is_about_all_objects_or_as_far() -> None:
     walk = state(path=False)
     walk.toggle_orbit()
     assert walk.camera.target == pytest.approx((0, 1, 0))
@@ -87,7 +102,7 @@ def test_orbit_before_the_sky_is_about_all_objects_or_as_far():
     assert away.camera.target == pytest.approx((0, 1, 7))
 
 
-def test_keys_take_the_target_along():
+def test_keys_take_the_target_along() -> None:
     walk = state(path=False)
     walk.toggle_orbit()
     walk.held.press(Move.RIGHT)
@@ -100,7 +115,7 @@ def test_keys_take_the_target_along():
     assert walk.walker.camera.position == walk.camera.position
 
 
-def test_the_wheel_nears_in_orbit_and_speeds_up_else():
+def test_the_wheel_nears_in_orbit_and_speeds_up_else() -> None:
     walk = state(path=False)
     speed = walk.walker.speed
     walk.wheel(1)
@@ -111,23 +126,23 @@ def test_the_wheel_nears_in_orbit_and_speeds_up_else():
     assert walk.walker.speed < 1.3 * speed
 
 
-def test_turning_to_a_target_takes_a_moment():
+def test_turning_to_a_target_takes_a_moment() -> None:
     walk = state(path=False)
-    walk.renderer.seen = (2.0, 1.0, 1.0)
+    show_at(walk, (2.0, 1.0, 1.0))
     walk.turn_about(0.7, 0.5)
     walk.advance(0.02)
     assert 0.1 < walk.camera.target[0] < 1.9 and walk.camera.position == HOME.position
     for _ in range(60):
         walk.advance(0.02)
-    assert walk.camera.target == (2, 1, 1) and walk.camera.position == HOME.position and walk.mode is Mode.ORBIT
-    walk.renderer.seen = None
+    assert walk.camera.target == (2, 1, 1) and walk.camera.position == HOME.position and mode_of(walk) is Mode.ORBIT
+    show_at(walk, None)
     walk.turn_about(0.1, 0.1)
     walk.advance(0.02)
     assert walk.camera.target == (2, 1, 1) and "No surface" in walk.toast
 
 
 @pytest.mark.parametrize("orbit", [False, True])
-def test_framing_all_keeps_the_direction(orbit):
+def test_framing_all_keeps_the_direction(orbit: bool) -> None:
     walk = state()
     walk.toggle_path()
     walk.advance(0.1)
@@ -136,11 +151,11 @@ def test_framing_all_keeps_the_direction(orbit):
     walk.look(50, 20)
     before = look(walk.camera)
     walk.frame_all(1.5)
-    assert look(walk.camera) == pytest.approx(before) and not walk.playback.playing
+    assert look(walk.camera) == pytest.approx(before) and not is_playing(walk)
     assert np.add(walk.camera.position, 9 * before) == pytest.approx([0, 1, 0])
 
 
-def test_a_path_that_plays_in_orbit_leaves_the_target_as_far():
+def test_a_path_that_plays_in_orbit_leaves_the_target_as_far() -> None:
     walk = state()
     walk.toggle_orbit()
     walk.toggle_path()
@@ -149,7 +164,7 @@ def test_a_path_that_plays_in_orbit_leaves_the_target_as_far():
     assert math.dist(walk.camera.position, walk.camera.target) == pytest.approx(5)
 
 
-def test_home_is_home_in_orbit_too():
+def test_home_is_home_in_orbit_too() -> None:
     walk = state(path=False)
     walk.toggle_orbit()
     walk.look(300, 40)
@@ -158,10 +173,11 @@ def test_home_is_home_in_orbit_too():
     assert walk.camera == HOME
 
 
-def test_a_mesh_alone_is_turned_about_and_a_scene_walked_through():
+def test_a_mesh_alone_is_turned_about_and_a_scene_walked_through() -> None:
     walk = state()
     walk.arrive()
-    assert walk.mode is Mode.FLY and walk.walker.speed == pytest.approx(4 / 5)  # 4 m across, in 5 s
-    walk.scene.path, walk.scene.walk = Path("bust.OBJ"), WalkParams(speed=7.0)
+    assert mode_of(walk) is Mode.FLY and walk.walker.speed == pytest.approx(4 / 5)  # 4 m across, in 5 s
+    scene = cast(SimpleNamespace, walk.scene)
+    scene.path, scene.walk = Path("bust.OBJ"), WalkParams(speed=7.0)
     walk.arrive()
-    assert walk.mode is Mode.ORBIT and walk.camera == HOME and walk.walker.speed == 7
+    assert mode_of(walk) is Mode.ORBIT and walk.camera == HOME and walk.walker.speed == 7

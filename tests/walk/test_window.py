@@ -14,12 +14,16 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any, Protocol, Self
 
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
 from PIL import Image
+from PIL.PngImagePlugin import PngImageFile
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.render.headless import HeadlessRenderer
@@ -27,6 +31,7 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
+from depthwalk.types import Rows
 from depthwalk.walk import NoDisplayError
 from depthwalk.walk.window import open_window
 
@@ -104,10 +109,11 @@ app.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read)
 tell(live=[device.live for device in devices])
 """
 PATIENCE = 120  # s that anything may take on a busy machine
+Report = dict[str, Any]  # what the program tells: JSON, by name
 
 
 @pytest.fixture
-def display(monkeypatch):
+def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A virtual X server, which `DISPLAY` names; it stays when a client leaves, whom another may follow."""
     if missing:
         pytest.skip(f"not installed: {', '.join(missing)}")
@@ -128,10 +134,10 @@ def display(monkeypatch):
 
 
 @pytest.fixture
-def scene_file(tmp_path):
+def scene_file(tmp_path: Path) -> Path:
     ball, crate = trimesh.creation.icosphere(4, 0.8), trimesh.creation.box((1.0, 1.2, 1.0))
     for name, mesh, colour in (("ball", ball, (210, 80, 50, 255)), ("crate", crate, (60, 110, 190, 255))):
-        mesh.visual.vertex_colors = np.tile(np.uint8(colour), (len(mesh.vertices), 1))
+        mesh.visual.vertex_colors = np.tile(np.array(colour, np.uint8), (len(mesh.vertices), 1))
         mesh.export(tmp_path / f"{name}.ply")
     path = tmp_path / "scene.yaml"
     path.write_text(SCENE)
@@ -139,19 +145,29 @@ def scene_file(tmp_path):
 
 
 @pytest.fixture
-def start(display, scene_file, tmp_path, monkeypatch):
+def start(display: None, scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator["Start"]:
     """start(samples): the walk through `scene_file`, with its user, ended with the test."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     with contextlib.ExitStack() as stack:
         yield lambda samples=4: User(stack.enter_context(Program(scene_file, tmp_path, samples)))
 
 
+def is_after(frame: int) -> Callable[[Report], bool]:
+    """Whether a report is of a later frame than this."""
+    return lambda report: report.get("frame", 0) > frame
+
+
+def names(file: str) -> Callable[[Report], bool]:
+    """Whether a report's message names this file."""
+    return lambda report: file in report.get("message", "")
+
+
 class Program:
     """The walk in a process of its own, with up to so many samples per pixel; collects what it tells."""
 
-    def __init__(self, scene_file, folder, samples):
+    def __init__(self, scene_file: Path, folder: Path, samples: int) -> None:
         self.folder = folder
-        self.told = [{}]
+        self.told: list[Report] = [{}]
         self._news = threading.Condition()
         with (folder / "errors").open("w") as errors:
             self.process = subprocess.Popen(
@@ -162,17 +178,19 @@ class Program:
         self._listener = threading.Thread(target=self._listen)
         self._listener.start()
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)  # with those that bake for it, which hold its output open
         self._listener.join()
+        assert self.process.stdout is not None
         self.process.stdout.close()
         self.process.wait()
 
-    def _listen(self):
+    def _listen(self) -> None:
+        assert self.process.stdout is not None
         for line in self.process.stdout:
             if line.startswith("{"):
                 with self._news:
@@ -183,10 +201,10 @@ class Program:
             self._news.notify_all()
 
     @property
-    def errors(self):
+    def errors(self) -> str:
         return (self.folder / "errors").read_text()
 
-    def wait(self, wanted, what):
+    def wait(self, wanted: Callable[[Report], object], what: object) -> Report:
         """The first report, from now on, for which `wanted` holds."""
         with self._news:
             seen = len(self.told) - 1
@@ -195,37 +213,38 @@ class Program:
         assert found, f"{what}: {self.errors}"
         return found
 
-    def _find(self, wanted, start):
+    def _find(self, wanted: Callable[[Report], object], start: int) -> Report | None:
         return next((report for report in self.told[start:] if wanted(report)), None)
 
-    def wait_for(self, **facts):
+    def wait_for(self, **facts: Any) -> Report:
         """The first report, from now on, that says so."""
         return self.wait(lambda report: facts.items() <= report.items(), facts)
 
-    def wait_frames(self, count=2):
+    def wait_frames(self, count: int = 2) -> None:
         """Until so many frames were begun and shown from now on."""
         first = self.wait(lambda report: "frame" in report, "a frame")["frame"]
         self.wait(lambda report: report.get("frame", 0) >= first + count, f"{count} frames")
 
-    def wait_still(self):
+    def wait_still(self) -> Report:
         """The first frame, from now on, in which the camera stands where it stood in the frame before."""
-        places = []
+        places: list[NDArray[Any]] = []
 
-        def is_still(report):
+        def is_still(report: Report) -> bool:
             if "frame" in report:
-                places.append((report["position"], report["look"]))
-            return len(places) > 2 and np.allclose(*(np.ravel(place) for place in places[-2:]), atol=1e-5, rtol=0)
+                places.append(np.ravel((report["position"], report["look"])))
+            return len(places) > 2 and np.allclose(places[-2], places[-1], atol=1e-5, rtol=0)
 
         while True:  # each report is judged once: `places` remembers
             report = self.wait(lambda report: "frame" in report, "a frame")
             if is_still(report):
                 return report
-            self.wait(lambda later, now=report["frame"]: later.get("frame", 0) > now, "another frame")
+            self.wait(is_after(report["frame"]), "another frame")
 
-    def end(self):
+    def end(self) -> dict[str, int]:
         """The GL objects that were left, once it ended well."""
         assert self.process.wait(PATIENCE) == 0, self.errors
         self._listener.join()
+        live: dict[str, int]
         (live,) = self.told[-2]["live"]
         return live
 
@@ -233,60 +252,67 @@ class Program:
 class User:
     """Works the keyboard and the mouse of a program's display; begins when the program shows its window."""
 
-    def __init__(self, program):
+    def __init__(self, program: Program) -> None:
         self.program = program
         program.wait(lambda report: report, "the first report")  # comes once there is a window
         self.window = self._focus()
 
-    def do(self, *commands):
+    def do(self, *commands: object) -> str:
         command = ["xdotool", *map(str, commands)]
         return subprocess.run(command, check=True, capture_output=True, text=True, timeout=PATIENCE).stdout
 
-    def _focus(self):
+    def _focus(self) -> str:
         """The number of the program's window, to which keys go from now on."""
         window = self.do("search", "--sync", "--onlyvisible", "--name", "depthwalk").split()[0]
         self.do("windowfocus", "--sync", window)
         return window
 
-    def drop(self, file):
+    def drop(self, file: Path) -> None:
         (self.program.folder / "dropped").write_text(str(file))
         self.program.process.send_signal(signal.SIGUSR1)
 
-    def key(self, name, **facts):
+    def key(self, name: str, **facts: Any) -> Report:
         """Press a key; wait until the program tells what it did."""
         self.do("key", name)
         return self.program.wait_for(**facts)
 
-    def screenshot(self):
+    def screenshot(self) -> tuple[Rows, Camera]:
         """What the window shows: (H, W, 3) int, and its Camera."""
         self.program.wait_frames()
         before = set(self.program.folder.glob("*.png"))
         self.do("key", "F12")
-        is_saved = re.compile(r"Saved (.*\.png)").fullmatch
 
-        def is_new(report):
-            saved = is_saved(report.get("message", ""))
-            return saved and Path(saved[1]) not in before
+        def saved(report: Report) -> Path | None:
+            found = re.fullmatch(r"Saved (.*\.png)", report.get("message", ""))
+            return None if found is None or Path(found[1]) in before else Path(found[1])
 
-        file = Path(is_saved(self.program.wait(is_new, "a screenshot")["message"])[1])
+        file = saved(self.program.wait(saved, "a screenshot"))
+        assert file is not None
         with Image.open(file) as image:
+            assert isinstance(image, PngImageFile)
             return np.asarray(image, int), camera_of(image.text["Camera"])
 
 
-def camera_of(text):
+def camera_of(text: str) -> Camera:
     read = json.loads(text)
     return Camera(tuple(read["position"]), tuple(read["target"]), math.radians(read["fov"]))
 
 
-def headless_picture(scene_file, camera, size):
+def headless_picture(scene_file: Path, camera: Camera, size: tuple[int, int]) -> Rows:
     scene = load_scene(scene_file)
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), size) as headless:
         headless.draw(View(camera, size))
         return headless.pixels()[..., :3].astype(int)
 
 
+class Start(Protocol):
+    """Starts the walk, with so many samples per pixel at most, and its user."""
+
+    def __call__(self, samples: int = 4) -> User: ...
+
+
 @linux
-def test_a_walk_with_keys_and_mouse(start, scene_file):
+def test_a_walk_with_keys_and_mouse(start: Start, scene_file: Path) -> None:
     user = start()
     program = user.program
     with_hud, first = user.screenshot()
@@ -318,7 +344,7 @@ def test_a_walk_with_keys_and_mouse(start, scene_file):
     assert live["texture"] == 0 and not any(live.values())
 
 
-def write_many(scene_file):
+def write_many(scene_file: Path) -> None:
     """A scene that takes a while to load."""
     many = [f"ball{k}: {{mesh: ball.ply, height: {1 + k}, dpci: {{resolution: 128}}}}" for k in range(100)]
     seen = [f"{{asset: ball{k}}}" for k in range(100)]
@@ -326,7 +352,7 @@ def write_many(scene_file):
 
 
 @linux
-def test_escape_ends_the_loading(start, scene_file, tmp_path):
+def test_escape_ends_the_loading(start: Start, scene_file: Path, tmp_path: Path) -> None:
     write_many(scene_file)
     user = start()
     for _ in range(PATIENCE):  # a key pressed as the window appears may be lost
@@ -339,7 +365,9 @@ def test_escape_ends_the_loading(start, scene_file, tmp_path):
 
 
 @linux
-def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(start, tmp_path):
+def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_loads(
+    start: Start, tmp_path: Path
+) -> None:
     write_many(many := tmp_path / "many.yaml")
     user = start()
     program = user.program
@@ -356,7 +384,7 @@ def test_what_is_recorded_is_saved_where_the_window_closes_while_another_scene_l
 
 
 @linux
-def test_a_key_focuses_on_what_is_in_the_middle(start, scene_file):
+def test_a_key_focuses_on_what_is_in_the_middle(start: Start, scene_file: Path) -> None:
     lens = "render: {dof: {mode: gather, focal_length: 150, f_number: 1, focus_distance: 1}}\n"
     scene_file.write_text(SCENE.replace("target: [0, 0.8, 0]", "target: [0.8, 0.8, 0]") + lens)
     user = start()
@@ -379,7 +407,7 @@ def test_a_key_focuses_on_what_is_in_the_middle(start, scene_file):
 
 
 @linux
-def test_files_are_dropped_and_read_again(start, scene_file, tmp_path):
+def test_files_are_dropped_and_read_again(start: Start, scene_file: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.yaml").write_text("version: 1\nobjects: [{asset: ball}]\n")
     (tmp_path / "broken.ply").write_text("no mesh")
     user = start()
@@ -388,7 +416,7 @@ def test_files_are_dropped_and_read_again(start, scene_file, tmp_path):
     user.key("z", hud=False)
     for bad in ("bad.yaml", "broken.ply", "gone.yaml"):
         user.drop(tmp_path / bad)
-        program.wait(lambda report, bad=bad: bad in report.get("message", ""), f"a complaint about {bad}")
+        program.wait(names(bad), f"a complaint about {bad}")
     picture, camera = user.screenshot()
     assert camera == first
     assert np.abs(picture - headless_picture(scene_file, first, (480, 360))).mean() < 1
@@ -427,7 +455,9 @@ def test_files_are_dropped_and_read_again(start, scene_file, tmp_path):
 
 @linux
 @pytest.mark.parametrize(("samples", "shown"), [(4, "msaa"), (2, "none")])
-def test_multisampling_and_none_where_the_driver_has_too_few(start, scene_file, samples, shown):
+def test_multisampling_and_none_where_the_driver_has_too_few(
+    start: Start, scene_file: Path, samples: int, shown: str
+) -> None:
     scene_file.write_text(SCENE + "render: {aa: msaa}\n")
     user = start(samples)
     user.program.wait_frames()
@@ -446,7 +476,7 @@ def test_multisampling_and_none_where_the_driver_has_too_few(start, scene_file, 
 
 
 @linux
-def test_without_a_display_the_reason_is_told(monkeypatch):
+def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(NoDisplayError, match=r"cannot open a window: .*DISPLAY"):

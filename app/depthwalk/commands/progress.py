@@ -1,15 +1,19 @@
 """Show on stderr what a command is waiting for: the asset being loaded, the frames done so far.
 
-Live displays appear only on a terminal; elsewhere --verbose logs the same stages as lines.
+Live displays appear only on a terminal. Elsewhere what takes long is told of in a line now and then, and with
+--verbose in a line for every stage.
 """
 
 import logging
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 log = logging.getLogger("depthwalk")
+
+PLAIN_SECONDS = 5.0  # between lines about what is waited for, where stderr is no terminal
 
 Report = Callable[[str, str], None]  # called with the name of an asset and the stage of its loading
 
@@ -27,6 +31,23 @@ def live_options() -> dict[str, Any]:
     return {"console": Console(stderr=True), "transient": True, "redirect_stdout": sys.stdout.isatty()}
 
 
+class _PlainReport:
+    """Report stages as lines where stderr is no terminal: with --verbose all, else one now and then.
+
+    So whoever waits for a pipe learns what for. With --quiet nothing is said.
+    """
+
+    def __init__(self) -> None:
+        self._last = time.monotonic()
+
+    def __call__(self, name: str, stage: str) -> None:
+        if log.isEnabledFor(logging.INFO):
+            log.info("%s: %s", name, stage)
+        elif log.isEnabledFor(logging.WARNING) and time.monotonic() - self._last > PLAIN_SECONDS:
+            self._last = time.monotonic()
+            print(f"waiting for {name}: {stage}", file=sys.stderr, flush=True)
+
+
 @contextmanager
 def asset_progress() -> Iterator[Report]:
     """Show which asset is being read or baked.
@@ -34,7 +55,7 @@ def asset_progress() -> Iterator[Report]:
     The `with` block gets a function to call with an asset's name and the stage that begins.
     """
     if not show_progress():
-        yield lambda name, stage: log.info("%s: %s", name, stage)
+        yield _PlainReport()
         return
     from rich.console import Console
     from rich.markup import escape

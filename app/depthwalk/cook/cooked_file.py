@@ -29,6 +29,10 @@ COOKED = Cache(suffix=".npz", content="cooked depth images")
 SUFFIX = ".dpci.npz"
 """How the names of cooked files end that are not in the cache."""
 
+# Of the arrays and what they mean to the shaders. Files of their own stay readable when COOK_VERSION is raised because
+# cooking got better, or faster; raise this where they would be drawn wrongly.
+_LAYOUT = 2
+
 _WORDS = {"vertices": 2, "indices": 1}  # columns that are packed as words, with their dimensions
 _PICTURES = ("normals",)  # columns that are packed as pictures; colours are smaller as they are
 
@@ -99,7 +103,7 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
     OSError
         Where the file cannot be written.
     """
-    made_of = json.dumps({"key": key, "version": COOK_VERSION, "packed": True})
+    made_of = json.dumps({"key": key, "version": _LAYOUT, "cooked_by": COOK_VERSION, "packed": True})
     write_arrays(path, {"made_of": made_of} | {name: _packed(name, a) for name, a in _arrays(objects).items()}, True)
 
 
@@ -110,7 +114,8 @@ def cooked_key(path: Path) -> str | None:
     """
     try:
         made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
-        return str(made_of["key"]) if made_of["version"] == COOK_VERSION else None
+        same = made_of["version"] == _LAYOUT and made_of.get("cooked_by", 2) == COOK_VERSION
+        return str(made_of["key"]) if same else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -123,12 +128,12 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
     Raises
     ------
     InputError
-        Where the file cannot be read, is damaged, or was written by another COOK_VERSION; `load` raises it, too.
+        Where the file cannot be read, is damaged, or is of another layout; `load` raises it, too.
     """
     with _complaints(path):
         made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
-        if made_of["version"] != COOK_VERSION:
-            problem = f"cooked by version {made_of['version']}, not {COOK_VERSION}; bake it again"
+        if made_of["version"] != _LAYOUT:
+            problem = f"a file of layout {made_of['version']}, not {_LAYOUT}; bake it again"
             raise InputError(f"{path}: {problem}")
         objects = _objects(path)
     packed = made_of.get("packed", False)

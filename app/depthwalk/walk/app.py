@@ -26,6 +26,7 @@ from depthwalk.walk.playback import Playback
 from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.state import State
+from depthwalk.walk.up_axis import ModelTurn
 from depthwalk.walk.window import Window, on_files_dropped, open_window
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
@@ -121,13 +122,14 @@ class _Walk:
         self._releases.append(lambda: self._renderer.release())
         self._atlas_view = AtlasView(self._device)
         self._releases.append(self._atlas_view.release)
+        self._model_turn = ModelTurn(scene, self._renderer)
         home = first_camera(scene.camera or self._renderer.frame_all(self._aspect))
         playback = Playback(path) if path is not None else None
         self._state = State(scene, self._renderer, Walker.at(home), home, playback)
         self._state.arrive()
         self._input = Input(self._window, self._state, self._actions())
         self._loading.end()
-        self._state.tell("H shows the keys")
+        self._state.tell(self._model_turn.guess or "H shows the keys")
 
     def _open(self, file: Path) -> None:
         """Take a camera path, or show a scene or mesh; change nothing where the file cannot be used."""
@@ -150,11 +152,23 @@ class _Walk:
         """Show another scene, or this one read again, which keeps camera and path. Raises InputError, StoppedError."""
         again, library = scene.path == self._state.scene.path, self._library.sibling(scene.assets)
         renderer = self._loader.open(scene, library, self._renderer.world.representation if again else None)
+        model_turn = ModelTurn(scene, renderer)
         self._state.show(scene, renderer, self._aspect)
+        if model_turn.guess:
+            self._state.tell(model_turn.guess)
         self._renderer.release()
         self._close_library()
-        self._library, self._renderer = library, renderer
+        self._library, self._renderer, self._model_turn = library, renderer, model_turn
         self._window.title = _title(scene)
+
+    def _turn_up(self) -> None:
+        """Let the other axis of a model point upward."""
+        if (message := self._model_turn.turn()) is None:
+            self._state.tell("U turns single models; in scenes, assets have the key `up`")
+            return
+        self._state.home = self._renderer.frame_all(self._aspect)
+        self._state.go_home()
+        self._state.tell(message)
 
     def loop(self) -> None:
         """Draw frames until the window closes; then save what is being recorded."""
@@ -242,6 +256,7 @@ class _Walk:
             "R": self._want_again,
             "T": lambda: state.turn_about(*self._input.pointer),
             "TAB": toggle("panel"),
+            "U": self._turn_up,
             "Z": toggle("hud"),
             "NUMBER_1": lambda: state.represent(None),
             "NUMBER_2": lambda: state.represent(Representation.DPCI),

@@ -41,6 +41,7 @@ HELP = (
     ("Double click", "in orbit: make this point the target"),
     ("T", "orbit about the point under the mouse"),
     ("F", "see all objects"),
+    ("U", "turn a model: y or z upward"),
     ("Home", "return to the first camera"),
     ("P", "play / stop the camera path"),
     ("K", "record a camera path / save it"),

@@ -1,7 +1,11 @@
 """Edges of meshes, and which of them a viewer sees as outlines."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from depthwalk.geometry.adjacency import build_adjacency
 from depthwalk.quality.edges import SHAPES
@@ -14,19 +18,19 @@ from shapes import box, sphere
 SIZE = (200, 150)
 
 
-def placed(*positions):
+def placed(*positions: tuple[float, float, float]) -> NDArray[Any]:
     records = np.zeros(len(positions), PLACED_RECORD)
     records["rotation"], records["scale"] = (0, 0, 0, 1), 1
     records["origin"] = positions
     return records
 
 
-def view_along(direction, near=0.1, size=SIZE):
+def view_along(direction: tuple[float, float, float], near: float = 0.1, size: tuple[int, int] = SIZE) -> View:
     """From the origin; objects are placed relative to the viewer."""
-    return View(Camera((0, 0, 0), tuple(direction), 1.0), size, near=near, far=50)
+    return View(Camera((0, 0, 0), direction, 1.0), size, near=near, far=50)
 
 
-def test_a_box_has_twelve_edges_and_six_diagonals():
+def test_a_box_has_twelve_edges_and_six_diagonals() -> None:
     mesh = box(1, 2, 3)
     edges = build_adjacency(mesh.positions, mesh.faces)
     assert (len(edges.points), len(edges.ends), edges.open.sum()) == (8, 18, 0)
@@ -37,7 +41,7 @@ def test_a_box_has_twelve_edges_and_six_diagonals():
 
 
 @pytest.mark.parametrize(("count", "shape"), [*zip((8, 10, 44, 102), SHAPES.values(), strict=True)])
-def test_optimised_edges_are_a_part_that_closes_the_outline(count, shape):
+def test_optimised_edges_are_a_part_that_closes_the_outline(count: int, shape: Callable[..., Any]) -> None:
     positions, triangles = shape()
     edges = build_adjacency(positions, triangles)
     assert len(edges.points) == count and not edges.open.any()
@@ -49,28 +53,28 @@ def test_optimised_edges_are_a_part_that_closes_the_outline(count, shape):
     assert sorted(starts) == sorted(stops)  # one line goes on where another ends
 
 
-def test_a_surface_that_ends_has_open_edges():
+def test_a_surface_that_ends_has_open_edges() -> None:
     mesh = box(1, 1, 1)
     edges = build_adjacency(mesh.positions, mesh.faces[:-2])
     assert edges.open.sum() == 4
     assert (edges.folds[edges.open] == 1).all()
 
 
-def test_three_faces_on_an_edge_are_paired_as_they_come():
+def test_three_faces_on_an_edge_are_paired_as_they_come() -> None:
     positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float)
     edges = build_adjacency(positions, np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]]))
     shared = (edges.points[edges.ends][:, :, 1:] == 0).all((1, 2))
     assert (shared.sum(), edges.open[shared].sum()) == (2, 1)
 
 
-def test_triangles_that_collapse_bring_no_edges():
+def test_triangles_that_collapse_bring_no_edges() -> None:
     positions = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]], float)
     edges = build_adjacency(positions, np.array([[0, 1, 2], [1, 2, 3]]))
     assert len(edges.ends) == 3
 
 
 @pytest.mark.parametrize(("least_fold", "count"), [(np.pi, 6), (0.5, 9), (None, 18)])
-def test_a_box_seen_from_its_corner(least_fold, count):
+def test_a_box_seen_from_its_corner(least_fold: float, count: int) -> None:
     """Six edges are its outline, three more fold between visible faces, the rest is hidden or flat."""
     mesh = box(1, 1, 1)
     edges = build_adjacency(mesh.positions, mesh.faces)
@@ -82,7 +86,7 @@ def test_a_box_seen_from_its_corner(least_fold, count):
     assert ((high - low)[:, 0] * inward[:, 1] > (high - low)[:, 1] * inward[:, 0]).all()  # the box is on the left
 
 
-def test_a_sphere_has_a_ring_of_outlines_wherever_it_stands():
+def test_a_sphere_has_a_ring_of_outlines_wherever_it_stands() -> None:
     mesh = sphere(1.0, 64, 32)
     edges = build_adjacency(np.round(mesh.positions - [0, 1, 0], 6), mesh.faces)
     view = view_along((0, 0, -1))
@@ -96,7 +100,7 @@ def test_a_sphere_has_a_ring_of_outlines_wherever_it_stands():
     assert (lines["silhouette"] == 1).all()
 
 
-def test_a_sphere_has_its_outline_by_its_area():
+def test_a_sphere_has_its_outline_by_its_area() -> None:
     """2πr by πr², from everywhere."""
     for radius in (0.5, 2.0):
         mesh = sphere(radius, 64, 32)
@@ -104,14 +108,14 @@ def test_a_sphere_has_its_outline_by_its_area():
         assert edges.density == pytest.approx(2 / radius, rel=0.02)
 
 
-def test_a_surface_that_ends_has_more_outline():
+def test_a_surface_that_ends_has_more_outline() -> None:
     """Of a square, whose front half of all directions see: its border, which is foreshortened less than itself."""
     corners = np.array([[0, 0, 0], [3, 0, 0], [3, 3, 0], [0, 3, 0]], float)
     edges = build_adjacency(corners, np.array([[0, 1, 2], [0, 2, 3]]))
     assert edges.density == pytest.approx(np.pi * 12 / 9)
 
 
-def test_what_is_all_outlines_has_none():
+def test_what_is_all_outlines_has_none() -> None:
     """A ball of eight pixels across and more, and a smaller one."""
     mesh = sphere(1.0, 64, 32)
     edges = build_adjacency(np.round(mesh.positions - [0, 1, 0], 6), mesh.faces)
@@ -123,7 +127,7 @@ def test_what_is_all_outlines_has_none():
     assert counts[0] > 0 == counts[1]
 
 
-def test_lines_are_cut_at_the_near_plane():
+def test_lines_are_cut_at_the_near_plane() -> None:
     corners = np.array([[-1, -1, 1], [-1, 1, 1], [-1, 1, -5], [-1, -1, -5]], float)
     edges = build_adjacency(corners, np.array([[0, 1, 2], [0, 2, 3]]))
     lines = silhouette_lines(edges, view_along((0, 0, -1), near=0.5), placed((0, 0, 0)), np.pi, solid=False)
@@ -133,7 +137,7 @@ def test_lines_are_cut_at_the_near_plane():
     assert len(beyond) == 0
 
 
-def test_only_open_surfaces_show_their_backs():
+def test_only_open_surfaces_show_their_backs() -> None:
     corners = np.array([[-1, -1, -5], [1, -1, -5], [1, 1, -5], [-1, 1, -5]], float)
     for turn, solid, count in ((1, True, 4), (-1, True, 0), (-1, False, 4)):
         edges = build_adjacency(corners, np.array([[0, 1, 2], [0, 2, 3]])[:, ::turn])

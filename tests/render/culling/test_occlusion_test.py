@@ -12,7 +12,7 @@ from depthwalk.scene.arrays import Camera
 SIZE = (160, 120)
 
 
-def test_outlines_hold_all_points():
+def test_outlines_hold_all_points() -> None:
     """Of random cylinders, some of them partly behind the viewer; and they are not much larger than they must be."""
     rng = np.random.default_rng(3)
     count, points = 3000, 200
@@ -46,7 +46,7 @@ def test_outlines_hold_all_points():
 
 
 @given(st.integers(0, 2**32), st.sampled_from([(37, 53), (8, 300), (90, 5), (1, 1)]), st.integers(1, 3))
-def test_hidden_means_nearer_everywhere(seed, shape, side):
+def test_hidden_means_nearer_everywhere(seed: int, shape: tuple[int, int], side: int) -> None:
     rng = np.random.default_rng(seed)
     farthest = np.where(rng.random(shape) < 0.02, 1.0, 0.5).astype(np.float32)
     height, width = (side * length for length in shape)
@@ -70,5 +70,5 @@ def test_hidden_means_nearer_everywhere(seed, shape, side):
             assert found[k] == behind
 
 
-def test_phases_grow_faster_where_little_is_hidden():
+def test_phases_grow_faster_where_little_is_hidden() -> None:
     assert growth(np.array([True, False])) < growth(np.array([False, False, False, True, False]))

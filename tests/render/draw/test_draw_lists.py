@@ -1,14 +1,18 @@
 """Draw lists: runs of equal instances, and the lists of several phases put together."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from depthwalk.cook.cases import PIECES, RANGES
 from depthwalk.render.draw.draw_lists import DrawList, FrameDrawLists, ImpostorQuads, draw_batches
+from depthwalk.render.world.asset_table import AssetTable
 
 
-def table():
+def table() -> SimpleNamespace:
     """Three assets of two levels, whose pieces have 3 indices each."""
     count = np.zeros((3, 2, RANGES), int)
     count[:, :, :PIECES] = 3
@@ -16,10 +20,10 @@ def table():
     return SimpleNamespace(index_first=first, index_count=count)
 
 
-def test_batches_are_runs_of_what_is_equal():
+def test_batches_are_runs_of_what_is_equal() -> None:
     asset, level = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 1, 1, 0])
     clipped = np.array([False, False, False, True, True])
-    batches = draw_batches(table(), asset, level, clipped=clipped)
+    batches = draw_batches(cast(AssetTable, table()), asset, level, clipped=clipped)
     assert [(b.asset, b.level, b.first, b.count, b.clipped) for b in batches] == [
         (0, 0, 0, 1, False),
         (0, 1, 1, 1, False),
@@ -27,32 +31,38 @@ def test_batches_are_runs_of_what_is_equal():
         (1, 1, 3, 1, True),
         (2, 0, 4, 1, True),
     ]
-    assert draw_batches(table(), asset[:0]) == []
+    assert draw_batches(cast(AssetTable, table()), asset[:0]) == []
 
 
-def test_batches_hold_the_indices_of_their_pieces():
+def test_batches_hold_the_indices_of_their_pieces() -> None:
     """Ranges that adjoin are one run."""
     pieces = np.array([0b0011, 0b0101])
-    first, second = draw_batches(table(), np.zeros(2, int), np.zeros(2, int), pieces)
+    first, second = draw_batches(cast(AssetTable, table()), np.zeros(2, int), np.zeros(2, int), pieces)
     assert first.indices == ((0, 6),) and second.indices == ((0, 3), (6, 3))
 
 
-def test_runs_of_one_asset_come_together():
-    batches = draw_batches(table(), np.array([0, 0, 2]), np.array([0, 1, 0]))
+def test_runs_of_one_asset_come_together() -> None:
+    batches = draw_batches(cast(AssetTable, table()), np.array([0, 0, 2]), np.array([0, 1, 0]))
     found = [
-        (asset, [b.first for b in run]) for asset, run in DrawList(records=np.zeros(3), batches=batches).by_asset()
+        (asset, [b.first for b in run])
+        for asset, run in DrawList(records=records([0, 0, 0]), batches=batches).by_asset()
     ]
     assert found == [(0, [0, 1]), (2, [2])]
 
 
-def phase(numbered, aligned, occluded, resolution):
+def records(numbers: Sequence[int]) -> NDArray[np.void]:
+    """Records that hold nothing but a number."""
+    return np.array([(number,) for number in numbers], np.dtype([("number", int)]))
+
+
+def phase(numbered: Sequence[int], aligned: int, occluded: int, resolution: float) -> FrameDrawLists:
     """A phase that draws so many objects by tiles, and two directly."""
     count = len(numbered)
-    batches = draw_batches(table(), np.array([1, 1]))
-    direct = DrawList(records=np.arange(2), batches=batches)
+    batches = draw_batches(cast(AssetTable, table()), np.array([1, 1]))
+    direct = DrawList(records=records([0, 1]), batches=batches)
     return FrameDrawLists(
         warp=direct,
-        composite=ImpostorQuads(records=np.asarray(numbered), aligned=aligned),
+        composite=ImpostorQuads(records=records(numbered), aligned=aligned),
         dmesh=direct,
         mesh=direct,
         cleared=np.zeros((count, 4), int),
@@ -62,14 +72,14 @@ def phase(numbered, aligned, occluded, resolution):
     )
 
 
-def test_phases_are_joined_by_what_their_counts_mean():
+def test_phases_are_joined_by_what_their_counts_mean() -> None:
     joined = FrameDrawLists.joined([phase([5, 6, 7], 1, 2, 1.0), phase([8, 9], 2, 3, 0.5)])
     assert joined.counts == {"objects": 9, "occluded": 5, "tile_resolution": 0.5}
-    assert joined.composite.records.tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
+    assert joined.composite.records["number"].tolist() == [5, 8, 9, 6, 7] and joined.composite.aligned == 3
     assert joined.object_rows.tolist() == [5, 6, 7, 8, 9] and joined.next_object_id == 6
     assert [batch.first for batch in joined.dmesh.batches] == [0, 2]
 
 
-def test_one_phase_is_the_frame():
+def test_one_phase_is_the_frame() -> None:
     only = phase([1], 0, 0, 1.0)
     assert FrameDrawLists.joined([only]) is only

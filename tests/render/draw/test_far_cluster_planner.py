@@ -1,12 +1,17 @@
 """Far clusters: the picture that single objects give, with fewer tiles; reused until something moves."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.render.world.far_clusters import MEMBERS
 from depthwalk.scene.arrays import Camera
+from depthwalk.types import Rows
 from shapes import ShapeLibrary, box, scene_of, sphere
 from stage import OnScreen
 
@@ -15,11 +20,11 @@ CAMERA = Camera((4.0, 45.0, 95.0), (0.0, 0.0, 10.0), 0.7)
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     return ShapeLibrary([sphere(0.5, 24, 12), box(0.8, 1.6, 0.5, (0, 0.8, 0))], resolution=32)
 
 
-def field(count=40, seed=0):
+def field(count: int = 40, seed: int = 0) -> list[tuple[int, list[float], float, float]]:
     """Balls and boxes of many sizes, strewn over a square, turned about."""
     rng = np.random.default_rng(seed)
     x, z = np.meshgrid(*[(np.arange(count) - count / 2) * 1.6] * 2)
@@ -31,7 +36,14 @@ def field(count=40, seed=0):
 class Stage(OnScreen):
     """Of objects that are in clusters where they are small."""
 
-    def __init__(self, device, library, places, remembers=False, **warp):
+    def __init__(
+        self,
+        device: Device,
+        library: ShapeLibrary,
+        places: Sequence[tuple[int, Sequence[float], float, float]],
+        remembers: bool = False,
+        **warp: Any,
+    ) -> None:
         self.scene = scene_of(*places)
         self.scene.render.warp.cluster_pixels = 24
         for name, value in warp.items():
@@ -39,12 +51,12 @@ class Stage(OnScreen):
         super().__init__(device, self.scene, library, SIZE)
         self.renderer.remembers = remembers
 
-    def picture(self, camera=CAMERA):
+    def picture(self, camera: Camera = CAMERA) -> Rows:
         self.draw(View(camera, SIZE), transparent=True)
         return read_pixels(self.screen).astype(int)
 
 
-def test_the_picture_is_that_of_single_objects(gl_device, library):
+def test_the_picture_is_that_of_single_objects(gl_device: Device, library: ShapeLibrary) -> None:
     with Stage(gl_device, library, field()) as stage:
         together, counts = stage.picture(), dict(stage.counts)
         stage.scene.render.warp.cluster_pixels = 0
@@ -57,15 +69,16 @@ def test_the_picture_is_that_of_single_objects(gl_device, library):
     assert (differ > 64).mean() < 0.002
 
 
-def test_near_objects_are_drawn_one_by_one(gl_device, library):
+def test_near_objects_are_drawn_one_by_one(gl_device: Device, library: ShapeLibrary) -> None:
     with Stage(gl_device, library, field()) as stage:
         stage.picture(Camera((0.0, 20.0, 75.0), (0.0, 0.0, 0.0), 0.7))
         assert stage.counts["dpci"] > stage.counts["clusters"] > 0
+        assert stage.renderer.plan is not None
         numbers = stage.renderer.plan.object_rows
         assert len(np.unique(numbers)) == len(numbers)
 
 
-def test_clusters_are_kept_while_somebody_walks(gl_device, library):
+def test_clusters_are_kept_while_somebody_walks(gl_device: Device, library: ShapeLibrary) -> None:
     with Stage(gl_device, library, field(), remembers=True) as walking, Stage(gl_device, library, field()) as fresh:
         cameras = [Camera((4.0 + 0.02 * k, 45.0, 95.0), (0.0, 0.0, 10.0), 0.7) for k in range(4)]
         walking.picture(cameras[0])
@@ -79,7 +92,7 @@ def test_clusters_are_kept_while_somebody_walks(gl_device, library):
     np.testing.assert_allclose(walked.mean((0, 1)), truth.mean((0, 1)), rtol=0.02)
 
 
-def test_what_moves_is_warped_anew(gl_device, library):
+def test_what_moves_is_warped_anew(gl_device: Device, library: ShapeLibrary) -> None:
     """One object jumps up, out of its cluster's box."""
     with Stage(gl_device, library, field(), remembers=True) as stage:
         stage.picture()
@@ -97,9 +110,9 @@ def test_what_moves_is_warped_anew(gl_device, library):
 
 
 @pytest.mark.parametrize(("width", "clusters"), [(40.0, False), (2.0, True)])
-def test_hidden_clusters_are_left_out(gl_device, library, width, clusters):
+def test_hidden_clusters_are_left_out(gl_device: Device, library: ShapeLibrary, width: float, clusters: bool) -> None:
     """Behind a wide wall most are hidden, and the rest are drawn one by one; behind a post few are."""
-    wall = [(1, (0.0, 0.0, 70.0), 0.0, width)]
+    wall = [(1, [0.0, 0.0, 70.0], 0.0, width)]
     with Stage(gl_device, library, wall + field()) as stage:
         camera = Camera((0.0, 18.0, 130.0), (0.0, 2.0, 0.0), 0.7)
         culled = stage.picture(camera)
@@ -111,7 +124,9 @@ def test_hidden_clusters_are_left_out(gl_device, library, width, clusters):
 
 
 @pytest.mark.parametrize("setting", [("lod", "mode", "paper"), ("warp", "order", "epipole"), ("lod", "freeze", True)])
-def test_some_settings_need_objects(gl_device, library, setting):
+def test_some_settings_need_objects(
+    gl_device: Device, library: ShapeLibrary, setting: tuple[str, str, str | bool]
+) -> None:
     with Stage(gl_device, library, field(8)) as stage:
         stage.picture()
         assert stage.counts["clusters"] > 0

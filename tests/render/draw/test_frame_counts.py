@@ -1,19 +1,33 @@
 """What HUD and benchmark are told of a phase."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 
 from depthwalk.cook.cases import ALL_PIECES, BOTTOM_PIECE, TOP_PIECE
-from depthwalk.render.draw.draw_lists import DrawBatch, DrawList, ImpostorQuads
+from depthwalk.render.draw.draw_lists import Counts, DrawBatch, DrawList, ImpostorQuads
 from depthwalk.render.draw.frame_counts import phase_counts
+from depthwalk.render.impostors.tile_scheduler import TileWork
+
+RECORD = np.dtype([("corner", np.int32)])  # of what is only counted
 
 
-def drawn(records, *batches):
-    return DrawList(records=np.zeros(records), batches=list(batches))
+def drawn(records: int, *batches: DrawBatch) -> DrawList:
+    return DrawList(records=np.zeros(records, RECORD), batches=list(batches))
 
 
-def counts(warp=None, dmesh=None, mesh=None, level=(), pieces=(), step=(), resolution=(), error=()):
+def counts(
+    warp: DrawList | None = None,
+    dmesh: DrawList | None = None,
+    mesh: DrawList | None = None,
+    level: Sequence[int] = (),
+    pieces: Sequence[int] = (),
+    step: Sequence[float] = (),
+    resolution: Sequence[float] = (),
+    error: Sequence[float] = (),
+) -> Counts:
     """Of a phase of a scene of 100 objects; one tile for each level."""
     work = SimpleNamespace(
         level=np.array(level, int),
@@ -23,17 +37,18 @@ def counts(warp=None, dmesh=None, mesh=None, level=(), pieces=(), step=(), resol
         atlas_used=0.25,
     )
     nothing = drawn(0)
-    quads = ImpostorQuads(records=np.zeros(len(work.level)), aligned=0)
-    return phase_counts(100, warp or nothing, quads, dmesh or nothing, mesh or nothing, work, np.array(step, float))
+    quads = ImpostorQuads(records=np.zeros(len(work.level), RECORD), aligned=0)
+    tiles = cast(TileWork, work)
+    return phase_counts(100, warp or nothing, quads, dmesh or nothing, mesh or nothing, tiles, np.array(step, float))
 
 
-def test_a_phase_that_draws_nothing_counts_nothing():
+def test_a_phase_that_draws_nothing_counts_nothing() -> None:
     found = counts()
     assert found.pop("objects") == 100 and found.pop("atlas_used") == 0.25 and found.pop("tile_resolution") == 1
     assert not any(found.values())
 
 
-def test_triangles_are_counted_for_each_instance():
+def test_triangles_are_counted_for_each_instance() -> None:
     """Of depth images, whether they are warped or drawn straight into the picture; meshes are counted elsewhere."""
     warp = drawn(
         3, DrawBatch(asset=0, first=0, count=2, indices=((0, 30), (90, 6))), DrawBatch(asset=1, first=2, count=1)
@@ -44,7 +59,7 @@ def test_triangles_are_counted_for_each_instance():
     assert (found["warped"], found["dmesh"], found["mesh"], found["draw_batches"]) == (3, 5, 4, 2)
 
 
-def test_levels_steps_and_cases_have_a_number_each():
+def test_levels_steps_and_cases_have_a_number_each() -> None:
     side = ALL_PIECES & ~(1 << TOP_PIECE | 1 << BOTTOM_PIECE)
     pieces = [side, side | 1 << TOP_PIECE, side | 1 << TOP_PIECE, side | 1 << BOTTOM_PIECE]
     found = counts(

@@ -1,10 +1,15 @@
 """What is in front, told apart by number, and shaded once per pixel."""
 
+from pathlib import Path
+from typing import Literal
+
 import moderngl
 import numpy as np
 import pytest
+from moderngl import Texture
 
 from depthwalk.cook.lod_geometry import IMAGE_BITS
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.instances import RecordTexture
 from depthwalk.gpu.program import Program, Variants
 from depthwalk.render.draw.draw_lists import ImpostorQuads
@@ -15,11 +20,12 @@ from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, leaves, scene_of, sphere
 from stage import OnScreen, Stage, view_of
+from studio import Studio
 
 SIZE = (240, 180)
 
 
-def test_spheres_lie_within_their_extents():
+def test_spheres_lie_within_their_extents() -> None:
     """Random points of random spheres, some about the viewer, as the camera sees them."""
     rng = np.random.default_rng(3)
     view = View(Camera((1.0, 2.0, 5.0), (0.5, 1.0, 0.0), 0.9), SIZE, near=0.1, far=100)
@@ -37,7 +43,7 @@ def test_spheres_lie_within_their_extents():
     assert ((high - low).prod(1) < 1).mean() > 0.2  # of 4: they are not all the whole picture
 
 
-def test_records_are_fetched_by_number(gl_device):
+def test_records_are_fetched_by_number(gl_device: Device) -> None:
     """More than a row of them, and more than there was room for at first; number 0 is no object."""
     records = np.zeros(2500, SURFACE_RECORD)
     records["material_depth"][:, 0] = np.arange(2500) / 65536
@@ -66,7 +72,9 @@ def test_records_are_fetched_by_number(gl_device):
 
 
 @pytest.mark.parametrize("position", [(0.3, 1.2, 4.2), (0.4, 0.9, 1.2)])
-def test_pixels_as_texels_show_what_resampling_shows(gl_device, monkeypatch, position):
+def test_pixels_as_texels_show_what_resampling_shows(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch, position: tuple[float, float, float]
+) -> None:
     """The same tiles by either variant of pass 2: where texels are pixels there is nothing to resample."""
     library = ShapeLibrary([sphere(0.5, 48, 24), box(0.8, 0.8, 0.8)], resolution=128)
     scene = scene_of((0, (-0.6, 0, 0), 0.3, 1.0), (1, (0.6, 0, -0.5), 0.5, 1.0), sky={})
@@ -76,6 +84,7 @@ def test_pixels_as_texels_show_what_resampling_shows(gl_device, monkeypatch, pos
     pictures = []
     for whole in (False, True):
         renderer.render(View(Camera(position, (0, 0.4, 0), 0.9), SIZE), screen)
+        assert renderer.plan is not None
         assert renderer.plan.composite.aligned == (0 if whole else 2)
         pictures.append(read_pixels(screen).astype(int))
         monkeypatch.setattr(
@@ -89,7 +98,7 @@ def test_pixels_as_texels_show_what_resampling_shows(gl_device, monkeypatch, pos
     assert np.ptp(pictures[0][..., :3]) > 100
 
 
-def test_a_variant_is_made_when_asked_for(gl_device, tmp_path, monkeypatch):
+def test_a_variant_is_made_when_asked_for(gl_device: Device, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "one"
     folder.mkdir()
     (folder / "a.vert").write_text("void main() { gl_Position = vec4(0.0); }\n")
@@ -107,7 +116,9 @@ def test_a_variant_is_made_when_asked_for(gl_device, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("show_tiles", [False, True])
-def test_an_asset_alone_looks_as_it_does_among_others(gl_device, monkeypatch, show_tiles):
+def test_an_asset_alone_looks_as_it_does_among_others(
+    gl_device: Device, monkeypatch: pytest.MonkeyPatch, show_tiles: bool
+) -> None:
     """Its pixels told by the depth buffer, and by depths that stand for assets."""
     scene = scene_of((0, (-0.6, 0, 0), 0.3, 1.0), (0, (0.6, 0, -0.5), 0.5, 1.0), sky={})
     scene.render.composite.show_tiles = show_tiles
@@ -118,16 +129,19 @@ def test_an_asset_alone_looks_as_it_does_among_others(gl_device, monkeypatch, sh
     for _ in range(2):
         renderer.render(View(Camera((0.3, 1.2, 4.2), (0, 0.4, 0), 0.9), SIZE), screen)
         pictures.append(read_pixels(screen))
-        levels.append(np.frombuffer(renderer.targets.material_depth.depth_attachment.read(), np.float32))
+        assert renderer.targets is not None
+        attachment = renderer.targets.material_depth.depth_attachment
+        assert isinstance(attachment, Texture)
+        levels.append(np.frombuffer(attachment.read(), np.float32))
         monkeypatch.setattr("depthwalk.render.passes.material_resolve._alone", lambda frame, shading: False)
     assert not (levels[0] == levels[1]).all()
-    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_array_equal(pictures[0], pictures[1])
     renderer.release()
     scope.release()
 
 
 @pytest.mark.parametrize("mode", ["deferred", "forward"])
-def test_leaves_show_the_side_that_is_seen(studio, mode):
+def test_leaves_show_the_side_that_is_seen(studio: Studio, mode: Literal["deferred", "forward"]) -> None:
     """Simplified ones, from all around: no normal faces away, and they are as light as those of the mesh."""
     library, light = ShapeLibrary([leaves(400, 0.12)], resolution=50), []
     for representation in (Representation.MESH, Representation.DPCI):
@@ -145,7 +159,7 @@ def test_leaves_show_the_side_that_is_seen(studio, mode):
 
 
 @pytest.mark.parametrize("count", [1, 3])
-def test_looking_surfaces_up_costs_some_times_what_lighting_them_does(gl_device, count):
+def test_looking_surfaces_up_costs_some_times_what_lighting_them_does(gl_device: Device, count: int) -> None:
     """One to five times, the least of several frames. Where lanes without a surface began at a segment far below 0, a
     software rasteriser walked through some hundred times that, and all pictures stayed right."""
     library = ShapeLibrary([sphere(0.5 + 0.1 * k) for k in range(count)], resolution=128)

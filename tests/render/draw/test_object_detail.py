@@ -1,23 +1,27 @@
 """The detail of objects: levels and pieces by the renderer's rules and the paper's, and what freezing keeps."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from depthwalk.cook.cases import ALL_PIECES, PAPER_PIECES, Case
+from depthwalk.gpu.device import Device
 from depthwalk.render.draw.object_detail import DetailSelector, choose_levels, choose_pieces, lasting_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.renderer import Renderer
-from depthwalk.render.view.view import viewer_in_object
-from depthwalk.scene.arrays import Representation
+from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.world.render_world import SceneArrays
+from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from depthwalk.types import Array, Mask, Rows
 from shapes import ShapeLibrary, scene_of, sphere
 from stage import view_of
 
 
 @pytest.fixture(scope="module")
-def arrays(gl_device):
+def arrays(gl_device: Device) -> Iterator[SceneArrays]:
     """A row of balls, ever farther."""
     with gl_device.context:
         library = ShapeLibrary([sphere(0.5, 64, 32)], resolution=64)
@@ -26,15 +30,17 @@ def arrays(gl_device):
         renderer.release()
 
 
-def viewers(view, objects):
+def viewers(view: View, objects: Objects) -> Array:
     return viewer_in_object(view, objects.position, objects.rotation, objects.scale)
 
 
-def settings(**lod):
-    return PlanSettings(lod=LodParams(**lod), layout=TileParams(), polygons=MeshLodParams(), atlas_size=(256, 256))
+def settings(**lod: float) -> PlanSettings:
+    return PlanSettings(
+        lod=LodParams.model_validate({**lod}), layout=TileParams(), polygons=MeshLodParams(), atlas_size=(256, 256)
+    )
 
 
-def level_and_pieces(selector, view, arrays, **lod):
+def level_and_pieces(selector: DetailSelector, view: View, arrays: SceneArrays, **lod: bool) -> tuple[Rows, Rows]:
     """Of all objects, once the selector knows of the settings."""
     plan_settings, objects = settings(**lod), arrays.objects
     selector.freeze_as_asked(view, arrays, plan_settings)
@@ -44,17 +50,24 @@ def level_and_pieces(selector, view, arrays, **lod):
     )
 
 
-def test_levels_grow_with_distance_and_with_what_is_allowed(arrays):
+def test_levels_grow_with_distance_and_with_what_is_allowed(arrays: SceneArrays) -> None:
     view, objects = view_of(), arrays.objects
     fine, coarse = (
-        choose_levels(view, objects, arrays.bounds, viewers(view, objects), arrays.table, LodParams(error=error))
+        choose_levels(
+            view,
+            objects,
+            arrays.bounds,
+            viewers(view, objects),
+            arrays.table,
+            LodParams.model_validate({"error": error}),
+        )
         for error in (0.1, 4.0)
     )
     assert (np.diff(fine) >= 0).all() and (coarse >= fine).all() and (coarse > fine).any()
 
 
-def test_the_papers_cases_follow_the_height_alone(arrays):
-    lod, asset = LodParams(cases="paper"), arrays.objects.asset[:3]
+def test_the_papers_cases_follow_the_height_alone(arrays: SceneArrays) -> None:
+    lod, asset = LodParams.model_validate({"cases": "paper"}), arrays.objects.asset[:3]
     viewer = np.array([[3.0, 0.5, 0], [3.0, 9.0, 0], [3.0, -9.0, 0]])
     pieces = choose_pieces(asset, np.zeros(3, int), viewer, arrays.table, lod)
     assert pieces.tolist() == PAPER_PIECES[[Case.SIDE, Case.SIDE_AND_TOP, Case.SIDE_AND_BOTTOM]].tolist()
@@ -62,7 +75,7 @@ def test_the_papers_cases_follow_the_height_alone(arrays):
     assert (lasting_pieces(asset, np.zeros(3, int), viewer, arrays.table, LodParams()) == ALL_PIECES).all()
 
 
-def test_what_is_drawn_directly_keeps_all_pieces(arrays):
+def test_what_is_drawn_directly_keeps_all_pieces(arrays: SceneArrays) -> None:
     selector, view = DetailSelector(), view_of((0.0, 8.0, 5.0))
     _, pieces = level_and_pieces(selector, view, arrays)
     assert (pieces != ALL_PIECES).any()
@@ -73,7 +86,7 @@ def test_what_is_drawn_directly_keeps_all_pieces(arrays):
     assert (direct[:2] == pieces[:2]).all() and (direct[2:] == ALL_PIECES).all()
 
 
-def test_frozen_detail_stays_until_it_is_thawed(arrays):
+def test_frozen_detail_stays_until_it_is_thawed(arrays: SceneArrays) -> None:
     selector, near, far = DetailSelector(), view_of(), view_of((0.0, 1.6, 60.0), far=200.0)
     level, pieces = level_and_pieces(selector, near, arrays, freeze=True)
     for frozen, before in zip(level_and_pieces(selector, far, arrays, freeze=True), (level, pieces), strict=True):
@@ -82,7 +95,7 @@ def test_frozen_detail_stays_until_it_is_thawed(arrays):
     assert (thawed > level).any()
 
 
-def test_frozen_detail_is_that_of_the_present_assets(arrays):
+def test_frozen_detail_is_that_of_the_present_assets(arrays: SceneArrays) -> None:
     """Other assets have other levels: those of the ones before would be wrong or out of range."""
     selector, near, far = DetailSelector(), view_of(), view_of((0.0, 1.6, 60.0), far=200.0)
     level, _ = level_and_pieces(selector, near, arrays, freeze=True)
@@ -91,12 +104,13 @@ def test_frozen_detail_is_that_of_the_present_assets(arrays):
     assert (found > level).any()
 
 
-def test_frozen_meshes_are_drawn_where_they_are_resident(arrays):
+def test_frozen_meshes_are_drawn_where_they_are_resident(arrays: SceneArrays) -> None:
     selector, view = DetailSelector(), view_of((0.0, 0.5, 1.2))
     plan_settings, rows = settings(freeze=True, magnification=0.01), np.arange(len(arrays.objects))
     selector.freeze_as_asked(view, arrays, plan_settings)
-    every, none = (
-        selector.as_mesh(view, arrays, rows, plan_settings, lambda meshes, found=found: np.full(len(meshes), found))
-        for found in (True, False)
-    )
+
+    def drawn(resident: bool) -> Mask:
+        return selector.as_mesh(view, arrays, rows, plan_settings, lambda meshes: np.full(len(meshes), resident))
+
+    every, none = drawn(True), drawn(False)
     assert every.any() and not none.any()

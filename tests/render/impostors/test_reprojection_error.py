@@ -8,15 +8,16 @@ from depthwalk.render.impostors.reprojection_error import coarseness, due, paral
 from depthwalk.render.impostors.tile_mapping import Tiles
 from depthwalk.render.impostors.tile_records import tile_records
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes, depths_behind
+from depthwalk.types import Array
 
 FOCAL = 800.0
 
 
-def angle_between(a, b):
+def angle_between(a: Array, b: Array) -> Array:
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b))
 
 
-def test_no_point_is_shown_farther_off_than_the_bound():
+def test_no_point_is_shown_farther_off_than_the_bound() -> None:
     """Random points in boxes, seen by random viewers from tiles that were warped for others."""
     rng = np.random.default_rng(2)
     count = 20000
@@ -54,7 +55,7 @@ def test_no_point_is_shown_farther_off_than_the_bound():
     assert np.quantile((off / bound)[inside], 0.99) > 0.3  # and not far from it
 
 
-def test_tiles_wait_for_their_turn_but_not_for_ever():
+def test_tiles_wait_for_their_turn_but_not_for_ever() -> None:
     error = np.array([0.5, 3.0, 1.5, 5.0, 2.0, np.inf])
     triangles = np.full(6, 100)
     assert due(error, triangles, 1000).tolist() == [False, True, True, True, True, True]
@@ -62,6 +63,6 @@ def test_tiles_wait_for_their_turn_but_not_for_ever():
     assert due(error, triangles, 0).tolist() == [False, False, False, True, False, True]
 
 
-def test_resolutions_are_as_far_off_upward_as_downward():
+def test_resolutions_are_as_far_off_upward_as_downward() -> None:
     made, wanted = np.array([100.0, 100.0, 125.0]), np.array([100.0, 125.0, 100.0])
     np.testing.assert_allclose(coarseness(made, wanted), [0, 1, 1], atol=1e-12)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from depthwalk.geometry.support_function import box_support_values
-from depthwalk.render.impostors.tile_mapping import plane_tiles
+from depthwalk.render.impostors.tile_mapping import Tiles, plane_tiles
 from depthwalk.render.impostors.tile_records import place_tiles, tile_records, warp_records
-from depthwalk.render.impostors.warp_planes import Volumes, choose_planes, depths_behind
+from depthwalk.render.impostors.warp_planes import Planes, Volumes, choose_planes, depths_behind
 
 ATLAS = 512, 256
 VIEWER = np.array([[3.0, 1.0, 0.5], [-1.0, 2.5, 4.0]])
@@ -14,7 +14,7 @@ CORNERS = np.array([[10, 20], [200, 3]])
 
 
 @pytest.fixture(scope="module")
-def seen():
+def seen() -> tuple[Volumes, Planes, Tiles]:
     """Two cylinders, each from a viewer of its own: volumes, planes and tiles."""
     one = np.ones(2)
     footprint = box_support_values(0.5 * one, 0.5 * one)
@@ -22,7 +22,7 @@ def seen():
     return volumes, *plane_tiles(choose_planes(VIEWER, volumes), 100.0, 128)
 
 
-def test_the_corners_of_a_plane_are_those_of_its_tile(seen):
+def test_the_corners_of_a_plane_are_those_of_its_tile(seen: tuple[Volumes, Planes, Tiles]) -> None:
     """In clip space of the atlas, where the tile lies."""
     _, planes, tiles = seen
     records = warp_records(planes, tiles, CORNERS, ATLAS)
@@ -35,7 +35,7 @@ def test_the_corners_of_a_plane_are_those_of_its_tile(seen):
         np.testing.assert_allclose(record["bounds"], np.ravel(ends), atol=1e-5)
 
 
-def test_a_warped_object_is_described_by_its_plane(seen):
+def test_a_warped_object_is_described_by_its_plane(seen: tuple[Volumes, Planes, Tiles]) -> None:
     _, planes, tiles = seen
     records = warp_records(planes, tiles, CORNERS, ATLAS)
     for name in ("right", "up", "normal"):
@@ -47,21 +47,21 @@ def test_a_warped_object_is_described_by_its_plane(seen):
     np.testing.assert_allclose(records["depths"], np.column_stack([planes.distance, tiles.nearest, [0, 0]]), atol=1e-6)
 
 
-def test_a_tile_knows_whom_it_was_warped_for(seen):
+def test_a_tile_knows_whom_it_was_warped_for(seen: tuple[Volumes, Planes, Tiles]) -> None:
     volumes, planes, tiles = seen
     depths = depths_behind(planes, volumes)
     records = tile_records(VIEWER, planes, depths, tiles, CORNERS)
     np.testing.assert_allclose(records["origin"], np.column_stack([VIEWER, tiles.nearest]), rtol=1e-6)
     np.testing.assert_array_equal(records["tile"], np.column_stack([CORNERS, tiles.size]))
     np.testing.assert_allclose(records["normal"][:, 3], planes.distance, rtol=1e-6)
-    nearest, farthest = records["reach"][:, 2:].T
+    nearest, farthest = records["high"][:, 2:].T
     assert (farthest > 0).all() and (farthest < nearest).all()  # λ falls with the distance
     np.testing.assert_allclose(farthest, planes.distance / (planes.distance + depths[:, 1]), rtol=1e-6)
     for record, mapping in zip(records, tiles.texel, strict=True):
         np.testing.assert_allclose([record[name] for name in ("to_x", "to_y", "to_w")], mapping, rtol=1e-5, atol=1e-6)
 
 
-def test_objects_are_placed_in_the_order_of_their_numbers(seen):
+def test_objects_are_placed_in_the_order_of_their_numbers(seen: tuple[Volumes, Planes, Tiles]) -> None:
     volumes, planes, tiles = seen
     records = tile_records(VIEWER, planes, depths_behind(planes, volumes), tiles, CORNERS)
     before = records.copy()
@@ -70,5 +70,5 @@ def test_objects_are_placed_in_the_order_of_their_numbers(seen):
     np.testing.assert_array_equal(records["viewer"], np.column_stack([VIEWER + 0.5, [2, 3]]).astype(np.float32))
     np.testing.assert_array_equal(records["rotation"], turned)
     np.testing.assert_array_equal(records["objects"], [[0, 1], [1, 1]])
-    for name in ("right", "reach", "origin", "tile"):
+    for name in ("right", "high", "origin", "tile"):
         np.testing.assert_array_equal(records[name], before[name])

@@ -1,11 +1,15 @@
 """Impostor tiles that are reused: what invalidates them, and the pictures that they make."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from depthwalk.gpu.device import Device
+from depthwalk.render.draw.draw_lists import FrameDrawLists
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.draw.planner import Planner
 from depthwalk.render.impostors.reprojection_error import HARDEST
@@ -13,22 +17,34 @@ from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.view.bounds import object_bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import SceneArrays
-from depthwalk.scene.arrays import Camera
+from depthwalk.scene.arrays import Camera, Objects
 from depthwalk.scene.render_settings import LodParams, MeshLodParams, TileParams
+from modes import AaName
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
+from studio import Studio
 
 
 class Walk:
     """The plans of successive frames over balls on a lattice, without GL."""
 
-    def __init__(self, studio, count=6, **layout):
+    def __init__(self, studio: Studio, count: int = 6, **layout: int) -> None:
         self.library = ShapeLibrary([sphere(0.5, 32, 16)], resolution=64)
         places = [(0, (1.5 * i, 0, -1.5 * k), 0.0, 1.0) for i in range(-count // 2, count // 2) for k in range(count)]
         self.renderer = Renderer(studio.device, scene_of(*places), self.library)
-        self.planner, self.layout, self.atlas = Planner(), TileParams(**{"reuse_error": 0.5} | layout), (1024, 1024)
+        self.planner, self.layout, self.atlas = (
+            Planner(),
+            TileParams.model_validate({**{"reuse_error": 0.5} | layout}),
+            (1024, 1024),
+        )
         self.objects, self.table = self.renderer.world.objects(), self.renderer.world.table()
 
-    def frame(self, position, target, size=(320, 240), objects=None):
+    def frame(
+        self,
+        position: tuple[float, float, float],
+        target: tuple[float, float, float],
+        size: tuple[int, int] = (320, 240),
+        objects: Objects | None = None,
+    ) -> FrameDrawLists:
         objects = objects or self.objects
         view = View(Camera(position, target, 0.9), size, 0.1, 100.0)
         bounds = object_bounds(objects, self.table.centre, self.table.bounding_radius)
@@ -39,10 +55,10 @@ class Walk:
 
 
 @pytest.fixture
-def walk(studio):
+def walk(studio: Studio) -> Iterator[Callable[..., Any]]:
     made = []
 
-    def make(**layout):
+    def make(**layout: int) -> Walk:
         made.append(Walk(studio, **layout))
         return made[-1]
 
@@ -51,7 +67,7 @@ def walk(studio):
         each.renderer.release()
 
 
-def test_a_camera_that_turns_warps_nothing_anew(walk):
+def test_a_camera_that_turns_warps_nothing_anew(walk: Callable[..., Any]) -> None:
     steps = walk()
     first = steps.frame((0, 1, 9), (0, 0.5, 0))
     assert first.counts["warped"] == first.counts["dpci"] > 20
@@ -61,7 +77,7 @@ def test_a_camera_that_turns_warps_nothing_anew(walk):
     assert steps.frame((0, 1, 9), (0, 0.5, 0)).counts["warped"] == 0
 
 
-def test_only_what_is_near_is_warped_after_a_step(walk):
+def test_only_what_is_near_is_warped_after_a_step(walk: Callable[..., Any]) -> None:
     steps = walk()
     steps.frame((0, 1, 9), (0, 0.5, 0))
     some = steps.frame((0.5, 1, 9), (0.5, 0.5, 0)).counts
@@ -69,28 +85,28 @@ def test_only_what_is_near_is_warped_after_a_step(walk):
     assert some["tile_error"] <= 1
 
 
-def test_without_reuse_all_is_warped(walk):
+def test_without_reuse_all_is_warped(walk: Callable[..., Any]) -> None:
     steps = walk(reuse_error=0)
     for _ in range(2):
         counts = steps.frame((0, 1, 9), (0, 0.5, 0)).counts
         assert counts["warped"] == counts["dpci"]
 
 
-def test_a_teleport_warps_all(walk):
+def test_a_teleport_warps_all(walk: Callable[..., Any]) -> None:
     steps = walk()
     steps.frame((0, 1, 9), (0, 0.5, 0))
     counts = steps.frame((12, 3, -4), (0, 0.5, -4)).counts
     assert counts["warped"] == counts["dpci"] and counts["tile_error"] == 0
 
 
-def test_another_size_warps_all(walk):
+def test_another_size_warps_all(walk: Callable[..., Any]) -> None:
     steps = walk()
     steps.frame((0, 1, 9), (0, 0.5, 0))
     counts = steps.frame((0, 1, 9), (0, 0.5, 0), size=(400, 300)).counts
     assert counts["warped"] == counts["dpci"]
 
 
-def test_another_setting_warps_all(walk):
+def test_another_setting_warps_all(walk: Callable[..., Any]) -> None:
     steps = walk()
     steps.frame((0, 1, 9), (0, 0.5, 0))
     steps.layout.tile_scale = 2.0
@@ -98,7 +114,7 @@ def test_another_setting_warps_all(walk):
     assert counts["warped"] == counts["dpci"]
 
 
-def test_only_the_object_that_turned_is_warped(walk):
+def test_only_the_object_that_turned_is_warped(walk: Callable[..., Any]) -> None:
     steps = walk()
     steps.frame((0, 1, 9), (0, 0.5, 0))
     rotation = steps.objects.rotation.copy()
@@ -108,7 +124,7 @@ def test_only_the_object_that_turned_is_warped(walk):
     assert steps.frame((0, 1, 9), (0, 0.5, 0), objects=turned).counts["warped"] == 1
 
 
-def test_the_budget_holds_until_tiles_are_too_far_off(walk):
+def test_the_budget_holds_until_tiles_are_too_far_off(walk: Callable[..., Any]) -> None:
     steps = walk(triangle_budget=300)
     steps.frame((0, 1, 9), (0, 0.5, 0))
     worst = 0.0
@@ -119,7 +135,7 @@ def test_the_budget_holds_until_tiles_are_too_far_off(walk):
     assert 1 < worst <= HARDEST
 
 
-def test_a_full_atlas_lowers_the_resolution_and_says_so(walk):
+def test_a_full_atlas_lowers_the_resolution_and_says_so(walk: Callable[..., Any]) -> None:
     steps = walk()
     steps.atlas = (256, 128)
     lowest = 1.0
@@ -134,7 +150,7 @@ def test_a_full_atlas_lowers_the_resolution_and_says_so(walk):
     assert lowest < 1
 
 
-def test_what_was_hidden_gives_way(walk):
+def test_what_was_hidden_gives_way(walk: Callable[..., Any]) -> None:
     """Two rounds of looking about, with room for everything and for a part of it."""
     roomy, tight = walk(count=8), walk(count=8)
     tight.atlas = (512, 720)  # so little that tiles must give way; in 700 it is luck whether the gaps fit
@@ -151,7 +167,7 @@ SIZE = (240, 180)
 
 
 @pytest.mark.parametrize(("steps", "aa"), [(0, "none"), (1, "none"), (1, "gpaa-edge"), (1, "msaa")])
-def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps, aa):
+def test_a_random_walk_shows_what_fresh_images_would(gl_device: Device, steps: int, aa: AaName) -> None:
     """No pixel has a colour that the fresh picture lacks within the bound and a texel of it."""
     shape = joined(box(0.9, 0.4, 0.9, (0, 0.2, 0)), sphere(0.4, 48, 24))
     library = ShapeLibrary([shape, sphere(0.5, 48, 24)], resolution=128)
@@ -165,7 +181,7 @@ def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps, aa):
     renderers = [Renderer(gl_device, scene, library) for scene in (kept, fresh)]
     renderers[0].remembers = True
     rng = np.random.default_rng(7)
-    position, warped = np.array([0.0, 1.2, 4.5]), 0
+    position, warped = np.array([0.0, 1.2, 4.5]), 0.0
     for _ in range(40):
         position += rng.normal(size=3) * [0.06, 0.02, 0.06]
         view = View(Camera(tuple(position), tuple(rng.normal(size=3) * 0.05 + [0, 0.6, 0]), 0.9), SIZE)
@@ -173,7 +189,9 @@ def test_a_random_walk_shows_what_fresh_images_would(gl_device, steps, aa):
         for renderer in renderers:
             renderer.render(view, screen)
             pictures.append(read_pixels(screen)[..., :3].astype(float))
-        warped += renderers[0].plan.counts["warped"]
+        plan = renderers[0].plan
+        assert plan is not None
+        warped += plan.counts["warped"]
         around = (5, 5, 1)
         least, most = minimum_filter(pictures[1], around), maximum_filter(pictures[1], around)
         strange = ((pictures[0] < least - 12) | (pictures[0] > most + 12)).any(-1)

@@ -21,11 +21,12 @@ from depthwalk.render.impostors.warp_planes import (
 )
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
+from depthwalk.types import Array
 
 R, Y0, Y1 = 0.7, -0.2, 1.9
 
 
-def cylinder(count=1):
+def cylinder(count: int = 1) -> Volumes:
     one = np.ones(count)
     return Volumes(
         radius=R * one, bottom=Y0 * one, top=Y1 * one, footprint=box_support_values(R * one, R * one), has_side=one > 0
@@ -42,7 +43,7 @@ inside = st.tuples(st.floats(0, 1), st.floats(0, 2 * np.pi), st.floats(Y0, Y1)).
 
 
 @given(viewers, inside)
-def test_a_warped_sample_leads_back_to_its_point(viewer, point):
+def test_a_warped_sample_leads_back_to_its_point(viewer: Array, point: Array) -> None:
     planes = choose_planes(viewer[None], cylinder())
     position, lam = warp(point[None], planes)
     assert 0 < lam[0] <= 1 + 1e-9
@@ -50,7 +51,7 @@ def test_a_warped_sample_leads_back_to_its_point(viewer, point):
 
 
 @given(viewers, inside)
-def test_the_rectangle_holds_every_sample(viewer, point):
+def test_the_rectangle_holds_every_sample(viewer: Array, point: Array) -> None:
     planes = choose_planes(viewer[None], cylinder())
     position, _ = warp(point[None], planes)
     slack = 1e-9 + 1e-9 * np.abs(planes.high - planes.low)
@@ -58,7 +59,7 @@ def test_the_rectangle_holds_every_sample(viewer, point):
 
 
 @given(viewers, arrays(np.float64, (12, 3), elements=st.floats(-0.49, 0.49)))
-def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer, points):
+def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer: Array, points: Array) -> None:
     points[:, 1] += 0.85
     one = np.ones(1)
     volumes = Volumes(
@@ -74,7 +75,7 @@ def test_the_rectangle_of_a_lopsided_object_holds_its_samples(viewer, points):
 
 
 @given(viewers, inside, st.floats(0, 2 * np.pi), st.floats(-1.2, 1.2))
-def test_cropping_keeps_what_the_camera_sees(viewer, point, heading, pitch):
+def test_cropping_keeps_what_the_camera_sees(viewer: Array, point: Array, heading: float, pitch: float) -> None:
     forward = np.array([np.cos(heading) * np.cos(pitch), np.sin(pitch), np.sin(heading) * np.cos(pitch)])
     view = View(Camera(tuple(viewer), tuple(viewer + forward), 0.9), (160, 90))
     planes = choose_planes(view.position[None], cylinder())
@@ -89,7 +90,7 @@ def test_cropping_keeps_what_the_camera_sees(viewer, point, heading, pitch):
     assert (cropped.low >= planes.low - 1e-6).all() or not seen.visible[0]
 
 
-def test_the_papers_shift_on_the_tangent_plane():
+def test_the_papers_shift_on_the_tangent_plane() -> None:
     viewer = np.array([[0.0, 1.0, 2.8]])  # on +z: the plane touches at E = (0, ·, R), t = (1, 0, 0)
     planes = choose_planes(viewer, cylinder())
     assert planes.face[0] == Face.SIDE and planes.distance[0] == pytest.approx(2.8 - R)
@@ -98,7 +99,7 @@ def test_the_papers_shift_on_the_tangent_plane():
     expected = (2.8 - R) / (2.8 - 0.2)  # λ = (ρ − R) / (ρ − B·n)
     assert lam[0] == pytest.approx(expected)
     assert position[0] == pytest.approx([expected * 0.3, expected * 0.4])
-    assert 1 - lam[0] == pytest.approx(table(R - 0.2, 2.8 - R))
+    assert 1 - lam[0] == pytest.approx(table(np.array(R - 0.2), 2.8 - R))
 
 
 @pytest.mark.parametrize(
@@ -113,14 +114,14 @@ def test_the_papers_shift_on_the_tangent_plane():
         ((0.2, 1.0, 0.1), Face.SIDE, np.hypot(0.2, 0.1) - R),  # inside: no plane, the distance says so
     ],
 )
-def test_which_plane(viewer, face, distance):
+def test_which_plane(viewer: tuple[float, float, float], face: Face, distance: float) -> None:
     planes = choose_planes(np.array([viewer]), cylinder())
     assert planes.face[0] == face
     assert planes.distance[0] == pytest.approx(distance)
     assert np.cross(planes.right[0], planes.up[0]) == pytest.approx(planes.normal[0])
 
 
-def test_a_tile_has_the_resolution_of_the_screen():
+def test_a_tile_has_the_resolution_of_the_screen() -> None:
     """Seen squarely from afar, a tile has as many texels as its rectangle covers pixels."""
     planes = choose_planes(np.array([[0.0, 0.85, 100.0]]), cylinder())
     focal = 800.0

@@ -19,7 +19,7 @@ from depthwalk.scene.environment import LampParams
 VIEW = View(Camera((1.0, 2.0, 3.0), (0.0, 1.0, -9.0), 1.0), (320, 200), near=0.1, far=200.0)
 
 
-def lamps_of(count, seed=4):
+def lamps_of(count: int, seed: int = 4) -> list[LampParams]:
     rng = np.random.default_rng(seed)
     place = VIEW.position + rng.normal(0, 12, (count, 3))
     return [
@@ -27,7 +27,7 @@ def lamps_of(count, seed=4):
     ]
 
 
-def test_boxes_are_listed_in_every_cluster_that_they_overlap():
+def test_boxes_are_listed_in_every_cluster_that_they_overlap() -> None:
     rng = np.random.default_rng(1)
     shape = (5, 4, 3)
     first = rng.uniform(-2, 5, (40, 3))
@@ -42,14 +42,14 @@ def test_boxes_are_listed_in_every_cluster_that_they_overlap():
         np.testing.assert_array_equal(numbers[starts[cluster] : starts[cluster] + counts[cluster]], expected)
 
 
-def test_no_lamps_leave_every_cluster_empty():
+def test_no_lamps_leave_every_cluster_empty() -> None:
     clusters = visible_lamps(VIEW, [])
     assert len(clusters.records) == len(clusters.lists) == 0
     assert clusters.across == (10, 7) and len(clusters.cells) == 10 * 7 * SLICES
     assert (clusters.cells["numbers"][:, 1] == 0).all()
 
 
-def test_every_point_finds_the_lamps_that_reach_it():
+def test_every_point_finds_the_lamps_that_reach_it() -> None:
     lamps = lamps_of(60)
     clusters = visible_lamps(VIEW, lamps)
     lists = clusters.lists["numbers"].ravel()
@@ -66,17 +66,17 @@ def test_every_point_finds_the_lamps_that_reach_it():
         for lamp in lamps:
             if np.linalg.norm(point - lamp.position) < lamp.range:
                 reached += 1
-                assert tuple(np.float32([*(lamp.position - VIEW.position), lamp.range])) in listed
+                assert tuple(np.array([*(lamp.position - VIEW.position), lamp.range], np.float32)) in listed
     assert reached > 200
 
 
-def test_lamps_behind_the_viewer_are_left_out():
+def test_lamps_behind_the_viewer_are_left_out() -> None:
     behind = VIEW.position - 5 * VIEW.axes[2]
     lamps = [LampParams(position=tuple(behind), range=reach) for reach in (4.0, 6.0)]
     assert visible_lamps(VIEW, lamps).records["place"][:, 3].tolist() == [6.0]
 
 
-def test_lamps_with_maps_come_first_and_know_their_tiles():
+def test_lamps_with_maps_come_first_and_know_their_tiles() -> None:
     ahead = VIEW.position + 5 * VIEW.axes[2]
     lamps = [LampParams(position=tuple(ahead), direction=(0, -1, 0), range=3.0 + k) for k in range(4)]
     clusters = visible_lamps(VIEW, lamps, {2: 7})
@@ -88,12 +88,15 @@ def test_lamps_with_maps_come_first_and_know_their_tiles():
     assert half_width == pytest.approx(np.tan(np.radians(lamps[2].angle / 2)), rel=1e-5)
 
 
-def test_cones_fade_from_four_fifths_of_their_angle_on():
+def test_cones_fade_from_four_fifths_of_their_angle_on() -> None:
     lamps = [LampParams(position=(0, 0, 0), direction=(0, -2, 0), angle=60), LampParams(position=(0, 0, 0))]
     spot, point = lamp_records(VIEW, lamps)
     edge, full = np.cos(np.radians([30, FADE * 30]))
     assert spot["light"][3] == pytest.approx(edge) and spot["cone"][3] == pytest.approx(1 / (full - edge), rel=1e-5)
     assert spot["cone"][:3] == pytest.approx([0, -1, 0])
-    fade = lambda record, cosine: np.clip((cosine - record["light"][3]) * record["cone"][3], 0, 1)  # noqa: E731
+
+    def fade(record: np.void, cosine: float) -> float:
+        return np.clip((cosine - record["light"][3]) * record["cone"][3], 0, 1)
+
     assert [fade(spot, cosine) for cosine in (edge, full)] == pytest.approx([0, 1], abs=1e-5)
     assert fade(point, -1.0) == 1

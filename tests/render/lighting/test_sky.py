@@ -1,10 +1,14 @@
 """Sky, fog and tone mapping: the shaders against their twins, and what must hold of each."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import moderngl
 import numpy as np
 import pytest
 
 from depthwalk.colour import LUMINANCE, linear_from_srgb, srgb_from_linear
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
 from depthwalk.reference.fog import fog_before_sky, fog_density, fog_through
 from depthwalk.reference.tone import TONES
@@ -15,23 +19,25 @@ from depthwalk.render.view.view import View
 from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.environment import Environment
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, scene_of
 
 SIZE = (64, 48)
 
 
-def toward(elevation, azimuth=0.0):
+def toward(elevation: int, azimuth: float = 0.0) -> Array:
     """Unit vector; degrees."""
     rise, turn = np.radians([elevation, azimuth])
     return np.array([np.cos(rise) * np.sin(turn), np.sin(rise), np.cos(rise) * np.cos(turn)])
 
 
-def sun_at(elevation, **sky):
+def sun_at(elevation: int, **sky: float) -> Environment:
     sun = {"direction": tuple(-toward(elevation)), "colour": (1, 1, 1)}
-    return Environment(sky={"model": "preetham"} | sky, sun=sun)
+    return Environment.model_validate({"sky": {"model": "preetham"} | sky, "sun": sun})
 
 
-def drawn(gl_device, fragment, defines, view, **values):
+def drawn(gl_device: Device, fragment: str, defines: tuple[str, ...], view: View, **values: Any) -> tuple[Array, Array]:
     """What a fragment shader writes all over the picture, (H · W, 4), lower row first; and the rays (H · W, 3)."""
     scope = gl_device.scope("test")
     program = Program(scope, "common/far_plane.vert", fragment, defines)
@@ -47,9 +53,11 @@ def drawn(gl_device, fragment, defines, view, **values):
     return found, np.stack([column, row, np.ones_like(row)], -1).reshape(-1, 3) @ view.ray_from_screen.T
 
 
-@pytest.mark.parametrize("environment", [Environment(), Environment(sky={}), sun_at(4), sun_at(50, turbidity=6.0)])
+@pytest.mark.parametrize(
+    "environment", [Environment(), Environment.model_validate({"sky": {}}), sun_at(4), sun_at(50, turbidity=6.0)]
+)
 @pytest.mark.parametrize("azimuth", [20, 200])
-def test_the_sky_is_its_twins(gl_device, environment, azimuth):
+def test_the_sky_is_its_twins(gl_device: Device, environment: Environment, azimuth: int) -> None:
     sky, view = (
         environment_sky(environment),
         View(Camera((0, 0, 0), tuple(toward(25, azimuth)), 1.5), SIZE, near=0.1, far=10.0),
@@ -59,7 +67,7 @@ def test_the_sky_is_its_twins(gl_device, environment, azimuth):
     np.testing.assert_allclose(found[:, :3], expected, rtol=2e-3, atol=1e-5)
 
 
-def test_daylight_is_of_the_brightness_that_is_measured():
+def test_daylight_is_of_the_brightness_that_is_measured() -> None:
     """kcd/m² at the zenith and klx on level ground, as on clear to hazy days."""
     unit = 128 / np.pi
     for elevation, low, high in ((30, 2.0, 6.0), (60, 4.0, 20.0)):
@@ -70,7 +78,7 @@ def test_daylight_is_of_the_brightness_that_is_measured():
         assert 5 < level * 128 < 35
 
 
-def test_a_low_sun_is_red_and_one_that_set_leaves_night():
+def test_a_low_sun_is_red_and_one_that_set_leaves_night() -> None:
     noon, low, dusk, night = (sun_at(elevation) for elevation in (60, 3, -3, -18))
     high, red = sunlight(noon), sunlight(low)
     assert (high > 0.5).all() and high[2] > 0.7 * high[0]
@@ -81,12 +89,15 @@ def test_a_low_sun_is_red_and_one_that_set_leaves_night():
     assert np.isfinite(daylight(np.array([0.0, -1, 0]), 3, 1).radiance(up)).all()
 
 
-def test_the_disc_is_where_the_sun_is_and_holds_its_light(gl_device):
-    environment = Environment(sky={"sun_size": 6.0}, sun={"direction": tuple(-toward(20)), "intensity": 0.5})
+def test_the_disc_is_where_the_sun_is_and_holds_its_light(gl_device: Device) -> None:
+    environment = Environment.model_validate(
+        {"sky": {"sun_size": 6.0}, "sun": {"direction": tuple(-toward(20)), "intensity": 0.5}}
+    )
     camera = Camera((0, 0, 0), tuple(toward(20)), 0.3)
     with HeadlessRenderer(scene_of_nothing(environment), ShapeLibrary([box(1, 1, 1)], resolution=16), SIZE) as headless:
         headless.draw(View(camera, SIZE))
         with_disc = headless.linear_image().colour[..., :3]
+        assert environment.sky is not None
         environment.sky.sun_size = 0.0
         headless.draw(View(camera, SIZE))
         disc = with_disc - headless.linear_image().colour[..., :3]
@@ -98,9 +109,9 @@ def test_the_disc_is_where_the_sun_is_and_holds_its_light(gl_device):
     assert ((weight * row).sum(), (weight * column).sum()) == pytest.approx((23.5, 31.5), abs=0.1)
 
 
-def scene_of_nothing(environment):
+def scene_of_nothing(environment: Environment) -> Scene:
     scene = scene_of((0, (0, -900, 0), 0.0, 0.001))
-    scene.environment = environment
+    cast(SimpleNamespace, scene).environment = environment
     return scene
 
 
@@ -109,7 +120,7 @@ FOGS = [(0.02, 0.0, 20.0), (0.3, 4.0, 1.5), (0.001, -30.0, 400.0)]
 
 @pytest.mark.parametrize("fog", FOGS)
 @pytest.mark.parametrize("viewer_y", [-6.0, 1.6, 60.0])
-def test_fog_is_the_integral_of_its_density(fog, viewer_y):
+def test_fog_is_the_integral_of_its_density(fog: tuple[float, float, float], viewer_y: float) -> None:
     """The twin against a sum of 100,000 steps, for ways up, down, across the fog's top and level."""
     rng = np.random.default_rng(2)
     way = rng.normal(size=(40, 3)) * rng.uniform(0.1, 40, (40, 1))
@@ -125,7 +136,7 @@ def test_fog_is_the_integral_of_its_density(fog, viewer_y):
 
 @pytest.mark.parametrize("fog", FOGS)
 @pytest.mark.parametrize("viewer_y", [-6.0, 1.6, 60.0])
-def test_the_pass_fogs_as_its_twin(gl_device, fog, viewer_y):
+def test_the_pass_fogs_as_its_twin(gl_device: Device, fog: tuple[float, float, float], viewer_y: float) -> None:
     rng = np.random.default_rng(3)
     view = View(Camera((0, viewer_y, 0), (0.3, viewer_y + 0.05, 1), 1.2), SIZE, near=0.2, far=300.0)
     depth = rng.uniform(0.9, 1.0, SIZE[::-1]).astype(np.float32)
@@ -147,7 +158,7 @@ def test_the_pass_fogs_as_its_twin(gl_device, fog, viewer_y):
 
 @pytest.mark.gl
 @pytest.mark.parametrize("sky", [{}, {"model": "preetham"}])
-def test_dense_fog_is_all_there_is_and_shows_the_horizon(sky):
+def test_dense_fog_is_all_there_is_and_shows_the_horizon(sky: dict[str, str]) -> None:
     """Ground and sky alike; with alpha, fog is on surfaces only."""
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), sky=sky, ground={}, fog={"density": 1.0, "falloff": 1e4})
     camera = Camera((0, 2, 8), (0, 2, 0), 0.8)
@@ -164,7 +175,7 @@ def test_dense_fog_is_all_there_is_and_shows_the_horizon(sky):
 
 
 @pytest.mark.gl
-def test_fog_is_as_dense_whatever_the_samples_of_a_pixel():
+def test_fog_is_as_dense_whatever_the_samples_of_a_pixel() -> None:
     """On the ground, whose fog thickens with the distance, and before the sky."""
     scene = scene_of((0, (0, -5, 0), 0.0, 1.0), sky={}, ground={}, fog={"density": 0.1, "height": 0.5, "falloff": 2})
     view, drawn = View(Camera((0, 2, 8), (0, 1, 0), 0.8), SIZE), []
@@ -181,7 +192,7 @@ def test_fog_is_as_dense_whatever_the_samples_of_a_pixel():
 
 @pytest.mark.parametrize("tone", TONES)
 @pytest.mark.parametrize("exposure", [0.0, -1.5])
-def test_tones_are_their_twins(gl_device, tone, exposure):
+def test_tones_are_their_twins(gl_device: Device, tone: str, exposure: float) -> None:
     rng = np.random.default_rng(6)
     light = (rng.uniform(size=(*SIZE[::-1], 4)) ** 4 * 20).astype(np.float32)
     light[..., 3] = rng.choice([0.25, 1.0], SIZE[::-1])
@@ -201,7 +212,7 @@ def test_tones_are_their_twins(gl_device, tone, exposure):
     assert found[:, 3] == pytest.approx(light[..., 3].ravel(), abs=1 / 255)
 
 
-def test_light_is_encoded_as_for_any_screen(gl_device):
+def test_light_is_encoded_as_for_any_screen(gl_device: Device) -> None:
     """Its fitted curve is off by a hundredth of what 8 bits tell apart."""
     light = np.linspace(0, 1, SIZE[0] * SIZE[1], dtype=np.float32)
     scope = gl_device.scope("test")
@@ -219,7 +230,7 @@ def test_light_is_encoded_as_for_any_screen(gl_device):
 
 
 @pytest.mark.parametrize("tone", TONES)
-def test_tones_keep_black_order_and_grey(tone):
+def test_tones_keep_black_order_and_grey(tone: str) -> None:
     grey = np.repeat(np.concatenate([[0], np.geomspace(1e-3, 40, 400)])[:, None], 3, 1)
     shown = TONES[tone](grey)
     assert np.ptp(shown, axis=1).max() < 2e-3
@@ -227,7 +238,7 @@ def test_tones_keep_black_order_and_grey(tone):
 
 
 @pytest.mark.gl
-def test_exposure_doubles_what_is_shown():
+def test_exposure_doubles_what_is_shown() -> None:
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), background=(0.2, 0.3, 0.1))
     camera = Camera((0, 30, 8), (0, 30, 0), 0.8)
     with HeadlessRenderer(scene, ShapeLibrary([box(1, 1, 1)], resolution=32), SIZE) as headless:

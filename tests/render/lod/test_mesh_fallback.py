@@ -2,6 +2,7 @@
 
 import threading
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,28 +12,32 @@ import depthwalk.render.resources.mesh_store
 from depthwalk.bake.meso import Meso
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.gpu.device import Device
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.view.bounds import outside
 from depthwalk.render.view.view import View
 from depthwalk.render.world.render_world import FrameResidency
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Array
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere, two_halves
 from stage import AWAY, NEAR, SlowLibrary, Walk, draws_until
+from studio import Studio
 
 SIZE = 160, 120
 
 
 @pytest.fixture(scope="module")
-def ball():
+def ball() -> Mesh:
     return sphere(0.5, columns=16, rows=8)
 
 
 @pytest.fixture(scope="module")
-def dense():
+def dense() -> Mesh:
     """More than 9,000 triangles."""
     return sphere(0.5, columns=96, rows=48)
 
 
-def asset_of(kind, ball):
+def asset_of(kind: str, ball: Mesh) -> tuple[Mesh, BakedModel]:
     """A mesh and its depth images: upright, lying and beside its origin, or in two parts."""
     if kind == "parts":
         return ball, two_halves(ball)
@@ -42,17 +47,23 @@ def asset_of(kind, ball):
     )
 
 
-def pictures(studio, scene, library, camera, **settings):
+def pictures(
+    studio: Studio,
+    scene: Sequence[tuple[int, tuple[float, float, float], float, float]],
+    library: ShapeLibrary,
+    camera: Camera,
+    **settings: float,
+) -> tuple[Array, Array, dict[str, float]]:
     """As depth images with `magnification`, and as meshes, with the counts of the former."""
     near, far = scene_of(*scene), scene_of(*scene, representation=Representation.MESH)
     for name, value in settings.items():
         setattr(near.render.lod, name, value)
-    pixels, _, plan = studio.picture(near, library, camera, size=SIZE, depth=True)
+    pixels, _, plan = studio.measured(near, library, camera, size=SIZE)
     return pixels, studio.picture(far, library, camera, size=SIZE), plan.counts
 
 
 @pytest.mark.parametrize("kind", ["upright", "turned", "parts"])
-def test_what_is_near_is_the_mesh_where_it_stood(studio, ball, kind):
+def test_what_is_near_is_the_mesh_where_it_stood(studio: Studio, ball: Mesh, kind: str) -> None:
     mesh, baked = asset_of(kind, ball)
     scene = (0, (0.5, 0.1, 0), 0.7, 1.5), (0, (-1.5, 0, -1), 2.0, 0.7)
     camera = Camera((0.3, 1.2, 4.0), (0.4, 0.6, 0), 0.6)
@@ -64,7 +75,7 @@ def test_what_is_near_is_the_mesh_where_it_stood(studio, ball, kind):
     assert (images != as_mesh).any()
 
 
-def test_the_limit_is_a_texel_in_pixels(studio, ball):
+def test_the_limit_is_a_texel_in_pixels(studio: Studio, ball: Mesh) -> None:
     """A ball ever nearer: a texel of the side image is as wide as 2πR/64, and high as 1/64."""
     library, texel, drawn = ShapeLibrary([ball], [bake(ball, resolution=64, layers=1)]), np.sqrt(np.pi) / 64, {}
     for distance in np.linspace(1.0, 8.0, 15):
@@ -78,7 +89,7 @@ def test_the_limit_is_a_texel_in_pixels(studio, ball):
     assert set(drawn.values()) == {True, False}
 
 
-def test_nothing_stands_in_for_what_is_no_mesh_or_has_more_on_it(studio, ball):
+def test_nothing_stands_in_for_what_is_no_mesh_or_has_more_on_it(studio: Studio, ball: Mesh) -> None:
     relief = np.zeros((4, 4, 3), np.float32)
     plain = bake(ball, resolution=64, layers=1)
     rough = BakedModel(parts=(replace(plain, meso=Meso(relief=relief, height=0.01, tile=(0.1, 0.1))),))
@@ -86,29 +97,29 @@ def test_nothing_stands_in_for_what_is_no_mesh_or_has_more_on_it(studio, ball):
     for library in (ShapeLibrary([ball], [rough]), ShapeLibrary([None], [plain])):
         scene = scene_of((0, (0, 0, 0), 0.0, 1.0))
         scene.render.lod.magnification = 0.01
-        _, _, plan = studio.picture(scene, library, camera, size=SIZE, depth=True)
+        _, _, plan = studio.measured(scene, library, camera, size=SIZE)
         assert (plan.counts["dpci"], plan.counts["mesh_fallbacks"]) == (1, 0)
 
 
-def test_one_stands_in_as_it_is_while_the_next_is_simplified(studio, dense):
+def test_one_stands_in_as_it_is_while_the_next_is_simplified(studio: Studio, dense: Mesh) -> None:
     """A stand-in of few triangles knows no coarser levels; who asks for `mesh-lod` draws them all the same."""
     camera = Camera((0, 0.5, 2.0), (0, 0.5, 0), 0.9)
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), (0, (4, 0, -40), 0.0, 1.0))
     scene.objects.representation[1] = Representation.MESH_LOD
     scene.render.lod.magnification = 0.01
     library = ShapeLibrary([dense], [bake(dense, resolution=64, layers=1)])
-    _, _, plan = studio.picture(scene, library, camera, size=SIZE, depth=True)
+    _, _, plan = studio.measured(scene, library, camera, size=SIZE)
     assert (plan.counts["mesh"], plan.counts["mesh_fallbacks"]) == (2, 1)
     assert len(dense.faces) < plan.counts["mesh_triangles"] < 1.5 * len(dense.faces)
 
 
-def test_distances_from_cylinders():
+def test_distances_from_cylinders() -> None:
     viewer = np.array([[0, 0, 0], [3, 0, 0], [0, 5, 0], [0, -6, 4.0]])
     ones = np.ones(4)
     np.testing.assert_allclose(outside(viewer, np.zeros((4, 3)), 2 * ones, ones), [0, 2, 3, 5])
 
 
-def test_a_walk_does_not_wait_for_meshes(gl_device, ball):
+def test_a_walk_does_not_wait_for_meshes(gl_device: Device, ball: Mesh) -> None:
     library = SlowLibrary([ball], [bake(ball, resolution=32, layers=1)])
     before = Counter(gl_device.live)
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=0.01) as walk:
@@ -130,7 +141,7 @@ def test_a_walk_does_not_wait_for_meshes(gl_device, ball):
     assert +gl_device.live == +before
 
 
-def test_a_frame_agrees_whether_a_mesh_has_come(gl_device, ball):
+def test_a_frame_agrees_whether_a_mesh_has_come(gl_device: Device, ball: Mesh) -> None:
     """Also where it comes between two views of the frame, as of two shadow maps."""
     library = SlowLibrary([ball], [bake(ball, resolution=32, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=0.01) as walk:
@@ -148,7 +159,9 @@ def test_a_frame_agrees_whether_a_mesh_has_come(gl_device, ball):
         assert not frame.is_mesh_resident(mesh).any()
 
 
-def test_a_mesh_that_cannot_be_read_is_told_of_once(gl_device, ball, caplog):
+def test_a_mesh_that_cannot_be_read_is_told_of_once(
+    gl_device: Device, ball: Mesh, caplog: pytest.LogCaptureFixture
+) -> None:
     library = SlowLibrary([ball], [bake(ball, resolution=32, layers=1)])
     library.broken = True
     library.may.set()
@@ -163,7 +176,7 @@ def test_a_mesh_that_cannot_be_read_is_told_of_once(gl_device, ball, caplog):
         assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"], library.read) == (1, 0, [0])
 
 
-def test_large_meshes_stand_in_simplified(gl_device, dense, monkeypatch):
+def test_large_meshes_stand_in_simplified(gl_device: Device, dense: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(depthwalk.render.resources.mesh_store, "_MAX_UNSIMPLIFIED", 1000)
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
@@ -173,7 +186,7 @@ def test_large_meshes_stand_in_simplified(gl_device, dense, monkeypatch):
         assert walk.counts["mesh_fallbacks"] == 1 and 0 < walk.counts["mesh_triangles"] < len(dense.faces) / 2
 
 
-def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device, dense):
+def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device: Device, dense: Mesh) -> None:
     """Neither in the first frame, which knows of them only when they have come, nor later."""
     library = ShapeLibrary([dense], [bake(dense, resolution=16, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 4.0)), library, seconds=None) as walk:
@@ -188,7 +201,7 @@ def test_too_many_triangles_for_its_pixels_do_not_stand_in(gl_device, dense):
         assert (walk.counts["dpci"], walk.counts["mesh_fallbacks"]) == (0, 1)
 
 
-def test_frozen_levels_freeze_what_stands_in(gl_device, ball):
+def test_frozen_levels_freeze_what_stands_in(gl_device: Device, ball: Mesh) -> None:
     library = ShapeLibrary([ball], [bake(ball, resolution=32, layers=1)])
     with Walk(gl_device, scene_of((0, (0, 0, 0), 0.0, 1.0)), library, seconds=None) as walk:
         lod = walk.renderer.settings.lod

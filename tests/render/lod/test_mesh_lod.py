@@ -1,7 +1,10 @@
 """Simplified meshes: what they look like, how far off they say they are, and which of them is drawn."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -9,13 +12,16 @@ import pytest
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
 from depthwalk.geometry.triangles import face_normals
-from depthwalk.ingest.mesh import Mesh, Part
+from depthwalk.ingest.mesh import Mesh, MeshLevel, Part
 from depthwalk.render.lod.mesh_lod import mesh_level
 from depthwalk.render.resources.mesh_object import is_solid
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Objects, Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, mesh_of, scene_of, sphere
+from studio import Studio
 
 
 def seamless(mesh: Mesh) -> Mesh:
@@ -24,16 +30,16 @@ def seamless(mesh: Mesh) -> Mesh:
 
 
 @pytest.fixture(scope="module")
-def ball():
+def ball() -> Mesh:
     return seamless(sphere(1.0, columns=256, rows=128))
 
 
 @pytest.fixture(scope="module")
-def levels(ball):
+def levels(ball: Mesh) -> tuple[MeshLevel, ...]:
     return mesh_levels(ball)
 
 
-def test_levels_are_ever_coarser(ball, levels):
+def test_levels_are_ever_coarser(ball: Mesh, levels: tuple[MeshLevel, ...]) -> None:
     assert levels[0].mesh is ball and levels[0].error == 0
     assert len(levels) == len(RATIOS) + 1
     for level, ratio in zip(levels[1:], RATIOS, strict=True):
@@ -42,7 +48,7 @@ def test_levels_are_ever_coarser(ball, levels):
     assert errors == sorted(errors) and errors[1] > 0
 
 
-def test_the_error_is_how_far_a_sphere_bulges_out_of_its_facets(levels):
+def test_the_error_is_how_far_a_sphere_bulges_out_of_its_facets(levels: tuple[MeshLevel, ...]) -> None:
     for level in levels[2:]:
         corners = level.mesh.positions[level.mesh.faces].astype(float) - [0, 1, 0]
         normals, _ = face_normals(corners)
@@ -50,9 +56,9 @@ def test_the_error_is_how_far_a_sphere_bulges_out_of_its_facets(levels):
         assert 0.9 * np.percentile(bulge, 99) < level.error < 1.1 * bulge.max()
 
 
-def test_looks_come_from_the_surface_nearby():
+def test_looks_come_from_the_surface_nearby() -> None:
     red, blue = sphere(1.0, 64, 32, colour=(255, 0, 0)), sphere(1.0, 64, 32, colour=(0, 0, 255))
-    red, blue = seamless(red), seamless(replace(blue, positions=blue.positions + np.float32([3, 0, 0])))
+    red, blue = seamless(red), seamless(replace(blue, positions=blue.positions + np.array([3, 0, 0], np.float32)))
     both = joined(red, blue)
     half = len(red.faces)
     other = replace(both.materials[0], shininess=5.0)
@@ -68,7 +74,7 @@ def test_looks_come_from_the_surface_nearby():
         assert (right[faces] == (part.material == 0)).all()
 
 
-def test_texture_coordinates_keep_their_side_of_a_seam(ball):
+def test_texture_coordinates_keep_their_side_of_a_seam(ball: Mesh) -> None:
     columns = 257
     u = np.tile(np.arange(columns) / 256, len(ball.positions) // columns).astype(np.float32)
     fine = mesh_levels(replace(ball, uv=np.stack([u, u], -1)))[1].mesh
@@ -77,15 +83,15 @@ def test_texture_coordinates_keep_their_side_of_a_seam(ball):
     assert across[away[fine.faces].all(1)].mean() < 0.012  # those that lie across the seam themselves
 
 
-def test_few_triangles_have_no_levels():
+def test_few_triangles_have_no_levels() -> None:
     assert len(mesh_levels(box(1, 1, 1))) == 1
 
 
-def objects_at(distance, representation=Representation.MESH_LOD):
+def objects_at(distance: Sequence[float] | Array, representation: Representation = Representation.MESH_LOD) -> Objects:
     count = len(distance)
     position = np.zeros((count, 3), np.float32)
     position[:, 2] = -np.asarray(distance)
-    rotation = np.tile(np.float32([0, 0, 0, 1]), (count, 1))
+    rotation = np.tile(np.array([0, 0, 0, 1], np.float32), (count, 1))
     scale = np.linspace(0.5, 2, count, dtype=np.float32)
     return Objects(
         asset=np.zeros(count, np.int32),
@@ -96,7 +102,7 @@ def objects_at(distance, representation=Representation.MESH_LOD):
     )
 
 
-def test_the_level_is_the_coarsest_within_the_error():
+def test_the_level_is_the_coarsest_within_the_error() -> None:
     errors = np.array([[0, 0.001, 0.004, 0.02, 0.1, np.inf]])
     view = View(Camera((0, 0, 0), (0, 0, -1), 1.0), (640, 480))
     objects = objects_at(np.geomspace(0.2, 3000, 200))
@@ -113,13 +119,13 @@ def test_the_level_is_the_coarsest_within_the_error():
     assert mesh_level(view, plain, np.array([3000.0]), errors, 1.5) == [0]
 
 
-def test_without_error_the_picture_is_that_of_the_mesh(studio, ball):
+def test_without_error_the_picture_is_that_of_the_mesh(studio: Studio, ball: Mesh) -> None:
     library, camera = ShapeLibrary([ball], [None]), Camera((0, 1.5, 12), (0, 1, 0), 0.5)
     pictures, triangles = [], []
     for representation, error in ((Representation.MESH, 1), (Representation.MESH_LOD, 0), (Representation.MESH_LOD, 1)):
         scene = scene_of((0, (0, 0, 0), 0.3, 1.0), (0, (2.5, 0, -60), 0.0, 1.0), representation=representation)
         scene.render.mesh.error = error
-        pixels, _, plan = studio.picture(scene, library, camera, depth=True)
+        pixels, _, plan = studio.measured(scene, library, camera)
         pictures.append(pixels)
         triangles.append(plan.counts["mesh_triangles"])
         assert plan.counts["mesh"] == 2
@@ -129,14 +135,14 @@ def test_without_error_the_picture_is_that_of_the_mesh(studio, ball):
     assert 0 < np.abs(pictures[2] - pictures[0]).mean() < 2e-3
 
 
-def test_what_is_out_of_sight_is_not_drawn(studio, ball):
+def test_what_is_out_of_sight_is_not_drawn(studio: Studio, ball: Mesh) -> None:
     placed = [(0, (40.0 * k, 0, 0), 0.0, 1.0) for k in range(-3, 4)]
     scene = scene_of(*placed, representation=Representation.MESH)
-    _, _, plan = studio.picture(scene, ShapeLibrary([ball], [None]), Camera((0, 1, 10), (0, 1, 0), 0.5), depth=True)
+    _, _, plan = studio.measured(scene, ShapeLibrary([ball], [None]), Camera((0, 1, 10), (0, 1, 0), 0.5))
     assert plan.counts["mesh"] == 1
 
 
-def turned_inside_out(mesh):
+def turned_inside_out(mesh: Mesh) -> Mesh:
     return replace(mesh, faces=mesh.faces[:, ::-1].copy())
 
 
@@ -151,11 +157,11 @@ def turned_inside_out(mesh):
     ],
     ids=["box", "two", "inside out", "a face missing", "a face turned"],
 )
-def test_only_solids_hide_their_back_faces(mesh, solid):
+def test_only_solids_hide_their_back_faces(mesh: Mesh, solid: bool) -> None:
     assert is_solid(mesh) is solid
 
 
-def test_back_faces_of_a_solid_do_not_matter(studio):
+def test_back_faces_of_a_solid_do_not_matter(studio: Studio) -> None:
     block = box(1.0, 1.0, 1.0, centre=(0, 0.5, 0))
     speck = mesh_of([[0, 0.5, 0], [0.1, 0.5, 0], [0, 0.6, 0]], [[0, 1, 2]], np.tile([0.0, 0, 1], (3, 1)))
     scene, camera = (
@@ -163,10 +169,10 @@ def test_back_faces_of_a_solid_do_not_matter(studio):
         Camera((1, 2, 3), (0, 0.5, 0), 0.6),
     )
     pictures = [studio.picture(scene, ShapeLibrary([mesh], [None]), camera) for mesh in (block, joined(block, speck))]
-    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_array_equal(pictures[0], pictures[1])
 
 
-def test_levels_are_kept_and_found_again(tiny_scene, tmp_path, monkeypatch):
+def test_levels_are_kept_and_found_again(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = load_scene(tiny_scene).assets
     stages: list[str] = []
@@ -185,8 +191,10 @@ def test_levels_are_kept_and_found_again(tiny_scene, tmp_path, monkeypatch):
     assert stages[3:] == ["reading", "simplifying"]
 
 
-def test_a_full_disk_costs_nothing_but_time(tiny_scene, monkeypatch, caplog):
-    def full(levels, key):
+def test_a_full_disk_costs_nothing_but_time(
+    tiny_scene: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def full(levels: tuple[MeshLevel, ...], key: str) -> None:
         raise OSError("no space left")
 
     monkeypatch.setattr("depthwalk.assets.library.keep_levels", full)
@@ -195,12 +203,12 @@ def test_a_full_disk_costs_nothing_but_time(tiny_scene, monkeypatch, caplog):
     assert "cannot keep the simplified meshes of ball: no space left" in caplog.text
 
 
-def test_relief_has_no_levels():
-    library = SceneLibrary((SimpleNamespace(),))  # neither kind of asset has to be read
-    library.mesh = lambda asset: None
+def test_relief_has_no_levels(monkeypatch: pytest.MonkeyPatch) -> None:
+    library = SceneLibrary((cast(MeshAsset, SimpleNamespace()),))  # neither kind of asset has to be read
+    monkeypatch.setattr(library, "mesh", lambda asset: None)
     assert library.mesh_levels(0) == ()
 
 
-def test_a_scene_file_may_ask_for_it(tiny_scene):
+def test_a_scene_file_may_ask_for_it(tiny_scene: Path) -> None:
     tiny_scene.write_text(tiny_scene.read_text().replace("{asset: ball}", "{asset: ball, representation: mesh-lod}"))
     assert load_scene(tiny_scene).objects.representation.tolist() == [Representation.MESH_LOD]

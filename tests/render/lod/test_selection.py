@@ -8,7 +8,7 @@ from depthwalk.scene.render_settings import LodParams
 from stage import view_of
 
 
-def test_no_more_triangles_than_pixels_can_show():
+def test_no_more_triangles_than_pixels_can_show() -> None:
     triangles = np.array([[1000, 300, 90, 30]])
     levels = [
         affordable_level(triangles, np.array([pixels]), 3.0)[0] for pixels in (1e9, 334.0, 333.0, 31.0, 11.0, 1.0)
@@ -17,12 +17,12 @@ def test_no_more_triangles_than_pixels_can_show():
 
 
 @pytest.mark.parametrize(("allowed", "level"), [(0.0, 0), (0.009, 0), (0.01, 1), (0.5, 2), (1e9, 2)])
-def test_the_coarsest_level_that_is_accurate_enough(allowed, level):
+def test_the_coarsest_level_that_is_accurate_enough(allowed: float, level: int) -> None:
     error = np.array([[0.001, 0.01, 0.1, np.inf]])
     assert error_level(error, np.array([allowed]))[0] == level
 
 
-def test_allowed_errors_grow_with_the_bias_and_shrink_with_the_picture():
+def test_allowed_errors_grow_with_the_bias_and_shrink_with_the_picture() -> None:
     view = view_of()
     plain = error_at_a_metre(view, LodParams(error=0.5))
     assert plain * view.focal_pixels == pytest.approx(0.5)

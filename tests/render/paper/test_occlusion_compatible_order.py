@@ -1,21 +1,25 @@
 """Occlusion-compatible order against the depth buffer, and the order itself against rays."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 import pytest
 
-from depthwalk.bake.images import Face
+from depthwalk.bake.images import BakedObject, Face
 from depthwalk.bake.planar import bake_planar
 from depthwalk.cook.cases import ALL_PIECES
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.ingest.image import PlanarImage
-from depthwalk.render.paper.occlusion_compatible_order import draw_order, epipole, image_cells
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.render.paper.occlusion_compatible_order import GridCells, draw_order, epipole, image_cells
 from depthwalk.scene.arrays import Camera
+from depthwalk.types import Array, Rows
 from shapes import ShapeLibrary, bake, box, joined, scene_of, sphere
+from studio import Studio
 
 
-def stack():
+def stack() -> Mesh:
     """Parts that hide one another from nearly everywhere, none of them around the axis alone."""
     return joined(
         box(0.5, 0.4, 0.5, (0, 0.2, 0)),
@@ -24,7 +28,7 @@ def stack():
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     y, x = np.mgrid[0:96, 0:96] / 95 * 2 - 1.0
     depth = (0.5 * np.sin(6 * x) ** 2 * np.cos(5 * y) ** 2).astype(np.float32)
     colour = np.zeros((96, 96, 3), np.uint8)
@@ -43,26 +47,30 @@ VIEWPOINTS = [
 
 
 @pytest.fixture(autouse=True)
-def whole_grids(monkeypatch):
+def whole_grids(monkeypatch: pytest.MonkeyPatch) -> None:
     """The depth buffer draws the same triangles as the order."""
     monkeypatch.setattr("depthwalk.cook.cook.build_grid_lods", partial(build_grid_lods, tolerance=-np.inf))
 
 
 @pytest.mark.parametrize("asset", [0, 1, 2])
 @pytest.mark.parametrize("position", VIEWPOINTS)
-def test_pictures_are_those_of_the_depth_buffer(studio, library, asset, position):
+def test_pictures_are_those_of_the_depth_buffer(
+    studio: Studio, library: ShapeLibrary, asset: int, position: tuple[float, float, float]
+) -> None:
     pictures = pictures_by_order(studio, library, asset, Camera(position, (0, 0.6, 0), 0.7))
     assert (pictures[0][..., 3] > 0).sum() > 500
     assert differing(pictures) <= 0.001
 
 
 @pytest.mark.parametrize("position", [(0, 1, 3), (1.5, 1.8, 1.2), (-2, 0.2, 1), (0.3, 3, 1.5)])
-def test_a_relief_is_drawn_in_order(studio, library, position):
+def test_a_relief_is_drawn_in_order(
+    studio: Studio, library: ShapeLibrary, position: tuple[float, float, float]
+) -> None:
     pictures = pictures_by_order(studio, library, 3, Camera(position, (0, 1, 0), 0.8))
     assert differing(pictures) <= 0.001
 
 
-def test_the_wrong_order_is_seen(studio, library, monkeypatch):
+def test_the_wrong_order_is_seen(studio: Studio, library: ShapeLibrary, monkeypatch: pytest.MonkeyPatch) -> None:
     """The shapes above do depend on their order."""
     monkeypatch.setattr(
         "depthwalk.render.paper.ordered_indices.draw_order", lambda cells, at: draw_order(cells, at)[::-1]
@@ -79,9 +87,11 @@ def test_the_wrong_order_is_seen(studio, library, monkeypatch):
 
 @pytest.mark.gl
 @pytest.mark.parametrize("asset", [0, 3])
-def test_cells_that_a_ray_meets_come_far_to_near(library, asset):
+def test_cells_that_a_ray_meets_come_far_to_near(library: ShapeLibrary, asset: int) -> None:
     """Points along random rays, and the ranks of the cells they fall into."""
-    (baked,) = library.baked(asset).parts
+    model = library.baked(asset)
+    assert model is not None
+    (baked,) = model.parts
     cells = image_cells(build_grid_lods(baked, tolerance=-np.inf), baked, level=1, pieces=ALL_PIECES)
     rng = np.random.default_rng(3)
     side = any(image.face is Face.SIDE for image in baked.images)
@@ -99,16 +109,16 @@ def test_cells_that_a_ray_meets_come_far_to_near(library, asset):
             assert all(a == b or a[0] > b[1] for a, b in zip(nearer, farther, strict=True))
 
 
-def unit(v):
+def unit(v: Array) -> Array:
     return v / np.linalg.norm(v)
 
 
-def viewer_above(rng, baked):
+def viewer_above(rng: np.random.Generator, baked: BakedObject) -> Array:
     x, z = rng.uniform(-2, 2, 2)
     return np.array([x, baked.cylinder.top + 1.5, z])
 
 
-def spans_at(cells, baked, points):
+def spans_at(cells: GridCells, baked: BakedObject, points: Array) -> Rows:
     """Columns and rows, in nodes, of points (…, 3)."""
     cylinder = baked.cylinder
     x, y, z = np.moveaxis(points, -1, 0)
@@ -121,13 +131,13 @@ def spans_at(cells, baked, points):
     return np.stack([np.searchsorted(nodes, texel[..., k], "right") - 1 for k, nodes in enumerate(cells.nodes)], -1)
 
 
-def ranks_at(cells, rank, node):
+def ranks_at(cells: GridCells, rank: Rows, node: Rows) -> tuple[int, int] | None:
     """Lowest and highest rank among the triangles of the cell over `node`; None where there is none."""
     here = (cells.cell == node).all(1)
     return (int(rank[here].min()), int(rank[here].max())) if here.any() else None
 
 
-def pictures_by_order(studio, library, asset, camera):
+def pictures_by_order(studio: Studio, library: ShapeLibrary, asset: int, camera: Camera) -> list[Array]:
     pictures = []
     for order in ("depth", "epipole"):
         scene = scene_of((asset, (0, 0, 0), 0.0, 1.0))
@@ -137,7 +147,7 @@ def pictures_by_order(studio, library, asset, camera):
     return pictures
 
 
-def differing(pictures):
+def differing(pictures: Sequence[Array]) -> float:
     """Share of the object's pixels whose colour differs by more than rounding."""
     first, second = pictures
     covered = (first[..., 3] > 0) | (second[..., 3] > 0)

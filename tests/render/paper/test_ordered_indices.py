@@ -10,7 +10,7 @@ from depthwalk.render.paper.ordered_indices import viewer_of
 
 
 @pytest.mark.gl
-def test_records_hold_the_viewer():
+def test_records_hold_the_viewer() -> None:
     rng = np.random.default_rng(8)
     one = np.ones(50)
     viewer = rng.normal(size=(50, 3)) * 4

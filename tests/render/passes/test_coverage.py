@@ -5,10 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from alone import Alone, MakeAlone
 from depthwalk.cook.lod_geometry import IMAGE_BITS
 from depthwalk.render.draw.material_depth import FULL_COVERAGE
 from depthwalk.render.passes.coverage import CoveragePass
 from depthwalk.scene.render_settings import RenderSettings
+from modes import AaName
 
 UNCOVERED = 5 / 15  # of the four bits that the visibility buffer has for it
 SHADING = SimpleNamespace(assets=np.array([0]), low=np.array([[-1.0, -1.0]]), high=np.array([[1.0, 1.0]]))
@@ -16,7 +18,7 @@ COLUMN = 6
 
 
 @pytest.fixture
-def silhouette(alone):
+def silhouette(alone: MakeAlone) -> Alone:
     """Red depth images on the left, 2 m away, up to a column that they cover in part; white far behind on the right."""
     coverage = alone(CoveragePass())
     targets, (width, height) = coverage.targets, coverage.view.size
@@ -24,7 +26,7 @@ def silhouette(alone):
     depth = far / (far - near) - near * far / (far - near) / 2.0
     light, visibility = np.ones((height, width, 4)), np.zeros((height, width, 2), np.uint32)
     light[:, : COLUMN + 1] = 1, 0, 0, 1
-    inverse = np.float32([0.5]).view(np.uint32)[0] & ~np.uint32(15)
+    inverse = np.array([0.5], np.float32).view(np.uint32)[0] & ~np.uint32(15)
     visibility[:, : COLUMN + 1] = 1 << IMAGE_BITS, inverse
     visibility[:, COLUMN, 1] |= np.uint32(round(15 * UNCOVERED))
     targets.lighting.clear(depth=1.0)
@@ -37,7 +39,7 @@ def silhouette(alone):
     return coverage
 
 
-def test_a_pixel_shows_what_it_leaves_uncovered(silhouette):
+def test_a_pixel_shows_what_it_leaves_uncovered(silhouette: Alone) -> None:
     before = silhouette.lit()
     silhouette.draw(materials=SHADING)
     after = silhouette.lit()
@@ -50,7 +52,7 @@ def test_a_pixel_shows_what_it_leaves_uncovered(silhouette):
 @pytest.mark.parametrize(
     ("aa", "assets", "expected"), [("coverage", 1, True), ("coverage", 0, False), ("none", 1, False)]
 )
-def test_it_is_asked_for_and_there_are_depth_images(silhouette, aa, assets, expected):
+def test_it_is_asked_for_and_there_are_depth_images(silhouette: Alone, aa: AaName, assets: int, expected: bool) -> None:
     materials = SimpleNamespace(assets=np.arange(assets))
-    frame = silhouette.frame(settings=RenderSettings(aa=aa), materials=materials)
+    frame = silhouette.frame(settings=RenderSettings.model_validate({"aa": aa}), materials=materials)
     assert silhouette.pass_.enabled(frame, silhouette.pass_.params) is expected

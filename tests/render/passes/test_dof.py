@@ -1,9 +1,13 @@
 """Depth of field: the shaders against their twins, both against many frames, and what must stay sharp."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
 
+from depthwalk.gpu.device import Device
 from depthwalk.quality.metrics import psnr
 from depthwalk.reference import dof as twin
 from depthwalk.render.headless import HeadlessRenderer
@@ -12,6 +16,8 @@ from depthwalk.render.view.lens import DISC, circle_radius, gaussian, largest_ra
 from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, scene_of, sphere
 
 SIZE = (150, 100)
@@ -19,11 +25,11 @@ CAMERA = Camera((0, 1, 4), (0, 0.9, 0), 0.8)
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     return ShapeLibrary([sphere(0.5), box(0.4, 2, 0.4, (0, 1, 0), colour=(40, 160, 70))], [None, None])
 
 
-def picket(**dof):
+def picket(**dof: Any) -> Scene:
     """A ball in focus, a post before it that covers its left part, and one far behind its right part."""
     scene = scene_of(
         (0, (0, 0.5, 0), 0.0, 1.0),
@@ -34,19 +40,20 @@ def picket(**dof):
         ground={"height": 0.0},
     )
     settings = {"mode": "gather", "focal_length": 400, "f_number": 1.4, "focus_distance": 3.6, "max_blur": 20.0} | dof
-    scene.render = RenderSettings.model_validate({"dof": settings})
+    cast(SimpleNamespace, scene).render = RenderSettings.model_validate({"dof": settings})
     return scene
 
 
 class Drawn:
     """A frame: sRGB (H, W, 3), linear (H, W, 4), circles (H, W)."""
 
-    def __init__(self, library, scene=None, **dof):
+    def __init__(self, library: ShapeLibrary, scene: Scene | None = None, **dof: Any) -> None:
         scene = scene or picket(**dof)
         self.lens, view = scene.render.dof, View(CAMERA, SIZE)
         with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
             headless.draw(view)
             self.pixels, image = headless.pixels()[..., :3], headless.linear_image()
+            assert headless.renderer.view is not None
             self.depth_range = np.array(headless.renderer.view.depth_range)
         self.linear, self.distance = image.colour, image.distance
         self.circles = circle_radius(self.lens, view, image.distance)
@@ -55,21 +62,21 @@ class Drawn:
 
 
 @pytest.fixture(scope="module")
-def sharp(library, gl_device):
+def sharp(library: ShapeLibrary, gl_device: Device) -> Drawn:
     return Drawn(library, mode="none")
 
 
 @pytest.fixture(scope="module")
-def truth(library, gl_device):
+def truth(library: ShapeLibrary, gl_device: Device) -> Drawn:
     return Drawn(library, mode="accumulate", samples=256)
 
 
 @pytest.fixture(scope="module")
-def gathered(library, gl_device):
+def gathered(library: ShapeLibrary, gl_device: Device) -> Drawn:
     return Drawn(library)
 
 
-def test_circles_are_the_papers():
+def test_circles_are_the_papers() -> None:
     """Formulas (1) and (2) in full, with a sensor of the height that the angle of view asks for."""
     lens, view = picket(focal_length=80, f_number=2, focus_distance=4).render.dof, View(CAMERA, SIZE)
     f, diameter = 0.08, 0.04
@@ -82,7 +89,7 @@ def test_circles_are_the_papers():
     assert np.sign(found).tolist() == [-1, -1, 0, 1, 1]
 
 
-def test_lens_points_are_spread_evenly_and_end_in_the_middle():
+def test_lens_points_are_spread_evenly_and_end_in_the_middle() -> None:
     points = lens_points(400)
     assert points[-1].tolist() == [0, 0] and np.hypot(*points.T).max() == pytest.approx(1)
     assert points.mean(0) == pytest.approx([0, 0], abs=0.01)
@@ -90,13 +97,13 @@ def test_lens_points_are_spread_evenly_and_end_in_the_middle():
     assert lens_points(1).tolist() == [[0, 0]]
 
 
-def test_from_all_over_the_lens_points_appear_aside_by_their_circle():
+def test_from_all_over_the_lens_points_appear_aside_by_their_circle() -> None:
     """The projections themselves: what is in focus stays, all else moves by its radius times the point of the lens."""
     lens, view = picket(mode="accumulate", samples=9).render.dof, View(CAMERA, SIZE, 0.1, 100)
     middle = view.position + np.array([[0.3, -0.2, 1.5], [-0.4, 0.5, lens.focus_distance], [2, 1, 20.0]]) @ view.axes
     distance = (middle - view.position) @ view.axes[2]
 
-    def pixels(seen):
+    def pixels(seen: View) -> Array:
         clip = np.column_stack([middle - seen.position, np.zeros(3)]) @ matrix_array(seen.clip_from_eye).T
         return clip[:, :2] / clip[:, 3:] / 2 * SIZE
 
@@ -108,7 +115,7 @@ def test_from_all_over_the_lens_points_appear_aside_by_their_circle():
             assert straight == pytest.approx(target - seen.position, abs=1e-9)
 
 
-def test_gather_matches_its_twin(sharp, gathered):
+def test_gather_matches_its_twin(sharp: Drawn, gathered: Drawn) -> None:
     circles, lit = gathered.limited[::-1], sharp.linear[::-1]
     expected = twin.gather(lit, circles, twin.ranges(circles, TILE), gathered.lens.samples)[::-1]
     difference = np.abs(gathered.linear - expected).max(-1)
@@ -116,7 +123,7 @@ def test_gather_matches_its_twin(sharp, gathered):
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
 
 
-def test_paper_matches_its_twin(library, sharp):
+def test_paper_matches_its_twin(library: ShapeLibrary, sharp: Drawn) -> None:
     drawn = Drawn(library, mode="paper")
     most = min(drawn.extremes.max(), largest_radius(drawn.lens, View(CAMERA, SIZE)))  # formula (3), limited
     expected = twin.paper(sharp.linear[::-1], drawn.limited[::-1], gaussian(), np.array(DISC), most)[::-1]
@@ -125,13 +132,13 @@ def test_paper_matches_its_twin(library, sharp):
     assert difference.mean() < 5e-4 and np.quantile(difference, 0.99) < 3e-3
 
 
-def test_gather_comes_near_to_many_frames(sharp, truth, gathered):
+def test_gather_comes_near_to_many_frames(sharp: Drawn, truth: Drawn, gathered: Drawn) -> None:
     everywhere = np.ones(SIZE[::-1], bool)
     assert psnr(truth.pixels, gathered.pixels, everywhere) > 34
     assert psnr(truth.pixels, sharp.pixels, everywhere) < 28
 
 
-def test_what_is_in_focus_stays_as_it_is(library, gl_device):
+def test_what_is_in_focus_stays_as_it_is(library: ShapeLibrary, gl_device: Device) -> None:
     """Where nothing before it reaches, neither its inside nor its silhouette changes, whatever is behind."""
     drawn = {}
     for mode in ("none", "gather"):
@@ -145,14 +152,14 @@ def test_what_is_in_focus_stays_as_it_is(library, gl_device):
     assert np.abs(drawn["gather"].pixels.astype(int) - drawn["none"].pixels)[focused].max() <= 1
 
 
-def test_what_is_before_the_focus_spreads_over_what_is_sharp(sharp, truth, gathered):
+def test_what_is_before_the_focus_spreads_over_what_is_sharp(sharp: Drawn, truth: Drawn, gathered: Drawn) -> None:
     """Beside the near post's silhouette its green lies on the ball, as much as in the mean of many frames."""
     beside = (np.abs(sharp.circles) < 0.5) & (np.abs(truth.linear - sharp.linear).max(-1) > 0.05)
     assert beside.sum() > 40
     assert gathered.linear[beside].mean(0) == pytest.approx(truth.linear[beside].mean(0), abs=0.02)
 
 
-def horizon_blur(drawn):
+def horizon_blur(drawn: Drawn) -> float:
     """How far the colours of ground and sky run into each other, pixels: the deviation of where they change, at the
     picture's left edge, where nothing stands."""
     change = np.abs(np.diff(drawn.linear[:, :20, :3].mean((1, 2))))
@@ -163,7 +170,7 @@ def horizon_blur(drawn):
 
 
 @pytest.mark.parametrize("mode", ["paper", "gather", "accumulate"])
-def test_blur_is_as_wide_whatever_the_samples_of_a_pixel(library, gl_device, mode):
+def test_blur_is_as_wide_whatever_the_samples_of_a_pixel(library: ShapeLibrary, gl_device: Device, mode: str) -> None:
     blur = {}
     for aa in ("none", "ssaa"):
         scene = picket(mode=mode)
@@ -173,7 +180,7 @@ def test_blur_is_as_wide_whatever_the_samples_of_a_pixel(library, gl_device, mod
     assert blur["ssaa"] == pytest.approx(blur["none"], rel=0.1)
 
 
-def test_accumulated_pictures_do_not_depend_on_tiles_that_are_kept(gl_device):
+def test_accumulated_pictures_do_not_depend_on_tiles_that_are_kept(gl_device: Device) -> None:
     """The window keeps intermediate images from frame to frame; not from one point of the lens to the next."""
     scene = picket(mode="accumulate", samples=6)
     scene.objects.representation[:] = Representation.DPCI
@@ -188,11 +195,11 @@ def test_accumulated_pictures_do_not_depend_on_tiles_that_are_kept(gl_device):
     assert np.abs(drawn[1] - drawn[0]).max() <= 1
 
 
-def test_accumulated_pictures_keep_the_middles_distances(library, sharp, truth):
+def test_accumulated_pictures_keep_the_middles_distances(library: ShapeLibrary, sharp: Drawn, truth: Drawn) -> None:
     assert np.array_equal(truth.distance, sharp.distance)
 
 
-def test_alpha_is_blurred_with_the_colours(library, gl_device):
+def test_alpha_is_blurred_with_the_colours(library: ShapeLibrary, gl_device: Device) -> None:
     scene = picket(focus_distance=30)
     scene.environment.ground = None
     with HeadlessRenderer(scene, library, SIZE, Representation.MESH) as headless:
@@ -202,7 +209,7 @@ def test_alpha_is_blurred_with_the_colours(library, gl_device):
     assert part.sum() > 200 and (colour[part][:, :3].max(1) < colour[part][:, 3]).all()
 
 
-def test_what_is_where_in_the_picture(library, gl_device):
+def test_what_is_where_in_the_picture(library: ShapeLibrary, gl_device: Device) -> None:
     with HeadlessRenderer(picket(mode="none"), library, SIZE, Representation.MESH) as headless:
         with headless.device.context:
             assert headless.renderer.distance_at() == np.inf and headless.renderer.point_at(0.5, 0.5) is None

@@ -2,18 +2,19 @@
 
 import numpy as np
 
+from alone import MakeAlone
 from depthwalk.render.passes.fxaa import FxaaPass
 from depthwalk.scene.render_settings import RenderSettings
 
 
-def test_only_its_own_mode_enables_it(alone):
+def test_only_its_own_mode_enables_it(alone: MakeAlone) -> None:
     fxaa = alone(FxaaPass())
     for aa, expected in (("fxaa", True), ("smaa", False), ("none", False)):
-        frame = fxaa.frame(settings=RenderSettings(aa=aa))
+        frame = fxaa.frame(settings=RenderSettings.model_validate({"aa": aa}))
         assert fxaa.pass_.enabled(frame, fxaa.pass_.params) is expected
 
 
-def test_gradual_light_stays_as_it_is(alone):
+def test_gradual_light_stays_as_it_is(alone: MakeAlone) -> None:
     fxaa = alone(FxaaPass())
     light = np.ones((8, 12, 4)) * np.linspace(0.5, 0.52, 12)[:, None]
     light[..., 3] = 1
@@ -23,7 +24,7 @@ def test_gradual_light_stays_as_it_is(alone):
     np.testing.assert_array_equal(fxaa.lit(), before)
 
 
-def test_a_stair_is_smoothed_beside_its_step(alone):
+def test_a_stair_is_smoothed_beside_its_step(alone: MakeAlone) -> None:
     fxaa = alone(FxaaPass())
     light = np.zeros((8, 12, 4))
     light[..., 3] = 1

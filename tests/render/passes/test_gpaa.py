@@ -1,5 +1,7 @@
 """Partial coverage at outlines, against areas that are known."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
@@ -10,14 +12,17 @@ from depthwalk.render.antialiasing.silhouette_lines import silhouette_lines
 from depthwalk.render.resources.placed_records import placed_records
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Array
+from modes import AaName
 from shapes import ShapeLibrary, box, joined, mesh_of, scene_of, sphere
 from stage import OnScreen, view_of
+from studio import Studio
 
 SIZE = (160, 120)
 CAMERA = Camera((0, 1, 5), (0, 1, 0), 0.7)
 
 
-def area_left_of(start, stop, middle, samples=400):
+def area_left_of(start: Array, stop: Array, middle: Array, samples: int = 400) -> float:
     """The part of the unit square about `middle` on the left of a line, by counting."""
     grid = (np.arange(samples) + 0.5) / samples - 0.5
     x, y = np.meshgrid(middle[0] + grid, middle[1] + grid)
@@ -25,24 +30,31 @@ def area_left_of(start, stop, middle, samples=400):
     return float((along[0] * (y - start[1]) > along[1] * (x - start[0])).mean())
 
 
-def test_the_part_beyond_an_edge_is_an_area():
+def test_the_part_beyond_an_edge_is_an_area() -> None:
     rng = np.random.default_rng(3)
     angle, offset = rng.uniform(0, 2 * np.pi, 200), rng.uniform(-0.7, 0.7, 200)
     way = np.stack([np.cos(angle), np.sin(angle)], -1)
     middle = rng.uniform(0, 9, (200, 2))
     through = middle + offset[:, None] * way[:, ::-1] * [-1, 1]
     ends = np.hstack([through - 5 * way, through + 5 * way])
-    exact = np.array([area_left_of(*line.reshape(2, 2), at) for line, at in zip(ends, middle, strict=True)])
+    exact = np.array([area_left_of(line[:2], line[2:], at) for line, at in zip(ends, middle, strict=True)])
     assert part_beyond(ends, middle) == pytest.approx(np.minimum(exact, 1 - exact), abs=4e-3)
 
 
-def picture(studio, library, aa, representation, camera=CAMERA, *placed):
+def picture(
+    studio: Studio,
+    library: ShapeLibrary,
+    aa: AaName,
+    representation: Representation,
+    camera: Camera = CAMERA,
+    *placed: tuple[int, Sequence[float], float, float],
+) -> Array:
     scene = scene_of(*(placed or [(0, (0, 0, 0), 0.0, 1.0)]), representation=representation)
     scene.render.aa = aa
     return studio.picture(scene, library, camera, SIZE, transparent=True)
 
 
-def disc(camera, centre, radius, samples=8):
+def disc(camera: Camera, centre: tuple[float, float, float], radius: float, samples: int = 8) -> Array:
     """What part (H, W) of each pixel a sphere covers, by rays."""
     width, height = SIZE[0] * samples, SIZE[1] * samples
     view = View(camera, (width, height))
@@ -58,7 +70,7 @@ def disc(camera, centre, radius, samples=8):
 @pytest.mark.parametrize(
     ("representation", "most"), [(Representation.DPCI, 0.16), (Representation.MESH, 0.05), (Representation.DMESH, 0.16)]
 )
-def test_a_ball_covers_pixels_in_part(studio, representation, most):
+def test_a_ball_covers_pixels_in_part(studio: Studio, representation: Representation, most: float) -> None:
     """Root mean square of the error in alpha, of pixels on the outline. Without it is that of a coin, 0.29."""
     library = ShapeLibrary([sphere(1.0, 128, 64)], resolution=128)
     truth = disc(CAMERA, (0, 1, 0), 1.0)
@@ -75,7 +87,7 @@ def test_a_ball_covers_pixels_in_part(studio, representation, most):
         assert error["coverage"] == error["none"]  # polygons and grids do not tell what they cover
 
 
-def test_a_far_ball_keeps_its_area(studio):
+def test_a_far_ball_keeps_its_area(studio: Studio) -> None:
     """Of fifteen pixels' width, whatever part of a pixel it stands at."""
     library = ShapeLibrary([sphere(1.0, 64, 32)], resolution=128)
     for aside in (0.0, 0.11, 0.23):
@@ -88,7 +100,7 @@ def test_a_far_ball_keeps_its_area(studio):
         assert max(off["coverage"], off["gpaa"]) < 0.6 * off["none"]
 
 
-def test_polygons_cover_exactly_what_their_edges_say(studio):
+def test_polygons_cover_exactly_what_their_edges_say(studio: Studio) -> None:
     """Along the sides of a square, away from its corners."""
     angle = 0.3 + np.arange(4) * np.pi / 2
     positions = np.stack([np.cos(angle), 1 + np.sin(angle), np.zeros(4)], -1)
@@ -107,7 +119,7 @@ def test_polygons_cover_exactly_what_their_edges_say(studio):
             assert alpha[pixel[1], pixel[0]] == pytest.approx(exact, abs=0.02)
 
 
-def test_nothing_but_outlines_is_touched(studio):
+def test_nothing_but_outlines_is_touched(studio: Studio) -> None:
     """A ball before a step pyramid: away from where distances jump, and where faces fold, every pixel stays."""
     steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
     library = ShapeLibrary([sphere(0.5, 64, 32), steps], resolution=128)
@@ -118,7 +130,7 @@ def test_nothing_but_outlines_is_touched(studio):
         scene.render.warp.tile_scale = 2.0
         scene.render.gpaa.samples = 1
         scene.render.gpaa.crease_angle = 180.0
-        before, metres, _ = studio.picture(scene, library, CAMERA, SIZE, depth=True)
+        before, metres, _ = studio.measured(scene, library, CAMERA, SIZE)
         scene.render.aa = "gpaa-edge"
         after = studio.picture(scene, library, CAMERA, SIZE)
         metres = np.minimum(metres, 99.0)
@@ -132,7 +144,7 @@ def test_nothing_but_outlines_is_touched(studio):
         assert not (changed & ~binary_dilation(jumps, np.ones((3, 3)), iterations=2)).any()
 
 
-def test_folds_are_smoothed_from_the_angle_asked_for(studio):
+def test_folds_are_smoothed_from_the_angle_asked_for(studio: Studio) -> None:
     library = ShapeLibrary([box(1.4, 1.4, 1.4, (0, 1, 0))], [None])
     camera = Camera((2, 2.5, 4), (0, 1, 0), 0.7)
     changed = {}
@@ -145,18 +157,19 @@ def test_folds_are_smoothed_from_the_angle_asked_for(studio):
     assert not (changed[120.0] & ~changed[30.0]).any()
 
 
-def test_a_kept_image_ends_where_its_texels_end(studio):
+def test_a_kept_image_ends_where_its_texels_end(studio: Studio) -> None:
     """Boxes side by side fill the rectangles of their images; whoever walks past sees none nearer than they are."""
     places = [(0, (1.2 * i + 0.1 * k, 0, -1.4 * k), 0.0, 1.0) for i in range(-6, 6) for k in range(8)]
     scene = scene_of(*places)
     scene.render.aa = "coverage"
-    kept = 0
+    kept = 0.0
     with OnScreen(studio.device, scene, ShapeLibrary([box(0.3, 0.8, 0.3)], resolution=64)) as stage:
         stage.renderer.remembers = True
         for step in range(25):
             aside = 0.008 * step
             counts = stage.draw(view_of((aside, 1.2, 4.5), (aside, 0.6, -3)))
             kept += counts["dpci"] - counts["warped"]
+            assert stage.renderer.targets is not None
             seen = np.frombuffer(stage.renderer.targets.drawn.visibility_texture.read(), np.uint32).reshape(-1, 2)
             inverse = (seen[:, 1] & ~np.uint32(15)).view(np.float32)
             assert np.isfinite(inverse).all() and inverse.max() < 1 / 4.1

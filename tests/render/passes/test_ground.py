@@ -1,27 +1,30 @@
 """The level ground: where it is, which colour it has, and what hides it."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from alone import Alone, MakeAlone
 from depthwalk.colour import linear_from_srgb
 from depthwalk.render.passes.ground import GroundPass
-from depthwalk.render.view.view import view_distance
+from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.environment import Environment
+from depthwalk.types import Array, Picture
 
 
-def white(path):
+def white(path: Path) -> Picture:
     return np.full((2, 2, 4), 255, np.uint8)
 
 
-def draw(ground, **values):
-    environment = Environment(ground={"height": 0.0, "half_size": 20.0, **values})
+def draw(ground: Alone, **values: tuple[float, float, float]) -> None:
+    environment = Environment.model_validate({"ground": {"height": 0.0, "half_size": 20.0, **values}})
     assets = SimpleNamespace(texture=white)
     ground.draw(environment=environment, assets=assets)
 
 
-def ground_distance(view):
+def ground_distance(view: View) -> Array:
     """Metres along the view axis to the plane y = 0 at each pixel, inf above the horizon."""
     width, height = view.size
     x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, (np.arange(height) + 0.5) / height * 2 - 1)
@@ -29,7 +32,7 @@ def ground_distance(view):
     return np.where(rise < 0, -view.position[1] / np.minimum(rise, -1e-9), np.inf)
 
 
-def test_it_is_where_rays_meet_its_plane(alone):
+def test_it_is_where_rays_meet_its_plane(alone: MakeAlone) -> None:
     ground = alone(GroundPass())
     ground.targets.polygons.clear(depth=1.0)
     draw(ground, colour=(1.0, 1.0, 1.0))
@@ -41,7 +44,7 @@ def test_it_is_where_rays_meet_its_plane(alone):
     assert np.isinf(found[np.isinf(expected)]).all()
 
 
-def test_it_has_its_colour_and_is_no_object(alone):
+def test_it_has_its_colour_and_is_no_object(alone: MakeAlone) -> None:
     ground = alone(GroundPass())
     ground.targets.polygons.clear(depth=1.0)
     draw(ground, colour=(0.5, 0.25, 1.0))
@@ -50,13 +53,13 @@ def test_it_has_its_colour_and_is_no_object(alone):
     assert number.tolist() == [0, 0]
 
 
-def test_what_is_nearer_hides_it(alone):
+def test_what_is_nearer_hides_it(alone: MakeAlone) -> None:
     ground = alone(GroundPass())
     ground.targets.polygons.clear(depth=0.0)
     draw(ground)
     assert (ground.read("depth", np.float32, 1) == 0).all()
 
 
-def test_without_ground_there_is_nothing_to_draw(alone):
+def test_without_ground_there_is_nothing_to_draw(alone: MakeAlone) -> None:
     ground = alone(GroundPass())
     assert not ground.pass_.enabled(ground.frame(environment=Environment()), ground.pass_.params)

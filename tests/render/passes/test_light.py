@@ -1,13 +1,16 @@
 """Sun, ambient light and lamps: the pass against its twin, the paper's place for it, and laws that light obeys."""
 
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from depthwalk.colour import linear_from_srgb
+from depthwalk.gpu.device import Device
+from depthwalk.pictures import LinearImage
 from depthwalk.reference.light import lamp_light, phong, reflected
-from depthwalk.render.frame import common
+from depthwalk.render.frame import Frame, common
 from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.lighting.irradiance import irradiance, lighting, polynomials, sphere_directions
 from depthwalk.render.lighting.light_clusters import SLICES, SQUARE, visible_lamps
@@ -19,13 +22,16 @@ from depthwalk.render.view.view_block import PICTURE_VIEW, ViewBlock
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import LightParams, RenderSettings
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
+from modes import AaName
 from shapes import ShapeLibrary, box, scene_of, sphere
 
 SIZE = (150, 70)  # neither a whole number of squares
 WHITE = (1.0, 1.0, 1.0)
 
 
-def random_lamps(rng, count, far=12.0):
+def random_lamps(rng: np.random.Generator, count: int, far: float = 12.0) -> list[dict[str, Any]]:
     """Half of them spot lights."""
     lamps = []
     for k in range(count):
@@ -35,7 +41,15 @@ def random_lamps(rng, count, far=12.0):
     return lamps
 
 
-def lit_twin(environment, albedo, specular, shininess, normal, from_viewer, view):
+def lit_twin(
+    environment: Environment,
+    albedo: Array,
+    specular: Array,
+    shininess: Array,
+    normal: Array,
+    from_viewer: Array,
+    view: View,
+) -> Array:
     """Linear RGB (n, 3) of surfaces that are `from_viewer` (n, 3) off, metres."""
     away = from_viewer / np.linalg.norm(from_viewer, axis=1, keepdims=True)
     surface = albedo, specular, shininess, normal, away
@@ -52,10 +66,10 @@ def lit_twin(environment, albedo, specular, shininess, normal, from_viewer, view
 
 
 @pytest.mark.parametrize("count", [0, 3, 90])
-def test_the_pass_lights_what_the_twin_lights(gl_device, count):
+def test_the_pass_lights_what_the_twin_lights(gl_device: Device, count: int) -> None:
     """Random surfaces at random distances: each is reached by all lamps that should reach it."""
     rng = np.random.default_rng(count)
-    environment = Environment(lights=random_lamps(rng, count))
+    environment = Environment.model_validate({"lights": random_lamps(rng, count)})
     view = View(Camera((1.0, 2.0, 13.0), (0, 1, -4), 0.9), SIZE, near=2.0, far=40.0)
     targets, light, scope = Targets(gl_device, SIZE), LightPass(), gl_device.scope("test")
     light.attach(gl_device)
@@ -67,18 +81,16 @@ def test_the_pass_lights_what_the_twin_lights(gl_device, count):
     targets.albedo.write(albedo.tobytes())
     targets.surface.write(surface.tobytes())
     targets.depth = scope.texture(SIZE, 1, "f4", depth.tobytes())
-    light.draw(
-        SimpleNamespace(
-            targets=targets,
-            view=view,
-            common=common(RenderSettings()),
-            environment=environment,
-            light=lighting(environment),
-            transparent=False,
-            shadows=Shadows(),
-        ),
-        LightParams(),
+    frame = SimpleNamespace(
+        targets=targets,
+        view=view,
+        common=common(RenderSettings()),
+        environment=environment,
+        light=lighting(environment),
+        transparent=False,
+        shadows=Shadows(),
     )
+    light.draw(cast(Frame, frame), LightParams())
     found = np.frombuffer(targets.lit_texture.read(), np.float16).reshape(-1, 4)
     for each in (light, targets, scope):
         each.release()
@@ -97,7 +109,7 @@ def test_the_pass_lights_what_the_twin_lights(gl_device, count):
     assert by_lamps.any() == (count > 0)
 
 
-def normals_from_octahedron(encoded):
+def normals_from_octahedron(encoded: Array) -> Array:
     x, y = (encoded * 2 - 1).T
     z = 1 - np.abs(x) - np.abs(y)
     fold = np.maximum(-z, 0)
@@ -105,10 +117,10 @@ def normals_from_octahedron(encoded):
     return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def test_lists_name_each_lamp_where_it_is_seen():
+def test_lists_name_each_lamp_where_it_is_seen() -> None:
     """Points of lamps' spheres that are in the picture: the list of their cell names the lamp."""
     rng = np.random.default_rng(4)
-    environment = Environment(lights=random_lamps(rng, 40))
+    environment = Environment.model_validate({"lights": random_lamps(rng, 40)})
     view = View(Camera((0.0, 2.0, 14.0), (0, 1, 0), 0.9), SIZE, near=0.1, far=60.0)
     lamps = visible_lamps(view, environment.lights)
     place = lamps.records["place"].astype(float)
@@ -127,7 +139,7 @@ def test_lists_name_each_lamp_where_it_is_seen():
     assert lamps.cells["numbers"][:, 1].mean() < 0.4 * len(place)  # they do not name all of them
 
 
-def linear_picture(scene, library, camera, size=SIZE):
+def linear_picture(scene: Scene, library: ShapeLibrary, camera: Camera, size: tuple[int, int] = SIZE) -> LinearImage:
     with HeadlessRenderer(scene, library, size) as headless:
         headless.draw(View(camera, size))
         return headless.linear_image()
@@ -135,10 +147,10 @@ def linear_picture(scene, library, camera, size=SIZE):
 
 @pytest.mark.gl
 @pytest.mark.parametrize("away", [1.0, 2.0, 4.0])
-def test_light_falls_with_the_square_of_the_distance(away):
+def test_light_falls_with_the_square_of_the_distance(away: float) -> None:
     """White ground straight below a lamp of strength 3."""
     lamp = {"position": (0, away, 0), "intensity": 3.0, "range": 1000.0, "colour": WHITE}
-    dark = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}}
+    dark: dict[str, Any] = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}}
     scene = scene_of((0, (0, 0, 9), 0.0, 1.0), ground={"colour": WHITE}, lights=[lamp], **dark)
     library = ShapeLibrary([box(0.1, 0.1, 0.1)], resolution=16)
     picture = linear_picture(scene, library, Camera((0, 5, 0.001), (0, 0, 0), 0.1))
@@ -146,7 +158,7 @@ def test_light_falls_with_the_square_of_the_distance(away):
 
 
 @pytest.mark.parametrize("axis", [(0, 1, 0), (1, 0, 0), (0.6, -0.8, 0), (0, 0, -1)])
-def test_the_light_of_an_even_sky_is_even(axis):
+def test_the_light_of_an_even_sky_is_even(axis: tuple[float, float, float]) -> None:
     """The furnace: a white surface shows what is all around it, whichever way it faces; half of it shows half."""
     direction, _ = sphere_directions()
     normal = np.array([axis], float)
@@ -160,19 +172,20 @@ def test_the_light_of_an_even_sky_is_even(axis):
 
 
 @pytest.mark.gl
-def test_white_ground_under_an_even_sky_shows_the_sky():
-    sky = {"zenith": (0.7, 0.8, 0.9), "horizon": (0.7, 0.8, 0.9), "light": True}
+def test_white_ground_under_an_even_sky_shows_the_sky() -> None:
+    colour = (0.7, 0.8, 0.9)
+    sky = {"zenith": colour, "horizon": colour, "light": True}
     scene = scene_of((0, (0, 0, 9), 0.0, 1.0), ground={"colour": WHITE}, sky=sky, sun={"intensity": 0.0})
     library = ShapeLibrary([box(0.1, 0.1, 0.1)], resolution=16)
     picture = linear_picture(scene, library, Camera((0, 2, 6), (0, 2, 0), 0.9))
     below, above = picture.colour[-1, 10, :3], picture.colour[0, 10, :3]
-    assert above == pytest.approx(linear_from_srgb(sky["zenith"]), rel=2e-3)
+    assert above == pytest.approx(linear_from_srgb(colour), rel=2e-3)
     assert below == pytest.approx(above, rel=5e-3)
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("representation", [Representation.DPCI, Representation.DMESH])
-def test_forward_and_deferred_agree(representation):
+def test_forward_and_deferred_agree(representation: Representation) -> None:
     """The paper's place for lighting: within the rounding of the G-buffer; what is in front of it is lit too."""
     library = ShapeLibrary([sphere(0.7, 64, 32), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=128)
     places = (0, (-0.6, -0.2, 0), 0.5, 1.3), (1, (0.6, 0, -0.5), 0.4, 0.8), (0, (0.2, -0.9, 1.0), 1.0, 1.0)
@@ -188,7 +201,7 @@ def test_forward_and_deferred_agree(representation):
 
 @pytest.mark.gl
 @pytest.mark.parametrize("aa", ["none", "msaa"])
-def test_forward_and_deferred_agree_in_shadow(aa):
+def test_forward_and_deferred_agree_in_shadow(aa: AaName) -> None:
     """Two boxes partly in the shadow of a ball of polygons: within rounding, but for pixels at its edge."""
     library = ShapeLibrary([sphere(0.7, 64, 32), box(0.8, 0.8, 0.8, (0, 0.4, 0))], resolution=128)
     places = (1, (-0.5, 0, 0), 0.0, 1.0), (1, (0.7, 0, 0), 0.0, 1.2), (0, (0.5, 0.3, 1.3), 0.0, 0.5)
@@ -208,7 +221,7 @@ def test_forward_and_deferred_agree_in_shadow(aa):
 
 
 @pytest.mark.gl
-def test_forward_lighting_leaves_lamps_to_the_polygons():
+def test_forward_lighting_leaves_lamps_to_the_polygons() -> None:
     library = ShapeLibrary([sphere(0.7, 64, 32)], resolution=64)
     camera, lamp = Camera((0.3, 1.2, 3.0), (0.2, 0.6, 0), 0.8), {"position": (0, 2, 2), "intensity": 2.0}
     pictures = {}

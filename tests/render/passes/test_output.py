@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from alone import MakeAlone
 from depthwalk.colour import srgb_from_linear
 from depthwalk.render.passes.output import OutputPass
 from depthwalk.render.renderer import read_pixels
 from depthwalk.scene.render_settings import OutputParams, RenderSettings
 
 
-def test_linear_light_becomes_srgb(alone):
+def test_linear_light_becomes_srgb(alone: MakeAlone) -> None:
     output = alone(OutputPass())
     light = np.linspace(0, 1, 8 * 12 * 3).reshape(8, 12, 3)
     output.fill_lit(np.dstack([light, np.ones((8, 12))]))
@@ -18,7 +19,7 @@ def test_linear_light_becomes_srgb(alone):
     assert np.abs(read_pixels(output.targets.screen)[::-1, :, :3] - expected).max() <= 1
 
 
-def test_exposure_doubles_light_per_stop(alone):
+def test_exposure_doubles_light_per_stop(alone: MakeAlone) -> None:
     output = alone(OutputPass())
     output.fill_lit((0.1, 0.2, 0.05, 1.0))
     output.draw(OutputParams(tone_mapping="none", exposure=2.0))
@@ -26,7 +27,7 @@ def test_exposure_doubles_light_per_stop(alone):
     assert read_pixels(output.targets.screen)[0, 0, :3] == pytest.approx(expected, abs=1)
 
 
-def test_a_transparent_picture_keeps_its_colours(alone):
+def test_a_transparent_picture_keeps_its_colours(alone: MakeAlone) -> None:
     """Light is premultiplied, the picture is not."""
     output = alone(OutputPass())
     output.fill_lit((0.25, 0.1, 0.0, 0.5))
@@ -36,7 +37,7 @@ def test_a_transparent_picture_keeps_its_colours(alone):
     assert alpha == pytest.approx(127.5, abs=1)
 
 
-def test_supersampled_it_is_the_mean_of_what_a_screen_can_show(alone):
+def test_supersampled_it_is_the_mean_of_what_a_screen_can_show(alone: MakeAlone) -> None:
     """Of four samples three are black and one is far too bright: that one counts as white."""
     settings = RenderSettings(aa="ssaa")
     output = alone(OutputPass())

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from alone import MakeAlone
+from depthwalk.gpu.device import Device
 from depthwalk.render.passes.resolve import ResolvePass
 
 SAMPLES = 4
 
 
-def test_light_is_averaged_and_the_nearest_depth_kept(gl_device, alone):
+def test_light_is_averaged_and_the_nearest_depth_kept(gl_device: Device, alone: MakeAlone) -> None:
     if gl_device.max_samples < SAMPLES:
         pytest.skip("the device has fewer samples")
     resolve = alone(ResolvePass(), samples=SAMPLES)
@@ -23,6 +25,6 @@ def test_light_is_averaged_and_the_nearest_depth_kept(gl_device, alone):
         assert resolve.read("depth", np.float32, 1) == pytest.approx(0.75, abs=1e-6)
 
 
-def test_with_one_sample_there_is_nothing_to_average(alone):
+def test_with_one_sample_there_is_nothing_to_average(alone: MakeAlone) -> None:
     resolve = alone(ResolvePass())
     assert not resolve.pass_.enabled(resolve.frame(), resolve.pass_.params)

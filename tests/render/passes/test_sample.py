@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from alone import MakeAlone
+from depthwalk.gpu.device import Device
 from depthwalk.render.passes.sample import SamplePass
 
 SAMPLES = 4
 
 
-def test_what_was_drawn_reaches_the_gbuffer(gl_device, alone):
+def test_what_was_drawn_reaches_the_gbuffer(gl_device: Device, alone: MakeAlone) -> None:
     if gl_device.max_samples < SAMPLES:
         pytest.skip("the device has fewer samples")
     sample = alone(SamplePass(), samples=SAMPLES)
@@ -24,6 +26,6 @@ def test_what_was_drawn_reaches_the_gbuffer(gl_device, alone):
         assert sample.read("depth", np.float32, 1) == pytest.approx(0.25, abs=1e-6)
 
 
-def test_with_one_sample_there_is_nothing_to_copy(alone):
+def test_with_one_sample_there_is_nothing_to_copy(alone: MakeAlone) -> None:
     sample = alone(SamplePass())
     assert not sample.pass_.enabled(sample.frame(), sample.pass_.params)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from pyglm import glm
 
 from depthwalk.geometry.support_function import box_support_values
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.reference.shadows import lifted, light_share
 from depthwalk.reference.warp import warp
 from depthwalk.render.impostors.warp_planes import Volumes, choose_planes
@@ -18,15 +19,17 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import matrix_array
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.render_settings import ShadowParams
+from depthwalk.types import Array
 from shapes import ShapeLibrary, box, joined, leaves, scene_of, sphere
 from stage import Stage, view_of
+from studio import Studio
 
 SUN = (-0.5, -0.8, -0.3)
 TO_SUN = -np.array(SUN) / np.linalg.norm(SUN)
 GROUND = {"ground": {"height": 0.0}, "sun": {"direction": SUN}}
 
 
-def in_light(cascade, points):
+def in_light(cascade: Cascade, points: Array) -> Array:
     """Points (n, 3) across a map and towards the light, −1 to 1 within it."""
     return (points - np.array(cascade.centre)) @ matrix_array(glm.dmat3(cascade.clip_from_centre)).T * [1, 1, -1]
 
@@ -35,7 +38,7 @@ directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(
 
 
 @given(directions)
-def test_the_lights_axes_are_a_rotation(to_sun):
+def test_the_lights_axes_are_a_rotation(to_sun: tuple[float, float, float]) -> None:
     axes = light_axes(np.array(to_sun))
     assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(axes) == pytest.approx(1)
@@ -43,7 +46,9 @@ def test_the_lights_axes_are_a_rotation(to_sun):
 
 
 @given(directions, directions, st.integers(1, 4))
-def test_what_is_seen_lies_in_a_map(to_sun, ahead, count):
+def test_what_is_seen_lies_in_a_map(
+    to_sun: tuple[float, float, float], ahead: tuple[float, float, float], count: int
+) -> None:
     """Random points of the frustum up to the distance; those of a slice lie in its own map."""
     view = view_of((3, 2, 1), tuple(np.array([3, 2, 1]) + ahead))
     cascades = fit_cascades(view, np.array(to_sun), ShadowParams(cascades=count, distance=50.0))
@@ -57,12 +62,12 @@ def test_what_is_seen_lies_in_a_map(to_sun, ahead, count):
     assert held[np.searchsorted(ends, forward[:, 0] - 1e-9), np.arange(304)].all()
 
 
-def test_splits_go_from_even_to_logarithmic():
+def test_splits_go_from_even_to_logarithmic() -> None:
     np.testing.assert_allclose(split_distances(1, 16, 4, 1.0), [2, 4, 8, 16])
     np.testing.assert_allclose(split_distances(1, 17, 4, 0.0), [5, 9, 13, 17])
 
 
-def test_maps_stand_still_or_move_by_whole_texels():
+def test_maps_stand_still_or_move_by_whole_texels() -> None:
     """Walking and turning: their size never changes, and most of a hundred steps of 5 cm leave them where they are."""
     to_sun = np.array([0.4, 0.8, 0.6])
     steps = np.arange(100)
@@ -77,11 +82,11 @@ def test_maps_stand_still_or_move_by_whole_texels():
         assert (np.abs(np.diff(centres[:100], axis=0)).max(1) > 1e-9).sum() <= most
 
 
-def test_what_is_beyond_the_distance_has_no_maps():
+def test_what_is_beyond_the_distance_has_no_maps() -> None:
     assert fit_cascades(replace(view_of(), near=30.0), TO_SUN, ShadowParams(distance=20.0)) == ()
 
 
-def test_casters_are_all_that_may_shadow_the_map():
+def test_casters_are_all_that_may_shadow_the_map() -> None:
     """Against every sphere swept along the light, sampled; what is under a texel is left out."""
     rng = np.random.default_rng(4)
     bounds = Bounds(rng.uniform(-60, 60, (3000, 3)), rng.choice([0.01, 0.5, 3.0], 3000))
@@ -96,7 +101,7 @@ def test_casters_are_all_that_may_shadow_the_map():
     assert found.sum() > 50 and (light[found, 2] > 20).any()  # also far towards the sun
 
 
-def test_the_suns_view_is_the_limit_of_a_far_viewers():
+def test_the_suns_view_is_the_limit_of_a_far_viewers() -> None:
     """λ tells nothing, and the shift is linear in depth, straight up on the side's plane (docs/algorithms.md)."""
     rng = np.random.default_rng(6)
     one = np.ones(200)
@@ -122,12 +127,12 @@ BALL_AND_BOX = ((0, (-0.8, 0, 0), 0.3, 1.0), (1, (1.2, 0, 0.4), 0.4, 1.0))
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     return ShapeLibrary([sphere(0.7, 128, 64), box(1, 1.6, 0.6, (0, 0.8, 0))], resolution=128)
 
 
 @pytest.mark.parametrize("filter_width", [2, 3, 6])
-def test_shares_match_their_twin(studio, library, filter_width):
+def test_shares_match_their_twin(studio: Studio, library: ShapeLibrary, filter_width: int) -> None:
     scene = scene_of(*BALL_AND_BOX, representation=Representation.DPCI, **GROUND)
     scene.render.shadows.filter_width, scene.render.shadows.resolution = filter_width, 256
     with Stage(studio, scene, library) as stage:
@@ -147,7 +152,9 @@ def test_shares_match_their_twin(studio, library, filter_width):
 
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI, Representation.DMESH])
-def test_a_ball_shadows_the_ground_where_it_must_and_never_itself(studio, library, representation):
+def test_a_ball_shadows_the_ground_where_it_must_and_never_itself(
+    studio: Studio, library: ShapeLibrary, representation: Representation
+) -> None:
     scene = scene_of((0, (0, 0, 0), 0.3, 1.0), representation=representation, **GROUND)
     with Stage(studio, scene, library) as stage:
         stage.draw(view_of((0.5, 3.0, 4.0), (0, 0.3, 0)))
@@ -176,7 +183,9 @@ BELOW_A_LID = joined(box(1, 0.8, 1, (0, 0.4, 0)), box(1.2, 0.1, 1.2, (0, 1.4, 0)
         pytest.param(leaves(400, 0.12), 48, 2, 0.95, id="leaves, two texels long"),
     ],
 )
-def test_shadows_of_depth_images_are_those_of_the_mesh(studio, mesh, resolution, layers, least):
+def test_shadows_of_depth_images_are_those_of_the_mesh(
+    studio: Studio, mesh: Mesh, resolution: int, layers: int, least: float
+) -> None:
     """On the ground, several suns: intersection over union."""
     library = ShapeLibrary([mesh], resolution=resolution, layers=layers)
     for sun in ((-0.5, -0.8, -0.3), (0.8, -0.5, 0.1), (0.1, -0.4, -0.9)):
@@ -194,7 +203,7 @@ def test_shadows_of_depth_images_are_those_of_the_mesh(studio, mesh, resolution,
         assert (other & both).sum() > 500
 
 
-def test_maps_are_redrawn_only_when_they_change(studio, library):
+def test_maps_are_redrawn_only_when_they_change(studio: Studio, library: ShapeLibrary) -> None:
     scene = scene_of(*BALL_AND_BOX, representation=Representation.DPCI, **GROUND)
     view = view_of((0.13, 1.6, 5.07))
     with Stage(studio, scene, library) as stage:
@@ -215,7 +224,7 @@ def test_maps_are_redrawn_only_when_they_change(studio, library):
         assert stage.draw(view)["shadow_maps"] == 3
 
 
-def test_far_maps_take_turns_where_frames_follow_one_another(studio, library):
+def test_far_maps_take_turns_where_frames_follow_one_another(studio: Studio, library: ShapeLibrary) -> None:
     """All of four change: the nearest is redrawn at once, of the others one a frame, until the picture is what one
     without memory is; what cannot wait does not."""
     scene = scene_of(*BALL_AND_BOX, representation=Representation.DMESH, **GROUND)
@@ -243,7 +252,7 @@ def test_far_maps_take_turns_where_frames_follow_one_another(studio, library):
         assert stage.draw(view)["shadow_maps"] == 4
 
 
-def test_what_is_behind_the_viewer_casts_shadows_before_him(studio, library):
+def test_what_is_behind_the_viewer_casts_shadows_before_him(studio: Studio, library: ShapeLibrary) -> None:
     """A tall box at his back, the sun low behind it."""
     places = ((1, (0, 0, 7.0), 0.0, 4.0),)
     scene = scene_of(*places, representation=Representation.DPCI, ground={"height": 0.0})
@@ -257,7 +266,7 @@ def test_what_is_behind_the_viewer_casts_shadows_before_him(studio, library):
     assert (share[(np.abs(point[..., 0]) > 2.5) & (np.abs(point[..., 1]) < 1e-3)] == 1).all()
 
 
-def test_ground_far_below_a_near_slice_has_its_shadows(studio, library):
+def test_ground_far_below_a_near_slice_has_its_shadows(studio: Studio, library: ShapeLibrary) -> None:
     """From high above, with the sun at his back, near slices lie in line with ground that only far maps reach."""
     places = [(0, (x, 0, z), 0.0, 1.0) for x in range(-12, 12, 4) for z in range(-12, 12, 4)]
     scene = scene_of(*places, ground={"height": 0.0}, sun={"direction": (-0.62, -0.72, -0.4)})

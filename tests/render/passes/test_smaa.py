@@ -5,24 +5,27 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Source
 from depthwalk.reference.smaa import areas_cut
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Array
 from shapes import ShapeLibrary, mesh_of, scene_of
+from studio import Studio
 
 SIZE = (160, 120)
 CAMERA = Camera((0, 1, 5), (0, 1, 0), 0.7)
 
 
 @pytest.fixture(scope="module")
-def edges():
+def edges() -> tuple[Array, Array, Array]:
     """Ends, and heights at both, of 500 random edges of pixels."""
     rng = np.random.default_rng(4)
     before, after = rng.integers(0, 20, (2, 500)).astype(np.float32)
     return before, after, rng.integers(-1, 2, (500, 2)).astype(np.float32) / 2
 
 
-def test_what_a_line_cuts_off_is_an_area(edges):
+def test_what_a_line_cuts_off_is_an_area(edges: tuple[Array, Array, Array]) -> None:
     """By counting, along both halves of the line."""
     for before, after, heights in zip(*edges, strict=True):
         span = before + 1 + after
@@ -32,13 +35,13 @@ def test_what_a_line_cuts_off_is_an_area(edges):
         assert areas_cut(before, after, heights) == pytest.approx(exact, abs=1e-3)
 
 
-def test_the_shader_matches_its_twin(gl_device, edges):
+def test_the_shader_matches_its_twin(gl_device: Device, edges: tuple[Array, Array, Array]) -> None:
     source = Source("smaa/line.glsl").text + (
         "in float before, after; in vec2 heights; out vec2 areas;\n"
         "void main() { areas = areas_cut(before, after, heights); }\n"
     )
     scope = gl_device.scope("test")
-    program = gl_device.context.program(vertex_shader=source, varyings=["areas"])
+    program = gl_device.context.program(vertex_shader=source, varyings=("areas",))
     content = [(scope.buffer(np.column_stack(edges)), "1f 1f 2f", "before", "after", "heights")]
     array = gl_device.context.vertex_array(program, content)
     out = scope.buffer(reserve=8 * 500)
@@ -52,7 +55,7 @@ def test_the_shader_matches_its_twin(gl_device, edges):
 
 
 @pytest.mark.parametrize("angle", [0.07, 0.2, 0.45, 1.3, 1.85, 3.3])
-def test_a_half_plane_is_covered_in_part(studio, angle):
+def test_a_half_plane_is_covered_in_part(studio: Studio, angle: float) -> None:
     """Root mean square of the error in alpha along its border. Without it is that of a coin, 0.29; lines near the
     diagonal make edges that are too short to tell them."""
     turn = Rotation.from_euler("z", angle).as_matrix()

@@ -4,13 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from alone import MakeAlone
 from depthwalk.render.draw.draw_lists import DrawList
 from depthwalk.render.impostors.tile_records import WARP_RECORD
 from depthwalk.render.passes.warp import WarpPass
 from depthwalk.scene.render_settings import WarpParams
 
 
-def test_slots_are_emptied_and_others_stay(alone):
+def test_slots_are_emptied_and_others_stay(alone: MakeAlone) -> None:
     warp = alone(WarpPass())
     targets = warp.targets
     targets.atlas.clear(depth=0.5)

@@ -1,34 +1,38 @@
 """Depth images come to the GPU when they are seen, and go when others need the room."""
 
 import logging
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-import depthwalk.render.resources.asset_store
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.cook.cooked_file import find_cooked, keep_cooked
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.errors import InputError
+from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer, read_pixels
 from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
+from depthwalk.types import Picture
 from shapes import ShapeLibrary, bake, box, leaves, sphere
 
 SIZE = 96, 72
 
 
 @pytest.fixture(scope="module")
-def baked():
+def baked() -> list[BakedObject]:
     return [bake(sphere(1 + 0.1 * k, columns=32, rows=16), resolution=32, layers=1) for k in range(4)]
 
 
 @pytest.fixture
-def store(gl_device, baked):
+def store(gl_device: Device, baked: Sequence[BakedObject]) -> Iterator[AssetStore]:
     store = AssetStore(gl_device, ShapeLibrary([None] * 4, baked))
     for asset in range(4):
         store.depth_numbers(asset)
@@ -36,11 +40,11 @@ def store(gl_device, baked):
     store.release()
 
 
-def there(store, needed, seconds=None):
+def there(store: AssetStore, needed: Sequence[int], seconds: float | None = None) -> list[int]:
     return np.flatnonzero(store.stream(needed, seconds)[4:]).tolist()
 
 
-def test_what_was_used_last_stays(store):
+def test_what_was_used_last_stays(store: AssetStore) -> None:
     sizes = [store.cooked(number).bytes for number in range(4, 8)]
     store.budget = 3 * max(sizes)
     assert sum(sizes) > store.budget  # three fit
@@ -51,7 +55,9 @@ def test_what_was_used_last_stays(store):
     assert store.gpu_bytes <= store.budget and store.gl.device.live["texture_array"] == before
 
 
-def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(store, caplog):
+def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(
+    store: AssetStore, caplog: pytest.LogCaptureFixture
+) -> None:
     store.budget = store.cooked(4).bytes
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
@@ -62,18 +68,22 @@ def test_what_is_needed_stays_over_the_budget_and_that_is_said_once(store, caplo
     assert there(store, [6]) == [2]  # as soon as it is not needed
 
 
-def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(store, monkeypatch):
+def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(
+    store: AssetStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
     clock = iter(range(1000))
-    monkeypatch.setattr(depthwalk.render.resources.asset_store.time, "perf_counter", lambda: float(next(clock)))
+    monkeypatch.setattr("depthwalk.render.resources.asset_store.time.perf_counter", lambda: float(next(clock)))
     assert there(store, [6, 4, 5], seconds=1.0) == [2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 1, 2]
 
 
 @pytest.mark.parametrize(("now", "shown"), [([3], [3, 3]), ([1, 2, 3], [1, 2])])
-def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(gl_device, baked, caplog, now, shown):
+def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(
+    gl_device: Device, baked: Sequence[BakedObject], caplog: pytest.LogCaptureFixture, now: list[int], shown: list[int]
+) -> None:
     """Its depth objects keep their numbers, and one that is left without a part shows the last one."""
-    library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))])
+    library = ShapeLibrary([None], [BakedModel(parts=tuple(baked[:2]))], kept=False)
     store = AssetStore(gl_device, library)
     numbers = store.depth_numbers(0)
     store.release()
@@ -91,13 +101,16 @@ def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(gl_device, baked, 
 @pytest.mark.parametrize(
     "form", [CookOptions(), CookOptions(stepped=True), CookOptions(stepped=True, paper_cases=True)]
 )
-def test_what_was_prepared_is_read_as_it_was(baked, form, tmp_path, monkeypatch):
+def test_what_was_prepared_is_read_as_it_was(
+    baked: Sequence[BakedObject], form: CookOptions, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     painted = bake(box(1.0, 2.0, 1.0), resolution=32, layers=2)
     made = tuple(cook_object(part, form) for part in (baked[0], painted))
     assert find_cooked("0", form) is None
     keep_cooked("0", form, made)
     found = find_cooked("0", form)
+    assert found is not None
     assert find_cooked("0", CookOptions(not form.stepped)) is None
     for before, after in zip(made, found, strict=True):
         old, new = before.outline, after.outline
@@ -114,7 +127,7 @@ def test_what_was_prepared_is_read_as_it_was(baked, form, tmp_path, monkeypatch)
     assert find_cooked("0", form) is None
 
 
-def test_of_small_images_only_foliage_is_simplified():
+def test_of_small_images_only_foliage_is_simplified() -> None:
     """Images that take longer to simplify than they are worth, and such as are all borders."""
     solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(200, 0.1)))
     for baked, share in (solid, 1.0), (dense, 0.4):
@@ -124,7 +137,9 @@ def test_of_small_images_only_foliage_is_simplified():
     assert (cook_object(solid, CookOptions()).count == build_grid_lods(solid).count).all()
 
 
-def test_a_small_budget_changes_no_picture(gl_device, tiny_scene, tmp_path, monkeypatch):
+def test_a_small_budget_changes_no_picture(
+    gl_device: Device, tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Assets left and right; the second time around from the cache alone, which vanishes in between."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = ", ".join(f"b{k}: {{mesh: ball.ply, height: {k}, dpci: {{resolution: 32}}}}" for k in (1, 2))
@@ -135,12 +150,13 @@ def test_a_small_budget_changes_no_picture(gl_device, tiny_scene, tmp_path, monk
     scene = load_scene(tiny_scene)
     views = [View(Camera((0, 1, 0), (x, 1, 0), 1.0), SIZE) for x in (-1, 1)]
 
-    def pictures():
+    def pictures() -> Iterator[tuple[Picture, float]]:
         scope = gl_device.scope("test")
         screen = scope.framebuffer([scope.texture(SIZE, 4)])
         renderer = Renderer(gl_device, scene, SceneLibrary(scene.assets))
         for view in views * 2:
             renderer.render(view, screen)
+            assert renderer.plan is not None
             yield read_pixels(screen).copy(), renderer.plan.counts["assets"]
         renderer.release()
         scope.release()
@@ -165,12 +181,12 @@ def test_a_small_budget_changes_no_picture(gl_device, tiny_scene, tmp_path, monk
 @pytest.mark.parametrize(
     ("text", "expected"), [("2 GiB", 2 << 30), ("1.5GB", 1_500_000_000), ("500 kB", 500_000), ("7", 7)]
 )
-def test_sizes_are_written_with_units(tiny_scene, text, expected):
+def test_sizes_are_written_with_units(tiny_scene: Path, text: str, expected: int) -> None:
     assert load_scene(tiny_scene, overrides={"render.gpu_memory": text}).render.gpu_memory == expected
 
 
 @pytest.mark.parametrize("text", ["2 gib", "-1", "much", "1.5", "99999 TiB"])
-def test_other_sizes_are_refused(tiny_scene, text):
+def test_other_sizes_are_refused(tiny_scene: Path, text: str) -> None:
     with pytest.raises(InputError, match=r"^--set render\.gpu_memory: must be") as error:
         load_scene(tiny_scene, overrides={"render.gpu_memory": text})
     assert "\n" not in str(error.value)

@@ -1,30 +1,32 @@
 """Depth images on the GPU: geometry comes back as it was cooked, and every object has an owner."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from depthwalk.bake.meso import Meso
-from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.cook.lod_geometry import vertex_positions
+from depthwalk.gpu.device import Device, Scope
 from depthwalk.render.resources.depth_image_object import upload_depth
 from shapes import bake, sphere
 
 
 @pytest.fixture(scope="module")
-def cooked():
+def cooked() -> CookedObject:
     return cook_object(bake(sphere(columns=64, rows=32), 32, 1), CookOptions())
 
 
 @pytest.fixture
-def scope(gl_device):
+def scope(gl_device: Device) -> Iterator[Scope]:
     made = gl_device.scope("test")
     yield made
     made.release()
 
 
-def test_geometry_comes_back_as_it_was_cooked(scope, cooked):
+def test_geometry_comes_back_as_it_was_cooked(scope: Scope, cooked: CookedObject) -> None:
     grids, pages = cooked.load()
     uploaded = upload_depth(scope, cooked.outline, grids, pages)
     positions, triangles = uploaded.shape([(0, 300), (300, 30)])
@@ -36,7 +38,7 @@ def test_geometry_comes_back_as_it_was_cooked(scope, cooked):
     assert np.linalg.norm(positions - [0, 1, 0], axis=1) == pytest.approx(np.ones(len(positions)), abs=0.15)
 
 
-def test_everything_is_owned_and_freed(scope, cooked, gl_device):
+def test_everything_is_owned_and_freed(scope: Scope, cooked: CookedObject, gl_device: Device) -> None:
     before = dict(+gl_device.live)
     uploaded = upload_depth(scope, cooked.outline, *cooked.load())
     assert sum(gl_device.live.values()) == sum(before.values()) + len(uploaded.owned)
@@ -44,7 +46,7 @@ def test_everything_is_owned_and_freed(scope, cooked, gl_device):
     assert dict(+gl_device.live) == before
 
 
-def test_relief_is_a_define_and_a_texture(scope, cooked):
+def test_relief_is_a_define_and_a_texture(scope: Scope, cooked: CookedObject) -> None:
     plain = upload_depth(scope, cooked.outline, *cooked.load())
     assert plain.defines == () and plain.relief["meso_height"] == 0 and plain.meso.size == (1, 1)
     meso = Meso(relief=np.zeros((4, 8, 3), np.float32), tile=(0.5, 0.25), height=0.1)

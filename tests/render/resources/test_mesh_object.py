@@ -1,16 +1,19 @@
 """Meshes on the GPU come back as they went in; which of them are solid."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import Device, Scope
 from depthwalk.render.resources.mesh_object import is_solid, upload_look, upload_mesh
 from depthwalk.render.resources.meshlets import build_meshlets
+from depthwalk.types import Array, Rows
 from shapes import box, joined, leaves, sphere
 
 
-def test_closed_surfaces_seen_from_outside_are_solid():
+def test_closed_surfaces_seen_from_outside_are_solid() -> None:
     ball = sphere(columns=16, rows=8)
     ball = replace(ball, positions=ball.positions.round(5) + np.float32(0))  # its seam closes but for rounding
     assert is_solid(box(1, 2, 3)) and is_solid(ball) and is_solid(joined(ball, box(1, 1, 1, (4, 0, 0))))
@@ -21,20 +24,20 @@ def test_closed_surfaces_seen_from_outside_are_solid():
 
 
 @pytest.fixture
-def scope(gl_device):
+def scope(gl_device: Device) -> Iterator[Scope]:
     made = gl_device.scope("test")
     yield made
     made.release()
 
 
-def corners(positions, triangles):
+def corners(positions: Array, triangles: Rows) -> Array:
     """Corners of triangles in an order that depends on nothing else."""
     found = np.asarray(positions)[triangles]
     return found.reshape(len(found), 9)[np.lexsort(found.reshape(len(found), 9).T)]
 
 
 @pytest.mark.parametrize("rows", [8, 100])
-def test_what_is_uploaded_is_the_mesh(scope, rows):
+def test_what_is_uploaded_is_the_mesh(scope: Scope, rows: int) -> None:
     mesh = sphere(columns=2 * rows, rows=rows)
     meshlets = build_meshlets(mesh)
     assert (meshlets is None) == (rows == 8)
@@ -45,7 +48,7 @@ def test_what_is_uploaded_is_the_mesh(scope, rows):
     assert uploaded.parts == mesh.parts and uploaded.look.solid
 
 
-def test_materials_without_colours_are_not_painted(scope):
+def test_materials_without_colours_are_not_painted(scope: Scope) -> None:
     white, red = sphere(columns=8, rows=4, colour=(255, 255, 255)), sphere(columns=8, rows=4, colour=(255, 0, 0))
     (plain,), (painted,) = (upload_look(scope, mesh, True).materials for mesh in (white, red))
     assert not plain.painted and painted.painted and plain.texture.size == (1, 1)

@@ -1,11 +1,14 @@
 """Meshes come when they are wanted and go, with all their GL objects, when others need the room."""
 
 import time
+from collections.abc import Iterator, Sequence
+from typing import cast
 
 import pytest
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.mesh import MeshLevel
+from depthwalk.gpu.device import Device
+from depthwalk.ingest.mesh import Mesh, MeshLevel
 from depthwalk.render.resources.mesh_store import MeshStore
 from shapes import box, sphere
 
@@ -13,24 +16,24 @@ from shapes import box, sphere
 class Meshes:
     """Two meshes, one that cannot be read, and one asset without."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.held = [box(1, 1, 1), sphere(columns=8, rows=4)]
-        self.forgotten = []
+        self.forgotten: list[int] = []
 
-    def mesh(self, asset):
+    def mesh(self, asset: int) -> Mesh | None:
         if asset == 2:
             raise InputError("bad.ply: broken")
         return self.held[asset] if asset < 2 else None
 
-    def mesh_levels(self, asset):
+    def mesh_levels(self, asset: int) -> tuple[MeshLevel, MeshLevel]:
         return MeshLevel(self.held[asset], 0.0), MeshLevel(sphere(columns=6, rows=3), 0.1)
 
-    def forget_mesh(self, asset):
+    def forget_mesh(self, asset: int) -> None:
         self.forgotten.append(asset)
 
 
 @pytest.fixture
-def store(gl_device):
+def store(gl_device: Device) -> Iterator[MeshStore]:
     scope = gl_device.scope("test")
     store = MeshStore(scope, Meshes())
     yield store
@@ -38,7 +41,7 @@ def store(gl_device):
     store.forget()
 
 
-def test_each_level_is_uploaded_once_and_shares_its_look(store):
+def test_each_level_is_uploaded_once_and_shares_its_look(store: MeshStore) -> None:
     first, coarse = store.object(1), store.object(1, 1)
     assert store.object(1) is first and store.object(1, 1) is coarse
     assert coarse.look is first.look and coarse.indices.size < first.indices.size
@@ -46,7 +49,7 @@ def test_each_level_is_uploaded_once_and_shares_its_look(store):
         store.object(3)
 
 
-def test_fallbacks_go_with_their_objects_two_frames_after_they_were_wanted(store, gl_device):
+def test_fallbacks_go_with_their_objects_two_frames_after_they_were_wanted(store: MeshStore, gl_device: Device) -> None:
     store.begin_frame()
     before = dict(+gl_device.live)
     assert set(store.mesh_fallbacks([0, 1], wait=True)) == {0, 1}
@@ -58,17 +61,17 @@ def test_fallbacks_go_with_their_objects_two_frames_after_they_were_wanted(store
     assert store.unwanted_fallbacks == {0, 1}
     store.release_fallbacks({0, 1})
     assert dict(+gl_device.live) == before and store.fallback_bytes == 0
-    assert sorted(store._library.forgotten) == [0, 1]
+    assert sorted(cast(Meshes, store._library).forgotten) == [0, 1]
 
 
-def test_meshes_that_the_scene_shows_are_no_fallbacks(store):
+def test_meshes_that_the_scene_shows_are_no_fallbacks(store: MeshStore) -> None:
     store.object(0)
     store.begin_frame()
     store.begin_frame()
     assert not store.unwanted_fallbacks and store.fallback_bytes == 0
 
 
-def read_meanwhile(store, assets):
+def read_meanwhile(store: MeshStore, assets: Sequence[int]) -> dict[int, tuple[MeshLevel, ...]]:
     """What has been read after some seconds at most."""
     deadline = time.monotonic() + 10
     while time.monotonic() < deadline:
@@ -79,7 +82,9 @@ def read_meanwhile(store, assets):
     return found
 
 
-def test_frames_that_may_not_wait_have_meshes_read_meanwhile(store, caplog):
+def test_frames_that_may_not_wait_have_meshes_read_meanwhile(
+    store: MeshStore, caplog: pytest.LogCaptureFixture
+) -> None:
     assert set(read_meanwhile(store, [2, 0, 1])) == {0, 1}
     assert "bad.ply: broken" in caplog.text
     with pytest.raises(InputError, match="broken"):

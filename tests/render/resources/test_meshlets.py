@@ -1,24 +1,28 @@
 """Patches of a mesh: nothing that can be seen is left out, much of the rest is."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy import void
 
 from depthwalk.geometry.quaternions import rotate
-from depthwalk.ingest.mesh import Material, Part
+from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.render.passes import mesh as mesh_pass
-from depthwalk.render.resources.meshlets import SIZE, build_meshlets
+from depthwalk.render.resources.meshlets import SIZE, Meshlets, build_meshlets
 from depthwalk.render.resources.placed_records import placed_records
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.types import Rows
 from shapes import ShapeLibrary, joined, scene_of, sphere
 from stage import OnScreen, view_of
+from studio import Studio
 
 PLACED = (0, (1.0, 2.0, -3.0), 0.7, 1.5)
 
 
-def bumpy(columns=200, rows=100):
+def bumpy(columns: int = 200, rows: int = 100) -> Mesh:
     """A ball with knobs that hide each other."""
     ball = sphere(1.0, columns, rows)
     out = ball.normals.astype(float)
@@ -27,16 +31,18 @@ def bumpy(columns=200, rows=100):
 
 
 @pytest.fixture(scope="module")
-def mesh():
+def mesh() -> Mesh:
     return bumpy()
 
 
 @pytest.fixture(scope="module")
-def meshlets(mesh):
-    return build_meshlets(mesh)
+def meshlets(mesh: Mesh) -> Meshlets:
+    meshlets = build_meshlets(mesh)
+    assert meshlets is not None
+    return meshlets
 
 
-def views(count=40):
+def views(count: int = 40) -> Iterator[View]:
     """Random ones of what is placed, from within it to far off."""
     rng = np.random.default_rng(5)
     middle = np.add(PLACED[1], (0, PLACED[3], 0))
@@ -47,7 +53,7 @@ def views(count=40):
         yield View(Camera(tuple(middle + away), tuple(target), rng.uniform(0.2, 1.5)), (320, 240))
 
 
-def seen_triangles(mesh, view, placed, solid):
+def seen_triangles(mesh: Mesh, view: View, placed: void, solid: bool) -> Rows:
     """Rows of triangles with a corner in the frustum, where `solid` seen from the front."""
     corners = placed["scale"] * rotate(placed["rotation"][None].astype(float), mesh.positions.astype(float))
     corners = (corners + placed["origin"])[mesh.faces]  # from the viewer
@@ -59,26 +65,28 @@ def seen_triangles(mesh, view, placed, solid):
     return np.flatnonzero(seen & (front | (not solid)))
 
 
-def test_each_triangle_is_in_one_patch_of_its_part(mesh):
+def test_each_triangle_is_in_one_patch_of_its_part(mesh: Mesh) -> None:
     two = joined(mesh, bumpy(120, 60))
     parts = Part(0, len(mesh.faces), 0), Part(len(mesh.faces), len(two.faces) - len(mesh.faces), 0)
     meshlets = build_meshlets(replace(two, parts=parts))
     for number, part in enumerate(parts):
         of_part = slice(part.first_face, part.first_face + part.face_count)
+        assert meshlets is not None
         faces = meshlets.vertices[meshlets.of_parts(parts)[of_part]]
         assert sorted(map(tuple, faces)) == sorted(map(tuple, two.faces[of_part]))
         seen = meshlets.vertices[meshlets.faces[meshlets.part == number].reshape(-1, 3)]
         assert {*map(tuple, seen)} - {(meshlets.vertices[0],) * 3} == {*map(tuple, faces)}  # less what fills them up
+    assert meshlets is not None
     assert (np.diff(meshlets.part) >= 0).all()
 
 
-def test_vertices_lie_in_the_order_of_their_use(mesh, meshlets):
+def test_vertices_lie_in_the_order_of_their_use(mesh: Mesh, meshlets: Meshlets) -> None:
     _, first = np.unique(meshlets.of_parts(mesh.parts), return_index=True)
     assert (np.diff(first) > 0).all() and len(first) == len(meshlets.vertices)
 
 
 @pytest.mark.parametrize("solid", [True, False])
-def test_what_can_be_seen_is_drawn(mesh, meshlets, solid):
+def test_what_can_be_seen_is_drawn(mesh: Mesh, meshlets: Meshlets, solid: bool) -> None:
     kept, needed = 0, 0
     of_mesh = meshlets.vertices[meshlets.faces]
     patch = {tuple(face): row for row, faces in enumerate(of_mesh) for face in faces}
@@ -91,11 +99,11 @@ def test_what_can_be_seen_is_drawn(mesh, meshlets, solid):
     assert needed < kept < (2.2 if solid else 1.7) * needed
 
 
-def test_small_meshes_are_not_divided():
+def test_small_meshes_are_not_divided() -> None:
     assert build_meshlets(sphere(1.0, 32, 16)) is None
 
 
-def test_pictures_do_not_change(studio, mesh, monkeypatch):
+def test_pictures_do_not_change(studio: Studio, mesh: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two solids and an open shell, of two materials, one of them textured; from near, from within and from afar."""
     half = len(mesh.faces) // 2
     texture = np.random.default_rng(1).integers(0, 255, (16, 16, 4), np.uint8)
@@ -118,10 +126,10 @@ def test_pictures_do_not_change(studio, mesh, monkeypatch):
         np.testing.assert_array_equal(with_meshlets, whole)
 
 
-def test_more_than_the_buffer_holds_is_drawn_whole(studio, mesh, monkeypatch):
+def test_more_than_the_buffer_holds_is_drawn_whole(studio: Studio, mesh: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH)
     pictures = []
     for room in (mesh_pass._MAX_CULLED_TRIANGLES, 100):
         monkeypatch.setattr(mesh_pass, "_MAX_CULLED_TRIANGLES", room)
         pictures.append(studio.picture(scene, ShapeLibrary([mesh], [None]), Camera((0, 1, 4), (0, 1, 0), 0.7)))
-    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_array_equal(pictures[0], pictures[1])

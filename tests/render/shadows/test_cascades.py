@@ -13,24 +13,28 @@ TO_SUN = np.array([0.4, 0.8, -0.3])
 PARAMS = ShadowParams(enabled=True)
 
 
-def seen_from(position=(1.0, 2.0, 3.0), target=(4.0, 1.0, -2.0), far=60.0):
+def seen_from(
+    position: tuple[float, float, float] = (1.0, 2.0, 3.0),
+    target: tuple[float, float, float] = (4.0, 1.0, -2.0),
+    far: float = 60.0,
+) -> View:
     return View(Camera(position, target, 1.0), (320, 200), near=0.2, far=far)
 
 
-def test_slices_are_even_or_each_as_many_times_as_far():
+def test_slices_are_even_or_each_as_many_times_as_far() -> None:
     assert split_distances(1.0, 16.0, 3, 0.0) == pytest.approx([6.0, 11.0, 16.0])
     assert split_distances(1.0, 16.0, 4, 1.0) == pytest.approx([2.0, 4.0, 8.0, 16.0])
     assert split_distances(1.0, 16.0, 4, 0.5) == pytest.approx([3.375, 6.25, 10.125, 16.0])
 
 
 @pytest.mark.parametrize("direction", [(0.0, 5.0, 0.0), (1.0, 0.0, 0.0), (0.4, 0.8, -0.3)])
-def test_axes_are_a_turn_whose_last_points_to_the_light(direction):
+def test_axes_are_a_turn_whose_last_points_to_the_light(direction: tuple[float, float, float]) -> None:
     axes = light_axes(np.array(direction))
     assert axes @ axes.T == pytest.approx(np.eye(3)) and np.linalg.det(axes) == pytest.approx(1)
     assert axes[2] == pytest.approx(np.array(direction) / np.linalg.norm(direction))
 
 
-def test_every_point_in_sight_is_in_the_map_of_its_slice():
+def test_every_point_in_sight_is_in_the_map_of_its_slice() -> None:
     view = seen_from()
     rng = np.random.default_rng(3)
     cascades = fit_cascades(view, TO_SUN, PARAMS)
@@ -46,7 +50,7 @@ def test_every_point_in_sight_is_in_the_map_of_its_slice():
         assert len(inside) > 20 and np.abs(clip).max() <= 1
 
 
-def test_maps_move_by_whole_texels_and_keep_their_size_while_the_viewer_turns():
+def test_maps_move_by_whole_texels_and_keep_their_size_while_the_viewer_turns() -> None:
     first = fit_cascades(seen_from(), TO_SUN, PARAMS)
     for turned in (seen_from(target=(-4.0, 1.0, 2.0)), seen_from(position=(1.7, 2.1, 3.4), target=(4.7, 1.1, -1.6))):
         for before, after in zip(first, fit_cascades(turned, TO_SUN, PARAMS), strict=True):
@@ -55,7 +59,7 @@ def test_maps_move_by_whole_texels_and_keep_their_size_while_the_viewer_turns():
             assert moved == pytest.approx(np.round(moved), abs=1e-4)
 
 
-def test_a_small_step_moves_no_map():
+def test_a_small_step_moves_no_map() -> None:
     cascades = fit_cascades(seen_from(), TO_SUN, PARAMS)
     still = 0
     for k in range(10):
@@ -64,12 +68,12 @@ def test_a_small_step_moves_no_map():
     assert still >= 9
 
 
-def test_there_are_no_maps_where_all_is_beyond_the_distance():
+def test_there_are_no_maps_where_all_is_beyond_the_distance() -> None:
     view = View(Camera((0, 1, 0), (0, 1, 1), 1.0), (320, 200), near=90.0, far=200.0)
     assert fit_cascades(view, TO_SUN, PARAMS) == ()
 
 
-def test_casters_reach_to_the_sun_and_beside_the_map_there_are_none():
+def test_casters_reach_to_the_sun_and_beside_the_map_there_are_none() -> None:
     view = Cascade(centre=(0.0, 0.0, 0.0), half=10.0, axes=light_axes(np.array([0.0, 1, 0])), resolution=100)
     centre = np.array([[0, 5000.0, 0], [0, -DEPTH * 10 - 2, 0], [12, 0, 0], [10.5, 0, 0], [0, 0, -10.5]], np.float32)
     assert view.meets(Bounds(centre, np.ones(5, np.float32))).tolist() == [True, False, False, True, True]

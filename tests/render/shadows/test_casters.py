@@ -3,14 +3,17 @@
 import numpy as np
 import pytest
 
+from depthwalk.gpu.device import Device
 from depthwalk.ingest.mesh import MeshLevel
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
 from depthwalk.render.shadows.cascades import Cascade, light_axes
 from depthwalk.render.shadows.casters import shadow_map
 from depthwalk.render.shadows.spot_maps import Spot
 from depthwalk.scene.arrays import Representation
+from depthwalk.types import Array, Mask, Rows
 from shapes import ShapeLibrary, bake, leaves, scene_of, sphere, two_halves
 from stage import NEAR, SlowLibrary, Stage, Walk, draws_until, view_of
+from studio import Studio
 
 TO_SUN = np.array([0.5, 0.8, 0.3])
 GROUND = {"ground": {"height": 0.0}, "sun": {"direction": tuple(-TO_SUN)}}
@@ -18,13 +21,15 @@ TREE, BALL = (0, (-0.8, 0.5, 0), 0.3, 1.5), (1, (1.2, 0, 0.4), 2.0, 1.0)
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     """A tree of 800 triangles, whose leaves are two texels long, and a ball in two parts."""
     meshes = [leaves(400, 0.12), sphere(0.5, columns=16, rows=8)]
     return ShapeLibrary(meshes, [bake(meshes[0], 48, 2), two_halves(meshes[1])])
 
 
-def casts(studio, library, representation, magnification):
+def casts(
+    studio: Studio, library: ShapeLibrary, representation: Representation, magnification: float
+) -> tuple[Array, list[tuple[int, int]]]:
     """The nearest map (H, W), and how many depth objects and meshes each map holds."""
     scene = scene_of(TREE, BALL, representation=representation, **GROUND)
     scene.render.lod.magnification, scene.render.shadows.triangles_per_texel = magnification, 1e6
@@ -34,7 +39,7 @@ def casts(studio, library, representation, magnification):
         return stage.maps()[0][1], held
 
 
-def test_meshes_cast_what_images_would_only_magnify(studio, library):
+def test_meshes_cast_what_images_would_only_magnify(studio: Studio, library: ShapeLibrary) -> None:
     """Each once, where it stands."""
     wanted, _ = casts(studio, library, Representation.MESH, 1.0)
     standing, held = casts(studio, library, Representation.DPCI, 0.01)
@@ -45,21 +50,25 @@ def test_meshes_cast_what_images_would_only_magnify(studio, library):
     assert images_off > 1000 and off < 0.03 * images_off  # quaternions round
 
 
-def all_have(meshes):
+def all_have(meshes: Rows) -> Mask:
     return np.ones(len(meshes), bool)
 
 
 @pytest.mark.parametrize("kind", ["sun", "lamp"])
-def test_limits_are_texels_and_triangles(studio, library, kind):
+def test_limits_are_texels_and_triangles(studio: Studio, library: ShapeLibrary, kind: str) -> None:
     """Ever finer maps of the tree: a mesh casts as soon as a texel of the images covers two, and never where it has
     more triangles for its texels than images may have."""
     with Stage(studio, scene_of(TREE), library) as stage:
         placed = stage.renderer.world
         scene, table = placed.arrays(), placed.table()
-        table.meshes.add(0, [MeshLevel(library.mesh(0), 0.0)])
+        mesh = library.mesh(0)
+        assert mesh is not None
+        table.meshes.add(0, [MeshLevel(mesh, 0.0)])
         rule, finest = MeshFallbackRule(magnification=2.0, is_resident=all_have, error=0.125), 0.0
         for resolution in range(64, 1024, 32):
-            view = Cascade(centre=(0.0, 1.0, 0.0), half=3.0, axes=light_axes(TO_SUN), resolution=resolution)
+            view: Cascade | Spot = Cascade(
+                centre=(0.0, 1.0, 0.0), half=3.0, axes=light_axes(TO_SUN), resolution=resolution
+            )
             if kind == "lamp":
                 view = Spot(
                     centre=(-0.8, 20.0, 0.0),
@@ -78,7 +87,7 @@ def test_limits_are_texels_and_triangles(studio, library, kind):
     assert 3 < finest < 27
 
 
-def test_a_walk_does_not_wait_for_meshes_that_cast(gl_device):
+def test_a_walk_does_not_wait_for_meshes_that_cast(gl_device: Device) -> None:
     """Images do until they have come; then the maps are drawn again, once."""
     ball = sphere(0.5, columns=16, rows=8)
     library, scene = SlowLibrary([ball], [bake(ball, resolution=32, layers=1)]), scene_of((0, (0, 0, 0), 0.0, 1.0))

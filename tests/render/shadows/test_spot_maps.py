@@ -1,6 +1,8 @@
 """Shadow maps of spot lights: which lamps have one, what is drawn into it and when, and the shadows that it gives."""
 
 import logging
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,30 +13,44 @@ from depthwalk.render.lighting.light_clusters import visible_lamps
 from depthwalk.render.shadows.casters import find_casters
 from depthwalk.render.shadows.spot_maps import NEAR, assign_tiles, choose_shadow_lamps, lamp_spot
 from depthwalk.render.view.bounds import Bounds
-from depthwalk.render.view.view import matrix_array
+from depthwalk.render.view.view import View, matrix_array
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.environment import LampParams
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array, Mask
 from shapes import ShapeLibrary, box, joined, scene_of, sphere
 from stage import Stage, view_of
+from studio import Studio
 
-LAMP = {"position": (1.5, 4.0, 1.0), "direction": (-0.35, -1.0, -0.2), "angle": 70.0, "range": 12.0, "intensity": 8.0}
+LAMP: dict[str, Any] = {
+    "position": (1.5, 4.0, 1.0),
+    "direction": (-0.35, -1.0, -0.2),
+    "angle": 70.0,
+    "range": 12.0,
+    "intensity": 8.0,
+}
 DARK = {"sun": {"intensity": 0.0}, "ambient": {"intensity": 0.0}, "ground": {"colour": (1.0, 1.0, 1.0)}}
 BALL, BOX = 0, 1
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     return ShapeLibrary([sphere(0.7, 128, 64), box(1, 1.6, 0.6, (0, 0.8, 0))], resolution=256)
 
 
-def spot_scene(*placed, representation=Representation.DPCI, lamps=(LAMP,), resolution=1024):
+def spot_scene(
+    *placed: tuple[int, tuple[float, float, float], float, float],
+    representation: Representation = Representation.DPCI,
+    lamps: Sequence[dict[str, Any]] = (LAMP,),
+    resolution: int = 1024,
+) -> Scene:
     lights = [{"shadow": True} | lamp for lamp in lamps]
     scene = scene_of(*placed, representation=representation, lights=lights, **DARK)
     scene.render.shadows.lamp_resolution = resolution
     return scene
 
 
-def shares(stage, scene, view):
+def shares(stage: Stage, scene: Scene, view: View) -> tuple[Array, dict[str, float]]:
     """What part of the light of lamps is left by shadows (H, W); NaN where they hardly shine."""
     scene.render.shadows.lamps = 0
     stage.draw(view)
@@ -45,7 +61,7 @@ def shares(stage, scene, view):
         return np.where(whole > 0.02, stage.lit().sum(-1) / whole, np.nan), counts
 
 
-def overlap(one, other):
+def overlap(one: Mask, other: Mask) -> float:
     return (one & other).sum() / (one | other).sum()
 
 
@@ -53,7 +69,7 @@ FROM_ABOVE = view_of((0.3, 4.5, 3.5), (-0.2, 0, -0.2))
 
 
 @pytest.mark.parametrize("filter_width", [2, 3, 6])
-def test_shares_match_their_twin(studio, library, filter_width):
+def test_shares_match_their_twin(studio: Studio, library: ShapeLibrary, filter_width: int) -> None:
     scene = spot_scene((BALL, (-0.8, 0, 0), 0.3, 1.0), (BOX, (0.8, 0, -0.6), 0.4, 1.0), resolution=256)
     scene.render.shadows.filter_width = filter_width
     with Stage(studio, scene, library, sun=False) as stage:
@@ -73,7 +89,7 @@ def test_shares_match_their_twin(studio, library, filter_width):
     assert np.median(off) < 4e-3 and np.quantile(off, 0.98) < 0.1 and off.mean() < 5e-3
 
 
-def test_a_box_shadows_the_ground_where_rays_to_the_lamp_meet_it(studio, library):
+def test_a_box_shadows_the_ground_where_rays_to_the_lamp_meet_it(studio: Studio, library: ShapeLibrary) -> None:
     scene = spot_scene((BOX, (0, 0, 0), 0.0, 1.0), representation=Representation.MESH, resolution=2048)
     scene.render.lod.error = 0.0  # polygons are where they are
     with Stage(studio, scene, library, sun=False) as stage:
@@ -88,7 +104,7 @@ def test_a_box_shadows_the_ground_where_rays_to_the_lamp_meet_it(studio, library
     assert overlap((share < 0.5) & ground, met & ground) > 0.99
 
 
-def test_shadows_of_depth_images_are_those_of_the_mesh(studio):
+def test_shadows_of_depth_images_are_those_of_the_mesh(studio: Studio) -> None:
     """On the ground, several lamps: intersection over union."""
     steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
     library = ShapeLibrary([steps], resolution=256)
@@ -108,7 +124,9 @@ def test_shadows_of_depth_images_are_those_of_the_mesh(studio):
 
 
 @pytest.mark.parametrize("representation", [Representation.MESH, Representation.DPCI, Representation.DMESH])
-def test_a_ball_never_shadows_itself_where_it_is_lit(studio, library, representation):
+def test_a_ball_never_shadows_itself_where_it_is_lit(
+    studio: Studio, library: ShapeLibrary, representation: Representation
+) -> None:
     scene = spot_scene((BALL, (0, 0, 0), 0.3, 1.0), representation=representation, resolution=512)
     with Stage(studio, scene, library, sun=False) as stage:
         share, _ = shares(stage, scene, view_of((1.0, 3.0, 3.0), (0, 0.5, 0)))
@@ -119,7 +137,7 @@ def test_a_ball_never_shadows_itself_where_it_is_lit(studio, library, representa
     assert lit.sum() > 1500 and (share[lit] > 0.97).mean() > 0.999
 
 
-def test_maps_are_redrawn_only_when_something_in_their_cone_moves(studio, library):
+def test_maps_are_redrawn_only_when_something_in_their_cone_moves(studio: Studio, library: ShapeLibrary) -> None:
     places = (BALL, (0, 0, 0), 0.3, 1.0), (BOX, (8.0, 0, 0), 0.0, 1.0)
     scene = spot_scene(*places, lamps=[LAMP, LAMP | {"position": (8.0, 4.0, 0)}])
     with Stage(studio, scene, library, sun=False) as stage:
@@ -137,7 +155,7 @@ def test_maps_are_redrawn_only_when_something_in_their_cone_moves(studio, librar
         assert stage.draw(FROM_ABOVE)["shadow_maps"] == 1
 
 
-def test_what_a_stage_of_shadows_made_is_freed(studio, library):
+def test_what_a_stage_of_shadows_made_is_freed(studio: Studio, library: ShapeLibrary) -> None:
     before = +studio.device.live
     with Stage(studio, spot_scene((BALL, (0, 0, 0), 0.3, 1.0)), library, sun=False) as stage:
         stage.draw(FROM_ABOVE)
@@ -148,10 +166,10 @@ def test_what_a_stage_of_shadows_made_is_freed(studio, library):
     assert +studio.device.live == before
 
 
-def test_casters_are_all_that_reach_into_the_pyramid():
+def test_casters_are_all_that_reach_into_the_pyramid() -> None:
     """Against points of random spheres; what is under a texel is left out."""
     rng = np.random.default_rng(4)
-    spot = lamp_spot(LampParams(**LAMP, shadow=True), 512)
+    spot = lamp_spot(LampParams.model_validate({**LAMP, "shadow": True}), 512)
     bounds = Bounds(np.array(spot.centre) + rng.uniform(-20, 20, (4000, 3)), rng.choice([0.002, 0.5, 3.0], 4000))
     found = np.isin(np.arange(4000), find_casters(spot, bounds))
     direction = rng.normal(size=(4000, 200, 3))
@@ -166,11 +184,13 @@ def test_casters_are_all_that_reach_into_the_pyramid():
     assert (found & ~within).sum() < 0.5 * found.sum()
 
 
-def lamps_at(*places):
-    return [LampParams(**LAMP | {"position": place, "intensity": 1.0}, shadow=True) for place in places]
+def lamps_at(*places: tuple[int, int, int]) -> list[LampParams]:
+    return [
+        LampParams.model_validate({**LAMP | {"position": place, "intensity": 1.0}, "shadow": True}) for place in places
+    ]
 
 
-def test_those_with_maps_come_first_in_every_cell():
+def test_those_with_maps_come_first_in_every_cell() -> None:
     lights = [each.model_copy(update={"range": 2.0}) for each in lamps_at(*[(x, 1, -4 - x) for x in range(6)])]
     found = visible_lamps(view_of(), lights, {4: 1, 1: 0})
     tile = found.records["shadow"][:, 3]
@@ -182,7 +202,7 @@ def test_those_with_maps_come_first_in_every_cell():
         assert ((tile[lists[first : first + all_of_them]] >= 0) == (np.arange(all_of_them) < some)).all()
 
 
-def test_the_brightest_in_sight_come_first_and_keep_their_tiles():
+def test_the_brightest_in_sight_come_first_and_keep_their_tiles() -> None:
     lamps = lamps_at((0, 3, 0), (0, 3, -8), (0, 3, 90), (2, 3, 2))
     lamps[1].intensity = 20.0
     lamps[3].shadow = False
@@ -193,7 +213,9 @@ def test_the_brightest_in_sight_come_first_and_keep_their_tiles():
     assert assign_tiles([0, 2], lamps, 2) == {0: 0, 2: 1}  # the third would like the first one's
 
 
-def test_more_lamps_than_maps_are_told_of_once(studio, library, caplog):
+def test_more_lamps_than_maps_are_told_of_once(
+    studio: Studio, library: ShapeLibrary, caplog: pytest.LogCaptureFixture
+) -> None:
     scene = spot_scene((BALL, (0, 0, 0), 0.3, 1.0), lamps=[LAMP] * 3)
     scene.render.shadows.lamps = 2
     with caplog.at_level(logging.WARNING), Stage(studio, scene, library, sun=False) as stage:
@@ -202,7 +224,7 @@ def test_more_lamps_than_maps_are_told_of_once(studio, library, caplog):
     assert caplog.messages == ["3 lamps in sight are to cast shadows; render.shadows.lamps allows 2"]
 
 
-def test_what_is_at_the_lamp_casts_no_shadow(studio, library):
+def test_what_is_at_the_lamp_casts_no_shadow(studio: Studio, library: ShapeLibrary) -> None:
     """A ball about it, smaller than the distance at which its map begins."""
     bulb = NEAR * LAMP["range"] / 2
     place = np.array(LAMP["position"]) - [0, 0.7 * bulb, 0]
@@ -215,6 +237,6 @@ def test_what_is_at_the_lamp_casts_no_shadow(studio, library):
 
 
 @pytest.mark.parametrize("wrong", [{"direction": None}, {"angle": 160.0}])
-def test_a_lamp_without_a_cone_to_look_into_is_refused(wrong):
+def test_a_lamp_without_a_cone_to_look_into_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(ValidationError, match="'shadow' needs a cone"):
-        LampParams(**LAMP | {"shadow": True} | wrong)
+        LampParams.model_validate({**LAMP | {"shadow": True} | wrong})

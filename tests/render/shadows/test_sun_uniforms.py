@@ -1,9 +1,11 @@
 """The uniforms of the sun's maps lead from the viewer to the texel that the matrix leads to."""
 
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from moderngl import Texture
 
 from depthwalk.render.shadows.cascades import fit_cascades
 from depthwalk.render.shadows.sun_uniforms import SunMaps
@@ -12,14 +14,13 @@ from depthwalk.scene.arrays import Camera
 from depthwalk.scene.render_settings import MAX_CASCADES, LodParams, ShadowParams
 
 
-def test_uniforms_find_points_as_the_matrix_does():
+def test_uniforms_find_points_as_the_matrix_does() -> None:
     view = View(Camera((30.0, 2.0, -3.0), (4.0, 1.0, -2.0), 1.0), (320, 200), near=0.2, far=60.0)
     params = ShadowParams(enabled=True, cascades=3)
     cascades = fit_cascades(view, np.array([0.4, 0.8, -0.3]), params)
-    bound = []
-    uniforms = SunMaps(texture=SimpleNamespace(use=bound.append), cascades=cascades, params=params).use(
-        5, view, LodParams()
-    )
+    bound: list[Any] = []
+    texture = cast(Texture, SimpleNamespace(use=bound.append))
+    uniforms = SunMaps(texture=texture, cascades=cascades, params=params).use(5, view, LodParams())
     assert bound == [5] and uniforms["sun_maps"] == 5 and uniforms["cascades"] == 3
     places = np.frombuffer(uniforms["places"], np.float32).reshape(MAX_CASCADES, 4)
     assert (places[3:] == 0).all()

@@ -1,21 +1,27 @@
 """Where objects are: visibility, near and far plane, the camera that sees everything."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer
 from depthwalk.render.view.bounds import Bounds, depth_range
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from shapes import ShapeLibrary, scene_of, sphere
+from studio import Studio
 
 number = st.floats(-50, 50)
 
 
 @given(st.tuples(number, number, number), st.floats(0.01, 5), st.tuples(number, number, number), st.floats(0.2, 2.5))
-def test_a_sphere_that_shows_a_point_is_visible(centre, bounding_radius, eye, fov):
+def test_a_sphere_that_shows_a_point_is_visible(
+    centre: tuple[float, float, float], bounding_radius: float, eye: tuple[float, float, float], fov: float
+) -> None:
     view = View(Camera(eye, (eye[0] + 1, eye[1] + 0.3, eye[2] - 1), fov), (160, 90))
     point = np.add(centre, (0, bounding_radius, 0))  # one point of the sphere
     right, up, forward = view.axes @ (point - view.position)
@@ -35,18 +41,22 @@ def test_a_sphere_that_shows_a_point_is_visible(centre, bounding_radius, eye, fo
         ([0.02], [0.01], None, 0.99 * 0.01, 1.01 * 0.03),
     ],
 )
-def test_near_and_far_hold_what_is_seen(forward, bounding_radius, ground, near, far):
+def test_near_and_far_hold_what_is_seen(
+    forward: Sequence[float], bounding_radius: Sequence[float], ground: None, near: float, far: float
+) -> None:
     assert depth_range(np.array(forward), np.array(bounding_radius), ground) == pytest.approx((near, far))
 
 
-def test_nothing_in_sight_still_has_a_range():
+def test_nothing_in_sight_still_has_a_range() -> None:
     near, far = depth_range(np.zeros(0), np.zeros(0), None)
     assert 0 < near < far
 
 
 @pytest.mark.parametrize("scale", [0.004, 1.0, 1500.0])
 @pytest.mark.parametrize("size", [(160, 120), (60, 240)])
-def test_the_camera_that_frames_all_sees_all(gl_device, studio, scale, size):
+def test_the_camera_that_frames_all_sees_all(
+    gl_device: Device, studio: Studio, scale: float, size: tuple[int, int]
+) -> None:
     """Two balls far apart, tiny or huge, in a wide or a narrow picture: both whole, with the same picture."""
     library = ShapeLibrary([sphere(columns=48, rows=24)], resolution=64)
     scene = scene_of((0, (-4 * scale, 0, 0), 0.0, scale), (0, (4 * scale, 0, 0), 0.0, scale))
@@ -61,7 +71,7 @@ def test_the_camera_that_frames_all_sees_all(gl_device, studio, scale, size):
 
 
 @pytest.mark.parametrize("scale", [0.6, 0.75, 1.5])
-def test_tiles_of_any_resolution_are_free_of_specks(studio, scale):
+def test_tiles_of_any_resolution_are_free_of_specks(studio: Studio, scale: float) -> None:
     """Where texels and pixels do not coincide, ties between texels must not pick an empty one."""
     library = ShapeLibrary([sphere(columns=48, rows=24)], resolution=64)
     places = [(0, (2.4 * (k % 5), 0, 2.4 * (k // 5)), 0.1 * k, 0.3 + 0.03 * k) for k in range(25)]

@@ -1,16 +1,25 @@
 """What plans are told of objects and assets, by a store that has no GPU."""
 
+from collections.abc import Sequence
+from typing import cast
+
 import numpy as np
 import pytest
 
-from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.bake.images import BakedObject
+from depthwalk.bake.model import BakedModel
+from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
 from depthwalk.geometry.quaternions import rotate
+from depthwalk.render.resources.asset_store import AssetStore
 from depthwalk.render.world.asset_table import asset_table
 from depthwalk.render.world.object_rows import place_objects, placed_rows
-from depthwalk.scene.arrays import Representation
+from depthwalk.scene.arrays import Objects, Representation
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
 from shapes import ShapeLibrary, bake, box, scene_of, sphere, two_halves
 
 BALL, HALVES, BARE = range(3)
+Made = dict[int, list[CookedObject]]
 
 
 class Store:
@@ -18,65 +27,67 @@ class Store:
 
     background = None
 
-    def __init__(self, library, cooked):
+    def __init__(self, library: ShapeLibrary, cooked: Made) -> None:
         self.library, self.made, self.first_depth = library, cooked, len(library)
-        self.rows, self.numbers = [], {}
+        self.rows: list[tuple[int, CookedObject]] = []
+        self.numbers: dict[int, range] = {}
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.first_depth + len(self.rows)
 
-    def knows(self, asset):
+    def knows(self, asset: int) -> bool:
         return asset in self.numbers
 
-    def depth_numbers(self, asset):
+    def depth_numbers(self, asset: int) -> range:
         if asset not in self.numbers:
-            parts = self.library.baked(asset).parts
-            self.numbers[asset] = range(len(self), len(self) + len(parts))
+            model = self.library.baked(asset)
+            assert model is not None
+            self.numbers[asset] = range(len(self), len(self) + len(model.parts))
             if asset not in self.made:
-                self.made[asset] = [cook_object(part, CookOptions()) for part in parts]
+                self.made[asset] = [cook_object(part, CookOptions()) for part in model.parts]
             self.rows += [(asset, part) for part in self.made[asset]]
         return self.numbers[asset]
 
-    def cooked(self, number):
+    def cooked(self, number: int) -> CookedObject:
         return self.rows[number - self.first_depth][1]
 
-    def asset_of(self, number):
+    def asset_of(self, number: int) -> int:
         return self.rows[number - self.first_depth][0]
 
 
 @pytest.fixture(scope="module")
-def library():
+def library() -> ShapeLibrary:
     """A ball of radius 0.5, the same in two parts, and a box without depth images."""
     ball = sphere(0.5, 32, 16)
-    baked = [bake(ball, 32, 1), two_halves(ball, 32), bake(ball, 32, 1)]
+    baked: list[BakedObject | BakedModel] = [bake(ball, 32, 1), two_halves(ball, 32), bake(ball, 32, 1)]
     made = ShapeLibrary([ball, ball, box(2.0, 1.0, 0.5, (0, 0.5, 0))], baked)
     made._baked[BARE] = None
     return made
 
 
 @pytest.fixture(scope="module")
-def cooked():
+def cooked() -> Made:
     """The depth objects of each asset, once they are cooked."""
     return {}
 
 
 @pytest.fixture
-def store(library, cooked):
-    return Store(library, cooked)
+def store(library: ShapeLibrary, cooked: Made) -> AssetStore:
+    return cast(AssetStore, Store(library, cooked))
 
 
-def scene(*placed):
+def scene(*placed: tuple[int, Sequence[float], float, float]) -> Scene:
     return scene_of(*((asset, position, yaw, scale) for asset, position, yaw, scale in placed))
 
 
-def middles(objects, store):
+def middles(objects: Objects, store: AssetStore) -> Array:
     """Where the cylinders of depth objects (n, 3) have their middles, world, metres."""
     cylinders = [store.cooked(number).outline.cylinder for number in objects.asset.tolist()]
     middle = np.array([[0, (each.bottom + each.top) / 2, 0] for each in cylinders])
     return objects.position + objects.scale[:, None] * rotate(objects.rotation, middle)
 
 
-def test_objects_are_a_row_for_each_part_or_their_mesh(library, store):
+def test_objects_are_a_row_for_each_part_or_their_mesh(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (HALVES, (5, 0, 0), 0.0, 2.0), (BARE, (9, 0, 0), 0.0, 1.0))
     shown.objects.representation[2] = Representation.MESH
     objects = place_objects(shown, library, store, None)
@@ -87,23 +98,23 @@ def test_objects_are_a_row_for_each_part_or_their_mesh(library, store):
     assert objects.position[3].tolist() == [9, 0, 0] and objects.scale.tolist() == [1, 2, 2, 1]
 
 
-def test_parts_stand_where_their_turned_object_has_them(library, store):
+def test_parts_stand_where_their_turned_object_has_them(library: ShapeLibrary, store: AssetStore) -> None:
     rows = [place_objects(scene((HALVES, (0, 0, 0), yaw, 1.0)), library, store, None) for yaw in (0.0, np.pi)]
     straight, turned = (middles(objects, store) for objects in rows)
     np.testing.assert_allclose(turned, straight * (-1, 1, -1), atol=1e-6)
     assert np.abs(straight[:, 0]).min() > 0.15
 
 
-def test_a_representation_is_used_where_an_asset_has_it(library, store):
+def test_a_representation_is_used_where_an_asset_has_it(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (HALVES, (5, 0, 0), 0.0, 1.0))
     assert place_objects(shown, library, store, Representation.MESH).asset.tolist() == [BALL, HALVES]
-    assert not store.rows  # whose depth images nobody asked for
+    assert len(store) == len(library)  # whose depth images nobody asked for
     shown = scene((BARE, (0, 0, 0), 0.0, 1.0), (BALL, (5, 0, 0), 0.0, 1.0))
     shown.objects.representation[:] = Representation.MESH
     assert place_objects(shown, library, store, Representation.DMESH).asset.tolist() == [BARE, 3]
 
 
-def test_rows_of_some_objects_are_found_among_all(library, store):
+def test_rows_of_some_objects_are_found_among_all(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene(*((asset, (k, 0, 0), 0.0, 1.0) for k, asset in enumerate((BALL, HALVES, BALL, HALVES))))
     everything = place_objects(shown, library, store, None)
     for which in (slice(0, 1), slice(1, 3), slice(3, 4), slice(0, 4)):
@@ -113,7 +124,7 @@ def test_rows_of_some_objects_are_found_among_all(library, store):
         )
 
 
-def test_the_table_encloses_what_objects_use(library, store):
+def test_the_table_encloses_what_objects_use(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0), (BARE, (5, 0, 0), 0.0, 1.0))
     shown.objects.representation[1] = Representation.MESH
     table = asset_table(place_objects(shown, library, store, None), library, store)
@@ -127,7 +138,7 @@ def test_the_table_encloses_what_objects_use(library, store):
     assert table.bounding_radius[HALVES] == 0 and table.mesh_fallbacks.mesh.tolist() == [-1, -1, -1, BALL]
 
 
-def test_levels_that_an_asset_lacks_are_infinitely_wrong(library, store):
+def test_levels_that_an_asset_lacks_are_infinitely_wrong(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BALL, (0, 0, 0), 0.0, 1.0))
     table = asset_table(place_objects(shown, library, store, None), library, store)
     cooked = store.cooked(3)
@@ -137,7 +148,7 @@ def test_levels_that_an_asset_lacks_are_infinitely_wrong(library, store):
     assert np.isinf(table.error[:3]).all() and (table.triangles[:3] == 0).all() and (table.triangles[3] > 0).all()
 
 
-def test_the_nearest_point_is_that_of_the_cylinder(library, store):
+def test_the_nearest_point_is_that_of_the_cylinder(library: ShapeLibrary, store: AssetStore) -> None:
     shown = scene((BARE, (0, 0, 0), 0.0, 1.0))
     shown.objects.representation[:] = Representation.MESH
     table = asset_table(place_objects(shown, library, store, None), library, store)

@@ -9,7 +9,7 @@ from depthwalk.render.world.far_clusters import MEMBERS, make_far_clusters
 from depthwalk.render.world.spatial_cells import sort_into_cells
 
 
-def spheres(count, seed):
+def spheres(count: int, seed: int) -> Bounds:
     random = np.random.default_rng(seed)
     return Bounds(
         random.uniform(-50, 50, (count, 3)).astype(np.float32), random.uniform(0.1, 2, count).astype(np.float32)
@@ -17,7 +17,7 @@ def spheres(count, seed):
 
 
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 256, 257, 5000])
-def test_clusters_hold_every_object_once_within_cells(count):
+def test_clusters_hold_every_object_once_within_cells(count: int) -> None:
     bounds = spheres(count, count)
     cells = sort_into_cells(bounds)
     clusters = make_far_clusters(cells, bounds, np.ones(count, bool))
@@ -32,7 +32,7 @@ def test_clusters_hold_every_object_once_within_cells(count):
     assert (bounds.centre[rows] + bounding_radius <= clusters.high[cluster]).all()
 
 
-def test_one_that_may_not_share_keeps_its_cell_from_it():
+def test_one_that_may_not_share_keeps_its_cell_from_it() -> None:
     bounds = spheres(1000, 1)
     shareable = np.ones(1000, bool)
     shareable[17] = False
@@ -44,7 +44,7 @@ def test_one_that_may_not_share_keeps_its_cell_from_it():
 
 
 @pytest.mark.parametrize("count", [0, 1, 64, 1000, 4096])
-def test_neighbours_lie_in_boxes_that_hardly_overlap(count):
+def test_neighbours_lie_in_boxes_that_hardly_overlap(count: int) -> None:
     points = np.random.default_rng(count).uniform(0, 1, (count, 3)) * (1, 0, 1)
     order = kd_tree_order(points, 64)
     assert sorted(order) == list(range(count))
@@ -54,7 +54,7 @@ def test_neighbours_lie_in_boxes_that_hardly_overlap(count):
         assert ((high - low)[:, 0] * (high - low)[:, 2]).sum() <= 1 + 1e-9
 
 
-def test_boxes_follow_objects_that_moved():
+def test_boxes_follow_objects_that_moved() -> None:
     """Only the clusters of their cells are refitted, and count it."""
     bounds = spheres(1000, 2)
     cells = sort_into_cells(bounds)
@@ -71,7 +71,7 @@ def test_boxes_follow_objects_that_moved():
     assert clusters.version[holding] == 1 and 0 < clusters.version.sum() < len(clusters)
 
 
-def test_a_cluster_is_resident_if_all_its_members_are():
+def test_a_cluster_is_resident_if_all_its_members_are() -> None:
     bounds = spheres(600, 3)
     clusters = make_far_clusters(sort_into_cells(bounds), bounds, np.ones(600, bool))
     numbers = np.arange(len(clusters))

@@ -1,25 +1,32 @@
 """Objects about other axes than +Y, and models of several, as the renderer draws them."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
 
+from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model
+from depthwalk.gpu.device import Device
+from depthwalk.ingest.mesh import Mesh
 from depthwalk.render.renderer import Renderer
 from depthwalk.scene.arrays import Camera, Representation
 from shapes import ShapeLibrary, box, joined, scene_of, sphere, two_halves
+from studio import Studio
 
 
 @pytest.fixture(scope="module")
-def halves():
+def halves() -> tuple[Mesh, BakedModel, BakedModel]:
     """Two halves of a ball, and the ball."""
     mesh = sphere(0.5, columns=96, rows=48)
     return mesh, bake_model(mesh, ModelParams(resolution=128, layers=1), "whole"), two_halves(mesh)
 
 
 @pytest.mark.parametrize("axis", ["x", (1.0, 2.0, -0.5)])
-def test_a_turned_cylinder_shows_the_same_picture(studio, axis):
+def test_a_turned_cylinder_shows_the_same_picture(
+    studio: Studio, axis: Literal["x"] | tuple[float, float, float]
+) -> None:
     """A bent shape beside its origin, in an object that is itself turned, scaled and moved."""
     mesh = joined(box(1.0, 0.4, 0.4, (0.6, 0.2, 0)), box(0.3, 1.0, 0.3, (1.0, 0.7, 0.2), colour=(60, 90, 200)))
     scene, camera = scene_of((0, (0.5, 0.1, 0), 0.7, 1.5)), Camera((1, 2, 4.5), (1.2, 0.9, -1), 0.6)
@@ -35,7 +42,7 @@ def test_a_turned_cylinder_shows_the_same_picture(studio, axis):
     assert np.abs(pictures[0] - pictures[1])[both].mean() < 0.01
 
 
-def test_parts_show_the_same_picture(studio, halves):
+def test_parts_show_the_same_picture(studio: Studio, halves: tuple[Mesh, BakedModel, BakedModel]) -> None:
     mesh, whole, parts = halves
     scene = scene_of((0, (0.2, 0, 0), 0.5, 1.0), (0, (1.5, 0, -1), 2.0, 0.7))
     camera = Camera((0.5, 1, 4), (0.5, 0.4, 0), 0.6)
@@ -46,7 +53,9 @@ def test_parts_show_the_same_picture(studio, halves):
     assert differ.mean() < 0.002  # no crack along the cut shows what is behind
 
 
-def test_every_part_is_an_object_of_the_renderer(gl_device, halves):
+def test_every_part_is_an_object_of_the_renderer(
+    gl_device: Device, halves: tuple[Mesh, BakedModel, BakedModel]
+) -> None:
     mesh, whole, parts = halves
     library = ShapeLibrary([mesh, mesh], [parts, whole])
     scene = scene_of((0, (0, 0, 0), 0.0, 1.0), (1, (3, 0, 0), 0.0, 1.0), (0, (6, 0, 0), 1.0, 2.0))

@@ -9,26 +9,27 @@ from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View
 from depthwalk.render.world.spatial_cells import sort_into_cells
 from depthwalk.scene.arrays import Camera
+from depthwalk.types import Array, Rows
 
 
-def spheres(count, extent, seed):
+def spheres(count: int, extent: Array | Rows, seed: int) -> Bounds:
     random = np.random.default_rng(seed)
     centre = random.uniform(-1, 1, (count, 3)) * extent
     return Bounds(centre.astype(np.float32), random.uniform(0.01, 3, count).astype(np.float32))
 
 
-def view_from(eye, seed, fov=1.0):
+def view_from(eye: Array, seed: int, fov: float = 1.0) -> View:
     direction = np.random.default_rng(seed).normal(size=3)
     return View(Camera(tuple(eye), tuple(eye + direction), fov), (160, 90))
 
 
-def visible(bounds, view, min_pixels):
+def visible(bounds: Bounds, view: View, min_pixels: float) -> tuple[Rows, Array]:
     cells = sort_into_cells(bounds)
     return cells.visible(view, bounds, min_pixels, *cells.batches(view, min_pixels, 1 << 30))
 
 
 @pytest.mark.parametrize("size", [256, 1000, 30_000])
-def test_batches_hold_each_cell_once_and_the_nearest_first(size):
+def test_batches_hold_each_cell_once_and_the_nearest_first(size: int) -> None:
     bounds = spheres(20_000, np.array([100, 5, 100]), 1)
     cells, view = sort_into_cells(bounds), view_from(np.array([0.0, 0, 0]), 3)
     batches = cells.batches(view, 0.0, size)
@@ -42,7 +43,7 @@ def test_batches_hold_each_cell_once_and_the_nearest_first(size):
 
 
 @given(st.integers(0, 2000), st.sampled_from([(0, 0, 0), (1, 0, 0), (100, 5, 100), (1e5, 1, 1e5)]), st.integers(0, 99))
-def test_cells_lose_and_add_nothing(count, extent, seed):
+def test_cells_lose_and_add_nothing(count: int, extent: tuple[float, float, float], seed: int) -> None:
     bounds = spheres(count, np.array(extent, float), seed)
     view = view_from(np.random.default_rng(seed).uniform(-1, 1, 3) * extent, seed)
     rows, forward = visible(bounds, view, 0.0)
@@ -53,7 +54,7 @@ def test_cells_lose_and_add_nothing(count, extent, seed):
 
 
 @pytest.mark.parametrize("min_pixels", [0.5, 4.0, 40.0])
-def test_objects_under_the_size_are_left_out(min_pixels):
+def test_objects_under_the_size_are_left_out(min_pixels: float) -> None:
     bounds = spheres(5000, np.array([400, 20, 400]), 3)
     view = View(Camera((300, 0, 300), (0, 0, 0), 1.0), (160, 90))
     rows, _ = visible(bounds, view, min_pixels)
@@ -64,7 +65,7 @@ def test_objects_under_the_size_are_left_out(min_pixels):
 
 
 @pytest.mark.parametrize("rows", [slice(0, 1), slice(100, 1300), slice(1999, 2000)])
-def test_moved_objects_are_found_where_they_went(rows):
+def test_moved_objects_are_found_where_they_went(rows: slice) -> None:
     bounds = spheres(2000, np.array([100, 5, 100]), 4)
     cells = sort_into_cells(bounds)
     view = view_from(np.array([500.0, 0, 0]), 2)
@@ -77,7 +78,7 @@ def test_moved_objects_are_found_where_they_went(rows):
     )
 
 
-def test_few_cells_are_asked_where_little_is_seen():
+def test_few_cells_are_asked_where_little_is_seen() -> None:
     x, z = np.meshgrid(np.arange(300.0), np.arange(300.0))
     bounds = Bounds(np.stack([x, 0 * x, z], -1).reshape(-1, 3), np.full(x.size, 0.5))
     cells = sort_into_cells(bounds)

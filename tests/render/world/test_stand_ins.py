@@ -1,8 +1,7 @@
 """What is drawn of an asset whose depth images are not ready."""
 
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -44,7 +43,7 @@ class FakeBackground:
 
 
 @pytest.fixture
-def world(gl_device: Device) -> Any:
+def world(gl_device: Device) -> Iterator[RenderWorld]:
     """Two balls and a cone, far ball first; nothing is ready."""
     library = ShapeLibrary([shapes.sphere(1.0, columns=16, rows=8)] * 2, resolution=32, layers=1)
     store = AssetStore(gl_device, library)
@@ -52,6 +51,11 @@ def world(gl_device: Device) -> Any:
     scene = scene_of((BALL, FAR, 0.0, 1.0), (CONE, NEAR, 0.0, 1.0), (BALL, (3, 0, -40), 0.0, 1.0))
     yield RenderWorld(scene, library, store)
     store.release()
+
+
+def background_of(world: RenderWorld) -> FakeBackground:
+    assert isinstance(world._assets.background, FakeBackground)
+    return world._assets.background
 
 
 def arrive(world: RenderWorld, done: Callable[[], bool]) -> None:
@@ -75,10 +79,10 @@ def test_meshes_stand_in_and_depth_images_take_over(world: RenderWorld) -> None:
     assert shown(world) == [] and not world.is_whole  # no frame waits for a mesh either
     arrive(world, lambda: world.is_whole)
     assert shown(world) == [(BALL, "mesh"), (CONE, "mesh"), (BALL, "mesh")]
-    world._assets.background.make(CONE)
+    background_of(world).make(CONE)
     arrive(world, lambda: "dpci" in dict(shown(world)).values())
     assert shown(world) == [(BALL, "mesh"), (2, "dpci"), (BALL, "mesh")]
-    world._assets.background.make(BALL)
+    background_of(world).make(BALL)
     arrive(world, lambda: "mesh" not in dict(shown(world)).values())
     assert shown(world) == [(3, "dpci"), (2, "dpci"), (3, "dpci")]
 
@@ -86,11 +90,11 @@ def test_meshes_stand_in_and_depth_images_take_over(world: RenderWorld) -> None:
 def test_what_is_nearest_is_asked_for_first(world: RenderWorld) -> None:
     world.take_arrivals(np.zeros(3))
     world.objects()
-    assert world._assets.background.asked == [CONE, BALL]
+    assert background_of(world).asked == [CONE, BALL]
 
 
 def test_a_moved_object_keeps_its_row(world: RenderWorld) -> None:
-    world._assets.background.make(CONE)
+    background_of(world).make(CONE)
     arrive(world, lambda: world.is_whole)
     context = world._scene, world._library, world._assets, None
     for which in (slice(0, 1), slice(1, 2), slice(1, 3)):

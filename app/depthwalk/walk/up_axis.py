@@ -1,0 +1,115 @@
+"""Tell which axis of a model points upward, and turn the model by it, without reading or baking it again."""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.geometry.quaternions import rotate
+from depthwalk.ingest.formats import is_model_file
+from depthwalk.render.renderer import Renderer
+from depthwalk.scene.scene import Scene
+from depthwalk.types import Array
+
+Up = Literal["y", "z"]
+
+_SLICE = 0.02  # of a model's height: what is no higher above the lowest point counts as its lower end
+# Turns (x, y, z) into (x, z, −y), so that z points upward.
+_TURNS: dict[Up, NDArray[np.float32]] = {
+    "y": np.array([0, 0, 0, 1], np.float32),
+    "z": np.array([-np.sqrt(0.5), 0, 0, np.sqrt(0.5)], np.float32),
+}
+
+
+def guess_up(points: Array) -> Up:
+    """Return the axis along which a model most probably stands: the one along which its lower end is broad.
+
+    Busts, statues, buildings and things on feet touch the ground at places that are far apart; their sides end in
+    curves. What stands along neither axis keeps y, which most files have upward.
+
+    Parameters
+    ----------
+    points
+        (n, 3) vertices of the model, n ≥ 1, as its file has them.
+
+    Returns
+    -------
+    Up
+        "y" or "z".
+    """
+    return "z" if _stands(points[:, [0, 2, 1]]) > _stands(points) + 0.1 else "y"
+
+
+def _stands(points: Array) -> float:
+    """Return how broad points (n, 3) are where they are lowest along y, as a part of their outline from above."""
+    low, high = points.min(0), points.max(0)
+    size = np.maximum(high - low, 1e-9 * (high - low).max(initial=1e-30))
+    lowest = points[points[:, 1] <= low[1] + _SLICE * size[1]]
+    return float(np.prod((np.ptp(lowest, axis=0) / size)[[0, 2]]))
+
+
+def model_points(renderer: Renderer) -> Array:
+    """Return points (n, 3) of the only asset of a scene, asset frame, metres: vertices of its mesh or depth images."""
+    assets = renderer.assets
+    levels = assets.meshes.levels(0)
+    if levels is not None:
+        return levels[0].mesh.positions
+    found = []
+    for number in assets.depth_numbers(0):
+        cooked = assets.cooked(number)
+        outline, (geometry, _) = cooked.outline, cooked.load()
+        found.append(rotate(np.asarray(outline.rotation), geometry.positions) + np.asarray(outline.position))
+    return np.concatenate(found)
+
+
+def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:
+    """Turn the only object of a scene so that the axis `up` of its file points upward, and stand it on the ground.
+
+    Parameters
+    ----------
+    scene
+        The scene, whose object is moved.
+    renderer
+        The renderer that draws the scene.
+    points
+        (n, 3) what `model_points` returns.
+    up
+        The axis.
+    """
+    turned = rotate(_TURNS[up], points)
+    low, high = turned.min(0), turned.max(0)
+    base = np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
+    scene.objects.rotation[:] = _TURNS[up]
+    scene.objects.position[:] = -base * scene.objects.scale[:, None]
+    renderer.world.moved()
+
+
+class ModelTurn:
+    """Turn a model that is shown without a scene: at first as it probably stands, then as its viewer says.
+
+    Attributes
+    ----------
+    guess
+        What to tell of the first turn; "" where there was none.
+    """
+
+    def __init__(self, scene: Scene, renderer: Renderer) -> None:
+        """Guess how the model of `scene` stands, and turn it so in `renderer`; do nothing for scenes of other kinds."""
+        self._scene, self._renderer = scene, renderer
+        self._points: Array | None = None
+        self._up: Up = "y"
+        self.guess = ""
+        if not is_model_file(scene.path) or len(scene.assets) != 1 or getattr(scene.assets[0], "up", "y") != "y":
+            return
+        self._points = model_points(renderer)
+        if guess_up(self._points) == "z":
+            self.turn()
+            self.guess = "It seems to stand along z; U turns it"
+
+    def turn(self) -> str | None:
+        """Let the other axis point upward; return what to tell of it, None where the scene is no single model."""
+        if self._points is None:
+            return None
+        self._up = "z" if self._up == "y" else "y"
+        turn_model(self._scene, self._renderer, self._points, self._up)
+        return f"{self._up} points upward; in a scene: up: {self._up}"

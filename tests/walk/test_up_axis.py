@@ -1,0 +1,51 @@
+"""Which way up a model stands, and how it is turned."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Literal
+
+import numpy as np
+import pytest
+
+import shapes
+from depthwalk.ingest.loader import load_mesh
+from depthwalk.resources import asset_root
+from depthwalk.types import Array
+from depthwalk.walk.up_axis import guess_up, turn_model
+
+STANDING = ["teapot", "table", "head_man", "head_venus"]
+
+
+def z_upward(points: Array) -> Array:
+    """The same model from a program whose z points upward."""
+    return np.stack([points[:, 0], -points[:, 2], points[:, 1]], 1)
+
+
+@pytest.mark.parametrize("name", STANDING)
+def test_what_stands_is_recognised(name: str) -> None:
+    points = load_mesh(asset_root() / f"{name}.ply").positions
+    assert (guess_up(points), guess_up(z_upward(points))) == ("y", "z")
+
+
+def test_what_stands_in_no_way_keeps_y() -> None:
+    for points in (shapes.sphere(1.0, columns=32, rows=16).positions, np.zeros((1, 3)), np.eye(3)):
+        assert guess_up(points) == "y"
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_a_turned_model_stands_on_the_ground(up: Literal["y", "z"]) -> None:
+    points: Array = load_mesh(Path(asset_root() / "head_man.ply")).positions + np.array([1.0, 2.0, 3.0])
+    if up == "z":
+        points = z_upward(points)
+    moved: list[bool] = []
+    objects = SimpleNamespace(
+        rotation=np.zeros((1, 4), np.float32), position=np.ones((1, 3), np.float32), scale=np.array([2.0], np.float32)
+    )
+    renderer = SimpleNamespace(world=SimpleNamespace(moved=lambda: moved.append(True)))
+    turn_model(SimpleNamespace(objects=objects), renderer, points, up)  # type: ignore[arg-type]
+    from depthwalk.geometry.quaternions import rotate
+
+    placed = 2.0 * rotate(objects.rotation[0], points) + objects.position[0]
+    low, high = placed.min(0), placed.max(0)
+    np.testing.assert_allclose([low[1], *(low + high)[[0, 2]]], 0, atol=1e-5)
+    assert (high - low).argmax() == 1 and moved == [True]  # a head is tallest upright
