@@ -28,7 +28,7 @@ from tools.make_models.sdf import (
 CHIN = 144.5  # the head frame's origin
 PLINTH = 9.0  # its height; it lies below y = 0
 CELL = 0.26  # centimetres: about a million triangles
-DRYAD_TRIANGLES = 24_000
+DRYAD_TRIANGLES = 20_000
 
 TORSO: list[Stroke] = [
     Blob((0, 122, -0.5), (14.2, 19, 10), 3.0),
