@@ -148,6 +148,13 @@ def model_of(baked: BakedObject | BakedModel | None) -> BakedModel | None:
     return baked if baked is None or isinstance(baked, BakedModel) else BakedModel(parts=(baked,))
 
 
+def cache_key(model: BakedModel | None) -> str:
+    """The key by which the cache keeps what is cooked of a model; "" for one with a relief, which files leave out."""
+    if model is not None and any(part.meso is not None for part in model.parts):
+        return ""
+    return hashlib.sha256(pickle.dumps(model)).hexdigest()
+
+
 class ShapeLibrary:
     """Meshes and their depth images by number; either may be None.
 
@@ -168,7 +175,7 @@ class ShapeLibrary:
             baked = [bake(mesh, resolution, layers) for mesh in meshes if mesh is not None]
         self._baked = [model_of(each) for each in baked]
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
-        self._keys = [hashlib.sha256(pickle.dumps(each)).hexdigest() if kept else "" for each in self._baked]
+        self._keys = [cache_key(each) if kept else "" for each in self._baked]
 
     def __len__(self) -> int:
         return len(self._baked)

@@ -97,26 +97,19 @@ def share(walk: Walk) -> float:
     """Return the part of the objects' pixels that depth images drew, 0 to 1, over views along the path."""
     from depthwalk.assets.library import SceneLibrary
     from depthwalk.render.headless import HeadlessRenderer
+    from depthwalk.render.pixel_shares import KINDS
     from depthwalk.render.view.view import View
     from depthwalk.scene.loader import load_scene
     from depthwalk.scene.path import load_path
 
-    scene = load_scene(walk.scene)
-    scene.environment.ground = None  # it is a polygon, too, but no object
-    path = load_path(walk.path)
+    scene, path = load_scene(walk.scene), load_path(walk.path)
     size = SIZE[0] // 2, SIZE[1] // 2
-    images = pixels = 0
+    pixels = np.zeros(len(KINDS), np.int64)
     with HeadlessRenderer(scene, SceneLibrary(scene.assets), size) as headless:
         for moment in np.linspace(0, path.frames()[-1], VIEWS):
             headless.draw(View(path.sample(float(moment)), size))
-            targets = headless.renderer.targets
-            assert targets is not None  # `draw` made them
-            with headless.device.context:
-                number = np.frombuffer(targets.visibility_texture.read(), np.uint32).reshape(-1, 2)[:, 0]
-                depth = np.frombuffer(targets.depth.read(), np.float32)
-            pixels += int((depth < 1).sum())
-            images += int(((depth < 1) & (number > 0)).sum())
-    return images / max(pixels, 1)
+            pixels += headless.pixel_counts()
+    return 1 - float(pixels[KINDS.index("mesh")]) / max(int(pixels.sum()), 1)
 
 
 def main(

@@ -2,7 +2,8 @@
 // and 1 over the distance along the view axis, for which a depth buffer of 24 bits is too coarse.
 #from depthwalk.cook.lod_geometry import IMAGE_BITS
 const uint COVERAGE_MASK = 15u;
-const uvec2 NO_OBJECT = uvec2(0u);     // polygons and ground; depth-image objects are numbered from 1
+const uvec2 NO_OBJECT = uvec2(0u);     // polygons; depth-image objects are numbered from 1
+const uvec2 GROUND = uvec2(0u, COVERAGE_MASK + 1u);     // told apart only to count what shows objects; infinitely far, as NO_OBJECT
 
 // uncovered: the part of the pixel that shows what is behind, 0 for full coverage. It takes the last bits of `inverse`, which
 // is good to 1e-6 without.

@@ -21,5 +21,5 @@ void main() {
     vec3 albedo = colour * near * mix(vec3(1.0), far / mean, 0.5);
     out_albedo = encode_albedo(min(albedo, 1.0), 0.0);
     out_surface = encode_surface(vec3(0.0, 1.0, 0.0), 1.0);
-    visibility = NO_OBJECT;
+    visibility = GROUND;
 }

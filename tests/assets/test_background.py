@@ -90,6 +90,6 @@ def test_cancelling_ends_the_processes(
     processes = list((library._pool._processes or {}).values())
     library.cancel()
     for process in processes:
-        process.join(10)
+        process.join(60)
         assert process.exitcode is not None
     assert not library.poll() and library.progress is None and not library.is_cooked(0, OPTIONS)

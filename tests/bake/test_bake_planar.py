@@ -48,6 +48,14 @@ def test_no_triangle_spans_a_tear_or_a_hole() -> None:
     assert (lower[:, :7] == 0).sum() == (upper[:, :7] == 0).sum() == 3  # those with a corner at the hole
 
 
+def test_as_published_every_texel_is_connected_but_to_holes():
+    depth = np.zeros((16, 16), np.float32)
+    depth[:, 8:] = 5.0
+    depth[3, 3] = np.inf
+    lower, upper = (connect_texels(depth, 0.05, 2, cut=False)[0].reshape(15, 15) >> shift & 1 for shift in (0, 7))
+    assert (lower == 0).sum() == (upper == 0).sum() == 3
+
+
 @pytest.mark.parametrize("slope", [0.0, 0.5])
 def test_a_slope_is_whole_at_every_level(slope: float) -> None:
     depth = (0.05 * slope * np.arange(32) * np.ones((32, 1))).astype(np.float32)

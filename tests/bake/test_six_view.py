@@ -181,6 +181,27 @@ def test_six_views_make_one_layer() -> None:
         BakeParams(resolution=64, layers=2, method="six-view")
 
 
+def test_the_papers_method_is_six_views_and_nothing_more() -> None:
+    """Two boxes, one above the other: every cell whose corners are filled is drawn, across the gap too."""
+    mesh = joined(box(0.6, 0.6, 0.6, (0, 0.3, 0)), box(0.3, 0.2, 0.2, (0, 0.9, 0.2)))
+    stages: list[str] = []
+    baked = bake_object(mesh, BakeParams(resolution=64, layers=1, method="paper"), "key", stages.append)
+    assert stages == ["six views", "top", "side", "bottom", "boundary strips"]
+    assert [image.name for image in baked.images] == ["top.0", "side.0", "bottom.0"]
+    assert not baked.boundary_strips and all((image.owner == image.face).all() for image in baked.images)
+    top = baked.images[0]
+    filled = np.isfinite(top.depth)
+    corners = filled[:-1, :-1] + 0 + filled[1:, :-1] + filled[:-1, 1:] + filled[1:, 1:]
+    triangles = (top.cells[0] & 1) + (top.cells[0] >> 7 & 1)
+    assert (triangles.reshape(63, 63)[corners == 4] == 2).all()
+    cut = bake_object(mesh, BakeParams(resolution=64, layers=1, method="six-view"), "key")
+    assert sum(len(layer_triangles(image, 0)[0]) for image in cut.images) < sum(
+        len(layer_triangles(image, 0)[0]) for image in baked.images
+    )
+    with pytest.raises(InputError, match="layers 3: method paper sees one surface per ray"):
+        BakeParams(resolution=64, layers=3, method="paper")
+
+
 def test_the_key_names_the_method(tmp_path: Path) -> None:
     spec = MeshAsset(
         name="ball",
@@ -190,20 +211,25 @@ def test_the_key_names_the_method(tmp_path: Path) -> None:
         height=None,
         dpci=None,
     )
-    keys = [mesh_key(spec, ModelParams(resolution=64, layers=1, method=method)) for method in ("raycast", "six-view")]
-    assert keys[0] != keys[1]
+    keys = [
+        mesh_key(spec, ModelParams(resolution=64, layers=1, method=method))
+        for method in ("raycast", "six-view", "paper")
+    ]
+    assert len(set(keys)) == 3
     assert keys[0] == mesh_key(spec, ModelParams(resolution=64, layers=1))
 
 
-def test_a_scene_names_the_method(tiny_scene: Path) -> None:
+@pytest.mark.parametrize("method", ["six-view", "paper"])
+def test_a_scene_names_the_method(tiny_scene: Path, method: str) -> None:
     text = tiny_scene.read_text()
-    tiny_scene.write_text(text.replace("layers: 1", "method: six-view"))
+    tiny_scene.write_text(text.replace("layers: 1", f"method: {method}"))
     (asset,) = load_scene(tiny_scene).assets
     assert isinstance(asset, MeshAsset) and asset.dpci is not None
     dpci = asset.dpci
-    assert (dpci.method, dpci.layers) == ("six-view", 1)
-    tiny_scene.write_text(text.replace("layers: 1", "method: six-view, layers: 2"))
-    with pytest.raises(InputError, match=r"scene\.yaml:3:\d+: assets\.ball\.dpci: method six-view .* layers must be 1"):
+    assert (dpci.method, dpci.layers) == (method, 1)
+    tiny_scene.write_text(text.replace("layers: 1", f"method: {method}, layers: 2"))
+    located = rf"scene\.yaml:3:\d+: assets\.ball\.dpci: method {method} .* layers must be 1"
+    with pytest.raises(InputError, match=located):
         load_scene(tiny_scene)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -31,8 +32,8 @@ def test_json_is_the_public_contract(tiny_scene: Path, tmp_path: Path) -> None:
     walk = tiny_scene.with_name("walk.yaml")
     files = ("--path", walk, "--json", out, "--html", page)
     shape = "--resolution", "96,64", "--frames", 4, "--warmup", 1, "--representation", "dpci,mesh"
-    bare = "--set", "render.lod.magnification=0"  # no mesh stands in for the depth image
-    result = run("bench", tiny_scene, *files, *shape, *bare)
+    near = ("--set", "render.lod.magnification=0.01")  # in `scene`, the mesh would stand in for the depth image
+    result = run("bench", tiny_scene, *files, *shape, *near)
     assert result.exit_code == 0, result.stderr
     report = json.loads(out.read_text())
     assert list(report) == ["version", "commit", "renderer", "timer", "resolution", "scene", "path", "runs"]
@@ -44,6 +45,7 @@ def test_json_is_the_public_contract(tiny_scene: Path, tmp_path: Path) -> None:
         assert set(each) == {"representation", "frames", "frame_ms", "passes_ms", "counts"}
         assert each["frames"] == 4
         assert each["counts"]["objects"] == 1 and each["counts"][each["representation"]] == 1
+        assert each["counts"]["mesh_fallbacks"] == 0 and each["counts"][f"share_{each['representation']}"] == 1
         assert {"plan", "warp", "composite", "mesh", "light", "output"} <= set(each["passes_ms"])
         for times in (each["frame_ms"], *each["passes_ms"].values()):
             assert set(times) == SPREAD
@@ -113,6 +115,7 @@ def test_times_belong_to_the_measured_frames(lag: int, every: int, mean: int, ag
         draw=timers.draw,
         device=SimpleNamespace(context=SimpleNamespace(finish=lambda: None)),
         renderer=SimpleNamespace(timers=timers, plan=plan),
+        pixel_counts=lambda: np.array([1, 0, 3]),
     )
     ticks = []
     run = bench.measure(
@@ -120,7 +123,7 @@ def test_times_belong_to_the_measured_frames(lag: int, every: int, mean: int, ag
     )
     assert len(ticks) == run.frames == len(run.frame_times) == 3
     assert run.passes_ms["warp"].max == 4 and run.passes_ms["warp"].mean == mean  # frames 2, 3 and 4, or not 3
-    assert run.counts == {"objects": 3}
+    assert run.counts == {"objects": 3, "share_dpci": 0.25, "share_dmesh": 0, "share_mesh": 0.75}
     again = bench.measure(
         cast(HeadlessRenderer, headless), "dpci", [Camera((0, 0, 1), (0, 0, 0), 1)] * 2, 0, lambda: None
     )

@@ -36,7 +36,7 @@ def bake_mesh(
     layers: int | Literal["auto"] = 3,
     parts: int | Literal["auto"] = 1,
     axis: Axis = "y",
-    method: Literal["raycast", "six-view"] = "raycast",
+    method: Literal["raycast", "six-view", "paper"] = "raycast",
     texture: PathLike | None = None,
     up: Up = "y",
     height: float | None = None,
@@ -64,7 +64,8 @@ def bake_mesh(
         Axis of the cylinder, a letter or a direction (3,) in the asset's frame; "auto": the one that samples the
         surface best.
     method
-        How surfaces are sampled: by rays, or by the six views of the paper.
+        How surfaces are sampled: by rays, or by the six views of the paper; "paper": by six views, and with nothing
+        that the paper does not have.
     texture
         Path of a picture that replaces the textures of the mesh file; None keeps these.
     up

@@ -95,7 +95,8 @@ class Renderer:
     scene
         What to render. Changes of the scene show in the next picture.
     representation
-        How to draw every object whose asset allows it; None leaves it to the scene file.
+        How to draw every object whose asset allows it, and nothing else in its place; None leaves it to the scene
+        file, and draws meshes in place of depth images near by.
     passes
         The passes of a frame in their order: `default_passes()` with others in between. None uses the default ones.
     reuse

@@ -48,7 +48,9 @@ from depthwalk.scene.scene import Asset, BakedAsset, DepthImageAsset, MeshAsset
 
 log = logging.getLogger(__name__)
 
-_NEEDS_IMAGES = "lod.mode and lod.cases `paper`, and warp.order `epipole`, need the depth images (.dpci.exr)"
+_NEEDS_IMAGES = (
+    "lod.mode `paper`, lod.cases other than `complete`, and warp.order `epipole` need the depth images (.dpci.exr)"
+)
 
 Report = Callable[[str, str], None]
 """Called with the name of an asset, and what is being done for it."""
@@ -223,7 +225,7 @@ class SceneLibrary:
 
     def _planar(self, spec: DepthImageAsset) -> BakedModel:
         """Return a planar depth image as it is: reading it takes no longer than reading a file of the cache."""
-        return BakedModel(parts=(bake_planar(read_relief(spec), key=""),))
+        return BakedModel(parts=(bake_planar(read_relief(spec), key="", cut=spec.method == "cut"),))
 
     def _found_or_made(self, name: str, source: Path, key: str, bake: Callable[[], BakedModel]) -> BakedModel:
         """Find the model of `key` beside its source or in the cache; else bake it, and let the cache keep it."""

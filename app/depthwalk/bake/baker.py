@@ -5,7 +5,7 @@ connected to triangles, of which those are dropped that do not lie on the surfac
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import Literal
 
@@ -38,7 +38,7 @@ from depthwalk.parallel import Map, batches, thread_map
 from depthwalk.types import Mask
 
 Progress = Callable[[str], None]
-Method = Literal["raycast", "six-view"]
+Method = Literal["raycast", "six-view", "paper"]
 Layers = int | Literal["auto"]
 _LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a box face must sample better than others, to be worth the trouble
 _BATCH = 1 << 15  # samples at a time
@@ -73,6 +73,7 @@ class Refinements:
 
 
 EVERYTHING = Refinements()
+NOTHING = Refinements(**dict.fromkeys((field.name for field in fields(Refinements)), False))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,9 +87,10 @@ class BakeParams:
     layers
         Depth-peeled surfaces per image; auto: as many as a file may hold.
     method
-        How the surfaces are sampled: by rays, or by the paper's six views.
+        How the surfaces are sampled: by rays, or by the paper's six views; `paper`: by six views, and nothing is done
+        beyond the paper.
     refinements
-        What is done beyond the paper.
+        What is done beyond the paper, by other methods than `paper`.
 
     Raises
     ------
@@ -103,8 +105,15 @@ class BakeParams:
 
     def __post_init__(self) -> None:
         """Check that the method can make the layers."""
-        if self.method == "six-view" and self.layers != 1:
-            raise InputError(f"layers {self.layers}: method six-view sees one surface per ray; say 1, or use raycast")
+        if self.by_six_views and self.layers != 1:
+            raise InputError(
+                f"layers {self.layers}: method {self.method} sees one surface per ray; say 1, or use raycast"
+            )
+
+    @property
+    def by_six_views(self) -> bool:
+        """Whether the surfaces are sampled by six views, which see one surface per ray and make no box faces."""
+        return self.method != "raycast"
 
 
 def bake_object(
@@ -140,13 +149,13 @@ def bake_object(
         The depth images, their boundary strips and the cylinder, object frame, metres.
     """
     cylinder = with_margins(enclosing_cylinder(mesh.positions), params.resolution)
-    refinements, side = params.refinements, params.resolution
+    refinements, side = NOTHING if params.method == "paper" else params.refinements, params.resolution
     grids = {face: FaceGrid(cylinder=cylinder, face=face, height=side, width=side) for face in Face}
     caster = RayCaster(mesh, two_sided)
     steps = usable_steps((side, side))
     rivals: dict[Face, FaceLayers] = {}
     seen: dict[Face, FaceSamples] = {}
-    if params.method == "six-view":
+    if params.by_six_views:
         from depthwalk.bake.six_view import sample_six_views  # here: ray casting needs no OpenGL
 
         progress("six views")

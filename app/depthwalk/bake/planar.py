@@ -27,7 +27,7 @@ _RANGE_LAYERS = 1
 _MAX_RANGE_TEXELS = 2048  # a side
 
 
-def bake_planar(image: PlanarImage, key: str) -> BakedObject:
+def bake_planar(image: PlanarImage, key: str, cut: bool = True) -> BakedObject:
     """Bake a relief (Liu, Liu and Wu 2007, §2): one depth image that stands upright on its lower edge, seen from +Z.
 
     The picture's x axis is the asset's x axis.
@@ -38,6 +38,8 @@ def bake_planar(image: PlanarImage, key: str) -> BakedObject:
         The relief.
     key
         Hex digest of what the object is made from, kept with it.
+    cut
+        Whether texels are left apart where the depth jumps; the paper connects all.
 
     Returns
     -------
@@ -53,7 +55,7 @@ def bake_planar(image: PlanarImage, key: str) -> BakedObject:
     specular = np.full_like(colour[..., :1], _MATERIAL.specular)
     albedo = np.where(solid[..., None], np.concatenate([colour, specular], -1), 0)
     steps = usable_steps((depth.shape[0], depth.shape[1]))
-    cells = connect_texels(depth, max(width / depth.shape[1], height / depth.shape[0]), steps)
+    cells = connect_texels(depth, max(width / depth.shape[1], height / depth.shape[0]), steps, cut)
     owner = np.full(depth.shape, Face.TOP, np.uint8)
     picture = DepthImage(
         face=Face.TOP,
@@ -152,7 +154,9 @@ def range_mesh(image: RangeImage) -> Mesh:
     )
 
 
-def connect_texels(depth: NDArray[np.float32], cell: float, steps: int) -> tuple[NDArray[np.uint16], ...]:
+def connect_texels(
+    depth: NDArray[np.float32], cell: float, steps: int, cut: bool = True
+) -> tuple[NDArray[np.uint16], ...]:
     """Connect the texels of a planar image, judged from the image alone.
 
     A triangle of step 2^k is kept if the surface continues, texel by texel, along its two legs. So no grid, however
@@ -166,13 +170,15 @@ def connect_texels(depth: NDArray[np.float32], cell: float, steps: int) -> tuple
         Width of a texel, metres.
     steps
         Number of grids.
+    cut
+        Whether a surface ends where the depth jumps; otherwise all neighbours that are not empty are one.
 
     Returns
     -------
     tuple
         The `cells` of each level, see `DepthImage`.
     """
-    allowed = tolerance(depth, cell)
+    allowed = tolerance(depth, cell) if cut else np.full_like(depth, np.inf)
     # Tears up to each texel: equal counts at two of a row say that none is between them.
     tears_along, tears_up = (
         np.pad(np.cumsum(~continues(depth, allowed, axis), axis=axis), ((axis == 0, 0), (axis == 1, 0)))

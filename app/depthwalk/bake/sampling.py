@@ -106,7 +106,7 @@ def sampled_footprints(
         (n,) metres: the least footprint with which a face would hold each probe; +inf where no face would.
     """
     point, normal = placement.into_object(probes.point), placement.turned_into_object(probes.normal)
-    faces = [face for face in Face if face not in BOX_FACES or params.method != "six-view"]  # which makes no box faces
+    faces = [face for face in Face if face not in BOX_FACES or not params.by_six_views]  # which makes no box faces
     side = params.resolution
     grids = [FaceGrid(cylinder=cylinder, face=face, height=side, width=side) for face in faces]
     seen_from = [grid.project(point) for grid in grids]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from depthwalk.render.headless import HeadlessRenderer
+from depthwalk.render.pixel_shares import KINDS, shares
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.path import CameraPath
@@ -53,7 +54,7 @@ class Run:
     passes_ms
         Time of each pass by its name, milliseconds, in those frames whose passes were timed, see `Report.timer`.
     counts
-        What was drawn, by name: means over all frames.
+        What was drawn, by name: means over all frames. The shares of pixels are parts of those of all frames together.
     frame_times
         The times that `frame_ms` describes, one for each frame, milliseconds.
     """
@@ -133,6 +134,7 @@ def measure(
     timers = headless.renderer.timers
     frame_times: list[float] = []
     counts: list[dict[str, int | float]] = []
+    pixels = np.zeros(len(KINDS), np.int64)
     passes: dict[int, dict[str, float]] = {}  # by the number of the frame
 
     def draw(camera: Camera) -> float:
@@ -151,16 +153,18 @@ def measure(
         frame_times.append(draw(camera))
         assert headless.renderer.plan is not None  # `draw` made it
         counts.append(headless.renderer.plan.counts)
+        pixels += headless.pixel_counts()
         advance()
     while timers.awaited(end - 1):
         draw(cameras[-1])
+    means = {key: float(np.mean(column)) for key, column in _columns(counts).items()}
     timed = [passes[number] for number in range(first, end) if number in passes]
     return Run(
         representation=name,
         frames=len(cameras),
         frame_ms=spread(frame_times),
         passes_ms={key: spread(column) for key, column in _columns(timed).items()},
-        counts={key: round(float(np.mean(column)), 3) for key, column in _columns(counts).items()},
+        counts={key: round(value, 3) for key, value in (means | shares(pixels)).items()},
         frame_times=tuple(frame_times),
     )
 

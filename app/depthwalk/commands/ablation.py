@@ -7,7 +7,7 @@ import json as json_format
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +15,7 @@ import typer
 
 import depthwalk
 from depthwalk.assets.asset_files import read_mesh
-from depthwalk.bake.baker import Refinements
+from depthwalk.bake.baker import NOTHING, Refinements
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.baking import mesh_spec
@@ -109,8 +109,7 @@ class Ablation:
 
 def setups() -> Iterator[Setup]:
     """Yield the paper's method, then setups that each add one step, up to what the program does by default."""
-    nothing = Refinements(**dict.fromkeys((field.name for field in fields(Refinements)), False))
-    setup = Setup(title="the paper's method", layers=1, refinements=nothing, cases="paper", tiles="plane")
+    setup = Setup(title="the paper's method", layers=1, refinements=NOTHING, cases="paper", tiles="plane")
     yield setup
     yield (
         setup := replace(

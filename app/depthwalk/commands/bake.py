@@ -48,7 +48,11 @@ def main(
     ] = 512,
     layers: Layers = None,
     method: Annotated[
-        Method, typer.Option(help="How surfaces are sampled: by rays, or by six views warped on the GPU.")
+        Method,
+        typer.Option(
+            help="How surfaces are sampled: by rays, or by six views warped on the GPU; paper: by six views, with "
+            "nothing that the paper does not have.",
+        ),
     ] = Method.RAYCAST,
     parts: Parts = None,
     axis: Axis = None,
@@ -83,7 +87,7 @@ def main(
     try:
         params = ModelParams(
             resolution=dpci_resolution,
-            layers=chosen[0] or (1 if method is Method.SIX_VIEW else 3),
+            layers=chosen[0] or (3 if method is Method.RAYCAST else 1),
             method=method.value,
             parts=chosen[1] or 1,
             axis=chosen[2] or "y",

@@ -37,6 +37,7 @@ class Method(StrEnum):
 
     RAYCAST = "raycast"
     SIX_VIEW = "six-view"
+    PAPER = "paper"
 
 
 class UpAxis(StrEnum):
@@ -74,7 +75,8 @@ RepresentationOption = Annotated[
     typer.Option(
         "--representation",
         help="Draw every object whose asset allows it as impostors (dpci), as meshes (mesh, mesh-lod) or as depth "
-        "samples warped straight to the screen (dmesh); scene: as the scene file says.",
+        "samples warped straight to the screen (dmesh), and as nothing else; scene: as the scene file says, with "
+        "meshes in place of depth images near by.",
     ),
 ]
 PathOption = Annotated[
@@ -100,7 +102,7 @@ Layers = Annotated[
         "--layers",
         metavar="N|auto",
         help="Surfaces sampled along each ray; auto: as many as a viewer can see.",
-        show_default="3, or as the scene says; 1 with six-view",
+        show_default="3, or as the scene says; 1 with six-view and paper",
     ),
 ]
 Parts = Annotated[

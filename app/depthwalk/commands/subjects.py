@@ -115,7 +115,7 @@ def _of_scene(scene: Path, roots: Sequence[Path], choices: Choices) -> list[Subj
 def _bake_params(dpci: DpciParams, choices: Choices) -> ModelParams:
     """Return the parameters of a scene, replaced by the choices that are made."""
     method = choices.method or dpci.method
-    layers = choices.layers or (1 if method == "six-view" else dpci.layers)
+    layers = choices.layers or (dpci.layers if method == "raycast" else 1)
     try:
         return ModelParams(
             resolution=choices.resolution or dpci.resolution,

@@ -105,7 +105,6 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
         Where no OpenGL 3.3 context can be created.
     """
     for scene in scenes:
-        scene.render.lod.magnification = 0.0  # of depth images nothing is to be drawn as a mesh
         truths = {name: _truth(scene, size, representation, report) for name, representation in REPRESENTATIONS.items()}
         for name, representation in REPRESENTATIONS.items():
             with HeadlessRenderer(scene, SceneLibrary(scene.assets, report), size, representation) as headless:

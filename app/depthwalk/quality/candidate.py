@@ -169,7 +169,7 @@ def count_parts(mesh: Mesh) -> int:
 
 def _deeper(mesh: Mesh, model: BakedModel, params: ModelParams) -> Deeper | None:
     """Return what more layers would bring to one object of counted layers; None for split ones, whose parts differ."""
-    if params.layers == "auto" or params.method == "six-view" or len(model.parts) > 1:
+    if params.layers == "auto" or params.by_six_views or len(model.parts) > 1:
         return None
     part = model.parts[0]
     placement = Placement(position=np.asarray(part.position), rotation=Rotation.from_quat(part.rotation))

@@ -150,12 +150,7 @@ class _OneObject:
 
 
 def one_object_scene(settings: RenderSettings, environment: Environment) -> Scene:
-    """Return a scene with asset 0 at the origin, drawn by `settings` in the light of `environment`.
-
-    The object's mesh never takes the place of its depth images.
-    """
-    settings = settings.model_copy(deep=True)
-    settings.lod.magnification = 0.0
+    """Return a scene with asset 0 at the origin, drawn by `settings` in the light of `environment`."""
     none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)
     upright = np.array([[0, 0, 0, 1]], np.float32)
     place = np.zeros((1, 3), np.float32)
@@ -178,5 +173,5 @@ def one_object_scene(settings: RenderSettings, environment: Environment) -> Scen
         owner=one,
         environment=environment,
         camera=None,
-        render=settings,
+        render=settings.model_copy(deep=True),
     )

@@ -23,7 +23,7 @@ from depthwalk.render.headless import HeadlessRenderer
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.environment import Environment
-from depthwalk.scene.render_settings import LodParams, RenderSettings
+from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import MeshAsset, Scene
 from depthwalk.types import Picture
 
@@ -36,7 +36,7 @@ SUNS: dict[str, Direction] = {  # by how high they stand: where their light goes
 }
 LEAST_IOU = 0.99  # of images alone
 ALONE = "images alone"
-WAYS = {ALONE: 0.0, "as drawn": LodParams().magnification}  # from what on meshes stand in
+WAYS = {ALONE: Representation.DPCI, "as drawn": None}  # the latter with meshes in place where they are finer
 HEIGHT, RISE = 8.0, 2.0  # of the viewer and of what hangs, over the ground, radii of the object
 LEVEL = 0.01  # part of the viewer's height by which ground may seem to be off
 _BOTH, _MISSING, _EXTRA, _LIT, _OBJECT = (70, 70, 70), (214, 20, 20), (40, 90, 220), (225, 225, 225), (160, 190, 150)
@@ -132,7 +132,7 @@ def _stage(sphere: Sphere) -> Scene:
 
 def _grounds(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tuple[Ground, dict[str, Ground]]:
     """Return the ground below the mesh, and below its depth images for each of `WAYS`."""
-    environment, lod = headless.renderer.scene.environment, headless.renderer.settings.lod
+    environment = headless.renderer.scene.environment
     environment.sun.direction = sun
     assert environment.ground is not None  # the stage has one
     centre, radius, ground = np.asarray(sphere.centre), sphere.radius, environment.ground.height
@@ -141,14 +141,10 @@ def _grounds(headless: HeadlessRenderer, sphere: Sphere, sun: Direction) -> tupl
     camera = Camera(tuple(above.tolist()), tuple(below.tolist()), float(np.radians(FOV)))
     view = View(camera, headless.size, (HEIGHT - RISE - 2) * radius, (HEIGHT + 1) * radius)
     mesh = _ground(headless, view, ground, Representation.MESH)
-    ways = {}
-    for way, magnification in WAYS.items():
-        lod.magnification = magnification
-        ways[way] = _ground(headless, view, ground, Representation.DPCI)
-    return mesh, ways
+    return mesh, {way: _ground(headless, view, ground, representation) for way, representation in WAYS.items()}
 
 
-def _ground(headless: HeadlessRenderer, view: View, ground: float, representation: Representation) -> Ground:
+def _ground(headless: HeadlessRenderer, view: View, ground: float, representation: Representation | None) -> Ground:
     headless.renderer.world.representation = representation
     headless.draw(view)
     image = headless.linear_image()

@@ -16,6 +16,7 @@ from depthwalk.render.resources.asset_store import Library
 from depthwalk.render.view.view import View, view_distance
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
+from depthwalk.types import Ints
 
 
 class HeadlessRenderer:
@@ -31,7 +32,8 @@ class HeadlessRenderer:
     scene : what is drawn.
     library : reads, bakes and caches the scene's assets. All assets that are drawn are loaded at once.
     size : width and height of the pictures, pixels.
-    representation : how to draw every object whose asset allows it; None: as the scene says.
+    representation : how to draw every object whose asset allows it, and nothing else in its place; None: as the scene
+        says, with meshes in place of depth images near by.
     passes : the passes of a frame; see `Renderer`.
 
     Attributes
@@ -103,6 +105,11 @@ class HeadlessRenderer:
         """Return the frame drawn last, (H, W, 4) uint8, sRGB and alpha, top row first."""
         with self.device.context:
             return read_pixels(self._screen)
+
+    def pixel_counts(self) -> Ints:
+        """Return how many pixels of the frame drawn last each representation drew, (3,), see `PixelShares.count`."""
+        with self.device.context:
+            return self.renderer.sample_shares().count()
 
     def frame_all(self) -> Camera:
         """Return a camera that sees every object in pictures of this size."""

@@ -25,6 +25,7 @@ from depthwalk.render.frame import Frame, Pass, common
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
 from depthwalk.render.passes import default_passes
+from depthwalk.render.pixel_shares import PixelShares
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.shadow_planner import ShadowPlanner
 from depthwalk.render.shadows.casters import Shadows
@@ -84,6 +85,7 @@ class Renderer:
         self._gl = device.scope("view")
         self._view_block = ViewBlock(self._gl, PICTURE_VIEW)
         self._shadows = ShadowPlanner(self.world, self.timers)
+        self._shares: PixelShares | None = None  # made when somebody asks for it
         self.passes: list[Pass[Any]] = []
         try:
             for pass_ in default_passes() if passes is None else passes:
@@ -204,6 +206,14 @@ class Renderer:
                 with self.timers.measure(pass_.name):
                     pass_.draw(own_frame, params)
 
+    def sample_shares(self) -> PixelShares:
+        """Sample which representation drew the pixels of the frame drawn last, and return what will count them."""
+        if self._shares is None:
+            self._shares = PixelShares(self.device)
+        if self.targets is not None and self.plan is not None:
+            self._shares.sample(self.targets, self.plan)
+        return self._shares
+
     def distance_at(self, across: float = 0.5, down: float = 0.5) -> float:
         """Return how far away the surface is that the frame drawn last shows at a place. Waits for that frame.
 
@@ -272,6 +282,9 @@ class Renderer:
         self.assets.release()
         for pass_ in self.passes:
             pass_.release()
+        if self._shares is not None:
+            self._shares.release()
+            self._shares = None
         self._gl.release()
         self._release_targets()
 

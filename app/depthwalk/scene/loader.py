@@ -201,6 +201,7 @@ def _asset(name: str, spec: AssetParams, finder: FileFinder) -> Asset:
         range=image.range,
         unit=image.unit,
         intrinsics=image.intrinsics,
+        method=image.method,
     )
 
 

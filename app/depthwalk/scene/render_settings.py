@@ -5,9 +5,10 @@ panel of the window, `--set render.…` and docs/parameters.md are made from the
 """
 
 import re
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from depthwalk.params import Params, param
 
@@ -163,7 +164,7 @@ class LodParams(Params):
     magnification: float = param(
         1.0,
         "Draw an object as its mesh, in shadow maps too, when it is so near that one texel of its depth images could "
-        "cover more than this; 0 never does",
+        "cover more than this; 0 never does, nor does a `--representation` other than scene",
         unit="pixels",
         ge=0,
         le=1e6,
@@ -178,10 +179,11 @@ class LodParams(Params):
         ge=0,
         le=1000,
     )
-    cases: Literal["complete", "paper"] = param(
+    cases: Literal["complete", "paper", "side", "cap"] = param(
         "complete",
         "What of an object is left out: the top, the bottom and those parts of the side that cannot be seen "
-        "(complete), or the top or the bottom by the camera's height alone (paper)",
+        "(complete); the top or the bottom by the camera's height alone (paper); both (side), or all but the one that "
+        "`paper` would draw with the side (cap), to see what each image adds",
     )
 
 
@@ -351,6 +353,11 @@ class RenderSettings(PictureParams):
     for each pass that has parameters, under the name of the pass.
     """
 
+    preset: Literal["default", "paper"] = param(
+        "default",
+        "Settings that hold wherever this file says nothing else: the program's own, or those of the method as it was "
+        "published (paper), which needs assets with `dpci: {method: paper}` to be whole",
+    )
     lod: LodParams = Field(default_factory=LodParams)
     culling: CullingParams = Field(default_factory=CullingParams)
     warp: WarpParams = Field(default_factory=WarpParams)
@@ -368,3 +375,12 @@ class RenderSettings(PictureParams):
         "Most GPU memory for depth images and meshes, as `2 GiB` or as a number of bytes; when it is full, "
         "what has not been seen for longest is removed",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _add_preset(cls, values: Any) -> Any:
+        if not isinstance(values, Mapping) or "preset" not in values:
+            return values
+        from depthwalk.scene.render_presets import with_preset  # here: few files name a preset
+
+        return with_preset(values)

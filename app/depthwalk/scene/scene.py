@@ -61,6 +61,8 @@ class DepthImageAsset:
         Metres per unit of the depth file; None: floats are metres.
     intrinsics
         The camera of a range image; None for a relief.
+    method
+        "cut" where the surface of a relief is cut at jumps in depth, "paper" where it is not.
     """
 
     name: str
@@ -71,6 +73,7 @@ class DepthImageAsset:
     range: float | None
     unit: float | None
     intrinsics: IntrinsicsParams | None
+    method: Literal["cut", "paper"] = "cut"
 
 
 @dataclass(frozen=True, kw_only=True)

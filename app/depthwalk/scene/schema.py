@@ -39,7 +39,7 @@ _Count = Annotated[int, Field(ge=1, le=MAX_INSTANCES)]
 Focal = Annotated[float, Field(ge=1, le=MAX_COORDINATE)]
 GridCount = Annotated[tuple[_Count, _Count], Strict(False), numbers("nx", "nz")]
 RepresentationName = Literal["dpci", "mesh", "mesh-lod", "dmesh"]
-BakeMethod = Literal["raycast", "six-view"]
+BakeMethod = Literal["raycast", "six-view", "paper"]
 
 
 def _auto_or_up_to(most: int) -> BeforeValidator:
@@ -97,10 +97,12 @@ class DpciParams(FileParams):
     layers: Layers = param(
         3,
         "Depth layers: surfaces kept along each ray, from the outside inward; auto: as many as hold what can be seen; "
-        "six-view has 1",
+        "six-view and paper have 1",
     )
     method: BakeMethod = param(
-        "raycast", "How surfaces are sampled: by casting rays, or from six orthographic views that the GPU draws"
+        "raycast",
+        "How surfaces are sampled: by casting rays, or from six orthographic views that the GPU draws; paper: so, and "
+        "with no triangle cut, no other layer and no face but side, top and bottom, as it was published",
     )
     parts: Parts = param(
         1,
@@ -115,10 +117,11 @@ class DpciParams(FileParams):
     @model_validator(mode="before")
     @classmethod
     def _one_layer_of_six_views(cls, value: Any) -> Any:
-        if not isinstance(value, dict) or value.get("method") != "six-view":
+        method = value.get("method") if isinstance(value, dict) else None
+        if method not in ("six-view", "paper"):
             return value
         if value.get("layers", 1) != 1:
-            raise ValueError("method six-view sees one surface per ray: layers must be 1")
+            raise ValueError(f"method {method} sees one surface per ray: layers must be 1")
         return {"layers": 1} | value
 
 
@@ -167,6 +170,11 @@ class DepthImageParams(FileParams):
     unit: Length | None = param(
         None, "Metres per unit of the file, in which 0 means no surface; left out: floats are metres", unit="m"
     )
+    method: Literal["cut", "paper"] = param(
+        "cut",
+        "How pixels of a relief become a surface: where the depth jumps they are left apart (cut), or all neighbours "
+        "are connected, by rubber sheets if need be, as it was published (paper)",
+    )
 
     @model_validator(mode="after")
     def _one_of_each(self) -> Self:
@@ -175,6 +183,8 @@ class DepthImageParams(FileParams):
         if self.range is not None and (self.unit is not None or self.intrinsics is not None):
             other = "unit" if self.unit is not None else "intrinsics"
             raise ValueError(f"needs 'range' or {other!r}, not both")
+        if self.method != "cut" and self.intrinsics is not None:
+            raise ValueError(f"method {self.method} is for reliefs, which have 'size'; a range image is always cut")
         return self
 
 

@@ -297,6 +297,8 @@ class _Walk:
         screen.viewport = (0, 0, *size)
         camera = state.camera
         renderer.render(View(camera, size), screen)
+        if state.hud:
+            state.shares.update(renderer, dt)
         renderer.upload_seconds = _UPLOAD_SECONDS  # only the first frame waited for everything it shows
         if state.atlas and renderer.targets is not None and renderer.plan is not None:
             self._atlas_view.draw(renderer.targets, renderer.plan)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from imgui_bundle import imgui
 
 from depthwalk.assets.background import Progress
+from depthwalk.render.pixel_shares import KINDS
 from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 
@@ -187,7 +188,7 @@ def _draw_counts(state: State) -> None:
     plan = state.renderer.plan
     if plan is not None:
         imgui.separator()
-        _table("counts", count_rows(plan.counts))
+        _table("counts", count_rows(plan.counts | state.shares.latest))
 
 
 def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
@@ -196,19 +197,21 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
     Parameters
     ----------
     counts
-        The numbers of the frame by name, `FrameDrawLists.counts`.
+        The numbers of the frame by name, `FrameDrawLists.counts`, with those of `pixel_shares.shares` once known.
 
     Returns
     -------
     list[tuple[str, str]]
         A name and a text for each row.
     """
-    kinds = [f"{name} {counts[name]:,}" for name in ("dpci", "dmesh", "mesh") if counts.get(name)]
+    kinds = [f"{name} {counts[name]:,}" for name in KINDS if counts.get(name)]
+    pixels = [f"{kind} {counts[f'share_{kind}']:.0%}" for kind in KINDS if counts.get(f"share_{kind}")]
     cases = [f"{text} {counts[f'case_{name}']:,}" for name, text in _CASES.items() if counts.get(f"case_{name}")]
     rows = [
         ("objects", f"{counts['objects']:,}"),
         ("occluded", f"{counts['occluded']:,}"),
         ("drawn as", _lines(kinds)),
+        ("of pixels", _lines(pixels)),
         ("case", _lines(cases, 2)),
         ("Iter_step", _lines(_numbered(counts, "step_"))),
         ("LOD level", _lines(_numbered(counts, "level_"))),

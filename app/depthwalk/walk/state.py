@@ -9,6 +9,7 @@ from depthwalk.scene.scene import Scene
 from depthwalk.walk.focus import FocusPull
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.recorder import Recorder, save_path, tolerance_in
+from depthwalk.walk.shares import LateShares
 from depthwalk.walk.times import FrameTimes
 from depthwalk.walk.viewer import Viewer
 
@@ -23,6 +24,8 @@ class State(Viewer):
         The recording, or None while nothing is recorded.
     times
         Durations of the last frames.
+    shares
+        Which part of the pixels each representation drew, lately.
     pull
         The turn of the lens to another distance.
     hud
@@ -37,6 +40,7 @@ class State(Viewer):
 
     recorder: Recorder | None = None
     times: FrameTimes = field(default_factory=FrameTimes)
+    shares: LateShares = field(default_factory=LateShares)
     pull: FocusPull = field(default_factory=FocusPull)
     hud: bool = True
     panel: bool = False
@@ -58,7 +62,7 @@ class State(Viewer):
         again = scene.path == self.scene.path
         self.tell(f"Read {scene.path.name} again" if again else scene.path.name)
         self.end_recording()  # its message is the more important one
-        self.scene, self.renderer = scene, renderer
+        self.scene, self.renderer, self.shares = scene, renderer, LateShares()
         self.home = scene.camera or renderer.frame_all(aspect)
         if not again:
             self.playback = None

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from depthwalk.cook.cases import ALL_PIECES, PAPER_PIECES, Case
+from depthwalk.cook.cases import ALL_PIECES, BOTTOM_PIECE, PAPER_PIECES, PIECES, TOP_PIECE, Case
 from depthwalk.gpu.device import Device
 from depthwalk.render.draw.object_detail import DetailSelector, choose_levels, choose_pieces, lasting_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
@@ -73,6 +73,19 @@ def test_the_papers_cases_follow_the_height_alone(arrays: SceneArrays) -> None:
     assert pieces.tolist() == PAPER_PIECES[[Case.SIDE, Case.SIDE_AND_TOP, Case.SIDE_AND_BOTTOM]].tolist()
     assert lasting_pieces(asset, np.zeros(3, int), viewer, arrays.table, lod).tolist() == pieces.tolist()
     assert (lasting_pieces(asset, np.zeros(3, int), viewer, arrays.table, LodParams()) == ALL_PIECES).all()
+
+
+def test_side_and_cap_are_the_parts_of_a_case(arrays: SceneArrays) -> None:
+    asset, none = arrays.objects.asset[:3], np.zeros(3, int)
+    viewer = np.array([[3.0, 0.5, 0], [3.0, 9.0, 0], [3.0, -9.0, 0]])  # beside, above, below
+    side, cap, both = (
+        choose_pieces(asset, none, viewer, arrays.table, LodParams(cases=cases)) for cases in ("side", "cap", "paper")
+    )
+    assert (side == PAPER_PIECES[Case.SIDE]).all()
+    assert cap.tolist() == [0, 1 << TOP_PIECE, 1 << BOTTOM_PIECE]
+    assert ((cap & both) == cap).all() and (side & cap == 0).all()
+    of_images = sum(1 << piece for piece in range(PIECES))  # the rest is drawn where an image is missing
+    assert (((side | cap) & of_images) == (both & of_images)).all()
 
 
 def test_what_is_drawn_directly_keeps_all_pieces(arrays: SceneArrays) -> None:

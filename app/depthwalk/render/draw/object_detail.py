@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from depthwalk.cook.cases import ALL_PIECES, CAPS, PAPER_PIECES, SIDE_PIECES, seen_pieces
+from depthwalk.cook.cases import ALL_PIECES, CAPS, SIDE_PIECES, seen_pieces
 from depthwalk.render.draw.plan_settings import PlanSettings
 from depthwalk.render.lod.mesh_fallback import IsResident, MeshFallbackRule
-from depthwalk.render.lod.paper_lod import iter_step, paper_cases, paper_level
+from depthwalk.render.lod.paper_lod import CASE_PIECES, iter_step, paper_cases, paper_level
 from depthwalk.render.lod.selection import affordable_level, error_at_a_metre, error_level
 from depthwalk.render.view.bounds import Bounds
 from depthwalk.render.view.view import View, viewer_in_object
@@ -109,7 +109,7 @@ class DetailSelector:
         else:
             level = choose_levels(view, objects, bounds, viewer, table, lod)
             pieces = choose_pieces(objects.asset, level, viewer, table, lod)
-        if lod.cases != "paper":  # silhouette lines of what is drawn directly are found once, for all viewers
+        if lod.cases == "complete":  # silhouette lines of what is drawn directly are found once, for all viewers
             pieces[objects.representation == Representation.DMESH] = ALL_PIECES
         return level, pieces
 
@@ -180,8 +180,9 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
     -------
     (n,) bit masks of the pieces.
     """
-    if lod.cases == "paper":
-        return PAPER_PIECES[paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])]
+    if lod.cases != "complete":
+        case = paper_cases(viewer, table.volumes.bottom[asset], table.volumes.top[asset])
+        return CASE_PIECES[lod.cases][case]
     caps = table.horizon[asset[:, None], level[:, None], CAPS]
     pieces = seen_pieces(caps, viewer, CAPS) | SIDE_PIECES
     large = np.flatnonzero(table.triangles[asset, level] >= _WORTH)
@@ -195,6 +196,6 @@ def lasting_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, l
     The paper's cases are an exception, since they are defined for the present viewer only. The parameters `asset`,
     `level`, `viewer`, `table` and `lod` are those of `choose_pieces`, as is the result.
     """
-    if lod.cases == "paper":
+    if lod.cases != "complete":
         return choose_pieces(asset, level, viewer, table, lod)
     return np.full(len(asset), ALL_PIECES)

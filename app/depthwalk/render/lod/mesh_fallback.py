@@ -1,4 +1,7 @@
-"""Mesh fallback: near by, draw an object as its mesh, which has detail where its depth images would be magnified."""
+"""Mesh fallback: near by, draw an object as its mesh, which has detail where its depth images would be magnified.
+
+It belongs to scenes that are drawn as their files say. Where one representation is asked for, its name means it alone.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass

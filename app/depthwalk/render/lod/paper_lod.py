@@ -1,14 +1,23 @@
 """Level of detail and depth images by the paper's rules: Liu et al. 2007, §3.3 (cases) and §3.5 (Iter_step).
 
-These are the baselines that `lod.mode: paper` and `lod.cases: paper` choose; `iter_step` also describes any frame in
-the HUD. The renderer's own rules are in `render.lod.selection`.
+These are the baselines that `lod.mode: paper` and `lod.cases: paper`, `side` and `cap` choose; `iter_step` also
+describes any frame in the HUD. The renderer's own rules are in `render.lod.selection`.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.cook.cases import Case
+from depthwalk.cook.cases import BOTTOM_PIECE, PAPER_PIECES, TOP_PIECE, Case
 from depthwalk.types import Array, Ints, Rows
+
+_TOP, _BOTTOM = 1 << TOP_PIECE, 1 << BOTTOM_PIECE
+# What is drawn in each `Case`, as bit masks of index ranges, by the name in `lod.cases`: the images of the paper's case
+# together, or its side or its cap alone, as figure 12 shows them.
+CASE_PIECES = {
+    "paper": PAPER_PIECES,
+    "side": np.full(len(Case), PAPER_PIECES[Case.SIDE]),
+    "cap": np.array([0, _TOP, _BOTTOM, _TOP | _BOTTOM]),
+}
 
 
 def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:

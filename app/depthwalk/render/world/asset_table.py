@@ -78,7 +78,7 @@ class AssetTable:
         return outside(viewer, self.centre[asset], self.half_height[asset], self.cylinder_radius[asset])
 
 
-def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetTable:
+def asset_table(objects: Objects, library: Library, store: AssetStore, fallbacks: bool = True) -> AssetTable:
     """Return the table of all numbers of a store, filled in for the assets that some objects use.
 
     Parameters
@@ -86,6 +86,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     objects : the objects, whose `asset` holds numbers of `store`.
     library : where assets come from.
     store : numbers what is drawn, and cooks it.
+    fallbacks : whether meshes may replace depth images.
 
     Returns
     -------
@@ -95,13 +96,13 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
     used = [number for number in np.unique(objects.asset).tolist() if number >= len(library)]
     cooked = {number: store.cooked(number) for number in used}
     volumes, texel = _volumes(len(store), cooked)
-    fallbacks = _mesh_fallbacks(objects, library, store)
+    replacing = _mesh_fallbacks(objects, library, store) if fallbacks else MeshFallbacks.empty(len(store))
     enclosing = _Enclosing.empty(len(store))
     for number, levels in meshes.items():
         enclosing.put_mesh(number, levels)
     for number, depth_object in cooked.items():
         enclosing.put_depth_object(number, depth_object.outline)
-    enclosing.put_fallbacks(fallbacks, list(meshes))
+    enclosing.put_fallbacks(replacing, list(meshes))
     index_first, index_count, horizon, error = _level_columns(len(store), cooked)
     levels_of_detail = np.zeros(len(store), np.int64)
     levels_of_detail[used] = [len(depth_object.error) - 1 for depth_object in cooked.values()]
@@ -122,7 +123,7 @@ def asset_table(objects: Objects, library: Library, store: AssetStore) -> AssetT
         triangles=index_count[:, :, :PIECES].sum(-1) // 3,
         error=error,
         meshes=mesh_levels,
-        mesh_fallbacks=fallbacks,
+        mesh_fallbacks=replacing,
     )
 
 

@@ -97,7 +97,8 @@ class RenderWorld:
             self._assets.cook_options = options
             self._forget()
         if self._table is None:
-            self._table = asset_table(self.objects(), self._library, self._assets)
+            as_in_scene = self._representation is None  # else the name of a representation means it alone
+            self._table = asset_table(self.objects(), self._library, self._assets, as_in_scene)
         return self._table
 
     def bounds(self) -> Bounds:
@@ -141,7 +142,7 @@ class RenderWorld:
 
     @property
     def representation(self) -> Representation | None:
-        """How all objects are drawn whose asset allows it; None: as the scene says."""
+        """How all objects are drawn whose asset allows it; None: as the scene says, with meshes in place near by."""
         return self._representation
 
     @representation.setter
@@ -154,7 +155,8 @@ class RenderWorld:
 def _cook_options(settings: RenderSettings) -> CookOptions:
     """Return how depth images are cooked: the mechanisms of the papers need grids by step, not surfaces by error."""
     lod, in_order = settings.lod, settings.warp.order == "epipole"
-    return CookOptions("paper" in (lod.mode, lod.cases) or in_order, lod.cases == "paper")
+    by_paper = lod.cases != "complete"
+    return CookOptions(lod.mode == "paper" or by_paper or in_order, by_paper)
 
 
 class FrameResidency:

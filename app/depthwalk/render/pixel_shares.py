@@ -1,0 +1,109 @@
+"""Count which part of the objects' pixels each representation drew, so that nobody takes a mesh for depth images."""
+
+from typing import NamedTuple
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.program import Program
+from depthwalk.render.draw.draw_lists import FrameDrawLists
+from depthwalk.render.targets import Targets
+from depthwalk.types import Ints, Mask
+
+POLYGON = 0x7FFFFFFF  # stands for every mesh; depth-image objects are numbered from 1
+MOST_SAMPLES = 256  # along either axis of the picture; smaller pictures are counted pixel by pixel
+KINDS = ("dpci", "dmesh", "mesh")  # what is counted, in the words of `FrameDrawLists.counts`
+
+
+class _Sampled(NamedTuple):
+    """Hold where the numbers of a frame are copied to: drawn into a small picture, then copied to memory."""
+
+    numbers: moderngl.Texture
+    framebuffer: moderngl.Framebuffer
+    copy: moderngl.Buffer
+
+
+class PixelShares:
+    """Sample which object some pixels of a frame show, and count later which representation drew them.
+
+    `sample` asks the GPU and goes on; `count` waits for the answer, which some frames later is there already.
+
+    Parameters
+    ----------
+    device : the GPU that draws and is read from.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._gl = device.scope("pixel_shares")
+        self._program = Program(self._gl, "common/fullscreen.vert", "pixel_shares/pixel_shares.frag")
+        self._sampled: _Sampled | None = None
+        self._tiled = np.zeros(0, bool)  # of the frame that was sampled last, see `FrameDrawLists`
+
+    def sample(self, targets: Targets, plan: FrameDrawLists) -> None:
+        """Ask for the pixels of the frame that passes have drawn into `targets`, as `plan` says."""
+        width, height = targets.size
+        columns, rows = min(width, MOST_SAMPLES), min(height, MOST_SAMPLES)
+        sampled = self._sampled = self._of_size(columns, rows)
+        targets.visibility_texture.use(0)
+        targets.depth.use(1)
+        self._program.set(visibility_texture=0, depth_texture=1, spacing=(width / columns, height / rows))
+        with self._gl.state(into=sampled.framebuffer):
+            self._program.fill()
+        sampled.numbers.read_into(sampled.copy)
+        self._tiled = plan.tiled
+
+    def count(self) -> Ints:
+        """Return how many of the sampled pixels show objects that were drawn as each of `KINDS`, (3,).
+
+        Zeros before the first frame was sampled. Waits until the GPU has drawn that frame.
+        """
+        if self._sampled is None:
+            return np.zeros(len(KINDS), np.int64)
+        return count_kinds(np.frombuffer(self._sampled.copy.read(), np.uint32), self._tiled)
+
+    def release(self) -> None:
+        """Free the textures and programs on the device."""
+        self._gl.release()
+
+    def _of_size(self, columns: int, rows: int) -> _Sampled:
+        """Return textures for `columns` × `rows` samples, those of the last frame where they fit."""
+        if self._sampled is not None:
+            if self._sampled.numbers.size == (columns, rows):
+                return self._sampled
+            self._gl.free(self._sampled.framebuffer, self._sampled.numbers, self._sampled.copy)
+        numbers = self._gl.texture((columns, rows), 1, "u4")
+        return _Sampled(numbers, self._gl.framebuffer([numbers]), self._gl.buffer(reserve=4 * columns * rows))
+
+
+def count_kinds(numbers: NDArray[np.uint32], tiled: Mask) -> Ints:
+    """Count pixels by the representation that drew their objects.
+
+    Parameters
+    ----------
+    numbers : (n,) what each pixel shows: a depth-image object, counted from 1; `POLYGON`; or 0, which is no object.
+    tiled : (d,) which of the depth-image objects impostors show, see `FrameDrawLists.tiled`.
+
+    Returns
+    -------
+    (3,) number of pixels for each of `KINDS`.
+    """
+    images = numbers[(numbers > 0) & (numbers < POLYGON)].astype(np.int64) - 1
+    as_impostor = int(tiled[images].sum())
+    return np.array([as_impostor, len(images) - as_impostor, int((numbers == POLYGON).sum())])
+
+
+def shares(counted: Ints) -> dict[str, float]:
+    """Return which part of the objects' pixels each representation drew.
+
+    Parameters
+    ----------
+    counted : (3,) number of pixels for each of `KINDS`, of one frame or summed over several.
+
+    Returns
+    -------
+    `share_dpci`, `share_dmesh` and `share_mesh`, from 0 to 1; all 0 where no pixel shows an object.
+    """
+    total = max(int(counted.sum()), 1)
+    return {f"share_{kind}": int(count) / total for kind, count in zip(KINDS, counted, strict=True)}

@@ -1,0 +1,30 @@
+"""Tell, once a second, which part of the objects' pixels each representation drew, without waiting for the GPU."""
+
+from depthwalk.render.pixel_shares import PixelShares, shares
+from depthwalk.render.renderer import Renderer
+
+_EVERY = 1.0  # s from one answer to the next question
+_FRAMES = 3  # after which the GPU has drawn the frame that was asked about, and reading does not wait
+
+
+class LateShares:
+    """Ask about one frame, and read the answer some frames later.
+
+    Attributes
+    ----------
+    latest
+        What `pixel_shares.shares` returned last; empty before the first answer.
+    """
+
+    def __init__(self) -> None:
+        self.latest: dict[str, float] = {}
+        self._asked: PixelShares | None = None
+        self._frames, self._seconds = 0, _EVERY
+
+    def update(self, renderer: Renderer, dt: float) -> None:
+        """Ask about the frame that `renderer` has just drawn, or read; `dt` is the time since the last frame, s."""
+        self._frames, self._seconds = self._frames + 1, self._seconds + dt
+        if self._asked is not None and self._frames >= _FRAMES:
+            self.latest, self._asked, self._seconds = shares(self._asked.count()), None, 0.0
+        elif self._asked is None and self._seconds >= _EVERY:
+            self._asked, self._frames = renderer.sample_shares(), 0
