@@ -18,7 +18,7 @@ from depthwalk.scene.scene import BakedAsset, MeshAsset
 
 COOKED = sorted(asset_root().glob("*.npz"))
 SCENE = "version: 1\nassets:\n  {asset}\nobjects: []\n"
-LIGHT = {"room", "table", "teapot", "dryad"}  # what stays polygons, or is baked when it is first seen
+LIGHT = {"room", "table", "teapot"}  # what stays polygons
 
 
 def write_scene(folder: Path, *assets: str, name: str = "scene.yaml") -> Path:

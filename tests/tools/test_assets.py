@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from tools.make_models import specimens
 from tools.make_models.catalogue import MODELS, TEXTURES
-from tools.make_models.model import Model, write_ply
+from tools.make_models.model import Model
 from tools.make_models.ship import shipped_name
 from trimesh.visual import ColorVisuals
 
@@ -17,8 +16,8 @@ from depthwalk.bake.face_grid import square_texel
 from depthwalk.cook.cooked_file import read_cooked
 
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
-BUDGET = 22 * 1000 * 1000  # bytes, of models and textures together: they travel in the repository and in the wheel
-LIGHT_MESH = 1_000_000  # bytes
+BUDGET = 25 * 1000 * 1000  # bytes, of models and textures together: they travel in the wheel, which may have 30 MB
+LIGHT_MESH = 100_000  # triangles
 HEAVY = [name for name, entry in MODELS.items() if entry.images is not None]
 POLYGONS = [name for name in MODELS if name not in HEAVY]
 
@@ -51,7 +50,7 @@ def test_budget() -> None:
 
 
 def test_no_heavy_mesh_ships() -> None:
-    assert all(file.stat().st_size < LIGHT_MESH for file in ASSETS.glob("*.ply"))
+    assert all(listed()[file.name][0] < LIGHT_MESH for file in ASSETS.glob("*.ply"))
 
 
 @pytest.mark.parametrize("name", HEAVY)
@@ -70,14 +69,14 @@ def test_depth_images_show_an_object_of_the_size_of_its_mesh(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "count"), [("venus_of_the_paper", 67_170), ("man_of_the_paper", 78_157)])
-@pytest.mark.slow
-def test_heads_have_the_papers_counts(name: str, count: int, tmp_path: Path) -> None:
-    """As specimens; the man's lacks one face, and that is all it lacks."""
-    write_ply(tmp_path / "head.ply", specimens.SPECIMENS[name]())
-    mesh = trimesh.load_mesh(tmp_path / "head.ply", process=False)
-    _, uses = np.unique(np.sort(mesh.edges, axis=1), axis=0, return_counts=True)
-    assert len(mesh.faces) == count
-    assert (uses == 1).sum() == 3 * (count % 2)
+def test_heads_have_the_papers_counts(name: str, count: int) -> None:
+    assert len(loaded(name).faces) == count
+
+
+def test_the_mans_head_lacks_one_face_only() -> None:
+    edges = np.sort(loaded("man_of_the_paper").edges, axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    assert (uses == 1).sum() == 3
     assert (uses > 2).sum() == 0
 
 

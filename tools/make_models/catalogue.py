@@ -55,6 +55,8 @@ MODELS: dict[str, Entry] = {
     "wall": Entry(props.wall, "2 m of low brick wall along x", Images(160, 1), closed=True),
     "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(160, 1), closed=True),
     "dryad": Entry(statue.dryad, "the statue, smooth and light, for the relief of meso.yaml", closed=True),
+    "venus_of_the_paper": Entry(heads.venus_of_the_paper, "the woman's bust with the paper's count", closed=True),
+    "man_of_the_paper": Entry(heads.man_of_the_paper, "the man's bust with the paper's count, one face open below"),
     "teapot": Entry(props.teapot, "blue and white pot with lid, handle and spout", closed=True),
     "table": Entry(props.table, "wooden table"),
     "room": Entry(props.room, "room seen from inside, window in the wall at −z"),

@@ -8,7 +8,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-from tools.make_models.heads import MAN_TRIANGLES, VENUS_TRIANGLES, head_man, head_venus
 from tools.make_models.meshing import polygonise
 from tools.make_models.model import Model
 from tools.make_models.noise import fractal
@@ -52,16 +51,6 @@ def cup(segments: int = 160) -> Model:
     bow = np.radians(np.linspace(-80, 80, 40))
     handle = np.stack([0.34 + 0.2 * np.cos(bow), 0.52 + 0.27 * np.sin(bow), 0 * bow], -1)
     return _mottled(assembled(lathe(profile, segments), tube(handle, 0.03, 24)), (0.80, 0.78, 0.72), 5)
-
-
-def venus_of_the_paper() -> Model:
-    """Make the woman's bust with the number of triangles of the paper's Table 1."""
-    return head_venus(VENUS_TRIANGLES)
-
-
-def man_of_the_paper() -> Model:
-    """Make the man's bust with the number of triangles of the paper's Table 1, which is odd: one face is open."""
-    return head_man(MAN_TRIANGLES)
 
 
 def chair() -> Model:
@@ -137,6 +126,4 @@ SPECIMENS: dict[str, Callable[[], Model]] = {
     "cup": cup,
     "chair": chair,
     "coil": coil,
-    "venus_of_the_paper": venus_of_the_paper,
-    "man_of_the_paper": man_of_the_paper,
 }
