@@ -37,8 +37,8 @@ def garden() -> None:
 
 
 def room() -> None:
-    """Draw the room with the head as depth images, close as it is."""
-    render("room", "--representation", "dpci")
+    """Draw the room with its heads."""
+    render("room")
 
 
 def night() -> None:
@@ -79,8 +79,8 @@ def paper() -> None:
 
 
 def dpci() -> None:
-    """Draw colour, depth and normals of layer 0 of a bust's side image."""
-    mesh = load_mesh(asset_root() / "head_venus.ply")
+    """Draw colour, depth and normals of layer 0 of a figure's side image."""
+    mesh = load_mesh(asset_root() / "dryad.ply")
     baked = bake_object(mesh, BakeParams(resolution=400, layers=1), key="")
     side = next(image for image in baked.images if image.face is Face.SIDE)
     (IMAGES / "dpci.png").write_bytes(png_bytes(depth_image_picture(side)))

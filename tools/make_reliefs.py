@@ -31,8 +31,8 @@ class Relief(NamedTuple):
 
 
 RELIEFS = {
-    "man": Relief("head_man.ply", (0.0, 0.29), 0.32),
-    "venus": Relief("head_venus.ply", (0.0, 0.27), 0.36),
+    "man": Relief("man_of_the_paper.ply", (0.0, 0.29), 0.32),
+    "venus": Relief("venus_of_the_paper.ply", (0.0, 0.27), 0.36),
     "teapot": Relief("teapot.ply", (0.0, 0.10), 0.38),
 }
 

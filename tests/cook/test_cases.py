@@ -171,7 +171,8 @@ def test_the_garden_has_all_three_cases_and_looks_as_with_all_images(
             with monkeypatch.context() as patch:
                 patch.setattr(plan, "choose_pieces", whole)
                 all_counts = stage.draw(View(camera, size))
-            assert np.abs(read_pixels(stage.screen) - picture).max() <= 1
+            # Simplified foliage is open: through a gap, the back of a leaf may show that a whole picture has.
+            assert (np.abs(read_pixels(stage.screen) - picture).max(-1) > 1).mean() < 1e-4
             assert all_counts["case_all"] == all_counts["dpci"]
             triangles += counts["warped_triangles"], all_counts["warped_triangles"]
     assert min(found.values()) > 0

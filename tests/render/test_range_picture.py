@@ -5,6 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from tools.make_models.heads import FLOOR, venus_field
+from tools.make_models.meshing import polygonise
+from tools.make_models.model import write_ply
 
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.planar import connect_texels, range_mesh
@@ -13,7 +16,6 @@ from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.ingest.range_image import Intrinsics, RangeImage, load_range_image
-from depthwalk.resources import asset_root
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import Scene
@@ -46,7 +48,10 @@ def camera_depth(mesh: Mesh, noise: float = 0.0015) -> tuple[Rows, Mask]:
 def taken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Mask]:
     """The folder with the picture `d.png` and a scene of it, and where it shows the head (H, W)."""
     folder = tmp_path_factory.mktemp("range")
-    counts, head = camera_depth(load_mesh(asset_root() / "head_venus.ply", texture=None, up="y", height=None))
+    write_ply(
+        folder / "head.ply", polygonise(venus_field, (-14, FLOOR - 1, -17), (14, 26, 13), 0.5).scaled(0.01).grounded()
+    )
+    counts, head = camera_depth(load_mesh(folder / "head.ply"))
     Image.fromarray(counts).save(folder / "d.png")
     colour = np.where(head[..., None], np.array([230, 60, 60], np.uint8), np.array([60, 60, 230], np.uint8))
     Image.fromarray(colour).save(folder / "c.png")

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from depthwalk.cook.cooked_file import read_cooked
 from depthwalk.ingest.loader import load_mesh
-from depthwalk.ingest.mesh import Mesh
 from depthwalk.resources import scene_root
 from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import load_path
-from depthwalk.scene.scene import MeshAsset, Scene
+from depthwalk.scene.scene import Asset, BakedAsset, MeshAsset, Scene
 
 CLEARANCE = 0.3  # metres to the side of the camera
 BODY = (-1.4, 0.3)  # metres from the camera's height down to the shins and up to the hat
@@ -20,12 +20,25 @@ SURROUNDING = {"room"}  # assets that are walked inside of
 
 
 @cache
-def read_mesh(file: Path) -> Mesh:
-    return load_mesh(file)
+def read_points(file: Path) -> NDArray[np.float64]:
+    """Vertices (n, 3) of a mesh, or of the finest level of depth images, in the asset's frame."""
+    if file.suffix == ".ply":
+        return load_mesh(file).positions.astype(np.float64)
+    (cooked,) = read_cooked(file)
+    geometry, _ = cooked.load()
+    return geometry.positions[np.unique(geometry.drawn(0))] + cooked.outline.position
 
 
-def read_meshes(scene: Scene) -> list[Mesh]:
-    return [read_mesh(asset.mesh) for asset in scene.assets if isinstance(asset, MeshAsset)]
+def read_all_points(scene: Scene) -> list[NDArray[np.float64]]:
+    return [read_points(file_of(asset)) for asset in scene.assets]
+
+
+def file_of(asset: Asset) -> Path:
+    """The mesh of an asset, or its depth images."""
+    if isinstance(asset, MeshAsset):
+        return asset.mesh
+    assert isinstance(asset, BakedAsset)
+    return asset.baked
 
 
 def walked(name: str) -> tuple[Scene, NDArray[np.float64]]:
@@ -36,23 +49,23 @@ def walked(name: str) -> tuple[Scene, NDArray[np.float64]]:
     return scene, np.array([(*camera.position, *camera.target) for camera in cameras])
 
 
-def gap(mesh: Mesh, scale: float, turn: float, offsets: NDArray[np.float64]) -> float:
+def gap(points: NDArray[np.float64], scale: float, turn: float, offsets: NDArray[np.float64]) -> float:
     """Least level distance from points (k, 3), relative to an object, to the box round what a walker would meet."""
-    heights = mesh.positions[:, 1] * scale
+    heights = points[:, 1] * scale
     low, high = offsets[:, 1].min() + BODY[0], offsets[:, 1].max() + BODY[1]
-    met = mesh.positions[(heights > low) & (heights < high)][:, [0, 2]] * scale
+    met = points[(heights > low) & (heights < high)][:, [0, 2]] * scale
     if not len(met):
         return np.inf
     c, s = np.cos(turn), np.sin(turn)
-    points = offsets[:, [0, 2]] @ np.array([[c, s], [-s, c]])  # in the object's frame
-    outside = np.maximum(np.maximum(met.min(axis=0) - points, points - met.max(axis=0)), 0)
+    walker = offsets[:, [0, 2]] @ np.array([[c, s], [-s, c]])  # in the object's frame
+    outside = np.maximum(np.maximum(met.min(axis=0) - walker, walker - met.max(axis=0)), 0)
     return float(np.hypot(*outside.T).min())
 
 
 def gaps(scene: Scene, eyes: NDArray[np.float64]) -> dict[str, float]:
     """The least distance to any object of each asset, where that is under 2 m."""
-    meshes = read_meshes(scene)
-    radius = np.array([np.hypot(m.positions[:, 0], m.positions[:, 2]).max() for m in meshes])
+    shapes = read_all_points(scene)
+    radius = np.array([np.hypot(points[:, 0], points[:, 2]).max() for points in shapes])
     objects = scene.objects
     found: dict[str, float] = {}
     away = np.hypot(*(eyes[:, None, [0, 2]] - objects.position[None, :, [0, 2]]).transpose(2, 0, 1))
@@ -63,7 +76,7 @@ def gaps(scene: Scene, eyes: NDArray[np.float64]) -> dict[str, float]:
             continue
         turn = 2 * np.arctan2(objects.rotation[i, 1], objects.rotation[i, 3])
         offsets = eyes[close[:, i]] - objects.position[i]
-        near = gap(meshes[objects.asset[i]], float(objects.scale[i]), float(turn), offsets)
+        near = gap(shapes[objects.asset[i]], float(objects.scale[i]), float(turn), offsets)
         found[name] = min(found.get(name, np.inf), near)
     return {name: near for name, near in found.items() if near < 2}
 
@@ -88,12 +101,11 @@ def test_a_tour_turns_gently_and_ends_where_it_begins(name: str) -> None:
 
 def test_the_room_tour_stays_in_the_room() -> None:
     scene, views = walked("room")
-    room = next(mesh for mesh, asset in zip(read_meshes(scene), scene.assets, strict=True) if asset.name == "room")
-    low, high = room.bounds
+    room = next(file for asset in scene.assets if isinstance(asset, MeshAsset) and (file := asset.mesh).stem == "room")
+    low, high = load_mesh(room).bounds
     assert (views[:, :3] > low + CLEARANCE).all() and (views[:, :3] < high - CLEARANCE).all()
 
 
 def test_scenes_name_only_shipped_assets() -> None:
     for file in sorted(scene_root().glob("*.yaml")):
-        folders = {Path(asset.mesh).parent.name for asset in load_scene(file).assets if isinstance(asset, MeshAsset)}
-        assert folders == {"assets"}
+        assert {file_of(asset).parent.name for asset in load_scene(file).assets} == {"assets"}

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from tools.make_models import props, stone, surfaces
+from tools.make_models import leaves, props, relief, stone, surfaces
 from tools.make_models.__main__ import generate
 from tools.make_models.decimate import unpinched, with_exact_count, without_flaps
-from tools.make_models.meshing import ambient_occlusion, largest_part, polygonise
+from tools.make_models.meshing import ambient_occlusion, interpolated_occlusion, largest_part, polygonise
 from tools.make_models.model import Model, write_ply
 from tools.make_models.noise import fractal
 from tools.make_models.sdf import Blob, Points, Rod, ellipsoid, rod, sculpt, union
@@ -84,6 +84,32 @@ def test_polygonise_drops_crumbs() -> None:
     assert model.positions[:, 0].max() < 0.6
 
 
+def test_polygonise_finds_what_it_would_find_if_it_looked_everywhere() -> None:
+    """Also where the field bends within a coarse cell."""
+
+    def rough(p: Points) -> np.ndarray:
+        return ball(p) + np.float32(0.02) * np.sin(40 * p[:, 0]) * np.sin(40 * p[:, 2])
+
+    box = (-0.6, -0.1, -0.6), (0.6, 1.1, 0.6)
+    cell = 0.02
+    model = polygonise(rough, *box, cell)
+    assert len(boundary_edges(model)) == 0
+    assert np.abs(rough(model.positions)).max() < 0.2 * cell
+
+
+def test_interpolated_occlusion_is_near_the_one_of_all_vertices(sphere: Model) -> None:
+    exact = ambient_occlusion(sphere, 0.5)
+    assert np.abs(interpolated_occlusion(sphere, 0.5, samples=2000) - exact).mean() < 0.03
+
+
+def test_relief_moves_a_surface_by_no_more_than_it_says(sphere: Model) -> None:
+    small = sphere.scaled(0.1)
+    worn = relief.weathered(small, 0.02, 1, depth=0.05, chisel=0.05)
+    moved = np.linalg.norm(worn.positions - small.positions, axis=1)
+    assert 0.0001 < moved.max() < 0.02 * 0.2
+    assert len(boundary_edges(worn)) == 0
+
+
 @pytest.mark.parametrize("count", [1000, 1001])
 def test_exact_count(count: int) -> None:
     model = with_exact_count(polygonise(dome, (-0.6, 0.3, -0.6), (0.6, 1.1, 0.6), 0.03), count)
@@ -151,9 +177,12 @@ def test_direct_surfaces_are_closed_and_look_outward() -> None:
     turned = surfaces.lathe([[0, 0], [1, 0], [1, 2], [0, 2]], 32)
     bent = surfaces.tube(surfaces.curve([[0, 0, 0], [0, 1, 0], [1, 2, 0]], 20), 0.1, 12)
     unit = np.eye(3)
-    leaf = surfaces.blades(unit[:1], unit[1:2], unit[2:], np.ones(1), 0.5, unit[2:])
-    spindle = surfaces.spindles(np.zeros((1, 3)), unit[:1], np.full(1, 0.1))
-    for model in (turned, bent, leaf, spindle):
+    leaf = leaves.leaves(unit[:1], unit[1:2], unit[2:], np.ones(1), 0.5, unit[2:], leaves.OAK)
+    twig, outward = leaves.brushes(np.zeros((1, 3)), unit[:1], np.full(1, 0.1), 5, 9)
+    stone = surfaces.rounded_block([0, 0, 0], [1, 2, 3], 0.05, 0.1)
+    assert len(leaves.leaf_pattern(leaves.OAK)) == len(leaf.positions) and len(outward) == len(twig.positions)
+    assert signed_volume(stone) == pytest.approx(6, rel=0.02)
+    for model in (turned, bent, leaf, twig, stone):
         assert len(boundary_edges(model)) == 0
         assert signed_volume(model) > 0
     assert signed_volume(turned) == pytest.approx(2 * np.pi, rel=0.01)
@@ -169,7 +198,7 @@ def test_noise_is_bounded_smooth_and_seeded() -> None:
     assert not np.array_equal(fractal(p, 1.0, 8), values)
 
 
-@pytest.mark.parametrize("make", [pytest.param(stone.slab_rock, marks=pytest.mark.slow), props.bench, props.teapot])
+@pytest.mark.parametrize("make", [pytest.param(stone.slab_rock, marks=pytest.mark.slow), props.hedge, props.teapot])
 def test_generators_repeat_themselves(make: Callable[[], Model], tmp_path: Path) -> None:
     write_ply(tmp_path / "a.ply", make())
     write_ply(tmp_path / "b.ply", make())
@@ -205,8 +234,8 @@ def test_textures_tile_and_stay_small(make: Any, tmp_path: Path) -> None:
 
 
 def test_generate_writes_what_is_asked(tmp_path: Path) -> None:
-    generate(tmp_path / "out", ["pedestal"])
-    assert [f.name for f in (tmp_path / "out").iterdir()] == ["pedestal.ply"]
+    generate(tmp_path / "out", ["teapot"])
+    assert [f.name for f in (tmp_path / "out").iterdir()] == ["teapot.ply"]
     with pytest.raises(InputError, match="no demo file is called 'pedestel'; did you mean 'pedestal'"):
         generate(tmp_path, ["pedestel"])
 

@@ -13,7 +13,7 @@ from depthwalk.resources import asset_root
 from depthwalk.types import Array
 from depthwalk.walk.up_axis import guess_up, turn_model
 
-STANDING = ["teapot", "table", "head_man", "head_venus"]
+STANDING = ["teapot", "table", "man_of_the_paper", "venus_of_the_paper"]
 
 
 def z_upward(points: Array) -> Array:
@@ -34,7 +34,7 @@ def test_what_stands_in_no_way_keeps_y() -> None:
 
 @pytest.mark.parametrize("up", ["y", "z"])
 def test_a_turned_model_stands_on_the_ground(up: Literal["y", "z"]) -> None:
-    points: Array = load_mesh(Path(asset_root() / "head_man.ply")).positions + np.array([1.0, 2.0, 3.0])
+    points: Array = load_mesh(Path(asset_root() / "man_of_the_paper.ply")).positions + np.array([1.0, 2.0, 3.0])
     if up == "z":
         points = z_upward(points)
     moved: list[bool] = []

@@ -1,13 +1,15 @@
-"""`python -m tools.make_models OUTDIR [NAME...]`: make the meshes and textures that ship, the same bytes every time.
+"""`python -m tools.make_models [FOLDER [NAME...]]`: make the meshes and textures of the demo, always the same bytes.
 
-By name it also makes what does not ship: the specimens (`python -m tools.make_models /tmp animal chair`), and `market`,
-a scene of hundreds of assets.
+The meshes have about a million triangles each; `tools.make_models.ship` makes of them what ships. By name it also makes
+the specimens (`python -m tools.make_models /tmp animal chair`), and `market`, a scene of hundreds of assets.
 """
 
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 from rich.console import Console
 from rich.progress import track
@@ -20,49 +22,36 @@ from tools.make_models.textures import write_png
 from depthwalk.commands.options import Verbose
 from depthwalk.commands.program import as_program, guarded
 from depthwalk.errors import InputError, suggest
-from depthwalk.files import write_bytes
 from depthwalk.limits import MAX_ASSETS
 
-HEADER = """# Sources of the files in this folder
-
-Everything here is our own work, made by the code in `tools/make_models`; nothing was taken from elsewhere.
-`python -m tools.make_models assets` makes all of it again, byte for byte.
-
-Meshes are binary PLY in metres, Y up, on y = 0, with sRGB vertex colours. Size is x × y × z.
-
-| file | triangles | size, m | what it is |
-|---|---|---|---|
-"""
-TEXTURE_HEADER = """
-| file | pixels | what it is |
-|---|---|---|
-"""
+OUT = Path("out/models")  # not tracked by git
+_PROCESSES = 2  # each needs up to 3 GB
 
 
-def write_models(folder: Path, names: list[str]) -> list[str]:
-    """Write the named models to a folder and return the rows of the table that lists them."""
-    rows = []
-    for name in track(names, "models", console=Console(stderr=True)):
-        model = MODELS[name].make()
-        write_ply(folder / f"{name}.ply", model)
-        size = " × ".join(f"{extent:.2f}" for extent in np.ptp(model.positions, axis=0))
-        rows.append(f"| {name}.ply | {len(model.faces)} | {size} | {MODELS[name].about} |\n")
-    return rows
+def write_models(folder: Path, names: list[str]) -> None:
+    """Write the named models to a folder, two at a time; what has one name has the same bytes however it was made."""
+    if len(names) < 2:
+        for name in names:
+            _write_model(name, folder)
+        return
+    with ProcessPoolExecutor(_PROCESSES, mp_context=get_context("spawn")) as pool:
+        made = pool.map(partial(_write_model, folder=folder), names)
+        for _ in track(made, "models", total=len(names), console=Console(stderr=True)):
+            pass
 
 
-def write_textures(folder: Path, names: list[str]) -> list[str]:
-    """Write the named textures to a folder and return the rows of the table that lists them."""
-    rows = []
+def _write_model(name: str, folder: Path) -> None:
+    write_ply(folder / f"{name}.ply", (MODELS[name].make if name in MODELS else SPECIMENS[name])())
+
+
+def write_textures(folder: Path, names: list[str]) -> None:
+    """Write the named textures to a folder."""
     for name in names:
-        make, about = TEXTURES[name]
-        picture = make()
-        write_png(folder / f"{name}.png", picture)
-        rows.append(f"| {name}.png | {picture.shape[1]} × {picture.shape[0]} | {about} |\n")
-    return rows
+        write_png(folder / f"{name}.png", TEXTURES[name][0]())
 
 
 def generate(folder: Path, names: list[str], assets: int = 300) -> None:
-    """Write the named files, or everything that ships and SOURCES.md where no name is given.
+    """Write the named files, or all models and textures of the demo where no name is given.
 
     Parameters
     ----------
@@ -82,33 +71,32 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
     for name in names:
         if name not in known:
             raise InputError(f"no demo file is called {name!r}{suggest(name, known)}")
+    make_folder(folder)
+    wanted = names or [*MODELS, *TEXTURES]
+    write_models(folder, [n for n in wanted if n in MODELS or n in SPECIMENS])
+    write_textures(folder, [n for n in wanted if n in TEXTURES])
+    if "market" in wanted:
+        write_market(folder, assets)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder where it is missing. Raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
-    wanted = names or [*MODELS, *TEXTURES]
-    models = write_models(folder, [n for n in wanted if n in MODELS])
-    textures = write_textures(folder, [n for n in wanted if n in TEXTURES])
-    for name in wanted:
-        if name in SPECIMENS:
-            write_ply(folder / f"{name}.ply", SPECIMENS[name]())
-    if "market" in wanted:
-        write_market(folder, assets)
-    if not names:
-        text = HEADER + "".join(models) + TEXTURE_HEADER + "".join(textures)
-        write_bytes(folder / "SOURCES.md", text.encode())
 
 
 @guarded
 def main(
-    outdir: Annotated[Path, typer.Argument(help="Folder to write to.")],
+    outdir: Annotated[Path, typer.Argument(help="Folder to write to.")] = OUT,
     names: Annotated[
         list[str] | None, typer.Argument(help="Only these files, without suffix; specimens; market.")
     ] = None,
     assets: Annotated[int, typer.Option(min=1, max=MAX_ASSETS, help="Number of assets of the market.")] = 300,
     verbose: Verbose = False,
 ) -> None:
-    """Make the meshes and textures that ship with the program."""
+    """Make the meshes and textures of the demo."""
     generate(outdir, names or [], assets)
 
 

@@ -1,4 +1,4 @@
-"""Every demo file by name, with what it is."""
+"""Every demo file by name, with what it is and how it ships."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,36 +8,57 @@ from tools.make_models.model import Model
 
 
 @dataclass(frozen=True)
+class Images:
+    """Say how a model is baked and cooked.
+
+    resolution: texels.
+    layers: surfaces behind each other, see `depthwalk bake`.
+    finest: the error that the finest level of detail may have, texels. Finer ones would be two thirds of a file, and
+    are seen only where texels are large on the screen.
+    """
+
+    resolution: int
+    layers: int = 2
+    finest: float = 0.4
+
+
+@dataclass(frozen=True)
 class Entry:
-    """closed: every edge of the mesh joins two faces; flat-sided props repeat the corners of their sides instead."""
+    """A model. It ships as depth images where `images` says how they are baked, otherwise as its mesh.
+
+    closed: every edge of the mesh joins two faces. Of the others, some are made of parts that stand in each other, and
+    flat-sided props repeat the corners of their sides.
+    """
 
     make: Callable[[], Model]
     about: str
+    images: Images | None = None
     closed: bool = False
 
 
 MODELS: dict[str, Entry] = {
-    "head_venus": Entry(heads.head_venus, "bust of a woman, marble; the paper's count for its Venus", closed=True),
-    "head_man": Entry(
-        heads.head_man, "bust of a bearded man, bronze, one face open below; the paper's count for its man's head"
-    ),
-    "statue": Entry(statue.statue, "draped woman with a bowl, limestone", closed=True),
-    "tree_oak": Entry(plants.oak, "broad-leaved tree", closed=True),
-    "tree_fir": Entry(plants.fir, "conifer", closed=True),
-    "topiary": Entry(plants.topiary, "two clipped balls in a terracotta pot", closed=True),
-    "rock_boulder": Entry(stone.boulder, "mossy boulder", closed=True),
-    "rock_slab": Entry(stone.slab_rock, "low mossy rock", closed=True),
-    "urn": Entry(stone.urn, "garden urn with garland and two handles", closed=True),
-    "column": Entry(stone.column, "fluted column with leafy capital and ivy"),
-    "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", closed=True),
-    "sundial": Entry(stone.sundial, "sundial on a baluster"),
+    "head_venus": Entry(heads.head_venus, "bust of a woman, rasped marble", Images(288), closed=True),
+    "head_man": Entry(heads.head_man, "bust of a bearded man, cast bronze", Images(288), closed=True),
+    "statue": Entry(statue.statue, "draped woman with a bowl, chiselled limestone", Images(320, 2, 0.65), closed=True),
+    "tree_oak": Entry(plants.oak, "broad-leaved tree, 19,000 lobed leaves", Images(192, 2, 1.0), closed=True),
+    "tree_fir": Entry(plants.fir, "conifer, 5,700 twigs of 91 needles", Images(128, 2, 0.8), closed=True),
+    "topiary": Entry(plants.topiary, "two clipped balls of box in a terracotta pot", Images(128, 2, 1.0), closed=True),
+    "rock_boulder": Entry(stone.boulder, "mossy boulder", Images(144, 2, 0.5), closed=True),
+    "rock_slab": Entry(stone.slab_rock, "low mossy rock", Images(144, 2, 0.5), closed=True),
+    "urn": Entry(stone.urn, "garden urn with garland and two handles", Images(192), closed=True),
+    "column": Entry(stone.column, "fluted column with leafy capital and ivy", Images(192, 2, 0.85)),
+    "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(192, 3), closed=True),
+    "sundial": Entry(stone.sundial, "sundial on a baluster", Images(144)),
+    "path_tile": Entry(props.path_tile, "2 m of flagged path along z", Images(192, 1, 2.5), closed=True),
+    "bench": Entry(props.bench, "garden bench, faces +z", Images(160), closed=True),
+    "hedge": Entry(props.hedge, "2 m of clipped hedge along x", Images(144, 1, 1.0), closed=True),
+    "wall": Entry(props.wall, "2 m of low brick wall along x", Images(160, 1), closed=True),
+    "pedestal": Entry(props.pedestal, "square plinth for a bust", Images(160, 1), closed=True),
+    "dryad": Entry(statue.dryad, "the statue, smooth and light, for the relief of meso.yaml", closed=True),
+    "venus_of_the_paper": Entry(heads.venus_of_the_paper, "the woman's bust with the paper's count", closed=True),
+    "man_of_the_paper": Entry(heads.man_of_the_paper, "the man's bust with the paper's count, one face open below"),
     "teapot": Entry(props.teapot, "blue and white pot with lid, handle and spout", closed=True),
-    "path_tile": Entry(props.path_tile, "2 m of flagged path along z"),
-    "bench": Entry(props.bench, "garden bench, faces +z"),
-    "hedge": Entry(props.hedge, "2 m of clipped hedge along x"),
-    "wall": Entry(props.wall, "2 m of low brick wall along x"),
     "table": Entry(props.table, "wooden table"),
-    "pedestal": Entry(props.pedestal, "square plinth for a bust"),
     "room": Entry(props.room, "room seen from inside, window in the wall at −z"),
 }
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import zoom
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 from skimage.measure import marching_cubes
 from tools.make_models.model import Model, vertex_normals
 from tools.make_models.sdf import Field
@@ -22,16 +23,19 @@ def polygonise(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) ->
 
     The surface is open where the solid leaves the box.
 
-    The field is evaluated finely only near the surface, so it must not change faster than distance does (Lipschitz
-    constant near 1).
+    The field is evaluated on a coarse lattice, then with half its spacing near the surface, then finely very near it,
+    so it must not change faster than distance does (Lipschitz constant near 1).
     """
     lower = np.asarray(lower, np.float32)
     blocks = np.ceil((np.asarray(upper, np.float32) - lower) / (cell * _COARSE)).astype(int)
     coarse = _evaluate(field, np.argwhere(np.ones(blocks + 1, bool)), lower, cell * _COARSE).reshape(blocks + 1)
     fine_shape = blocks * _COARSE + 1
     volume = zoom(coarse, fine_shape / (blocks + 1), order=1, mode="nearest")
-    near = np.abs(volume) < 3.0 * cell * _COARSE
-    volume[near] = _evaluate(field, np.argwhere(near), lower, cell)
+    even = volume[::2, ::2, ::2]  # a view: what is written here is in the volume
+    near = np.abs(even) < 3.0 * cell * _COARSE
+    even[near] = _evaluate(field, np.argwhere(near), lower, 2 * cell)
+    close = np.abs(zoom(even, np.array(fine_shape) / even.shape, order=1, mode="nearest")) < 4.0 * cell
+    volume[close] = _evaluate(field, np.argwhere(close), lower, cell)
     clearance = np.float32(0.03 * cell)  # a surface through a lattice point would give faces without area
     volume = np.where(np.abs(volume) < clearance, np.copysign(clearance, volume), volume)
     vertices, faces, _, _ = marching_cubes(volume, 0.0, gradient_direction="descent")
@@ -65,10 +69,27 @@ def largest_part(model: Model) -> Model:
     return tidy(replace(model, faces=model.faces[keep]))
 
 
-def ambient_occlusion(model: Model, bounding_radius: float, rays: int = 48, ground: bool = True) -> NDArray[np.float32]:
-    """(V,) float32 in 0–1: the cosine-weighted share of directions that are free within `bounding_radius` metres.
+def ambient_occlusion(
+    model: Model, bounding_radius: float, rays: int = 48, ground: bool = True, at: NDArray[np.integer] | None = None
+) -> NDArray[np.float32]:
+    """Return the cosine-weighted share of directions that are free within `bounding_radius` metres.
 
-    `ground` adds a floor at y = 0, so that feet and bases darken.
+    Parameters
+    ----------
+    model
+        What light falls on, and what blocks it.
+    bounding_radius
+        Of the surroundings that count, metres.
+    rays
+        Per vertex.
+    ground
+        Adds a floor at y = 0, so that feet and bases darken.
+    at
+        (n,) numbers of the vertices at which it is wanted; None is all.
+
+    Returns
+    -------
+    (n,) float32, 0 to 1.
     """
     triangles = model.positions[model.faces]
     if ground:
@@ -77,8 +98,9 @@ def ambient_occlusion(model: Model, bounding_radius: float, rays: int = 48, grou
         triangles = np.concatenate([triangles, corners[[[0, 1, 2], [0, 2, 3]]]])
     scene = rtcore_scene.EmbreeScene()
     TriangleMesh(scene, np.ascontiguousarray(triangles))
-    normals = vertex_normals(model)
-    origins = model.positions + normals * np.float32(1e-3 * bounding_radius)
+    wanted = slice(None) if at is None else at
+    normals = vertex_normals(model)[wanted]
+    origins = model.positions[wanted] + normals * np.float32(1e-3 * bounding_radius)
     free = np.zeros(len(origins), np.float32)
     for direction in _sphere(rays):
         towards = normals + direction  # a unit vector plus the normal: cosine-distributed about the normal
@@ -91,6 +113,28 @@ def ambient_occlusion(model: Model, bounding_radius: float, rays: int = 48, grou
         )
         free += np.asarray(hit) < 0
     return free / np.float32(rays)
+
+
+def interpolated_occlusion(
+    model: Model, bounding_radius: float, rays: int = 48, ground: bool = True, samples: int = 60_000
+) -> NDArray[np.float32]:
+    """Return `ambient_occlusion` of all vertices (V,), taken at about `samples` of them and interpolated between.
+
+    A mesh of a million triangles is finer than light within hollows changes, and rays are most of its cost.
+    """
+    count = len(model.positions)
+    if count <= samples:
+        return ambient_occlusion(model, bounding_radius, rays, ground)
+    chosen = np.random.default_rng(count).choice(count, samples, replace=False)
+    free = ambient_occlusion(model, bounding_radius, rays, ground, chosen)
+    normals = vertex_normals(model)
+    reach = 0.1 * bounding_radius  # a turn by 90° counts as this many metres
+    distance, near = cKDTree(np.hstack([model.positions[chosen], reach * normals[chosen]])).query(
+        np.hstack([model.positions, reach * normals]), k=4, workers=1
+    )
+    weight = 1 / (distance**2 + (0.02 * reach) ** 2)
+    total: NDArray[np.float64] = (weight * free[near]).sum(axis=1) / weight.sum(axis=1)
+    return total.astype(np.float32)
 
 
 def _sphere(count: int) -> NDArray[np.float32]:

@@ -71,9 +71,8 @@ def vertex_normals(model: Model) -> NDArray[np.float32]:
         return model.normals
     a, b, c = (model.positions[model.faces[:, k]].astype(np.float64) for k in range(3))
     weighted = np.cross(b - a, c - a)
-    total = np.zeros((len(model.positions), 3))
-    for k in range(3):
-        np.add.at(total, model.faces[:, k], weighted)
+    corners, shares = model.faces.T.ravel(), np.tile(weighted, (3, 1))
+    total = np.stack([np.bincount(corners, shares[:, k], len(model.positions)) for k in range(3)], axis=1)
     return (total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20)).astype(np.float32)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from tools.make_models.meshing import ambient_occlusion
+from tools.make_models.meshing import interpolated_occlusion
 from tools.make_models.model import Model, vertex_normals
 from tools.make_models.noise import fractal, ridged
 
@@ -23,7 +23,7 @@ def smoothstep(low: float, high: float, x: NDArray[np.floating]) -> NDArray[np.f
 
 def shaded(model: Model, bounding_radius: float, strength: float = 0.55, rays: int = 40) -> Model:
     """Return the model's colours, darkened where little sky is seen within `bounding_radius` metres."""
-    free = np.clip(ambient_occlusion(model, bounding_radius, rays) * 1.12, 0, 1)
+    free = np.clip(interpolated_occlusion(model, bounding_radius, rays) * 1.12, 0, 1)
     return model.painted(model.colours * (1 - strength * (1 - free[:, None])))
 
 
@@ -34,7 +34,7 @@ def stone(
     p = model.positions
     colours = mix(base, dark, 0.5 + 0.8 * fractal(p, cell, seed))
     colours = colours * (1 + 0.06 * fractal(p, cell / 12, seed + 9)[:, None])
-    free = np.clip(ambient_occlusion(model, 0.12 * float(np.ptp(p[:, 1])), 40) * 1.12, 0, 1)
+    free = np.clip(interpolated_occlusion(model, 0.12 * float(np.ptp(p[:, 1])), 40) * 1.12, 0, 1)
     colours = mix(colours, np.asarray(dirt), 0.75 * (1 - free) ** 1.3)
     return model.painted(colours)
 

@@ -1,11 +1,15 @@
 """Trees, a clipped bush and ivy: wood as tubes, foliage as thick leaves."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from tools.make_models.leaves import BOX, OAK, brushes, leaf_pattern, leaves
 from tools.make_models.model import Model, merged
-from tools.make_models.noise import fractal
+from tools.make_models.noise import fractal, ridged
 from tools.make_models.paint import mix, shaded, smoothstep
-from tools.make_models.surfaces import Polyline, assembled, bevelled_profile, blades, curve, lathe, spindles, tube
+from tools.make_models.relief import displaced, grain
+from tools.make_models.surfaces import Polyline, assembled, bevelled_profile, curve, dense, lathe, tube
 
 from depthwalk.types import Array
 
@@ -41,17 +45,29 @@ def foliage(
     up = unit(0.8 * out + 0.5 * scattered_directions(rng, count) + [0, 0.7, 0])
     shading = unit(0.75 * out + 0.5 * unit(base - heart) + 0.35 * up)
     sizes = size * rng.uniform(0.7, 1.2, count)
-    return blades(base - 0.4 * sizes[:, None] * hanging, hanging, up, sizes, slim, shading), clump
+    return leaves(base - 0.4 * sizes[:, None] * hanging, hanging, up, sizes, slim, shading, OAK), clump
 
 
 def leaf_colours(
-    rng: np.random.Generator, model: Model, young: ArrayLike, old: ArrayLike, group: NDArray[np.intp]
+    rng: np.random.Generator,
+    model: Model,
+    outline: tuple[float, ...],
+    young: ArrayLike,
+    old: ArrayLike,
+    group: NDArray[np.intp],
 ) -> Model:
-    """Colours from old to young green: each clump its own tone, each leaf a little off it, tips lighter."""
-    leaves = len(model.positions) // 4
-    tone = 0.3 * rng.normal(size=int(group.max()) + 1)[group] + 0.25 * rng.normal(size=leaves) + 0.45
-    per_corner = np.repeat(tone, 4) + np.tile([-0.1, 0.18, 0.05, 0.05], leaves)
+    """Colours from old to young green: each clump its own tone, each leaf a little off it, ribs and tips lighter."""
+    pattern = leaf_pattern(outline)
+    count = len(model.positions) // len(pattern)
+    tone = 0.3 * rng.normal(size=int(group.max()) + 1)[group] + 0.25 * rng.normal(size=count) + 0.45
+    per_corner = np.repeat(tone, len(pattern)) + np.tile(pattern, count)
     return model.painted(mix(old, young, per_corner))
+
+
+def clumps(rng: np.random.Generator, base: Array, size: float) -> NDArray[np.intp]:
+    """Return which clump (n,) of about `size` metres each leaf (n, 3) grew in: shoots of one twig share their tone."""
+    corners = np.floor((base + rng.normal(0, 0.3 * size, base.shape)) / size).astype(np.int64)
+    return np.unique(corners, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def crown_clumps(rng: np.random.Generator, heart: Array, extent: Array, count: int) -> tuple[Array, Array]:
@@ -70,16 +86,26 @@ def limbs(rng: np.random.Generator, fork: Array, ends: Array, thickness: float) 
     for end in ends:
         start = fork + np.array([0, rng.uniform(-0.5, 0.35), 0])
         middle = 0.5 * (start + end) + [0, -0.12 * np.linalg.norm(end - start), 0] + rng.normal(0, 0.07, 3)
-        path = curve([start, middle, end], 9)
-        parts.append(tube(path, np.linspace(thickness, 0.18 * thickness, 9) * rng.uniform(0.7, 1.1), 6))
+        path = curve([start, middle, end], 60)
+        parts.append(tube(path, np.linspace(thickness, 0.18 * thickness, 60) * rng.uniform(0.7, 1.1), 24))
     return merged(parts)
+
+
+def bark_relief(model: Model, depth: float, seed: int) -> Model:
+    """Return a stem whose bark is split into plates by furrows of up to `depth` metres; its foot stays level."""
+    p = model.positions
+    plates = ridged(p * np.array([1, 0.3, 1]), 0.07, seed, 2)
+    height = -depth * smoothstep(0.72, 0.92, plates) + 0.3 * depth * fractal(p, 0.03, seed + 5, 3)
+    moved = displaced(model, height.astype(np.float32))
+    above = np.maximum(moved.positions, [-np.inf, float(p[:, 1].min()), -np.inf])
+    return replace(moved, positions=above.astype(np.float32))
 
 
 def trunk(points: Polyline, base: float, top: float, seed: int) -> Model:
     """Make a trunk through the points, flared and ribbed at the foot."""
-    path = curve(points, 26)
-    t = np.linspace(0, 1, 26)
-    stem = tube(path, base + (top - base) * t**0.7 + 0.75 * base * np.exp(-t * 14), 28)
+    path = curve(points, 320)
+    t = np.linspace(0, 1, 320)
+    stem = tube(path, base + (top - base) * t**0.7 + 0.75 * base * np.exp(-t * 14), 200)
     p = stem.positions.astype(np.float64)
     axis = np.stack([np.interp(p[:, 1], path[:, 1], path[:, k]) for k in (0, 2)], axis=1)
     out = p[:, [0, 2]] - axis
@@ -88,7 +114,7 @@ def trunk(points: Polyline, base: float, top: float, seed: int) -> Model:
     grain = 0.1 * fractal(p * [1, 0.25, 1], 0.12, seed, 3)
     p[:, [0, 2]] = axis + out * (1 + roots + grain)[:, None]
     p[:, 1] = np.maximum(p[:, 1], 0)  # the foot is level
-    return Model(p.astype(np.float32), stem.faces, stem.colours)
+    return bark_relief(Model(p.astype(np.float32), stem.faces, stem.colours), 0.012, seed + 20)
 
 
 def oak() -> Model:
@@ -101,26 +127,25 @@ def oak() -> Model:
     wood = bark(
         merged([stem, limbs(rng, np.array([0.04, 2.0, 0.0]), centres, 0.07)]), (0.46, 0.38, 0.29), (0.2, 0.16, 0.12), 3
     )
-    leaves, clump = foliage(rng, centres, radii, 7500, 0.19, 0.62, heart)
-    green = leaf_colours(rng, leaves, (0.58, 0.68, 0.25), (0.21, 0.37, 0.12), clump)
+    crown, clump = foliage(rng, centres, radii, 19_000, 0.135, 0.62, heart)
+    green = leaf_colours(rng, crown, OAK, (0.58, 0.68, 0.25), (0.21, 0.37, 0.12), clump)
     return shaded(assembled(wood, green), 1.2, 0.52)
 
 
 def fir() -> Model:
     """Make a conifer of drooping boughs, about 5.5 m."""
     rng = np.random.default_rng(23)
-    stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 24), np.linspace(0.13, 0.012, 24), 12)
-    wood = bark(stem, (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
+    stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 500), np.linspace(0.13, 0.012, 500), 96)
+    wood = bark(bark_relief(stem, 0.008, 41), (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
     level = np.sort(rng.uniform(0, 1, 158)) ** 0.85
     root = np.stack([np.zeros(158), 0.75 + 4.5 * level, np.zeros(158)], axis=1)
     angle = np.arange(158) * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.2, 158)
     bounding_radius = (1.5 * (1 - level) ** 0.85 + 0.12) * rng.uniform(0.82, 1.12, 158)
     out = np.stack([np.cos(angle), np.zeros(158), np.sin(angle)], axis=1)
     base, tip, width, tone = boughs(rng, root, out, bounding_radius, 36)
-    needles = spindles(base, tip, width)
-    needles = needles.painted(
-        mix((0.10, 0.23, 0.15), (0.40, 0.55, 0.36), np.repeat(tone, 5) + np.tile([-0.15, 0.3, 0, 0, 0], len(tone)))
-    )
+    needles, outward = brushes(base, tip, 1.25 * width, 7, 13)
+    shade = np.repeat(tone, len(outward)) + np.tile(0.5 * outward - 0.3, len(tone))
+    needles = needles.painted(mix((0.10, 0.23, 0.15), (0.40, 0.55, 0.36), shade))
     return shaded(assembled(wood, needles), 1.0, 0.5)
 
 
@@ -144,16 +169,17 @@ def boughs(
 def topiary() -> Model:
     """Two clipped balls on a stem in a terracotta pot, about 1.6 m."""
     rng = np.random.default_rng(31)
-    centres, radii = np.array([[0, 0.86, 0], [0, 1.38, 0]]), np.array([0.31, 0.21])
+    centres, radii = np.array([[0, 0.86, 0], [0, 1.38, 0]]), np.array([0.325, 0.225])
     cores = [
-        lathe(_ball(r * 0.9, 10), 20).moved(c).painted((0.07, 0.12, 0.05)) for c, r in zip(centres, radii, strict=True)
+        lathe(_ball(r * 0.86, 40), 80).moved(c).painted((0.07, 0.12, 0.05)) for c, r in zip(centres, radii, strict=True)
     ]
-    ball = rng.choice(2, 2900, p=radii**2 / (radii**2).sum())
-    out = scattered_directions(rng, 2900)
-    base = centres[ball] + out * (radii[ball] * rng.uniform(0.86, 0.97, 2900))[:, None]
-    heading = unit(out * 0.55 + scattered_directions(rng, 2900))
-    leaves = blades(base, heading, out, 0.055 * rng.uniform(0.75, 1.2, 2900), 0.6, unit(out + 0.3 * heading))
-    green = leaf_colours(rng, leaves, (0.48, 0.60, 0.22), (0.13, 0.28, 0.09), ball)
+    count = 28_500
+    ball = rng.choice(2, count, p=radii**2 / (radii**2).sum())
+    out = scattered_directions(rng, count)
+    base = centres[ball] + out * (radii[ball] * rng.uniform(0.86, 0.97, count))[:, None]
+    heading = unit(out * 0.55 + scattered_directions(rng, count))
+    box = leaves(base, heading, out, 0.034 * rng.uniform(0.75, 1.2, count), 0.6, unit(out + 0.3 * heading), BOX)
+    green = leaf_colours(rng, box, BOX, (0.48, 0.60, 0.22), (0.13, 0.28, 0.09), clumps(rng, base, 0.1))
     stem = bark(tube([[0, 0.3, 0], [0.01, 0.8, 0], [0, 1.4, 0]], 0.022, 10), (0.4, 0.33, 0.26), (0.2, 0.16, 0.12), 8)
     return shaded(assembled(pot(), stem, *cores, green), 0.25, 0.6)
 
@@ -178,7 +204,8 @@ def pot() -> Model:
         [0.225, 0.315],
         [0, 0.32],
     ]
-    clay = lathe(bevelled_profile(outline, 0.008), 48)
+    raw = lathe(dense(bevelled_profile(outline, 0.008), 0.005), 240)
+    clay = displaced(raw, grain(raw.positions, 0.012, 0.0006, 44))
     p = clay.positions
     warm = mix((0.70, 0.40, 0.27), (0.56, 0.31, 0.22), 0.5 + 0.8 * fractal(p, 0.12, 40))
     inside = smoothstep(0.225, 0.215, np.hypot(p[:, 0], p[:, 2])) * (p[:, 1] > 0.3)

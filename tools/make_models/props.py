@@ -1,15 +1,26 @@
-"""Light polygon props: paving, bench, hedge, wall, teapot, room, table, pedestal."""
+"""Props: paving, bench, hedge, wall and pedestal, heavy; teapot, table and room, which stay polygons."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from tools.make_models.leaves import BOX, leaves
 from tools.make_models.model import Model, merged
-from tools.make_models.noise import fractal
+from tools.make_models.noise import fractal, noise, ridged
 from tools.make_models.paint import mix, shaded, smoothstep
-from tools.make_models.plants import leaf_colours, unit
-from tools.make_models.surfaces import Polyline, assembled, blades, block, curve, lathe, panel, rounded_profile, tube
+from tools.make_models.plants import clumps, leaf_colours, unit
+from tools.make_models.relief import displaced, grain, weathered
+from tools.make_models.surfaces import (
+    Polyline,
+    assembled,
+    block,
+    curve,
+    lathe,
+    panel,
+    rounded_block,
+    rounded_profile,
+    tube,
+)
 
 from depthwalk.types import Array
 
@@ -31,103 +42,93 @@ def toned(rng: np.random.Generator, colour: ArrayLike, spread: float) -> Array:
 def path_tile() -> Model:
     """2 m of garden path along z, 1.2 m wide: flagstones of unequal width on a bed of gravel, 6 cm high."""
     rng = np.random.default_rng(51)
-    parts = [block([-0.6, 0, -1], [0.6, 0.03, 1], (0.42, 0.38, 0.32))]
+    bed = rounded_block([-0.6, 0, -1], [0.6, 0.03, 1], 0.004, 0.004)
+    gravel = 0.005 * ridged(bed.positions, 0.022, 54, 2)
+    pebbles = mix((0.34, 0.31, 0.27), (0.56, 0.52, 0.45), 0.5 + noise(bed.positions, 0.02, 55))
+    parts = [displaced(bed, gravel.astype(np.float32)).painted(pebbles)]
     for row in range(5):
         z, split = -1 + 0.4 * row, rng.uniform(-0.22, 0.22)
         for low, high in ((-0.6, split), (split, 0.6)):
             top = 0.055 + rng.uniform(-0.004, 0.005)
-            flag = flagstone([low + 0.012, 0.01, z + 0.012], [high - 0.012, top, z + 0.388])
-            parts.append(flag.painted(toned(rng, (0.62, 0.58, 0.52), 0.07)))
+            flag = rounded_block([low + 0.012, 0.01, z + 0.012], [high - 0.012, top, z + 0.388], 0.009, 0.0034)
+            worn = weathered(flag, 0.022, 56, chisel=0.05)
+            parts.append(worn.painted(toned(rng, (0.62, 0.58, 0.52), 0.07)))
     tile = assembled(*parts)
     return shaded(tile.painted(tile.colours * (1 + 0.12 * fractal(tile.positions, 0.12, 52)[:, None])), 0.08, 0.4)
 
 
-def flagstone(lower: ArrayLike, upper: ArrayLike) -> Model:
-    """Make a slab with chamfered upper edges, its top divided so that it can carry colour."""
-    low, high = np.asarray(lower, np.float64), np.asarray(upper, np.float64)
-    edge = 0.012
-    top_low, top_high = low + edge, high - edge
-    dx, dz = top_high[0] - top_low[0], top_high[2] - top_low[2]
-    top = panel([top_low[0], high[1], top_low[2]], [0, 0, dz], [dx, 0, 0], (6, 8))
-    ring_low = np.array([[low[0], low[2]], [low[0], high[2]], [high[0], high[2]], [high[0], low[2]]])
-    ring_top = np.array(
-        [[top_low[0], top_low[2]], [top_low[0], top_high[2]], [top_high[0], top_high[2]], [top_high[0], top_low[2]]]
-    )
-    rings = ((ring_low, low[1]), (ring_low, high[1] - edge), (ring_top, high[1]))
-    skirts = [quad_strip(a, b) for a, b in pairwise(rings)]
-    return merged([top, *skirts])
-
-
-def quad_strip(lower: tuple[Array, float], upper: tuple[Array, float]) -> Model:
-    """Four flat quadrilaterals between two rectangles (4, 2) of (x, z) at two heights, facing outward."""
-    (a, ya), (b, yb) = lower, upper
-    below = np.column_stack([a[:, 0], np.full(4, ya), a[:, 1]])
-    above = np.column_stack([b[:, 0], np.full(4, yb), b[:, 1]])
-    corners = np.stack([below, np.roll(below, -1, 0), np.roll(above, -1, 0), above], axis=1)
-    normal = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]))
-    faces = (4 * np.arange(4)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3).astype(np.int32)
-    positions = corners.reshape(-1, 3).astype(np.float32)
-    return Model(positions, faces, np.ones_like(positions), np.repeat(normal, 4, axis=0).astype(np.float32))
-
-
 def bench() -> Model:
     """Make a garden bench of five slats and a back on two iron frames, 1.6 m wide; it faces +z."""
-    seat = [block([-0.8, 0.43, -0.21 + 0.095 * k], [0.8, 0.46, -0.13 + 0.095 * k]) for k in range(5)]
-    back = [
-        block([-0.8, 0.56 + 0.13 * k, -0.285 - 0.02 * k], [0.8, 0.65 + 0.13 * k, -0.26 - 0.02 * k]) for k in range(3)
-    ]
-    wood = [wooden(plank, 0, 60 + k) for k, plank in enumerate(seat + back)]
+    seat = [([-0.8, 0.43, -0.21 + 0.095 * k], [0.8, 0.46, -0.13 + 0.095 * k]) for k in range(5)]
+    back = [([-0.8, 0.56 + 0.13 * k, -0.285 - 0.02 * k], [0.8, 0.65 + 0.13 * k, -0.26 - 0.02 * k]) for k in range(3)]
+    wood = [wooden(_plank(*plank, 160 + k), 0, 60 + k) for k, plank in enumerate(seat + back)]
     iron = merged([frame.moved([x, 0, 0]) for x in (-0.68, 0.68) for frame in _bench_frame()]).painted(
         (0.13, 0.16, 0.15)
     )
     return shaded(assembled(*wood, iron), 0.3, 0.45)
 
 
+def _plank(lower: ArrayLike, upper: ArrayLike, seed: int) -> Model:
+    """Make a board along x whose grain rain has raised."""
+    board = rounded_block(lower, upper, 0.004, 0.0024)
+    drawn = board.positions * np.array([0.05, 1, 1])
+    split = -0.0022 * smoothstep(0.9, 0.99, ridged(drawn, 0.05, seed, 1))
+    return displaced(board, (0.0009 * fractal(drawn, 0.012, seed, 2) + split).astype(np.float32))
+
+
 def _bench_frame() -> list[Model]:
-    leg = curve([[0, 0, 0.24], [0, 0.2, 0.19], [0, 0.42, 0.2]], 10)
-    rear = curve([[0, 0, -0.33], [0, 0.25, -0.22], [0, 0.45, -0.22], [0, 0.98, -0.34]], 16)
-    seat = curve([[0, 0.41, -0.22], [0, 0.4, 0], [0, 0.415, 0.23]], 8)
+    leg = curve([[0, 0, 0.24], [0, 0.2, 0.19], [0, 0.42, 0.2]], 60)
+    rear = curve([[0, 0, -0.33], [0, 0.25, -0.22], [0, 0.45, -0.22], [0, 0.98, -0.34]], 100)
+    seat = curve([[0, 0.41, -0.22], [0, 0.4, 0], [0, 0.415, 0.23]], 60)
     arm = curve(
-        [[0, 0.66, -0.27], [0, 0.7, -0.05], [0, 0.68, 0.2], [0, 0.62, 0.25], [0, 0.5, 0.21], [0, 0.42, 0.2]], 20
+        [[0, 0.66, -0.27], [0, 0.7, -0.05], [0, 0.68, 0.2], [0, 0.62, 0.25], [0, 0.5, 0.21], [0, 0.42, 0.2]], 120
     )
-    return [tube(path, 0.018, 8) for path in (leg, rear, seat, arm)]
+    return [tube(path, 0.018, 32) for path in (leg, rear, seat, arm)]
 
 
 def hedge() -> Model:
     """2 m of clipped hedge along x, 0.45 m deep and 0.7 m high."""
     rng = np.random.default_rng(71)
-    half = np.array([1.0, 0.35, 0.225])
-    core = block(-half * 0.95, half * 0.95, (0.08, 0.13, 0.05))
-    count = 1200
+    half = np.array([1.06, 0.37, 0.29])
+    core = rounded_block(-half * 0.93, half * 0.93, 0.05, 0.01).painted((0.17, 0.26, 0.10))
+    count = 30_000
     areas = np.array([half[1] * half[2], half[0] * half[2], half[0] * half[1]])
     axis = rng.choice(3, count, p=areas / areas.sum())
     base = rng.uniform(-1, 1, (count, 3)) * half
     sign = np.where((axis == 1) | (rng.random(count) < 0.5), 1.0, -1.0)
     base[np.arange(count), axis] = sign * half[axis] * rng.uniform(0.9, 1, count)
-    base[:, 1] = np.maximum(base[:, 1], 0.13 - half[1])  # the tips stay above the ground
+    base[:, 1] = np.maximum(base[:, 1], 0.05 - half[1])  # the tips stay above the ground
     out = np.zeros((count, 3))
     out[np.arange(count), axis] = sign
     heading = unit(0.5 * out + unit(rng.normal(size=(count, 3))))
-    leaves = blades(base, heading, out, 0.1 * rng.uniform(0.7, 1.2, count), 0.62, unit(out + 0.35 * heading))
-    green = leaf_colours(rng, leaves, (0.46, 0.58, 0.22), (0.15, 0.29, 0.10), (base[:, 0] * 4 + 4).astype(int))
+    box = leaves(base, heading, out, 0.045 * rng.uniform(0.7, 1.2, count), 0.62, unit(out + 0.35 * heading), BOX)
+    green = leaf_colours(rng, box, BOX, (0.46, 0.58, 0.22), (0.15, 0.29, 0.10), clumps(rng, base, 0.16))
     return shaded(assembled(core, green), 0.3, 0.5)
 
 
 def wall() -> Model:
     """2 m of low brick wall along x with a stone coping, 0.8 m high."""
     rng = np.random.default_rng(81)
-    parts = [block([-0.99, 0, -0.105], [0.99, 0.72, 0.105], (0.62, 0.59, 0.53))]
+    mortar = rounded_block([-0.99, 0, -0.105], [0.99, 0.72, 0.105], 0.004, 0.006)
+    parts = [displaced(mortar, grain(mortar.positions, 0.01, 0.0015, 82)).painted((0.62, 0.59, 0.53))]
     for row in range(9):
         for k in range(-1 * (row % 2), 8):
             low = max(-1.0, -1 + 0.25 * (k + 0.5 * (row % 2)))
             high = min(1.0, -1 + 0.25 * (k + 1 + 0.5 * (row % 2)))
-            brick = block([low + 0.006, 0.08 * row + 0.006, -0.115], [high - 0.006, 0.08 * row + 0.074, 0.115])
+            corners = [low + 0.006, 0.08 * row + 0.006, -0.115], [high - 0.006, 0.08 * row + 0.074, 0.115]
+            brick = weathered(rounded_block(*corners, 0.005, 0.0052), 0.018, 83, 0.09)
             parts.append(brick.painted(toned(rng, (0.62, 0.34, 0.25), 0.12)))
     coping = [
-        block([-1 + 0.5 * k, 0.72, -0.15], [-0.505 + 0.5 * k, 0.8, 0.15], toned(rng, (0.70, 0.66, 0.58), 0.05))
+        weathered(
+            rounded_block([-1 + 0.5 * k, 0.72, -0.15], [-0.505 + 0.5 * k, 0.8, 0.15], 0.008, 0.0045),
+            0.02,
+            84,
+            chisel=0.06,
+        ).painted(toned(rng, (0.70, 0.66, 0.58), 0.05))
         for k in range(4)
     ]
-    return shaded(assembled(*parts, *coping), 0.2, 0.35)
+    bricks = assembled(*parts, *coping)
+    return shaded(bricks.painted(bricks.colours * (1 + 0.1 * fractal(bricks.positions, 0.05, 85)[:, None])), 0.2, 0.35)
 
 
 def teapot() -> Model:
@@ -186,9 +187,9 @@ def table() -> Model:
 def pedestal() -> Model:
     """Make a square plinth for busts, 0.5 m wide and 1.05 m high, of pale marble."""
     steps = [(0.25, 0, 0.12), (0.225, 0.12, 0.16), (0.19, 0.16, 0.92), (0.215, 0.92, 0.96), (0.245, 0.96, 1.05)]
-    parts = [block([-h, low, -h], [h, high, h]) for h, low, high in steps]
-    fields = [block([-0.13, 0.26, 0.185], [0.13, 0.82, 0.2]).turned(1, 90 * k) for k in range(4)]
-    plinth = merged(parts + fields)
+    parts = [rounded_block([-h, low, -h], [h, high, h], 0.005, 0.0031) for h, low, high in steps]
+    fields = [rounded_block([-0.13, 0.26, 0.185], [0.13, 0.82, 0.2], 0.005, 0.003).turned(1, 90 * k) for k in range(4)]
+    plinth = weathered(merged(parts + fields), 0.014, 96, chisel=0.05).grounded()
     return shaded(
         plinth.painted(mix((0.80, 0.78, 0.74), (0.66, 0.64, 0.61), 0.5 + fractal(plinth.positions, 0.4, 95))), 0.25, 0.4
     )

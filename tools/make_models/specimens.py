@@ -1,6 +1,6 @@
 """Models that are hard to hold in depth images, each in its own way, for `depthwalk compare` and the tests.
 
-All are about 1 m high, stand on y = 0, and are mottled, so that a sample in the wrong place shows. They do not ship:
+All stand on y = 0; most are about 1 m high and mottled, so that a sample in the wrong place shows. They do not ship:
 `python -m tools.make_models FOLDER NAME...` makes them.
 """
 

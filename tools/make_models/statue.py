@@ -7,6 +7,7 @@ from tools.make_models.meshing import polygonise
 from tools.make_models.model import Model
 from tools.make_models.noise import fractal, noise
 from tools.make_models.paint import mossy, stone
+from tools.make_models.relief import weathered
 from tools.make_models.sdf import (
     Blob,
     Distance,
@@ -26,7 +27,8 @@ from tools.make_models.sdf import (
 
 CHIN = 144.5  # the head frame's origin
 PLINTH = 9.0  # its height; it lies below y = 0
-FACES = 32_000
+CELL = 0.26  # centimetres: about a million triangles
+DRYAD_TRIANGLES = 20_000
 
 TORSO: list[Stroke] = [
     Blob((0, 122, -0.5), (14.2, 19, 10), 3.0),
@@ -113,8 +115,21 @@ def figure(p: Points) -> Distance:
 
 
 def statue() -> Model:
-    """Make the figure in weathered limestone, 1.8 m with its plinth, closed."""
-    raw = polygonise(figure, (-29, -PLINTH - 1, -27), (29, 170, 38), 0.3)
-    model = with_exact_count(raw, FACES).scaled(0.01).grounded()
-    weathered = stone(model, (0.80, 0.77, 0.69), (0.66, 0.62, 0.54), 0.4, 131)
-    return mossy(weathered, 0.05, 0.25, 132)
+    """Make the figure in chiselled, weathered limestone, 1.8 m with its plinth, closed."""
+    model = weathered(_hewn(CELL), 0.011, 133, chisel=0.07).grounded()
+    return _coloured(model)
+
+
+def dryad() -> Model:
+    """Make the figure smooth and with few triangles, for depth images over which a relief is laid."""
+    return _coloured(with_exact_count(_hewn(2 * CELL), DRYAD_TRIANGLES).grounded())
+
+
+def _hewn(cell: float) -> Model:
+    """Return the figure as marching cubes of `cell` centimetres leave it, metres."""
+    return polygonise(figure, (-29, -PLINTH - 1, -27), (29, 170, 38), cell).scaled(0.01)
+
+
+def _coloured(model: Model) -> Model:
+    limestone = stone(model, (0.80, 0.77, 0.69), (0.66, 0.62, 0.54), 0.4, 131)
+    return mossy(limestone, 0.05, 0.25, 132)

@@ -1,21 +1,23 @@
 """Rocks, urn, column, fountain and sundial: carved, turned and weathered stone."""
 
 import numpy as np
-from tools.make_models.decimate import with_exact_count
+from tools.make_models.leaves import IVY, leaves
 from tools.make_models.meshing import polygonise
 from tools.make_models.model import Model, merged
 from tools.make_models.noise import fractal, ridged
 from tools.make_models.paint import mix, mossy, shaded, smoothstep, stone
 from tools.make_models.plants import leaf_colours, unit
+from tools.make_models.relief import weathered
 from tools.make_models.sdf import Distance, Points, ellipsoid, intersection, union
 from tools.make_models.surfaces import (
     Polyline,
     assembled,
     bevelled_profile,
-    blades,
     block,
     curve,
+    dense,
     lathe,
+    rounded_block,
     rounded_profile,
     tube,
 )
@@ -26,8 +28,8 @@ LIMESTONE = ((0.80, 0.76, 0.67), (0.66, 0.61, 0.52))
 GRANITE = ((0.60, 0.58, 0.55), (0.38, 0.37, 0.36))
 
 
-def rock(size: tuple[float, float, float], planes: int, seed: int, faces: int) -> Model:
-    """Make a boulder: an ellipsoid split by planes, then weathered. size: half extents, metres."""
+def rock(size: tuple[float, float, float], planes: int, seed: int, cell: float) -> Model:
+    """Make a boulder: an ellipsoid split by planes, then weathered. size: half extents; cell: of its mesh; metres."""
     rng = np.random.default_rng(seed)
     normals = unit(rng.normal(size=(planes, 3))).astype(np.float32)
     normals[:, 1] = np.abs(normals[:, 1])
@@ -48,8 +50,8 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, faces: int) -
         d = d + 0.05 * min(size) * smoothstep(0.9, 0.98, ridged(p, 0.8 * min(size), seed + 7, 2))
         return intersection(d, -0.35 * size[1] - p[:, 1], 0.02)
 
-    extent = np.multiply(size, 1.45)
-    mesh = with_exact_count(polygonise(field, -extent, extent, float(extent.max()) / 75), faces).grounded()
+    raw = polygonise(field, np.multiply(size, (-1.25, -0.45, -1.25)), np.multiply(size, 1.25), cell)
+    mesh = weathered(raw, 0.02, seed + 80, 0.12).grounded()
     base = stone(mesh, *GRANITE, 0.35, seed)
     lichen = smoothstep(0.35, 0.6, fractal(base.positions, 0.16, seed + 11, 3))
     base = base.painted(mix(base.colours, (0.66, 0.66, 0.54), 0.7 * lichen))
@@ -59,12 +61,12 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, faces: int) -
 
 def boulder() -> Model:
     """Make a round boulder, about 1.5 m wide."""
-    return rock((0.75, 0.6, 0.62), 9, 3, 16000)
+    return rock((0.75, 0.6, 0.62), 9, 3, 0.0029)
 
 
 def slab_rock() -> Model:
     """Make a flat boulder, about 1.6 m wide."""
-    return rock((0.8, 0.34, 0.5), 12, 8, 10000)
+    return rock((0.8, 0.34, 0.5), 12, 8, 0.0025)
 
 
 def urn() -> Model:
@@ -74,15 +76,15 @@ def urn() -> Model:
         [0.13, 0.28], [0.24, 0.38], [0.285, 0.50], [0.275, 0.60], [0.20, 0.70], [0.17, 0.76], [0.185, 0.82],
         [0.25, 0.885], [0.268, 0.91], [0.26, 0.935], [0.235, 0.93], [0.17, 0.86], [0.14, 0.78], [0.16, 0.7], [0, 0.62],
     ]  # fmt: skip
-    fine = rounded_profile(outline, 1000)
-    relief = (np.arange(1000) < 600) & (fine[:, 1] > 0.4) & (fine[:, 1] < 0.68)
-    rings = np.interp(np.linspace(0, 1, 90), np.cumsum(1 + 4 * relief) / np.sum(1 + 4 * relief), np.arange(1000))
-    body = lathe(fine[np.round(rings).astype(int)], 120, _urn_relief)
+    fine = rounded_profile(outline, 4000)
+    relief = (np.arange(4000) < 2400) & (fine[:, 1] > 0.4) & (fine[:, 1] < 0.68)
+    rings = np.interp(np.linspace(0, 1, 700), np.cumsum(1 + relief) / np.sum(1 + relief), np.arange(4000))
+    body = lathe(fine[np.unique(np.round(rings).astype(int))], 720, _urn_relief)
     handle = curve(
-        [[0.26, 0.58, 0], [0.36, 0.64, 0], [0.38, 0.75, 0], [0.32, 0.83, 0], [0.25, 0.78, 0], [0.19, 0.75, 0]], 40
+        [[0.26, 0.58, 0], [0.36, 0.64, 0], [0.38, 0.75, 0], [0.32, 0.83, 0], [0.25, 0.78, 0], [0.19, 0.75, 0]], 240
     )
-    handles = [tube(handle, 0.018 + 0.007 * np.cos(np.linspace(0, 2 * np.pi, 40)), 12).turned(1, a) for a in (0, 180)]
-    urn = assembled(body, *handles)
+    handles = [tube(handle, 0.018 + 0.007 * np.cos(np.linspace(0, 2 * np.pi, 240)), 64).turned(1, a) for a in (0, 180)]
+    urn = weathered(merged([body, *handles]), 0.011, 16, chisel=0.05).grounded()
     return mossy(stone(urn, (0.82, 0.77, 0.68), (0.70, 0.63, 0.53), 0.2, 14), 0.12, 0.2, 15)
 
 
@@ -98,23 +100,24 @@ def _urn_relief(theta: Array, y: Array) -> Array:
 
 def column() -> Model:
     """Make a fluted column with leafy capital and ivy that winds up, 3.2 m."""
-    base = lathe(
-        bevelled_profile(
-            [[0, 0.14], [0.29, 0.14], [0.29, 0.2], [0.25, 0.225], [0.27, 0.26], [0.255, 0.3], [0.22, 0.31], [0, 0.31]],
-            0.012,
-        ),
-        64,
-    )
-    y = np.concatenate(
-        [[0.3, 0.32], np.linspace(0.35, 0.43, 5), np.linspace(0.55, 2.45, 12), np.linspace(2.5, 2.62, 5)]
-    )
+    torus = [[0, 0.14], [0.29, 0.14], [0.29, 0.2], [0.25, 0.225], [0.27, 0.26], [0.255, 0.3], [0.22, 0.31], [0, 0.31]]
+    base = lathe(dense(bevelled_profile(torus, 0.012), 0.005), 360)
+    y = np.linspace(0.3, 2.62, 560)
     swell = 0.205 - 0.035 * ((y - 0.3) / 2.32) ** 1.6
-    shaft = lathe(np.concatenate([[[0, 0.3]], np.stack([swell, y], axis=1), [[0, 2.62]]]), 160, _flutes)
+    shaft = lathe(np.concatenate([[[0, 0.3]], np.stack([swell, y], axis=1), [[0, 2.62]]]), 720, _flutes)
     bell = lathe(
-        [[0, 2.6], [0.175, 2.6], [0.19, 2.63], [0.175, 2.66], [0.165, 2.7], [0.185, 2.9], [0.27, 3.06], [0, 3.06]], 48
+        dense(
+            [[0, 2.6], [0.175, 2.6], [0.19, 2.63], [0.175, 2.66], [0.165, 2.7], [0.185, 2.9], [0.27, 3.06], [0, 3.06]],
+            0.006,
+        ),
+        240,
     )
-    plates = [block([-0.31, 0, -0.31], [0.31, 0.14, 0.31]), block([-0.29, 3.06, -0.29], [0.29, 3.17, 0.29])]
-    marble = stone(merged([base, shaft, bell, *plates, *_acanthus()]), *LIMESTONE, 0.5, 21)
+    plates = [
+        rounded_block([-0.31, 0, -0.31], [0.31, 0.14, 0.31], 0.008, 0.006),
+        rounded_block([-0.29, 3.06, -0.29], [0.29, 3.17, 0.29], 0.006, 0.006),
+    ]
+    carved = weathered(merged([base, shaft, bell, *plates, *_acanthus()]), 0.024, 22, 0.05)
+    marble = stone(carved, *LIMESTONE, 0.5, 21)
     return shaded(assembled(marble, *_ivy()), 0.2, 0.35)
 
 
@@ -128,17 +131,17 @@ def _acanthus() -> list[Model]:
     """Two rows of eight curling leaves and four corner scrolls, each a closed shell."""
     lower = [_curled_leaf(0.19, 2.66, 0.17, 0.15).turned(1, 45 * k) for k in range(8)]
     upper = [_curled_leaf(0.185, 2.7, 0.29, 0.14).turned(1, 45 * k + 22.5) for k in range(8)]
-    t = np.linspace(0, 1, 30)
+    t = np.linspace(0, 1, 90)
     turns, radius = 2 * np.pi * (0.25 + 1.6 * t), 0.07 * (1 - 0.8 * t)
     scroll = np.stack([0.315 - radius * np.sin(turns - 1.9), 2.975 + radius * np.cos(turns - 1.9), 0 * t], axis=1)
-    stalk = np.concatenate([curve([[0.2, 2.75, 0], [0.225, 2.9, 0], scroll[0]], 10)[:-1], scroll])
-    scrolls = [tube(stalk, np.linspace(0.028, 0.016, len(stalk)), 8).turned(1, 45 + 90 * k) for k in range(4)]
+    stalk = np.concatenate([curve([[0.2, 2.75, 0], [0.225, 2.9, 0], scroll[0]], 30)[:-1], scroll])
+    scrolls = [tube(stalk, np.linspace(0.028, 0.016, len(stalk)), 20).turned(1, 45 + 90 * k) for k in range(4)]
     return lower + upper + scrolls
 
 
 def _curled_leaf(radius: float, y: float, height: float, width: float) -> Model:
     """Make a toothed leaf that stands against a bell and rolls over at the top; on the +X side."""
-    rows, columns = 14, 9
+    rows, columns = 42, 33
     v, u = np.meshgrid(np.linspace(0, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     lobes = 0.82 + 0.18 * np.abs(np.sin(4.5 * np.pi * v))
     half = 0.5 * width * np.sqrt(np.clip(1.02 - v**3, 0, 1)) * lobes
@@ -174,8 +177,8 @@ def _ivy() -> list[Model]:
     y = 0.02 + 2.35 * t + 0.05 * np.sin(29 * t)
     radius = 0.235 - 0.045 * t + 0.13 * np.exp(-t * 30)
     path = np.stack([radius * np.cos(angle), y, radius * np.sin(angle)], axis=1)
-    stem = tube(path, np.linspace(0.014, 0.005, 160), 6).painted((0.33, 0.26, 0.17))
-    count = 1150
+    stem = tube(path, np.linspace(0.014, 0.005, 160), 10).painted((0.33, 0.26, 0.17))
+    count = 1500
     at = np.sort(rng.beta(1.0, 1.35, count))
     here = np.stack([np.interp(at, t, path[:, k]) for k in range(3)], axis=1)
     turn = rng.normal(0, 0.34 * (1.1 - at), count)
@@ -188,15 +191,16 @@ def _ivy() -> list[Model]:
     base = base + out * rng.uniform(-0.005, 0.03, count)[:, None]
     base[:, 1] = np.maximum(base[:, 1], 0.12)  # the tips stay above the ground
     hanging = unit(0.35 * out + [0, -0.8, 0] + 0.7 * unit(rng.normal(size=(count, 3))))
-    leaves = blades(
+    ivy = leaves(
         base,
         hanging,
         unit(out + 0.3 * rng.normal(size=(count, 3))),
         0.085 * rng.uniform(0.6, 1.2, count),
         0.95,
         unit(out + np.array([0, 0.4, 0])),
+        IVY,
     )
-    return [stem, leaf_colours(rng, leaves, (0.45, 0.58, 0.24), (0.14, 0.29, 0.12), (at * 20).astype(int))]
+    return [stem, leaf_colours(rng, ivy, IVY, (0.45, 0.58, 0.24), (0.14, 0.29, 0.12), (at * 20).astype(int))]
 
 
 def fountain() -> Model:
@@ -209,9 +213,10 @@ def fountain() -> Model:
         [0, 0.1], [0.3, 0.1], [0.3, 0.3], [0.2, 0.36], [0.13, 0.5], [0.19, 0.68], [0.12, 0.84], [0.16, 0.9], [0.1, 1.0],
         [0.08, 1.15], [0.12, 1.28], [0.07, 1.36], [0.05, 1.5], [0.075, 1.58], [0.055, 1.66], [0.02, 1.74], [0, 1.75],
     ]  # fmt: skip
-    basin = lathe(bevelled_profile(wall, 0.015), 96, _panels)
-    parts = [basin, lathe(rounded_profile(stem, 64), 48), _bowl(0.62, 0.9), _bowl(0.36, 1.34)]
-    carved = mossy(stone(merged(parts), *LIMESTONE, 0.6, 33), 0.1, 0.3, 34)
+    basin = lathe(dense(bevelled_profile(wall, 0.015), 0.006), 720, _panels)
+    parts = [basin, lathe(rounded_profile(stem, 300), 240, _reeds), _bowl(0.62, 0.9), _bowl(0.36, 1.34)]
+    rough = weathered(merged(parts), 0.024, 35, chisel=0.04)
+    carved = mossy(stone(rough, *LIMESTONE, 0.6, 33), 0.1, 0.3, 34)
     waters = [_water(1.02, 0.37), _water(0.54, 1.0), _water(0.306, 1.412)]
     return shaded(assembled(carved, *waters), 0.4, 0.3)
 
@@ -220,6 +225,14 @@ def _panels(theta: Array, y: Array) -> Array:
     """Sixteen flat pilasters around the basin's wall."""
     wall = smoothstep(0.12, 0.14, y) * smoothstep(0.37, 0.35, y)
     return 1 + 0.012 * wall * np.sign(np.cos(16 * theta))
+
+
+def _reeds(theta: Array, y: Array) -> Array:
+    """Round reeds along the swelling parts of the fountain's stem."""
+    swelling = smoothstep(0.5, 0.58, y) * smoothstep(0.82, 0.74, y) + smoothstep(1.16, 1.22, y) * smoothstep(
+        1.34, 1.3, y
+    )
+    return 1 + 0.05 * swelling * np.abs(np.cos(8 * theta))
 
 
 def _bowl(radius: float, y: float) -> Model:
@@ -237,7 +250,7 @@ def _bowl(radius: float, y: float) -> Model:
             [0, 0.06],
         ]
     )
-    profile = rounded_profile(outline * [radius, 0.55 * radius + 0.2], 30) + np.array([0, y])
+    profile = rounded_profile(outline * [radius, 0.55 * radius + 0.2], 180) + np.array([0, y])
 
     def lobes(theta: Array, height: Array) -> Array:
         share = (height - y) / (0.55 * radius + 0.2)
@@ -245,21 +258,21 @@ def _bowl(radius: float, y: float) -> Model:
             np.abs(np.sin(12 * theta)) - 0.5
         )
 
-    return lathe(profile, 96, lobes)
+    return lathe(profile, 480, lobes)
 
 
 def _water(radius: float, y: float) -> Model:
     """Make a thin disc with rings, as falling drops draw them."""
-    r = np.concatenate([[0], np.linspace(0.05, 1, 20)]) * radius
+    r = np.concatenate([[0], np.linspace(0.01, 1, 110)]) * radius
     top = np.stack([r, y + 0.004 * np.sin(r * 60) * np.exp(-r * 1.5)], axis=1)[::-1]
-    disc = lathe(np.concatenate([[[0, y - 0.006], [radius, y - 0.006]], top]), 48)
+    disc = lathe(np.concatenate([[[0, y - 0.006], [radius, y - 0.006]], top]), 240)
     share = np.hypot(disc.positions[:, 0], disc.positions[:, 2]) / radius
     return disc.painted(mix((0.42, 0.60, 0.64), (0.17, 0.38, 0.44), share + 0.3 * fractal(disc.positions, 0.2, 3)))
 
 
 def sundial() -> Model:
     """Make a dial plate with gnomon on a baluster, 1.05 m."""
-    foot = block([-0.26, 0, -0.26], [0.26, 0.09, 0.26])
+    foot = rounded_block([-0.26, 0, -0.26], [0.26, 0.09, 0.26], 0.006, 0.004)
     outline: Polyline = [
         [0, 0.08],
         [0.2, 0.08],
@@ -275,13 +288,16 @@ def sundial() -> Model:
         [0, 0.95],
     ]
     shaft = lathe(
-        rounded_profile(outline, 50),
-        72,
+        rounded_profile(outline, 600),
+        760,
         lambda a, y: 1 + 0.03 * smoothstep(0.24, 0.32, y) * smoothstep(0.74, 0.66, y) * np.cos(12 * a),
     )
-    pedestal = mossy(stone(merged([foot, shaft]), *LIMESTONE, 0.3, 41), 0.08, 0.2, 42)
+    rough = weathered(merged([foot, shaft]), 0.013, 43, chisel=0.05)
+    pedestal = mossy(stone(rough, *LIMESTONE, 0.3, 41), 0.08, 0.2, 42)
     bronze = (0.45, 0.40, 0.24)
-    plate = lathe(bevelled_profile([[0, 0.945], [0.2, 0.945], [0.2, 0.96], [0, 0.962]], 0.004), 64).painted(bronze)
+    plate = lathe(
+        dense(bevelled_profile([[0, 0.945], [0.2, 0.945], [0.2, 0.96], [0, 0.962]], 0.004), 0.006), 240
+    ).painted(bronze)
     hours = [
         block([0.14, 0.96, -0.004], [0.19, 0.967, 0.004]).turned(1, 15 * k).painted((0.78, 0.68, 0.38))
         for k in range(13)

@@ -1,6 +1,7 @@
 """Meshes built directly: surfaces of revolution, tubes, boxes, blades. All are closed and look outward."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +30,16 @@ def bevelled_profile(points: Polyline, bevel: float) -> NDArray[np.float64]:
     shrink = [np.minimum(bevel / np.linalg.norm(v, axis=1, keepdims=True), 0.45) for v in (before, after)]
     pairs = np.stack([corners[1:-1] + before * shrink[0], corners[1:-1] + after * shrink[1]], axis=1)
     return np.concatenate([corners[:1], pairs.reshape(-1, 2), corners[-1:]])
+
+
+def dense(profile: Polyline, spacing: float) -> NDArray[np.float64]:
+    """Return the (radius, y) polyline with points added on its lines, so that none are farther apart than `spacing`."""
+    corners = np.asarray(profile, np.float64)
+    parts = [corners[:1]]
+    for begin, end in pairwise(corners):
+        count = max(int(np.ceil(np.linalg.norm(end - begin) / spacing)), 1)
+        parts.append(begin + (end - begin) * (np.arange(1, count + 1) / count)[:, None])
+    return np.concatenate(parts)
 
 
 def lathe(profile: Polyline, segments: int, relief: Relief | None = None) -> Model:
@@ -107,6 +118,31 @@ def block(lower: ArrayLike, upper: ArrayLike, colour: ArrayLike = WHITE) -> Mode
     return model.painted(colour)
 
 
+def rounded_block(lower: ArrayLike, upper: ArrayLike, edge: float, spacing: float) -> Model:
+    """Return a box whose edges are rounded by `edge`, one closed surface with a vertex every `spacing` metres."""
+    low, high = np.asarray(lower, np.float64), np.asarray(upper, np.float64)
+    cells = np.maximum(np.ceil((high - low) / spacing), 2).astype(np.int64)
+    quads = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        i, j = (grid.ravel() for grid in np.meshgrid(np.arange(cells[u]), np.arange(cells[v]), indexing="ij"))
+        ring = np.zeros((len(i), 4, 3), np.int64)
+        ring[:, :, u] = np.stack([i, i + 1, i + 1, i], axis=1)
+        ring[:, :, v] = np.stack([j, j, j + 1, j + 1], axis=1)
+        quads.append(ring[:, ::-1].copy())
+        ring[:, :, axis] = cells[axis]
+        quads.append(ring)
+    lattice = np.concatenate(quads).reshape(-1, 3)
+    key = (lattice[:, 0] * (cells[1] + 1) + lattice[:, 1]) * (cells[2] + 1) + lattice[:, 2]
+    _, first, corner = np.unique(key, return_index=True, return_inverse=True)
+    place = low + lattice[first] * ((high - low) / cells)
+    within = np.clip(place, low + edge, high - edge)
+    out = place - within
+    positions = within + edge * out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-12)
+    faces = corner.reshape(-1, 4)[:, _QUAD].reshape(-1, 3).astype(np.int32)
+    return Model(positions.astype(np.float32), faces, np.ones(positions.shape, np.float32))
+
+
 def panel(corner: ArrayLike, u: ArrayLike, v: ArrayLike, cells: tuple[int, int]) -> Model:
     """Return a flat rectangle from `corner` along the edges u and v, split into cells; it faces u × v. It is open."""
     along, up = np.asarray(u, np.float64), np.asarray(v, np.float64)
@@ -118,48 +154,6 @@ def panel(corner: ArrayLike, u: ArrayLike, v: ArrayLike, cells: tuple[int, int])
     normal = np.cross(along, up)
     normals = np.broadcast_to(normal / np.linalg.norm(normal), positions.shape).astype(np.float32)
     return Model(positions.astype(np.float32), faces, np.ones_like(positions, np.float32), normals)
-
-
-_BLADE_FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-
-
-def blades(
-    base: Array, along: Array, up: Array,
-    size: Array, slim: float, shading: Array,
-) -> Model:  # fmt: skip
-    """N thick leaves, each a closed tetrahedron folded along its midrib.
-
-    base, along, up: (n, 3) stalk end, direction of the tip, upper side; size: (n,) length in metres;
-    slim: width as a share of the length; shading: (n, 3) unit normals, one per leaf. A leaf is too thin for normals
-    taken from its faces, and foliage looks full when leaves share the curvature of the mass that they clothe.
-    """
-    side = np.cross(along, up)
-    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
-    up = np.cross(side, along)
-    length = size[:, None]
-    middle = base + 0.45 * length * along + 0.1 * length * up
-    half = 0.5 * slim * length * side
-    corners = np.stack([base, base + length * along, middle - half, middle + half], axis=1)
-    faces = (4 * np.arange(len(base))[:, None, None] + _BLADE_FACES).reshape(-1, 3).astype(np.int32)
-    positions = corners.reshape(-1, 3).astype(np.float32)
-    return Model(positions, faces, np.ones_like(positions), np.repeat(shading, 4, axis=0).astype(np.float32))
-
-
-def spindles(base: Array, tip: Array, width: Array) -> Model:
-    """N slender closed double pyramids from base to tip (n, 3), three-sided, of the given width (n,)."""
-    axis = tip - base
-    length = np.linalg.norm(axis, axis=1, keepdims=True)
-    helper = np.where(np.abs(axis[:, 1:2]) > 0.9 * length, [[1.0, 0, 0]], [[0, 1.0, 0]])
-    side = np.cross(axis, helper)
-    side /= np.linalg.norm(side, axis=1, keepdims=True)
-    other = np.cross(side, axis / length)
-    theta = 2 * np.pi * np.arange(3) / 3
-    ring = np.cos(theta)[:, None] * side[:, None] + np.sin(theta)[:, None] * other[:, None]
-    waist = (base + 0.35 * axis)[:, None] + 0.5 * width[:, None, None] * ring
-    positions = np.concatenate([base[:, None], tip[:, None], waist], axis=1).reshape(-1, 3).astype(np.float32)
-    pattern = np.array([[0, 2, 3], [0, 3, 4], [0, 4, 2], [1, 3, 2], [1, 4, 3], [1, 2, 4]])
-    faces = (5 * np.arange(len(base))[:, None, None] + pattern).reshape(-1, 3).astype(np.int32)
-    return Model(positions, faces, np.ones_like(positions))
 
 
 def assembled(*models: Model) -> Model:
