@@ -8,6 +8,7 @@ triangle looks into the one that shows it best (`view_selection`).
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from depthwalk.cook.view_selection import select_views
 from depthwalk.geometry.indexed_triangles import vertex_directions
 from depthwalk.geometry.triangles import face_normals, sample_triangles
 from depthwalk.geometry.vectors import lengths
-from depthwalk.parallel import Map, thread_map
+from depthwalk.parallel import Map
 from depthwalk.types import Array, Ints
 
 # Tolerances and sizes are in texels, which are pixels where an object is as large as its images.
@@ -48,7 +49,7 @@ _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that
 _QUANTILE = 0.98  # of the samples, which are no farther off than a level's error
 
 
-def build_simplified_lods(baked: BakedObject) -> LodGeometry:
+def build_simplified_lods(baked: BakedObject, parallel: Map = map) -> LodGeometry:
     """Build the levels of an object by geometric error, each one surface over all faces.
 
     An object with meso-structure, which displaces every sample, gets all its grids instead.
@@ -57,6 +58,8 @@ def build_simplified_lods(baked: BakedObject) -> LodGeometry:
     ----------
     baked
         The object.
+    parallel
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -66,13 +69,12 @@ def build_simplified_lods(baked: BakedObject) -> LodGeometry:
     if baked.meso is not None:
         return build_grid_lods(baked)
     grid = build_grid_lods(replace(baked, steps=1), in_pieces=False)
-    levels, error = _simplify(baked, grid)
-    with thread_map() as parallel:
-        views = select_views(baked, np.concatenate(levels), parallel)
+    levels, error = _simplify(baked, grid, parallel)
+    views = select_views(baked, np.concatenate(levels), parallel)
     return index_levels(grid, levels, views, error)
 
 
-def _simplify(baked: BakedObject, grid: LodGeometry) -> tuple[list[Array], Array]:
+def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[list[Array], Array]:
     """Return triangles (t, 3, 3) of each level, metres, and the levels' errors (levels,), metres.
 
     grid: the object's grids of step 1.
@@ -83,30 +85,31 @@ def _simplify(baked: BakedObject, grid: LodGeometry) -> tuple[list[Array], Array
     most = _FOLIAGE_DENSITY * baked.images[0].depth.size
     # Ends of surfaces first, or what is flat would shrink by a voxel; what another face owns last.
     rank = np.where(grid.texels[:, 0] < 0, 0, np.where(yields, 2, 1))
-    with thread_map() as parallel:
-        surfaces = list(_surfaces(point, triangles, rank, texel, most, parallel))
-        if len(surfaces[0][0].triangles) > most:  # foliage
-            voxel = _DILATION_VOXEL * texel
-            target = count_voxels(point[triangles], voxel)
-
-            def dilated(level: tuple[ClusteredSurface, float]) -> Array:
-                surface, tolerance = level
-                return dilate_foliage(surface, target, voxel, tolerance)[surface.triangles]
-
-            levels = list(parallel(dilated, surfaces))
-        else:
-            levels = [surface.point[surface.triangles] for surface, _ in surfaces]
     used = np.zeros(len(point), bool)
     used[triangles] = True
     probes = point[np.random.default_rng(0).permutation(np.flatnonzero(used & ~yields))[:_PROBES]]
-    error = np.maximum.accumulate([_deviation(probes, corners) for corners in levels])
+    surfaces = _surfaces(point, triangles, rank, texel, most, parallel)
+    finest_surface = next(surfaces)
+    foliage = len(finest_surface[0].triangles) > most
+    voxel = _DILATION_VOXEL * texel
+    target = count_voxels(point[triangles], voxel) if foliage else 0
+
+    def measured(level: tuple[ClusteredSurface, float]) -> tuple[Array, float]:
+        surface, tolerance = level
+        vertices = dilate_foliage(surface, target, voxel, tolerance) if foliage else surface.point
+        corners = vertices[surface.triangles]
+        return corners, _deviation(probes, corners)
+
+    # Threads measure a level while the next one is made.
+    levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
+    error = np.maximum.accumulate(deviations)
     # Of foliage nobody would ever see the finest, and two thirds of the memory would go to that.
     needless = [
         len(corners) > most and next_error <= _SHARPEST * texel
         for corners, next_error in zip(levels, error[1:], strict=False)
     ]
     finest = [*needless, False].index(False)
-    return levels[finest:], error[finest:]
+    return list(levels[finest:]), error[finest:]
 
 
 def _surfaces(
