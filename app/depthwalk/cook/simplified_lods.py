@@ -176,11 +176,12 @@ def _bulged(point: Array, triangles: Ints) -> Array:
     facing = vertex_directions(point, triangles)
     normal = facing / np.maximum(lengths(facing), 1e-30)[:, None]
     height, edges = np.zeros((2, len(point)))
-    for ends in triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]:
-        (start, end), (start_normal, end_normal) = point[ends].swapaxes(0, 1), normal[ends].swapaxes(0, 1)
-        smooth = np.einsum("ij,ij->i", start_normal, end_normal) > _SMOOTH
-        above = np.where(smooth, np.einsum("ij,ij->i", end - start, end_normal - start_normal) / 8, 0)
-        for vertex in ends.T:
+    corners, normals = ([vectors.take(corner, 0) for corner in triangles.T] for vectors in (point, normal))
+    for start, end in (0, 1), (1, 2), (2, 0):
+        smooth = np.einsum("ij,ij->i", normals[start], normals[end]) > _SMOOTH
+        turn = np.einsum("ij,ij->i", corners[end] - corners[start], normals[end] - normals[start])
+        above = np.where(smooth, turn / 8, 0)
+        for vertex in triangles[:, start], triangles[:, end]:
             height += np.bincount(vertex, above, len(point))
             edges += np.bincount(vertex, minlength=len(point))
     return np.asarray(point + (height / np.maximum(edges, 1))[:, None] * normal)
