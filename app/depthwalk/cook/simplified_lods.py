@@ -68,10 +68,10 @@ def build_simplified_lods(baked: BakedObject, parallel: Map = map) -> LodGeometr
     """
     if baked.meso is not None:
         return build_grid_lods(baked)
-    grid = build_grid_lods(replace(baked, steps=1), in_pieces=False)
+    grid = build_grid_lods(replace(baked, steps=1), in_pieces=False, parallel=parallel)
     levels, error = _simplify(baked, grid, parallel)
     views = select_views(baked, np.concatenate(levels), parallel)
-    return index_levels(grid, levels, views, error)
+    return index_levels(grid, levels, views, error, parallel)
 
 
 def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[list[Array], Array]:
@@ -120,11 +120,16 @@ def _surfaces(
     point (n, 3), triangles (t, 3): of the grid; rank (n,): see `cluster_vertices`; texel: metres; most: triangles,
     foliage has more.
     """
-    fine = _fine_surface(point, triangles, rank, _FINE_VOXEL * texel)
+
+    def clustered(voxel: float) -> tuple[Array, Ints]:
+        return cluster_vertices(point, triangles, rank, voxel * texel)
+
+    fine_cluster, coarse_cluster = parallel(clustered, (_FINE_VOXEL, _COARSE_VOXEL))
+    fine = _fine_surface(*fine_cluster)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
     # Leaves that became one are on no arc.
-    coarse = _coarse_surface(point, triangles, rank, _COARSE_VOXEL * texel, bulged=not foliage)
+    coarse = _coarse_surface(*coarse_cluster, bulged=not foliage)
     coarse = collapse_edges(coarse, _COARSE_TOLERANCE * texel, parallel)
     between = (_BETWEEN,) if foliage else ()
     for tolerance in sorted(_FINE_TOLERANCES + between + _FOLIAGE_TOLERANCES):
@@ -147,23 +152,19 @@ def _surfaces(
         coarse = collapse_edges(coarse, _GROWTH * tolerance, parallel)
 
 
-def _fine_surface(point: Array, triangles: Ints, rank: Ints, voxel_size: float) -> ClusteredSurface:
-    """Return the clustered surface, bulged, and drawn into the ridges between samples.
+def _fine_surface(point: Array, triangles: Ints) -> ClusteredSurface:
+    """Return a finely clustered surface, bulged, and drawn into the ridges between samples.
 
-    After coarse clustering samples are too far apart to tell ridges. Parameters as of `cluster_vertices`.
+    After coarse clustering samples are too far apart to tell ridges. Parameters are what `cluster_vertices` returns.
     """
-    point, triangles = cluster_vertices(point, triangles, rank, voxel_size)
     return clustered_surface(_bulged(point, triangles), triangles, find_sharp_features(point, triangles))
 
 
-def _coarse_surface(
-    point: Array, triangles: Ints, rank: Ints, voxel_size: float, bulged: bool = True
-) -> ClusteredSurface:
-    """Return the clustered surface, bulged where asked for. Parameters as of `cluster_vertices`.
+def _coarse_surface(point: Array, triangles: Ints, bulged: bool = True) -> ClusteredSurface:
+    """Return a coarsely clustered surface, bulged where asked for. Parameters are what `cluster_vertices` returns.
 
     It is bulged after clustering: the arcs between what is left are longer and higher than those between samples.
     """
-    point, triangles = cluster_vertices(point, triangles, rank, voxel_size)
     return clustered_surface(_bulged(point, triangles) if bulged else point, triangles)
 
 

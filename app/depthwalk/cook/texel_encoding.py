@@ -32,7 +32,7 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
         (H, W, 8): encoded normal (3, of 255), `depth_code` (of 255), √linear RGB and specular strength (4, of 65535).
     """
     solid = np.isfinite(image.depth)
-    texels = np.zeros((*solid.shape, 8), np.uint16)
+    texels: NDArray[np.uint16] = np.zeros((*solid.shape, 8), np.uint16)
     if not solid.any():
         return texels
     texels[solid, :3] = encode_normals(image.normal[solid])
