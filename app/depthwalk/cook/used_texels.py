@@ -5,6 +5,7 @@ on it. Most texels of most images are not: they are empty, or another image show
 """
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,9 +50,8 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int], pa
             looked_into = grids.vertices[corners[batch, 2], 3].astype(np.int64)
             return list(_boxes(baked, looked_into, positions[corners[batch]]))
 
-        for found in parallel(boxes, batches(len(corners), _BATCH)):
-            for image, low, high in found:
-                _count(counts, image, low, high)
+        found = chain.from_iterable(parallel(boxes, batches(len(corners), _BATCH)))
+        _count(counts, *map(np.concatenate, zip(*found, strict=True)))
         sums = counts.cumsum(1).cumsum(2)[:, :-1, :-1] > 0
         covered.append(np.any(sums.reshape(len(sums), rows, 3, columns), axis=2))
         done = ends
@@ -115,7 +115,8 @@ def _count(counts: NDArray[np.int32], image: Ints, low: Ints, high: Ints) -> Non
     left, right = (end.clip(-columns, 2 * columns) + columns for end in (low[:, 0], high[:, 0] + 1))
     below, above = (end.clip(0, counts.shape[1] - 1) for end in (low[:, 1], high[:, 1] + 1))
     for row, column, step in ((below, left, 1), (below, right, -1), (above, left, -1), (above, right, 1)):
-        np.add.at(counts.ravel(), (image * counts.shape[1] + row) * counts.shape[2] + column, step)
+        place = (image * counts.shape[1] + row) * counts.shape[2] + column
+        counts += step * np.bincount(place, minlength=counts.size).reshape(counts.shape)
 
 
 def _looked_up(baked: BakedObject, code: Ints, points: Array) -> tuple[Ints, Array, Mask]:
