@@ -10,6 +10,7 @@ from depthwalk.cook.foliage_dilation import count_voxels
 from depthwalk.cook.grid_lods import build_grid_lods
 from depthwalk.cook.lod_geometry import EDGE, FACE_SHIFT, LodGeometry
 from depthwalk.cook.simplified_lods import _bulged, _coarse_surface, build_simplified_lods
+from depthwalk.cook.vertex_clustering import cluster_vertices
 from depthwalk.cook.view_selection import NOWHERE, select_views
 from depthwalk.geometry.triangles import face_normals
 from depthwalk.render.lod.selection import error_level
@@ -138,7 +139,7 @@ def test_what_is_welded_is_as_large_as_what_it_stands_for() -> None:
     """The mean height of the arcs over a ball's triangles, which are four times as high once it is welded."""
     ball = trimesh.creation.icosphere(subdivisions=5)
     point, triangles = np.asarray(ball.vertices), np.asarray(ball.faces, np.int64)
-    welded = _coarse_surface(point, triangles, np.zeros(len(point), int), 0.1)
+    welded = _coarse_surface(*cluster_vertices(point, triangles, np.zeros(len(point), int), 0.1))
     assert len(welded.triangles) < 0.2 * len(triangles)
     inscribed = welded.point / np.linalg.norm(welded.point, axis=1)[:, None]
     volumes = [trimesh.Trimesh(points, welded.triangles, process=False).volume for points in (inscribed, welded.point)]

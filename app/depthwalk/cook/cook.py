@@ -32,6 +32,7 @@ from depthwalk.cook.lod_geometry import LodGeometry
 from depthwalk.cook.simplified_lods import build_simplified_lods
 from depthwalk.cook.virtual_texture import VirtualTexture, build_virtual_texture
 from depthwalk.geometry.support_function import support_values
+from depthwalk.parallel import Map, thread_map
 from depthwalk.types import Array, Ints
 
 # Part of the names of cached files: raise it with every change of what `cook_object` yields. A test compares the code
@@ -40,7 +41,7 @@ COOK_VERSION = 2
 
 # Up to this many texels across, simplifying an image takes longer than a visitor of the garden should wait, and saves
 # few triangles.
-_GRID_TEXELS = 128
+GRID_TEXELS = 128
 # Grids of more triangles per texel are those of foliage, all boundary strips. Simplified they have a quarter of that,
 # and keep leaves that grids of step 2 and 4 lose.
 _FOLIAGE_DENSITY = 10
@@ -130,8 +131,9 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
     CookedObject
         The object, whose geometry and texture are in memory.
     """
-    geometry = _build_geometry(baked, options)
-    texture = build_virtual_texture(baked, geometry)
+    with thread_map() as parallel:
+        geometry = _build_geometry(baked, options, parallel)
+        texture = build_virtual_texture(baked, geometry, parallel)
     relief = 0.0 if baked.meso is None else baked.meso.height
     return CookedObject(
         outline=replace(baked, images=tuple(map(_bare, baked.images)), boundary_strips=()),
@@ -145,14 +147,14 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
     )
 
 
-def _build_geometry(baked: BakedObject, options: CookOptions) -> LodGeometry:
+def _build_geometry(baked: BakedObject, options: CookOptions, parallel: Map) -> LodGeometry:
     """Return grids where they are asked for, or the images are small and not of foliage; else simplified levels."""
     height, width = baked.images[0].depth.shape
-    if options.stepped or max(height, width) <= _GRID_TEXELS:
-        grids = build_grid_lods(baked, options.paper_cases)
+    if options.stepped or max(height, width) <= GRID_TEXELS:
+        grids = build_grid_lods(baked, options.paper_cases, parallel=parallel)
         if options.stepped or grids.count[0, :PIECES].sum() <= 3 * _FOLIAGE_DENSITY * height * width:
             return grids
-    return build_simplified_lods(baked)
+    return build_simplified_lods(baked, parallel)
 
 
 def _bare(image: DepthImage) -> DepthImage:

@@ -26,8 +26,9 @@ _MAX_ROUNDS = 60
 _MIN_SHARE = 0.01  # of the vertices: a round that collapses fewer edges is the last
 _STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its edge where planes leave it free
 _SHORT = 1e-4  # part of an edge's length that counts as an error: where all is flat, short ones go first
+_LEAST = 1e-200  # metres⁴: costs are never 0, so that chance makes all of them differ
 _TURN = 0.2  # cosine: triangles that turn further than that have flipped
-_BATCH = 1 << 14  # edges or triangles at a time: their arrays stay in the cache
+_BATCH = 1 << 12  # edges or triangles at a time: their arrays stay in the cache
 
 
 @dataclass(frozen=True)
@@ -138,21 +139,22 @@ def _cheapest(
     edges = _cheap_edges(surface, *_live_ends(surface.triangles, live), tolerance, parallel)
     length = lengths(surface.point[edges.start] - surface.point[edges.end])
     # A little by chance, so that edges whose collapse was undone do not come first in every round.
-    cost = (edges.cost + _SHORT * edges.weight * length**2) * random.uniform(1, 1.3, len(length))
-    dearest_first = np.argsort(cost)[::-1]
-    best = np.empty(len(surface.point), np.int64)
-    ends = np.stack([edges.start, edges.end], -1)
-    best[ends[dearest_first]] = dearest_first[:, None]  # the last written stays
-    return edges, edges.take(np.flatnonzero((best[ends] == np.arange(len(ends))[:, None]).all(1)))
+    cost = (edges.cost + _SHORT * edges.weight * length**2 + _LEAST) * random.uniform(1, 1.3, len(length))
+    least = np.full(len(surface.point), np.inf)
+    for end in edges.start, edges.end:
+        np.minimum.at(least, end, cost)
+    return edges, edges.take((least.take(edges.start) == cost) & (least.take(edges.end) == cost))
 
 
 def _live_ends(triangles: Ints, live: _Live) -> tuple[Ints, Ints]:
     """Return both ends (m,) of all edges of triangles (t, 3) that may have become cheap, or were, each once."""
-    new, ends = live.new[triangles], live.ends[triangles]
+    new_bit = 2
+    corners = triangles.T.copy()
+    marks = (live.ends + np.uint8(new_bit) * live.new).take(corners)
     keys = []
     for one, other in (0, 1), (1, 2), (2, 0):
-        chosen = new[:, one] | new[:, other] | ends[:, one] & ends[:, other]
-        start, end = triangles[chosen, one], triangles[chosen, other]
+        chosen = np.flatnonzero((marks[one] | marks[other] >= new_bit) | (marks[one] & marks[other] > 0))
+        start, end = corners[one].take(chosen), corners[other].take(chosen)
         keys.append(np.minimum(start, end) << KEY_BITS | np.maximum(start, end))
     key = np.sort(np.concatenate(keys))
     key = key[np.diff(key, prepend=-1) > 0]  # np.unique hashes, at ten times the cost
@@ -171,12 +173,14 @@ def _cheap_edges(surface: ClusteredSurface, start: Ints, end: Ints, tolerance: f
 
 def _edges(surface: ClusteredSurface, start: Ints, end: Ints) -> _Edges:
     """Return what collapsing edges with ends (m,) would make."""
-    quadric = surface.quadric[start] + surface.quadric[end]
-    weight = surface.weight[start] + surface.weight[end]
-    middle = (surface.point[start] + surface.point[end]) / 2
+    quadric = surface.quadric.take(start, 0)
+    quadric += surface.quadric.take(end, 0)
+    weight = surface.weight.take(start) + surface.weight.take(end)
+    one, other = surface.point.take(start, 0), surface.point.take(end, 0)
+    middle = (one + other) / 2
     columns = np.ascontiguousarray(quadric.T)
     target = optimal_points(columns, _STIFFNESS * weight + 1e-30, middle)
-    astray = lengths(target - middle) > lengths(surface.point[start] - surface.point[end])
+    astray = lengths(target - middle) > lengths(one - other)
     target[astray] = middle[astray]
     cost = np.maximum(squared_distances(columns, target), 0)
     return _Edges(start=start, end=end, target=target, quadric=quadric, weight=weight, cost=cost)

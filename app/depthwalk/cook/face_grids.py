@@ -54,7 +54,7 @@ class FaceGrids:
     vertices, texels
         (v, 4) uint16 and (v, 2) int16, see `LodGeometry`.
     runs
-        Triangles (t, 3) by level and Run, vertices numbered through all faces.
+        Triangles (t, 3) by level and Run, rows of `vertices`.
     """
 
     vertices: NDArray[np.uint16]
@@ -62,7 +62,7 @@ class FaceGrids:
     runs: dict[tuple[int, Run], NDArray[np.uint32]]
 
 
-def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cases: bool, total: int) -> FaceGrids:
+def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cases: bool) -> FaceGrids:
     """Build the triangles of all grids of one face.
 
     Parameters
@@ -73,8 +73,6 @@ def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cas
         How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
     paper_cases
         Whether to keep triangles that only the paper's cases draw.
-    total
-        Number of vertices of the faces before this one, from which its vertices are numbered on.
 
     Returns
     -------
@@ -104,7 +102,7 @@ def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cas
         used[corners] = True
     kept = _blockwise(used.nonzero()[0], total_points, shape)
     number = np.zeros(used.size, np.uint32)
-    number[kept] = total + np.arange(len(kept), dtype=np.uint32)
+    number[kept] = np.arange(len(kept), dtype=np.uint32)
     return FaceGrids(
         vertices=_pack(points, kept, *baked.cylinder.box),
         texels=_texels(kept % total_points, numbers.samples, shape),

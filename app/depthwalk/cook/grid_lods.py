@@ -4,6 +4,8 @@ Neighbouring samples are connected to triangles, unless the surface is cut betwe
 one index list per level. Nothing that is empty or cut is in a list, so it costs nothing.
 """
 
+from itertools import accumulate
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,9 +24,10 @@ from depthwalk.cook.cases import (
     piece_horizons,
     piece_numbers,
 )
-from depthwalk.cook.face_grids import Run, build_face_grids
+from depthwalk.cook.face_grids import FaceGrids, Run, build_face_grids
 from depthwalk.cook.index_chunks import WHOLE
 from depthwalk.cook.lod_geometry import LodGeometry, vertex_positions
+from depthwalk.parallel import Map
 from depthwalk.types import Ints
 
 # How far samples may come off the triangles of step s: this part of s texels, which is about one pixel.
@@ -37,7 +40,11 @@ _PAPER_RANGES = np.array(  # of `cook.cases`, by Run
 
 
 def build_grid_lods(
-    baked: BakedObject, paper_cases: bool = False, tolerance: float = _TOLERANCE, in_pieces: bool = True
+    baked: BakedObject,
+    paper_cases: bool = False,
+    tolerance: float = _TOLERANCE,
+    in_pieces: bool = True,
+    parallel: Map = map,
 ) -> LodGeometry:
     """Build the levels of an object as the grids of all its images.
 
@@ -52,6 +59,8 @@ def build_grid_lods(
     in_pieces
         Sort triangles into the pieces of `cook.cases`, unless for the paper's cases. Otherwise all are in the first
         piece, in the order of their faces.
+    parallel
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -59,16 +68,22 @@ def build_grid_lods(
         One level per grid, the finest first.
     """
     low, size = baked.cylinder.box
-    faces, total = [], 0
-    for face in Face:
-        if any(image.face is face for image in baked.images):
-            faces.append(build_face_grids(baked, face, tolerance, paper_cases, total))
-            total += len(faces[-1].vertices)
+
+    def face_grids(face: Face) -> FaceGrids:
+        return build_face_grids(baked, face, tolerance, paper_cases)
+
+    faces = list(parallel(face_grids, sorted({image.face for image in baked.images})))
+    before = [0, *accumulate(len(grids.vertices) for grids in faces)]  # each face: vertices of those before it
     vertices = np.concatenate([grids.vertices for grids in faces])
     position = vertex_positions(vertices, low, size)
     levels = [
         _in_pieces(
-            [np.concatenate([grids.runs[level, run] for grids in faces]) for run in Run],
+            [
+                np.concatenate(
+                    [grids.runs[level, run] + np.uint32(start) for grids, start in zip(faces, before, strict=False)]
+                )
+                for run in Run
+            ],
             position,
             paper_cases,
             in_pieces,

@@ -1,7 +1,7 @@
 """Turn levels of triangles into vertex and index arrays: pieces, spatial order, shared vertices, chunks."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,27 @@ from depthwalk.cook.lod_geometry import POSITION_STEPS, LodGeometry, vertex_posi
 from depthwalk.cook.view_selection import NOWHERE
 from depthwalk.geometry.spatial_order import morton_codes
 from depthwalk.geometry.triangles import row_ids
-from depthwalk.parallel import batches
+from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints
 
 _IMAGES = 1 << 16  # more than the numbers of images with their flags, which fit into 16 bits
 
 
-def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Array) -> LodGeometry:
+@dataclass(frozen=True, kw_only=True)
+class _Level:
+    """Hold what one level adds to `LodGeometry`.
+
+    vertices, indices: arrays of each of its chunks; count: (RANGES,) indices of each range; horizon: (PIECES, 4),
+    metres.
+    """
+
+    vertices: list[NDArray[np.uint16]]
+    indices: list[NDArray[np.uint16]]
+    count: Ints
+    horizon: Array
+
+
+def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Array, parallel: Map = map) -> LodGeometry:
     """Turn levels of triangles into vertex and index arrays.
 
     Parameters
@@ -31,6 +45,8 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
         (all t,) the image that each triangle looks into, with flags; triangles whose image is `NOWHERE` are left out.
     error
         (levels,) geometric error of each level, metres.
+    parallel
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -38,24 +54,15 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
         The levels, the finest first.
     """
     ends = np.cumsum([len(corners) for corners in levels])
-    vertices: list[NDArray[np.uint16]] = []
-    indices: list[NDArray[np.uint16]] = []
-    counts: list[Ints] = []  # of levels, indices of each range
-    horizons: list[Array] = []
-    for corners, view in zip(levels, np.split(views, ends[:-1]), strict=True):
-        position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * POSITION_STEPS).astype(np.uint16)
-        placed = vertex_positions(position.reshape(-1, 3), grid.box_low, grid.box_size).reshape(-1, 3, 3)
-        piece = piece_numbers(placed)
-        # Neighbours together: a vertex is shaded once for all its triangles.
-        order = np.lexsort((morton_codes(corners.mean(1)), piece))
-        order = order[view[order] != NOWHERE]
-        counts.append(3 * np.bincount(piece[order], minlength=RANGES))
-        horizons.append(piece_horizons(placed[order], piece[order]))
-        for chunk_vertices, chunk_indices in _chunks(position[order], view[order], MOST_VERTICES):
-            vertices.append(chunk_vertices)
-            indices.append(chunk_indices)
+
+    def indexed(level: tuple[Array, Ints]) -> _Level:
+        return _indexed(grid, *level)
+
+    parts = list(parallel(indexed, zip(levels, np.split(views, ends[:-1]), strict=True)))
+    vertices = [chunk for part in parts for chunk in part.vertices]
+    indices = [chunk for part in parts for chunk in part.indices]
     chunks = np.array([[0, 0], *([part.size, len(shared)] for part, shared in zip(indices, vertices, strict=True))])
-    count = np.array(counts)
+    count = np.array([part.count for part in parts])
     return replace(
         grid,
         vertices=np.concatenate(vertices),
@@ -64,8 +71,25 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
         chunks=chunks[:-1].cumsum(0),
         first=(np.cumsum(count) - count.ravel()).reshape(count.shape),
         count=count,
-        horizon=np.array(horizons),
+        horizon=np.array([part.horizon for part in parts]),
         error=error,
+    )
+
+
+def _indexed(grid: LodGeometry, corners: Array, view: Ints) -> _Level:
+    """Return the vertices and indices of one level; corners: (t, 3, 3), its triangles, metres; view: (t,)."""
+    position = np.round(np.clip((corners - grid.box_low) / grid.box_size, 0, 1) * POSITION_STEPS).astype(np.uint16)
+    placed = vertex_positions(position.reshape(-1, 3), grid.box_low, grid.box_size).reshape(-1, 3, 3)
+    piece = piece_numbers(placed)
+    # Neighbours together: a vertex is shaded once for all its triangles.
+    order = np.lexsort((morton_codes(corners.mean(1)), piece))
+    order = order[view[order] != NOWHERE]
+    vertices, indices = zip(*_chunks(position[order], view[order], MOST_VERTICES), strict=True)
+    return _Level(
+        vertices=list(vertices),
+        indices=list(indices),
+        count=3 * np.bincount(piece[order], minlength=RANGES),
+        horizon=piece_horizons(placed[order], piece[order]),
     )
 
 

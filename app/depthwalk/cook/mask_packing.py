@@ -1,7 +1,10 @@
-"""Pack masks of any shape into one picture, the tighter the less memory a virtual texture takes."""
+"""Pack masks of any shape into one picture, the tighter the less memory a virtual texture takes.
+
+The picture's cells are the bits of one long integer, row after row. Shifting that integer moves the whole picture, so a
+few shifts find all places at once where a mask would cover a taken cell.
+"""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from depthwalk.types import Mask
 
@@ -21,29 +24,44 @@ def pack_masks(masks: list[Mask]) -> tuple[list[tuple[int, int]], tuple[int, int
     tuple
         Row and column of each mask in the picture, and the picture's height and width.
     """
-    width = max(int(np.sqrt(sum(mask.sum() for mask in masks))), *(mask.shape[1] for mask in masks))
-    taken = np.zeros((sum(mask.shape[0] for mask in masks), width), np.float32)
+    sizes = [int(mask.sum()) for mask in masks]
+    width = max(int(np.sqrt(sum(sizes))), *(mask.shape[1] for mask in masks))
+    taken = 0  # bit row · width + column: whether that cell is taken
+    first_column = 0  # the bits of column 0, of as many rows as masks may begin in
     places = [(0, 0)] * len(masks)
     height = 0
-    for number in sorted(range(len(masks)), key=lambda number: int(masks[number].sum()), reverse=True):
+    for number in sorted(range(len(masks)), key=lambda number: sizes[number], reverse=True):
         rows, columns = masks[number].shape
-        overlap = _overlaps(taken[: height + rows], masks[number].astype(np.float32))
-        row, column = divmod(int((overlap < 0.5).argmax()), overlap.shape[1])
-        taken[row : row + rows, column : column + columns] += masks[number]
-        places[number] = row, column
-        height = max(height, row + rows)
+        runs = _runs(masks[number], width)
+        first_column |= 1 << height * width
+        across_edge = first_column * ((1 << columns - 1) - 1 << width - columns + 1)
+        blocked = across_edge | _covering(taken, runs)
+        place = (blocked + 1 & ~blocked).bit_length() - 1  # the lowest bit that is not set
+        for first, length in runs:
+            taken |= (1 << length) - 1 << place + first
+        places[number] = divmod(place, width)
+        for row in range(height + 1, places[number][0] + rows):
+            first_column |= 1 << row * width
+        height = max(height, places[number][0] + rows)
     return places, (height, width)
 
 
-def _overlaps(taken: NDArray[np.float32], mask: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Count the taken cells that `mask` (h, w) would cover at each place in `taken` (H, W).
+def _runs(mask: Mask, width: int) -> list[tuple[int, int]]:
+    """Return the first bit and the length of each run of cells within a row of `mask`, for a picture of `width`."""
+    change = np.diff(np.pad(mask, ((0, 0), (1, 1))).astype(np.int8))
+    (row, start), (_, end) = (change > 0).nonzero(), (change < 0).nonzero()
+    return list(zip((row * width + start).tolist(), (end - start).tolist(), strict=True))
 
-    Returns (H − h + 1, W − w + 1), whole numbers but for the rounding of the Fourier transform. A circular correlation
-    does: no place at which the mask lies inside reaches round the edge. `scipy.signal.fftconvolve` does the same with
-    a transform four times as large, and importing it takes a second.
-    """
-    from scipy.fft import irfft2, next_fast_len, rfft2
 
-    shape = [next_fast_len(side, real=True) for side in taken.shape]
-    counts = irfft2(rfft2(taken, shape) * rfft2(mask, shape).conj(), shape)
-    return np.asarray(counts[: taken.shape[0] - mask.shape[0] + 1, : taken.shape[1] - mask.shape[1] + 1])
+def _covering(taken: int, runs: list[tuple[int, int]]) -> int:
+    """Return the places, as bits, at which a mask of `runs` would cover a cell that is `taken`."""
+    power, longest = 1, max((length for _, length in runs), default=0)
+    within = {1: taken}  # by a power of two: the places from which a taken cell is less than so many bits away
+    while 2 * power <= longest:
+        within[2 * power] = within[power] | within[power] >> power
+        power *= 2
+    covering = 0
+    for first, length in runs:
+        part = 1 << length.bit_length() - 1
+        covering |= within[part] >> first | within[part] >> first + length - part
+    return covering

@@ -146,7 +146,8 @@ def _feature_quadric(triangles: Ints, features: SharpFeatures, area: Array) -> A
     own, quadric = np.zeros((2, count, len(_PAIRS[0])))
     _add_planes(own, (np.arange(count),), features.normal, features.point, np.ones(count))
     for column, values in zip(quadric.T, own.T, strict=True):
-        mean = values[triangles].mean(1) * area
+        a, b, c = values[triangles.T]  # `mean` along so short an axis takes several times as long
+        mean = (a + b + c) / 3 * area
         for corner in triangles.T:
             column += np.bincount(corner, mean, count)
     return quadric

@@ -8,6 +8,7 @@ triangle looks into the one that shows it best (`view_selection`).
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from depthwalk.cook.view_selection import select_views
 from depthwalk.geometry.indexed_triangles import vertex_directions
 from depthwalk.geometry.triangles import face_normals, sample_triangles
 from depthwalk.geometry.vectors import lengths
-from depthwalk.parallel import Map, thread_map
+from depthwalk.parallel import Map
 from depthwalk.types import Array, Ints
 
 # Tolerances and sizes are in texels, which are pixels where an object is as large as its images.
@@ -48,7 +49,7 @@ _PROBES, _DISCS = 8_000, 20_000  # samples, and discs on a level, at least, that
 _QUANTILE = 0.98  # of the samples, which are no farther off than a level's error
 
 
-def build_simplified_lods(baked: BakedObject) -> LodGeometry:
+def build_simplified_lods(baked: BakedObject, parallel: Map = map) -> LodGeometry:
     """Build the levels of an object by geometric error, each one surface over all faces.
 
     An object with meso-structure, which displaces every sample, gets all its grids instead.
@@ -57,6 +58,8 @@ def build_simplified_lods(baked: BakedObject) -> LodGeometry:
     ----------
     baked
         The object.
+    parallel
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -65,14 +68,13 @@ def build_simplified_lods(baked: BakedObject) -> LodGeometry:
     """
     if baked.meso is not None:
         return build_grid_lods(baked)
-    grid = build_grid_lods(replace(baked, steps=1), in_pieces=False)
-    levels, error = _simplify(baked, grid)
-    with thread_map() as parallel:
-        views = select_views(baked, np.concatenate(levels), parallel)
-    return index_levels(grid, levels, views, error)
+    grid = build_grid_lods(replace(baked, steps=1), in_pieces=False, parallel=parallel)
+    levels, error = _simplify(baked, grid, parallel)
+    views = select_views(baked, np.concatenate(levels), parallel)
+    return index_levels(grid, levels, views, error, parallel)
 
 
-def _simplify(baked: BakedObject, grid: LodGeometry) -> tuple[list[Array], Array]:
+def _simplify(baked: BakedObject, grid: LodGeometry, parallel: Map) -> tuple[list[Array], Array]:
     """Return triangles (t, 3, 3) of each level, metres, and the levels' errors (levels,), metres.
 
     grid: the object's grids of step 1.
@@ -83,30 +85,31 @@ def _simplify(baked: BakedObject, grid: LodGeometry) -> tuple[list[Array], Array
     most = _FOLIAGE_DENSITY * baked.images[0].depth.size
     # Ends of surfaces first, or what is flat would shrink by a voxel; what another face owns last.
     rank = np.where(grid.texels[:, 0] < 0, 0, np.where(yields, 2, 1))
-    with thread_map() as parallel:
-        surfaces = list(_surfaces(point, triangles, rank, texel, most, parallel))
-        if len(surfaces[0][0].triangles) > most:  # foliage
-            voxel = _DILATION_VOXEL * texel
-            target = count_voxels(point[triangles], voxel)
-
-            def dilated(level: tuple[ClusteredSurface, float]) -> Array:
-                surface, tolerance = level
-                return dilate_foliage(surface, target, voxel, tolerance)[surface.triangles]
-
-            levels = list(parallel(dilated, surfaces))
-        else:
-            levels = [surface.point[surface.triangles] for surface, _ in surfaces]
     used = np.zeros(len(point), bool)
     used[triangles] = True
     probes = point[np.random.default_rng(0).permutation(np.flatnonzero(used & ~yields))[:_PROBES]]
-    error = np.maximum.accumulate([_deviation(probes, corners) for corners in levels])
+    surfaces = _surfaces(point, triangles, rank, texel, most, parallel)
+    finest_surface = next(surfaces)
+    foliage = len(finest_surface[0].triangles) > most
+    voxel = _DILATION_VOXEL * texel
+    target = count_voxels(point[triangles], voxel) if foliage else 0
+
+    def measured(level: tuple[ClusteredSurface, float]) -> tuple[Array, float]:
+        surface, tolerance = level
+        vertices = dilate_foliage(surface, target, voxel, tolerance) if foliage else surface.point
+        corners = vertices[surface.triangles]
+        return corners, _deviation(probes, corners)
+
+    # Threads measure a level while the next one is made.
+    levels, deviations = zip(*parallel(measured, chain([finest_surface], surfaces)), strict=True)
+    error = np.maximum.accumulate(deviations)
     # Of foliage nobody would ever see the finest, and two thirds of the memory would go to that.
     needless = [
         len(corners) > most and next_error <= _SHARPEST * texel
         for corners, next_error in zip(levels, error[1:], strict=False)
     ]
     finest = [*needless, False].index(False)
-    return levels[finest:], error[finest:]
+    return list(levels[finest:]), error[finest:]
 
 
 def _surfaces(
@@ -117,11 +120,16 @@ def _surfaces(
     point (n, 3), triangles (t, 3): of the grid; rank (n,): see `cluster_vertices`; texel: metres; most: triangles,
     foliage has more.
     """
-    fine = _fine_surface(point, triangles, rank, _FINE_VOXEL * texel)
+
+    def clustered(voxel: float) -> tuple[Array, Ints]:
+        return cluster_vertices(point, triangles, rank, voxel * texel)
+
+    fine_cluster, coarse_cluster = parallel(clustered, (_FINE_VOXEL, _COARSE_VOXEL))
+    fine = _fine_surface(*fine_cluster)
     fine = collapse_edges(fine, _FINE_TOLERANCES[0] * texel, parallel)
     foliage = len(fine.triangles) > most
     # Leaves that became one are on no arc.
-    coarse = _coarse_surface(point, triangles, rank, _COARSE_VOXEL * texel, bulged=not foliage)
+    coarse = _coarse_surface(*coarse_cluster, bulged=not foliage)
     coarse = collapse_edges(coarse, _COARSE_TOLERANCE * texel, parallel)
     between = (_BETWEEN,) if foliage else ()
     for tolerance in sorted(_FINE_TOLERANCES + between + _FOLIAGE_TOLERANCES):
@@ -144,23 +152,19 @@ def _surfaces(
         coarse = collapse_edges(coarse, _GROWTH * tolerance, parallel)
 
 
-def _fine_surface(point: Array, triangles: Ints, rank: Ints, voxel_size: float) -> ClusteredSurface:
-    """Return the clustered surface, bulged, and drawn into the ridges between samples.
+def _fine_surface(point: Array, triangles: Ints) -> ClusteredSurface:
+    """Return a finely clustered surface, bulged, and drawn into the ridges between samples.
 
-    After coarse clustering samples are too far apart to tell ridges. Parameters as of `cluster_vertices`.
+    After coarse clustering samples are too far apart to tell ridges. Parameters are what `cluster_vertices` returns.
     """
-    point, triangles = cluster_vertices(point, triangles, rank, voxel_size)
     return clustered_surface(_bulged(point, triangles), triangles, find_sharp_features(point, triangles))
 
 
-def _coarse_surface(
-    point: Array, triangles: Ints, rank: Ints, voxel_size: float, bulged: bool = True
-) -> ClusteredSurface:
-    """Return the clustered surface, bulged where asked for. Parameters as of `cluster_vertices`.
+def _coarse_surface(point: Array, triangles: Ints, bulged: bool = True) -> ClusteredSurface:
+    """Return a coarsely clustered surface, bulged where asked for. Parameters are what `cluster_vertices` returns.
 
     It is bulged after clustering: the arcs between what is left are longer and higher than those between samples.
     """
-    point, triangles = cluster_vertices(point, triangles, rank, voxel_size)
     return clustered_surface(_bulged(point, triangles) if bulged else point, triangles)
 
 
@@ -173,11 +177,12 @@ def _bulged(point: Array, triangles: Ints) -> Array:
     facing = vertex_directions(point, triangles)
     normal = facing / np.maximum(lengths(facing), 1e-30)[:, None]
     height, edges = np.zeros((2, len(point)))
-    for ends in triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]:
-        (start, end), (start_normal, end_normal) = point[ends].swapaxes(0, 1), normal[ends].swapaxes(0, 1)
-        smooth = np.einsum("ij,ij->i", start_normal, end_normal) > _SMOOTH
-        above = np.where(smooth, np.einsum("ij,ij->i", end - start, end_normal - start_normal) / 8, 0)
-        for vertex in ends.T:
+    corners, normals = ([vectors.take(corner, 0) for corner in triangles.T] for vectors in (point, normal))
+    for start, end in (0, 1), (1, 2), (2, 0):
+        smooth = np.einsum("ij,ij->i", normals[start], normals[end]) > _SMOOTH
+        turn = np.einsum("ij,ij->i", corners[end] - corners[start], normals[end] - normals[start])
+        above = np.where(smooth, turn / 8, 0)
+        for vertex in triangles[:, start], triangles[:, end]:
             height += np.bincount(vertex, above, len(point))
             edges += np.bincount(vertex, minlength=len(point))
     return np.asarray(point + (height / np.maximum(edges, 1))[:, None] * normal)

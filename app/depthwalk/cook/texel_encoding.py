@@ -5,10 +5,12 @@ from numpy.typing import NDArray
 
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Cylinder, DepthImage
+from depthwalk.parallel import batches
 from depthwalk.types import Array
 
 DEPTH_PERIOD = 128.0  # texels, after which depths repeat
 _LENGTHS = 8  # of normals that are tried
+_BATCH = 1 << 13  # normals at a time: their arrays stay in the cache
 
 
 def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
@@ -29,20 +31,23 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     NDArray[np.uint16]
         (H, W, 8): encoded normal (3, of 255), `depth_code` (of 255), √linear RGB and specular strength (4, of 65535).
     """
-    # Colours as square roots: 8 bits suffice, and one component may stand for them.
-    colour = np.sqrt(np.maximum(image.albedo[..., :3], 0))
-    colours = np.round(np.clip(np.concatenate([colour, image.albedo[..., 3:]], -1), 0, 1) * 65535).astype(np.uint16)
     solid = np.isfinite(image.depth)
-    depth = np.where(solid, image.depth, 0) / FaceGrid.of(cylinder, image).longest_texel
-    normal = np.zeros_like(image.normal, np.uint8)
-    normal[solid] = encode_normals(image.normal[solid])
-    texels = np.concatenate([normal, depth_code(depth)[..., None], colours], -1)
-    if not solid.all() and solid.any():
-        from scipy.ndimage import distance_transform_edt
+    texels: NDArray[np.uint16] = np.zeros((*solid.shape, 8), np.uint16)
+    if not solid.any():
+        return texels
+    texels[solid, :3] = encode_normals(image.normal[solid])
+    texels[solid, 3] = depth_code(image.depth[solid] / FaceGrid.of(cylinder, image).longest_texel)
+    # Colours as square roots: 8 bits suffice, and one component may stand for them.
+    colour = np.clip(image.albedo[solid], 0, 1)
+    colour[:, :3] = np.sqrt(colour[:, :3])
+    texels[solid, 4:] = np.round(colour * 65535)
+    if solid.all():
+        return texels
+    from scipy.ndimage import distance_transform_edt
 
-        rows, columns = distance_transform_edt(~solid, return_distances=False, return_indices=True)
-        texels = texels[rows, columns]
-        texels[~solid, 3] ^= 128  # half the period farther
+    row, column = distance_transform_edt(~solid, return_distances=False, return_indices=True)
+    texels = texels.reshape(-1, 8).take(row * solid.shape[1] + column, 0)
+    texels[~solid, 3] ^= 128  # half the period farther
     return texels
 
 
@@ -61,14 +66,21 @@ def encode_normals(normal: Array) -> NDArray[np.uint8]:
     Each vector is first shortened by up to 11 %, to the length at which rounding changes its direction least. This
     halves the error (Kaplanyan 2010, "CryENGINE 3: Reaching the Speed of Light").
     """
-    largest = np.abs(normal).max(1, keepdims=True).clip(1e-6)
-    best, least_error = np.zeros(normal.shape, np.uint8), np.full(len(normal), np.inf)
+    parts = [_encoded(np.ascontiguousarray(normal[batch].T)) for batch in batches(len(normal), _BATCH)]
+    return np.concatenate(parts)
+
+
+def _encoded(normal: Array) -> NDArray[np.uint8]:
+    """Return what `encode_normals` does of vectors (3, n), whose components lie side by side for speed."""
+    largest = np.abs(normal).max(0).clip(1e-6)
+    best, least_error = np.zeros(normal.shape, np.uint8), np.full(normal.shape[1], np.inf, normal.dtype)
     for shortened in range(_LENGTHS):
         # The largest component is exact.
         scale = (np.floor(127.5 * largest - 0.5) + 0.5 - shortened).clip(0.5) / largest
         code = np.floor(normal * scale + 128).clip(0, 255)
         decoded = code - 127.5
-        error = np.square(decoded / np.linalg.norm(decoded, axis=1, keepdims=True) - normal).sum(1)
+        error = np.square(decoded / np.sqrt(np.square(decoded).sum(0)) - normal).sum(0)
         better = error < least_error
-        best[better], least_error[better] = code[better], error[better]
-    return best
+        np.copyto(best, code, where=better, casting="unsafe")
+        np.copyto(least_error, error, where=better)
+    return best.T

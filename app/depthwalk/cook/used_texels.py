@@ -5,6 +5,7 @@ on it. Most texels of most images are not: they are empty, or another image show
 """
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,17 @@ from numpy.typing import NDArray
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import BakedObject, Face
 from depthwalk.cook.lod_geometry import FACE_SHIFT, PAST_AXIS, LodGeometry
+from depthwalk.parallel import Map, batches
 from depthwalk.types import Array, Ints, Mask
 
 SUB_TILE = 4  # texels
 TILE = 2 * SUB_TILE  # texels: has an entry of the virtual texture's table
 _SLACK = 0.25  # texels around a triangle: surface points of pixels may lie beside it; 3 changed no picture of an ogre
+_BATCH = 1 << 13  # triangles at a time: their arrays stay in the cache
 _HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never fits into a few sub-tiles of the side
 
 
-def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) -> list[Mask]:
+def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int], parallel: Map = map) -> list[Mask]:
     """Return the sub-tiles that triangles touch.
 
     Parameters
@@ -29,6 +32,8 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) ->
         The object, and the triangles that look into its images.
     levels
         Ascending numbers of levels; each gives a mask of what the triangles of that many of the finest levels touch.
+    parallel
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
@@ -40,9 +45,13 @@ def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int]) ->
     positions, covered, done = grids.positions, [], 0
     for ends in [int((grids.first + grids.count)[:count].max()) for count in levels]:
         corners = grids.triangles(done, ends - done)
-        looked_into = grids.vertices[corners[:, 2], 3].astype(np.int64)
-        for image, low, high in _boxes(baked, looked_into, positions[corners]):
-            _count(counts, image, low, high)
+
+        def boxes(batch: slice, corners: Ints = corners) -> list[tuple[Ints, Ints, Ints]]:
+            looked_into = grids.vertices[corners[batch, 2], 3].astype(np.int64)
+            return list(_boxes(baked, looked_into, positions[corners[batch]]))
+
+        found = chain.from_iterable(parallel(boxes, batches(len(corners), _BATCH)))
+        _count(counts, *map(np.concatenate, zip(*found, strict=True)))
         sums = counts.cumsum(1).cumsum(2)[:, :-1, :-1] > 0
         covered.append(np.any(sums.reshape(len(sums), rows, 3, columns), axis=2))
         done = ends
@@ -106,7 +115,7 @@ def _count(counts: NDArray[np.int32], image: Ints, low: Ints, high: Ints) -> Non
     left, right = (end.clip(-columns, 2 * columns) + columns for end in (low[:, 0], high[:, 0] + 1))
     below, above = (end.clip(0, counts.shape[1] - 1) for end in (low[:, 1], high[:, 1] + 1))
     for row, column, step in ((below, left, 1), (below, right, -1), (above, left, -1), (above, right, 1)):
-        place = np.ravel_multi_index((image, row, column), counts.shape)
+        place = (image * counts.shape[1] + row) * counts.shape[2] + column
         counts += step * np.bincount(place, minlength=counts.size).reshape(counts.shape)
 
 

@@ -31,9 +31,9 @@ _BATCH = 1 << 13  # triangles at a time: their arrays stay in the cache
 class _Look(NamedTuple):
     """Hold the images of a face, on one side of the axis.
 
-    code: (layers,) their numbers, as in `select_views`, without EDGE. The rest is (H, W, layers, …), so that the
-    layers of one texel are side by side in memory. depth: metres; normal: unit; foreign: whether another face owns the
-    surface; beside_edge: whether the texel is next to a discontinuity.
+    code: (layers,) their numbers, as in `select_views`, without EDGE. The rest is (H · W, layers, …), so that the
+    layers of one texel are side by side in memory. depth: metres; normal: unit; foreign: what it costs that another
+    face owns the surface; beside_edge: whether the texel is next to a discontinuity.
     """
 
     grid: FaceGrid
@@ -41,20 +41,19 @@ class _Look(NamedTuple):
     code: Ints
     depth: NDArray[np.float32]
     normal: NDArray[np.float32]
-    foreign: Mask
+    foreign: NDArray[np.float32]
     beside_edge: Mask
 
 
 class _View(NamedTuple):
     """Hold where a face is looked up, for t triangles at p points (probes) of each.
 
-    row, column: (t, p), texels; facing: (t, p), cosines between the rays there and the triangle's normal; askew:
+    texel: (t, p), number in the image; facing: (t, p), cosines between the rays there and the triangle's normal; askew:
     (t, p), cost of meeting it at a slant; before: (t, p), how far the rays begin before the triangle's plane, metres;
     origin, inward: (t, p, 3), the rays through the texels' centres.
     """
 
-    row: NDArray[Any]
-    column: NDArray[Any]
+    texel: NDArray[Any]
     facing: Array
     askew: Array
     before: Array
@@ -63,7 +62,7 @@ class _View(NamedTuple):
 
     def at(self, rows: Ints) -> "_View":
         """Return what is held of some triangles."""
-        return _View(*(values[rows] for values in self))
+        return _View(*(values.take(rows, 0) for values in self))
 
 
 class _Triangles(NamedTuple):
@@ -80,7 +79,7 @@ class _Triangles(NamedTuple):
 
     def at(self, rows: Ints) -> "_Triangles":
         """Return what is held of some triangles."""
-        return _Triangles(*(values[rows] for values in self))
+        return _Triangles(*(values.take(rows, 0) for values in self))
 
 
 def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Ints:
@@ -119,10 +118,14 @@ def _looks(baked: BakedObject) -> list[_Look]:
         images = [image for image in baked.images if image.face is face]
         if not images:
             continue
+        elsewhere = np.array([0, _ELSEWHERE], np.float32)
         depth, normal, foreign, beside_edge = (
-            np.stack(layers, 2)
+            np.stack([layer.reshape(-1, *layer.shape[2:]) for layer in layers], 1)
             for layers in zip(
-                *((image.depth, image.normal, image.owner != face, _beside_edges(image)) for image in images),
+                *(
+                    (image.depth, image.normal, elsewhere[(image.owner != face).astype(np.int64)], _beside_edges(image))
+                    for image in images
+                ),
                 strict=True,
             )
         )
@@ -156,7 +159,7 @@ def _best_images(baked: BakedObject, looks: list[_Look], corners: Array) -> Ints
         better = np.flatnonzero((cost < best[rows[row]]) & sampled)
         better = better[np.argsort(cost[better], kind="stable")[::-1]]
         row, layer = row[better], layer[better]
-        edge = look.beside_edge[view.row[row], view.column[row], layer[:, None]].any(1)
+        edge = look.beside_edge[view.texel[row], layer[:, None]].any(1)
         best[rows[row]] = cost[better]
         code[rows[row]] = look.code[layer] + EDGE * edge
     return code
@@ -173,9 +176,13 @@ def _probed(baked: BakedObject, corners: Array) -> _Triangles:
 
 def _not_from_behind(look: _Look, triangles: _Triangles) -> Ints:
     """Return the triangles (n,) of which `look` may have a sample: not those that all its rays meet from behind."""
-    if look.grid.face is Face.SIDE:
-        return np.arange(len(triangles.normal))
-    return np.flatnonzero(triangles.normal @ face_outward(look.grid.face) >= -_EDGE_ON)
+    if look.grid.face is not Face.SIDE:
+        return np.flatnonzero(triangles.normal @ face_outward(look.grid.face) >= -_EDGE_ON)
+    x, z = triangles.probes[..., 0], triangles.probes[..., 2]
+    facing = x * triangles.normal[:, 0, None] + z * triangles.normal[:, 2, None]
+    # Rays go through the middles of texels, which turns them by up to half a texel.
+    least = -(_EDGE_ON + 2 * np.pi / look.grid.width) * np.hypot(x, z)
+    return np.flatnonzero(((-facing if look.past else facing) >= least).any(1))
 
 
 def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
@@ -183,12 +190,15 @@ def _least_cost(look: _Look, scale: Array, view: _View) -> Array:
 
     scale: (t,), of the triangles, metres.
     """
-    at = view.row, view.column
-    before, facing = view.before[..., None], view.facing[..., None]
     with np.errstate(invalid="ignore"):  # infinitely far along a plane
-        off = np.abs(before - facing * look.depth[at]) / scale[:, None, None]
-    cost = np.where(facing < -_EDGE_ON, np.float32(1), np.fmin(off, np.float32(1))) + view.askew[..., None]
-    cost += _ELSEWHERE * look.foreign[at]
+        off = view.facing[..., None] * look.depth.take(view.texel, 0)
+        off -= view.before[..., None]
+        np.abs(off, out=off)
+        off /= scale[:, None, None]
+        cost = np.fmin(off, np.float32(1), out=off)
+    cost[view.facing < -_EDGE_ON] = 1
+    cost += view.askew[..., None]
+    cost += look.foreign.take(view.texel, 0)
     return np.asarray(np.einsum("tpl->tl", cost)) - _ROUNDING  # much faster than `sum` along so short an axis
 
 
@@ -197,16 +207,16 @@ def _cost(look: _Look, layer: Ints, triangles: _Triangles, view: _View) -> tuple
 
     layer: (t,), the image's place in `look`.
     """
-    at = view.row, view.column, layer[:, None]
-    depth = look.depth[at]
+    at = view.texel * len(look.code) + layer[:, None]
+    depth = look.depth.take(at)
     solid = np.isfinite(depth)
     away = view.origin + np.where(solid, depth, 0)[..., None] * view.inward - triangles.probes
     off = np.abs(np.einsum("tpi,ti->tp", away, triangles.normal)) / triangles.scale[:, None]
-    cosine = np.einsum("tpi,ti->tp", look.normal[at], triangles.normal)
+    cosine = np.einsum("tpi,ti->tp", look.normal.reshape(-1, 3).take(at, 0), triangles.normal)
     same_side = np.where(np.abs(view.facing) > _EDGE_ON, view.facing, cosine) > 0
     sampled = solid & same_side & (lengths(away) < triangles.max_distance[:, None])
     cost = np.where(sampled, np.minimum(off, 1) + _TURNED * (1 - np.minimum(np.abs(cosine), 1)), 1)
-    cost += _ELSEWHERE * look.foreign[at] + view.askew
+    cost += look.foreign.take(at) + view.askew
     return np.asarray(cost.sum(1)), np.asarray(sampled.any(1))
 
 
@@ -215,11 +225,12 @@ def _look_up(look: _Look, triangles: _Triangles) -> _View:
     turned = triangles.probes * np.array((-1, 1, -1), np.float32) if look.past else triangles.probes
     texels = look.grid.texel_at(*look.grid.position_of(turned.reshape(-1, 3)))
     row, column = (axis.reshape(turned.shape[:2]) for axis in texels)
-    origin, inward = (rays[row, column] for rays in look.grid.rays)
+    texel = row * look.grid.width + column
+    origin, inward = (rays.reshape(-1, 3).take(texel, 0) for rays in look.grid.rays)
     facing = -np.einsum("tpi,ti->tp", inward, triangles.normal)
     askew = _ASKEW * (1 - facing)
     before = np.einsum("tpi,ti->tp", origin - triangles.probes, triangles.normal)
-    return _View(row, column, facing, askew, before, origin, inward)
+    return _View(texel, facing, askew, before, origin, inward)
 
 
 def _beside_edges(image: DepthImage) -> Mask:
