@@ -23,7 +23,7 @@ def test_depth_images_take_over_without_a_jump(
     gl_device: Device, tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
-    scene = load_scene(tiny_scene, overrides={"assets.ball.dpci.resolution": "144"})
+    scene = load_scene(tiny_scene, overrides={"assets.ball.dpci.resolution": "144", "render.lod.magnification": "0"})
     library = BackgroundLibrary(scene.assets, processes=1)
     shown: list[str] = []
     pictures: list[np.ndarray] = []

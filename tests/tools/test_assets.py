@@ -100,7 +100,7 @@ def made(name: str) -> Model:
     return MODELS[name].make()
 
 
-@pytest.mark.parametrize("name", ["topiary", "hedge", "tree_fir", "pedestal", "bench"])  # those soonest made
+@pytest.mark.parametrize("name", ["hedge", "tree_fir", "pedestal"])  # among those soonest made
 @pytest.mark.slow
 def test_heavy_mesh_is_sound(name: str) -> None:
     model = made(name)
