@@ -138,6 +138,10 @@ def video(path: Path, size: tuple[int, int], fps: float) -> Iterator[VideoEncode
     width, height = (side + side % 2 for side in size)
     if (width, height) != size:
         log.warning("%s: the sides of a video are even; scaled to %d,%d", path, width, height)
+    import imageio_ffmpeg
+
+    # Looks for the encoder, and remembers it, before a file appears: Ctrl-C during the search may be swallowed by it.
+    imageio_ffmpeg.get_ffmpeg_exe()
     with replacing(path) as temporary:
         encoder = VideoEncoder(temporary, size, fps, (width, height))
         try:
