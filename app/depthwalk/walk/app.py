@@ -204,13 +204,11 @@ class _Walk:
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""
-        complaints = self._renderer.assets.meshes.failures
-        if isinstance(self._library, BackgroundLibrary):
-            complaints = complaints + self._library.failures
-            self._library.failures.clear()
-        self._renderer.assets.meshes.failures.clear()
-        if complaints:
+        sources = [self._renderer.assets.meshes.failures, *([self._background.failures] if self._background else [])]
+        if complaints := [complaint for failures in sources for complaint in failures]:
             self._state.tell("\n".join(complaints))
+        for failures in sources:
+            failures.clear()
         self._state.take_pace()
 
     @property
@@ -228,11 +226,16 @@ class _Walk:
     @property
     def _progress(self) -> Progress | None:
         """How far assets are baked and cooked beside the frames; None where none is."""
-        return self._library.progress if isinstance(self._library, BackgroundLibrary) else None
+        return None if self._background is None else self._background.progress
+
+    @property
+    def _background(self) -> BackgroundLibrary | None:
+        """The library, where it makes assets ready beside the frames."""
+        return self._library if isinstance(self._library, BackgroundLibrary) else None
 
     def _close_library(self) -> None:
-        if isinstance(self._library, BackgroundLibrary):
-            self._library.close()
+        if self._background is not None:
+            self._background.close()
 
     def _actions(self) -> dict[str, Callable[[], None]]:
         """Return what key presses do, by moderngl-window's names of the keys; `hud.HELP` describes it."""
@@ -266,8 +269,8 @@ class _Walk:
     def _escape(self) -> None:
         if self._loading.busy:
             self._loading.stop()
-        elif isinstance(self._library, BackgroundLibrary) and self._progress is not None:
-            self._library.cancel()
+        elif self._background is not None and self._background.progress is not None:
+            self._background.cancel()
             self._state.tell("Stopped; what has no depth images yet stays a mesh. R begins again")
         elif self._input.captured:
             self._input.capture(False)
