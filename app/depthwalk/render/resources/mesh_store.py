@@ -244,11 +244,6 @@ class MeshStore:
             self._begin_reading(*next(iter(self._awaited.items())))
         return read is not None and self._awaited.pop(read, None) is not None
 
-    @property
-    def awaited(self) -> int:
-        """How many meshes `is_read` was asked about that are still to be read."""
-        return len(self._awaited)
-
     def _was_read(self, asset: int) -> bool:
         """Return whether reading the mesh of `asset` has ended, well or not; begin it when no other is being read."""
         if self._reading is None:

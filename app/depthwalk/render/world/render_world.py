@@ -63,10 +63,9 @@ class RenderWorld:
         `representation` is how each object is drawn.
         """
         if self._objects is None:
-            shown = self._scene.objects, self._library, self._assets, self._representation
-            self._stand_ins = find_stand_ins(*shown, self._viewer)
-            context = self._scene, self._library, self._assets, self._representation
-            self._objects = place_objects(*context, stand_ins=self._stand_ins)
+            shown_by = self._library, self._assets, self._representation
+            self._stand_ins = find_stand_ins(self._scene.objects, *shown_by, self._viewer)
+            self._objects = place_objects(self._scene, *shown_by, stand_ins=self._stand_ins)
         return self._objects
 
     def take_arrivals(self, viewer: Array) -> None:

@@ -78,23 +78,23 @@ def find_stand_ins(
     if store.background is None:
         return found
     found.ready[:] = found.has_mesh[:] = False
-    imaged = ~np.isin(asked_for(objects, library, forced), MESHES)
+    representation = asked_for(objects, library, forced)
+    imaged, simplified = ~np.isin(representation, MESHES), representation == Representation.MESH_LOD
+    counts = (np.bincount(objects.asset[mask], minlength=len(library)) for mask in (imaged, ~imaged, simplified))
+    images, meshes, simplified_meshes = counts
     standing: set[int] = set()
     for asset in _nearest_first(objects, viewer):
-        of_asset = objects.asset == asset
-        of_images = int((of_asset & imaged).sum())
-        found.ready[asset] = of_images > 0 and store.is_ready(asset)
-        if (found.ready[asset] and of_images == of_asset.sum()) or not library.has_mesh(asset):
+        found.ready[asset] = images[asset] > 0 and store.is_ready(asset)
+        if (found.ready[asset] and not meshes[asset]) or not library.has_mesh(asset):
             continue
-        simplified = bool((objects.representation[of_asset] == Representation.MESH_LOD).any())
-        if not store.meshes.is_read(asset, simplified or forced is Representation.MESH_LOD):
+        if not store.meshes.is_read(asset, bool(simplified_meshes[asset])):
             continue
         levels = store.meshes.levels(asset)
         assert levels is not None  # it is read
         standing.add(asset)
         found.has_mesh[asset] = True
         found.representation[asset] = Representation.MESH if len(levels) == 1 else Representation.MESH_LOD
-        found.too_many[asset] = of_images * len(levels[-1].mesh.faces) > _MAX_TRIANGLES
+        found.too_many[asset] = images[asset] * len(levels[-1].mesh.faces) > _MAX_TRIANGLES
     store.meshes.show(standing)
     return found
 
