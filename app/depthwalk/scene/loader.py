@@ -92,6 +92,9 @@ def camera_from(params: CameraParams) -> Camera:
     return Camera(params.position, params.target, math.radians(params.fov))
 
 
+_NOT_FOUND = "not found"
+
+
 @dataclass
 class FileFinder:
     """Look up the files that a scene names: in its folder, in the asset roots, and among the program's own assets.
@@ -117,12 +120,8 @@ class FileFinder:
 
         Where there is no such file, adds to `errors` and returns a path without meaning.
         """
-        if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
-            return self._complain(loc, name, "is absolute; paths are relative to the scene file")
-        try:
-            return self._find(loc, name)
-        except (OSError, ValueError, RuntimeError):  # a name too long, a null character, a loop of links
-            return self._complain(loc, name, "is not a usable path")
+        found = self._searched(name)
+        return found if isinstance(found, Path) else self._complain(loc, name, found)
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
         """Return what `find` returns for `name` at the place `loc`; None where `name` is None."""
@@ -130,27 +129,24 @@ class FileFinder:
 
     def find_if_present(self, loc: Loc, name: Path | None) -> Path | None:
         """Return what `find` returns for `name` at the place `loc`; None for no name or a file that does not exist."""
-        if name is None:
-            return None
-        known = len(self.errors)
-        path = self.find(loc, name)
-        missing = [error for error in self.errors[known:] if str(error).endswith("not found")]
-        if missing:
-            del self.errors[known:]
-            return None
-        return path
+        return None if name is None or self._searched(name) == _NOT_FOUND else self.find(loc, name)
 
-    def _find(self, loc: Loc, name: Path) -> Path:
-        candidates = [(root / name).resolve() for root in self.roots]
-        inside = [path for path in candidates if any(path.is_relative_to(root) for root in self.roots)]
-        shipped = (asset_root() / name).resolve()
-        for path in [*inside, shipped] if shipped.is_relative_to(asset_root()) else inside:
-            if path.is_file():
-                return path
-        if not inside:
-            return self._complain(loc, name, "leaves the scene's folder and every asset root")
-        is_folder = any(path.is_dir() for path in inside)
-        return self._complain(loc, name, "is a folder, not a file" if is_folder else "not found")
+    def _searched(self, name: Path) -> Path | str:
+        """Return the absolute path of the file `name`; where there is no such file, say what is wrong with the name."""
+        if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
+            return "is absolute; paths are relative to the scene file"
+        try:
+            candidates = [(root / name).resolve() for root in self.roots]
+            inside = [path for path in candidates if any(path.is_relative_to(root) for root in self.roots)]
+            shipped = (asset_root() / name).resolve()
+            for path in [*inside, shipped] if shipped.is_relative_to(asset_root()) else inside:
+                if path.is_file():
+                    return path
+            if not inside:
+                return "leaves the scene's folder and every asset root"
+            return "is a folder, not a file" if any(path.is_dir() for path in inside) else _NOT_FOUND
+        except (OSError, ValueError, RuntimeError):  # a name too long, a null character, a loop of links
+            return "is not a usable path"
 
     def _complain(self, loc: Loc, name: Path, problem: str) -> Path:
         self.errors.append(self.source.error(loc, f"file {str(name)!r} {problem}"))
