@@ -22,9 +22,10 @@ from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.options import Verbose
 from depthwalk.commands.program import as_program, guarded
 from depthwalk.cook.cook import CookedObject
-from depthwalk.cook.cooked_file import SUFFIX, cooked_key, read_cooked, write_cooked
+from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError, suggest
 from depthwalk.files import write_bytes
+from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.resources import asset_root
 from depthwalk.scene.scene import MeshAsset
@@ -49,7 +50,7 @@ TEXTURE_HEADER = """
 
 def shipped_name(name: str) -> str:
     """Return what the file of a model is called in assets/."""
-    return name + (".ply" if MODELS[name].images is None else SUFFIX)
+    return name + (".ply" if MODELS[name].images is None else COOKED_SUFFIX)
 
 
 def ship(names: list[str], models: Path, assets: Path) -> None:

@@ -14,8 +14,8 @@ from depthwalk.bake.axis import Axis
 from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX, read_baked
 from depthwalk.bake.parts import ModelParams
-from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.quality.goals import MEASURES, summarise
 from depthwalk.quality.measure import measure

@@ -20,11 +20,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from depthwalk.assets.batch_bake import set_up_worker
+from depthwalk.assets.batch_bake import report_stage, set_up_worker, terminate
 from depthwalk.assets.library import Report, SceneLibrary
 from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded
-from depthwalk.cook.cooked_file import SUFFIX, find_cooked, read_cooked, write_cooked
+from depthwalk.cook.cooked_file import find_cooked, read_cooked, write_cooked
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.scene.scene import Asset
 
 log = logging.getLogger(__name__)
@@ -256,9 +257,10 @@ class BackgroundLibrary(SceneLibrary):
         assert self._pool is not None
         if self._spill is None:
             self._spill = tempfile.mkdtemp(prefix="depthwalk-")
-        out = str(Path(self._spill) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{SUFFIX}")
-        make = _make if isinstance(self._pool, ProcessPoolExecutor) else partial(_make_here, self._reports)
-        self._making[request] = self._pool.submit(make, asset, self._assets[asset], options, out)
+        out = str(Path(self._spill) / f"{asset}-{'-'.join(str(int(chosen)) for chosen in options)}{COOKED_SUFFIX}")
+        in_process = isinstance(self._pool, ProcessPoolExecutor)
+        report = partial(report_stage, asset) if in_process else partial(_put, self._reports, asset)
+        self._making[request] = self._pool.submit(_make, self._assets[asset], options, out, report)
 
     def _begin_pool(self) -> None:
         if self._processes == 0:
@@ -315,41 +317,39 @@ class BackgroundLibrary(SceneLibrary):
     def _end_pool(self) -> None:
         if self._pool is None:
             return
-        # The standard library has no public way to end the processes of a pool; threads end with what they are doing.
-        processes = list((getattr(self._pool, "_processes", None) or {}).values())
-        self._pool.shutdown(wait=False, cancel_futures=True)
-        for process in processes:
-            process.terminate()
-        if processes:
+        if isinstance(self._pool, ProcessPoolExecutor):
+            terminate(self._pool)
             self._reports.close()
+        self._pool.shutdown(wait=False, cancel_futures=True)  # a thread ends with what it is doing
         self._pool = self._reports = None
 
 
-_report: Callable[[int, str], None] = lambda asset, stage: None  # noqa: E731 - in a worker: tells its parent
+def _put(reports: "queue.Queue[tuple[int, str]]", asset: int, stage: str) -> None:
+    """Tell of a stage from a thread of the program that draws."""
+    reports.put((asset, stage))
 
 
 def _set_up(reports: Any) -> None:
-    """Prepare a worker process."""
-    global _report
+    """Prepare a worker process, which tells its parent of its stages by the queue `reports`."""
     set_up_worker(reports)
-    _report = lambda asset, stage: reports.put((asset, stage))  # noqa: E731
     with contextlib.suppress(OSError, AttributeError):
         os.nice(_NICENESS)
 
 
-def _make_here(
-    reports: "queue.Queue[tuple[int, str]]", asset: int, spec: Asset, options: CookOptions, out: str
-) -> str | None:
-    """Do what `_make` does in a thread of the program that draws."""
-    return _made(asset, spec, options, out, lambda stage: reports.put((asset, stage)))
+def _make(spec: Asset, options: CookOptions, out: str, report: Callable[[str], None]) -> str | None:
+    """Bake and cook an asset into the cache; where that cannot keep it, into the file `out`, which is returned.
 
-
-def _make(asset: int, spec: Asset, options: CookOptions, out: str) -> str | None:
-    """Bake and cook an asset into the cache; where that cannot keep it, into the file `out`, which is returned."""
-    return _made(asset, spec, options, out, partial(_report, asset))
-
-
-def _made(asset: int, spec: Asset, options: CookOptions, out: str, report: Callable[[str], None]) -> str | None:
+    Parameters
+    ----------
+    spec
+        The asset.
+    options
+        How it is cooked.
+    out
+        The file to write where the cache keeps nothing.
+    report
+        Called with the name of each stage.
+    """
     library = SceneLibrary((spec,), lambda name, stage: report(stage))
     objects = library.cooked(0, options)
     if find_cooked(library.key(0), options) is not None:

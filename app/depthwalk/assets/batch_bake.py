@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,10 @@ from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.cache import forget
 from depthwalk.cook.cook import CookOptions, cook_object
-from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
 from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, staging_folder
+from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.sources import Sources, source_hash
 from depthwalk.parallel import default_workers
 from depthwalk.scene.scene import MeshAsset
@@ -168,7 +169,7 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     InputError
         Where the mesh cannot be used or the file cannot be written.
     """
-    cooked = job.out.name.endswith(COOKED_SUFFIX)
+    cooked = is_cooked_file(job.out)
     clock = _Stopwatch(stage)
     clock.start("read")
     sources = Sources()
@@ -222,7 +223,7 @@ def _unwritable(out: Path, error: OSError) -> InputError:
 def _is_up_to_date(file: Path, key: str) -> bool:
     """Return whether a file holds the depth images of `key`, cooked or not, undamaged."""
     # Read as a whole: its pixels may be damaged though its header is not.
-    if not file.name.endswith(COOKED_SUFFIX):
+    if not is_cooked_file(file):
         return read_model(file, key) is not None
     try:
         return cooked_key(file) == key and all(cooked.load() for cooked in read_cooked(file))
@@ -302,10 +303,15 @@ def _run_parallel(jobs: Sequence[Job], staged: Sequence[Path], processes: int, s
                     yield number, error
     finally:
         if running:
-            for child in multiprocessing.active_children():
-                child.terminate()
+            terminate(pool)
         pool.shutdown(cancel_futures=True)
         reports.close()
+
+
+def terminate(pool: ProcessPoolExecutor) -> None:
+    """End the processes of `pool`, whatever they are doing; the standard library has no public way to do so."""
+    for process in list((pool._processes or {}).values()):
+        process.terminate()
 
 
 _reports: Any = None  # in a worker process: the queue into which it says what it does
@@ -329,4 +335,9 @@ def _end_with_parent() -> None:
 
 def _work(number: int, job: Job, staged: Path, workers: int) -> Baked | Kept:
     """Do one job in a worker process."""
-    return bake_job(job, staged, lambda stage: _reports.put((number, stage)), workers)
+    return bake_job(job, staged, partial(report_stage, number), workers)
+
+
+def report_stage(number: int, stage: str) -> None:
+    """Tell the parent of this worker process what is being done for its job `number`."""
+    _reports.put((number, stage))

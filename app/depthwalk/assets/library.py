@@ -38,9 +38,9 @@ from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.bake.planar import bake_planar, bake_range
 from depthwalk.cache import make_room
 from depthwalk.cook.cook import CookedObject, CookOptions
-from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
 from depthwalk.cook.cooked_file import cooked_key, read_cooked
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_height
 from depthwalk.ingest.mesh import Mesh, MeshLevel
@@ -140,7 +140,7 @@ class SceneLibrary:
         if isinstance(spec, DepthImageAsset):
             return self._planar(spec) if spec.intrinsics is None else self._range_model(asset, spec)
         if isinstance(spec, BakedAsset):
-            if _is_cooked(spec.baked):
+            if is_cooked_file(spec.baked):
                 raise InputError(f"{spec.baked}: holds cooked depth images; {_NEEDS_IMAGES}")
             return read_baked(spec.baked)
         return None if spec.dpci is None else self._mesh_model(asset, spec)
@@ -151,7 +151,7 @@ class SceneLibrary:
         The parameters `options` and `again` are those of `cooked_objects`.
         """
         spec = self._assets[asset]
-        if not (isinstance(spec, BakedAsset) and _is_cooked(spec.baked)):
+        if not (isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)):
             begin = partial(self.report, spec.name, "cooking")
             return cooked_objects(self, asset, options, again=again, begin=begin)
         if options != CookOptions() and asset not in self._warned:
@@ -163,7 +163,7 @@ class SceneLibrary:
     def is_shipped_cooked(self, asset: int) -> bool:
         """Return whether the scene names cooked depth images of an asset, so that none are ever made."""
         spec = self._assets[asset]
-        return isinstance(spec, BakedAsset) and _is_cooked(spec.baked)
+        return isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)
 
     def bake_missing(self, assets: Sequence[int]) -> None:
         """Bake the depth images that are missing into the cache, several at a time.
@@ -321,16 +321,14 @@ def _mesh_spec(spec: Asset) -> MeshAsset | None:
     return spec if isinstance(spec, MeshAsset) else None
 
 
-def _is_cooked(path: Path) -> bool:
-    return path.name.endswith(COOKED_SUFFIX)
-
-
 def _key_of(spec: Asset) -> str:
     """Return the key of an asset's depth images; "" where they are not kept, or not as they are drawn."""
     if isinstance(spec, DepthImageAsset):
         return range_key(spec) if spec.intrinsics is not None else ""
     if isinstance(spec, BakedAsset):
-        return cooked_key(spec.baked) or "" if _is_cooked(spec.baked) else str(read_header(spec.baked)["depthwalk.key"])
+        if is_cooked_file(spec.baked):
+            return cooked_key(spec.baked) or ""
+        return str(read_header(spec.baked)["depthwalk.key"])
     if spec.dpci is None or spec.dpci.meso is not None:
         return ""
     return mesh_key(spec, model_params(spec.dpci))

@@ -39,9 +39,10 @@ from depthwalk.bake.header import (
 from depthwalk.bake.images import BakedObject, BoundaryStrip, DepthImage, Face
 from depthwalk.bake.model import BakedModel
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import BAKED_SUFFIX
 from depthwalk.pictures import save_exr
 
-SUFFIX = ".dpci.exr"
+SUFFIX = BAKED_SUFFIX
 _LIST_WIDTH = 1024
 _HEARING = threading.Lock()  # two threads that replace standard output at once would not put it back
 

@@ -21,6 +21,7 @@ from depthwalk.commands.options import (
 )
 from depthwalk.commands.program import BAD_INPUT, guarded
 from depthwalk.errors import InputError
+from depthwalk.ingest.formats import is_cooked_file
 from depthwalk.limits import MAX_DPCI_RESOLUTION, MAX_JOBS, MIN_DPCI_RESOLUTION
 
 
@@ -81,7 +82,7 @@ def main(
 
     files = output_files(meshes, out)
     specs = [mesh_spec(mesh, texture, up.value, height) for mesh in meshes]
-    if verify and any(file.suffix == ".npz" for file in files):
+    if verify and any(is_cooked_file(file) for file in files):
         raise InputError("--verify compares depth images, .dpci.exr; cooked ones, .dpci.npz, are drawn from them")
     chosen = parse_layers(layers), parse_parts(parts), parse_axis(axis)
     try:

@@ -11,9 +11,9 @@ from depthwalk.bake.cache import sidecar
 from depthwalk.bake.file import SUFFIX
 from depthwalk.bake.parts import ModelParams
 from depthwalk.commands.progress import live_options, log, show_progress
-from depthwalk.cook.cooked_file import SUFFIX as COOKED_SUFFIX
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder
+from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.limits import MAX_COORDINATE
 from depthwalk.scene.scene import MeshAsset
 

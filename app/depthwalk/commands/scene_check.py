@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from depthwalk.errors import InputError
-from depthwalk.ingest.formats import is_model_file
+from depthwalk.ingest.formats import is_cooked_file, is_model_file
 from depthwalk.ingest.image import load_texture
 from depthwalk.ingest.loader import check_mesh
 from depthwalk.scene.loader import load_scene
@@ -101,9 +101,9 @@ def _read_meso(params: MesoParams) -> None:
 
 def _read_baked(path: Path) -> None:
     from depthwalk.bake.file import read_baked
-    from depthwalk.cook.cooked_file import SUFFIX, read_cooked
+    from depthwalk.cook.cooked_file import read_cooked
 
-    if path.name.endswith(SUFFIX):
+    if is_cooked_file(path):
         for cooked in read_cooked(path):
             cooked.load()
     else:

@@ -26,9 +26,6 @@ from depthwalk.errors import InputError
 
 COOKED = Cache(suffix=".npz", content="cooked depth images")
 
-SUFFIX = ".dpci.npz"
-"""How the names of cooked files end that are not in the cache."""
-
 # Of the arrays and what they mean to the shaders. Files of their own stay readable when COOK_VERSION is raised because
 # cooking got better, or faster; raise this where they would be drawn wrongly.
 _LAYOUT = 2
@@ -92,7 +89,7 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
     Parameters
     ----------
     path
-        The file, whose name ends in `SUFFIX`.
+        The file, whose name ends in `COOKED_SUFFIX`.
     key
         The key of the depth images that the objects were cooked of.
     objects
@@ -113,7 +110,7 @@ def cooked_key(path: Path) -> str | None:
     Returns None for other files, and for those that another COOK_VERSION wrote.
     """
     try:
-        made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
+        made_of = _made_of(path)
         same = made_of["version"] == _LAYOUT and made_of.get("cooked_by", 2) == COOK_VERSION
         return str(made_of["key"]) if same else None
     except (OSError, ValueError, KeyError, TypeError):
@@ -131,13 +128,19 @@ def read_cooked(path: Path) -> tuple[CookedObject, ...]:
         Where the file cannot be read, is damaged, or is of another layout; `load` raises it, too.
     """
     with _complaints(path):
-        made_of = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
+        made_of = _made_of(path)
         if made_of["version"] != _LAYOUT:
             problem = f"a file of layout {made_of['version']}, not {_LAYOUT}; bake it again"
             raise InputError(f"{path}: {problem}")
         objects = _objects(path)
     packed = made_of.get("packed", False)
     return tuple(replace(cooked, load=partial(_load_user_file, path, i, packed)) for i, cooked in enumerate(objects))
+
+
+def _made_of(path: Path) -> dict[str, Any]:
+    """Return what a file of `write_cooked` says of its origin. Raises OSError or ValueError where it says nothing."""
+    made_of: dict[str, Any] = json.loads(str(read_arrays(path, ["made_of"])["made_of"]))
+    return made_of
 
 
 def _load_user_file(path: Path, number: int, packed: bool) -> tuple[LodGeometry, VirtualTexture]:

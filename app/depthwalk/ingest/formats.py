@@ -19,7 +19,7 @@ OTHER_MESH_SUFFIXES = (
     ".wrl",
     ".x3d",
 )
-BAKED_SUFFIXES = (".dpci.exr", ".dpci.npz")
+BAKED_SUFFIX, COOKED_SUFFIX = ".dpci.exr", ".dpci.npz"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".tga", ".gif", ".ppm", ".dds")
 
 
@@ -42,7 +42,12 @@ def is_mesh_file(path: Path) -> bool:
 
 def is_baked_file(path: Path) -> bool:
     """Return whether the name of the file `path` is that of depth images, baked or cooked."""
-    return path.name.lower().endswith(BAKED_SUFFIXES)
+    return path.name.lower().endswith(BAKED_SUFFIX) or is_cooked_file(path)
+
+
+def is_cooked_file(path: Path) -> bool:
+    """Return whether the name of the file `path` is that of cooked depth images."""
+    return path.name.lower().endswith(COOKED_SUFFIX)
 
 
 def is_model_file(path: Path) -> bool:
