@@ -228,3 +228,13 @@ def test_thin_things_do_not_fall_through_the_grid() -> None:
     _, depth = FaceGrid.of(baked.cylinder, images[0]).border_points(images, border)
     on_rod = depth < 0.1
     assert on_rod.sum() > 2 * 64 / 2**0.5
+
+
+@pytest.mark.parametrize(("max_stepped", "steps"), [(31, 1), (32, None), (None, None)])
+def test_coarse_steps_are_left_out_of_larger_images(max_stepped, steps):
+    params = BakeParams(resolution=32, layers=1)
+    every, some = (bake_object(box(1, 1, 1), params, "ab", max_stepped=most) for most in (None, max_stepped))
+    assert every.steps > 1
+    assert some.steps == (steps or every.steps)
+    assert all(len(image.cells) == some.steps for image in some.images)
+    assert {strip.level for strip in some.boundary_strips} <= set(range(some.steps))

@@ -33,7 +33,7 @@ def test_foliage_is_simplified_at_any_size() -> None:
 
 
 def test_large_images_are_simplified(monkeypatch: pytest.MonkeyPatch, ball: BakedObject) -> None:
-    monkeypatch.setattr("depthwalk.cook.cook._GRID_TEXELS", 32)
+    monkeypatch.setattr("depthwalk.cook.cook.GRID_TEXELS", 32)
     assert len(cook_object(ball, CookOptions()).load()[0].drawn(0)) < 0.5 * len(build_grid_lods(ball).drawn(0))
 
 

@@ -24,7 +24,7 @@ from depthwalk.bake.cache import BAKED, find_cached, read_model
 from depthwalk.bake.file import write_baked
 from depthwalk.bake.parts import ModelParams, bake_model
 from depthwalk.cache import forget
-from depthwalk.cook.cook import CookOptions, cook_object
+from depthwalk.cook.cook import GRID_TEXELS, CookOptions, cook_object
 from depthwalk.cook.cooked_file import cooked_key, read_cooked, write_cooked
 from depthwalk.errors import InputError
 from depthwalk.files import check_folder, staging_folder
@@ -186,7 +186,9 @@ def bake_job(job: Job, staged: Path, stage: Callable[[str], None], workers: int 
     mesh = read_body(job.spec, sources)
     del sources  # frees the bytes of the files
     clock.start("structure")  # that rays are cast against
-    model = bake_model(mesh, job.params, key, clock.start, workers)
+    # Cooking makes its own coarse levels of larger images, from the finest grids.
+    max_stepped = GRID_TEXELS if cooked else None
+    model = bake_model(mesh, job.params, key, clock.start, workers, max_stepped)
     clock.start("cook" if cooked else "write")
     try:
         if cooked:

@@ -123,6 +123,7 @@ def bake_object(
     progress: Progress = lambda stage: None,
     two_sided: bool | None = None,
     workers: int | None = None,
+    max_stepped: int | None = None,
 ) -> BakedObject:
     """Sample a mesh by the depth images of one cylinder (Liu, Liu and Wu 2007, §3.1).
 
@@ -142,6 +143,8 @@ def bake_object(
         Whether surfaces are seen from behind too; None: only those of an open mesh.
     workers
         How many threads to use; None: as many as `default_workers` returns.
+    max_stepped
+        Images of more texels across get the grid of step 1 alone, for whom needs no coarser ones; None: all steps.
 
     Returns
     -------
@@ -152,7 +155,7 @@ def bake_object(
     refinements, side = NOTHING if params.method == "paper" else params.refinements, params.resolution
     grids = {face: FaceGrid(cylinder=cylinder, face=face, height=side, width=side) for face in Face}
     caster = RayCaster(mesh, two_sided)
-    steps = usable_steps((side, side))
+    steps = usable_steps((side, side)) if max_stepped is None or side <= max_stepped else 1
     rivals: dict[Face, FaceLayers] = {}
     seen: dict[Face, FaceSamples] = {}
     if params.by_six_views:

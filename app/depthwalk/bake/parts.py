@@ -61,6 +61,7 @@ def bake_model(
     key: str,
     progress: Progress = lambda stage: None,
     workers: int | None = None,
+    max_stepped: int | None = None,
 ) -> BakedModel:
     """Bake a mesh to depth images, as one object or as several.
 
@@ -76,6 +77,8 @@ def bake_model(
         Called with the name of each stage as it begins.
     workers
         How many threads to use; None: as many as `default_workers` returns.
+    max_stepped
+        See `bake_object`.
 
     Returns
     -------
@@ -95,9 +98,10 @@ def bake_model(
         cells = divide(mesh, caster, params, texel, None if params.parts == "auto" else params.parts)
         if len(cells) > 1:
             pieces = (submesh(mesh, part_faces(mesh, cell, _OVERLAP * texel)) for cell in cells)
-            baked = (_bake_placed(piece, params, key, progress, workers, texel, caster.two_sided) for piece in pieces)
+            options = workers, max_stepped, texel, caster.two_sided
+            baked = (_bake_placed(piece, params, key, progress, *options) for piece in pieces)
             return BakedModel(parts=tuple(baked))
-    return BakedModel(parts=(_bake_placed(mesh, params, key, progress, workers),))
+    return BakedModel(parts=(_bake_placed(mesh, params, key, progress, workers, max_stepped),))
 
 
 def submesh(mesh: Mesh, kept: NDArray[np.bool_]) -> Mesh:
@@ -123,6 +127,7 @@ def _bake_placed(
     key: str,
     progress: Progress,
     workers: int | None,
+    max_stepped: int | None,
     texel: float | None = None,
     two_sided: bool | None = None,
 ) -> BakedObject:
@@ -137,7 +142,7 @@ def _bake_placed(
     if params.layers == "auto":
         progress("layers")
         params = replace(params, layers=deep_enough(probed_depth(mesh, placement, params, two_sided)).layers)
-    baked = bake_object(placement.placed(mesh), params, key, progress, two_sided, workers)
+    baked = bake_object(placement.placed(mesh), params, key, progress, two_sided, workers, max_stepped)
     position, rotation = placement.position.tolist(), placement.rotation.as_quat().tolist()
     return replace(baked, position=tuple(position), rotation=tuple(rotation))
 

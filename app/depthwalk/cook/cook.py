@@ -41,7 +41,7 @@ COOK_VERSION = 2
 
 # Up to this many texels across, simplifying an image takes longer than a visitor of the garden should wait, and saves
 # few triangles.
-_GRID_TEXELS = 128
+GRID_TEXELS = 128
 # Grids of more triangles per texel are those of foliage, all boundary strips. Simplified they have a quarter of that,
 # and keep leaves that grids of step 2 and 4 lose.
 _FOLIAGE_DENSITY = 10
@@ -150,7 +150,7 @@ def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:
 def _build_geometry(baked: BakedObject, options: CookOptions, parallel: Map) -> LodGeometry:
     """Return grids where they are asked for, or the images are small and not of foliage; else simplified levels."""
     height, width = baked.images[0].depth.shape
-    if options.stepped or max(height, width) <= _GRID_TEXELS:
+    if options.stepped or max(height, width) <= GRID_TEXELS:
         grids = build_grid_lods(baked, options.paper_cases, parallel=parallel)
         if options.stepped or grids.count[0, :PIECES].sum() <= 3 * _FOLIAGE_DENSITY * height * width:
             return grids
