@@ -306,7 +306,7 @@ def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
 
     Parameters
     ----------
-    framebuffer : the framebuffer, of 8 bits per channel.
+    framebuffer : what the picture was drawn into.
 
     Returns
     -------

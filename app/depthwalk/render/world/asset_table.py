@@ -1,4 +1,4 @@
-"""Turn the scene's objects and assets into the arrays that plans are made from."""
+"""Tabulate what plans must know of the scene's assets: bounds, levels of detail and index ranges."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,7 +32,7 @@ class AssetTable:
     levels : (a,) number of the coarsest level of detail.
     centre : (a, 3) centres of the bounding spheres, metres, object frames.
     bounding_radius : (a,) radii of the bounding spheres, metres.
-    half_height : (a,) half the height of an upright cylinder about the same centre that encloses all, metres.
+    half_height : (a,) half the height of an upright cylinder about the same centre that encloses the asset, metres.
     cylinder_radius : (a,) radius of that cylinder, metres.
     index_first : (a, levels, RANGES) first index of each range of indices, see `LodGeometry`.
     index_count : (a, levels, RANGES) number of indices of each range.
@@ -60,7 +60,7 @@ class AssetTable:
 
     @cached_property
     def area(self) -> Array:
-        """Area (a,) of the enclosing cylinders seen from the side, square metres."""
+        """Return the areas (a,) of the cylinders of the depth objects, seen from the side, square metres."""
         return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
 
     def nearest(self, asset: Rows, viewer: Array) -> Array:
