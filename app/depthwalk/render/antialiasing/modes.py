@@ -20,17 +20,17 @@ COVERAGE_TEXELS = 2.0  # texels of an impostor tile per pixel, along either axis
 
 
 def geometric(settings: PictureParams) -> bool:
-    """Return whether `settings` blend pixels along the edges of the geometry."""
+    """Return whether the anti-aliasing of `settings` blends pixels along the edges of the geometry."""
     return settings.aa in ("gpaa", "gpaa-edge")
 
 
 def covering(settings: PictureParams) -> bool:
-    """Return whether `settings` let impostor tiles tell what part of a pixel they cover."""
+    """Return whether the anti-aliasing of `settings` uses what part of a pixel impostor tiles cover."""
     return settings.aa == "coverage" or geometric(settings)
 
 
 def samples(settings: RenderSettings) -> int:
-    """Return how many samples each pixel has along either axis when drawn with `settings`."""
+    """Return how many samples `settings` give a pixel along either axis; targets are so many times as large."""
     if geometric(settings):
         return settings.gpaa.samples
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
@@ -55,7 +55,7 @@ class AntiAliasing:
 
 
 def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
-    """Return the anti-aliasing that `settings` ask for."""
+    """Return what the anti-aliasing that `settings` choose asks of the passes."""
     return AntiAliasing(
         mode=settings.aa, samples=samples(settings), geometric=geometric(settings), covering=covering(settings)
     )

@@ -48,7 +48,10 @@ class ShadowsPass(Pass[ShadowParams]):
         return bool(frame.shadows.lamps) or frame.shadows.sun is not None or self._shown
 
     def draw(self, frame: Frame, params: ShadowParams) -> None:
-        """Draw the maps of `frame` that are out of date, as `params` say; hand all to `sun_maps` and `lamp_maps`."""
+        """Draw the maps of `frame` that are out of date, at the resolutions of `params`.
+
+        Afterwards `sun_maps` and `lamp_maps` hold all maps, new and old; None where nothing casts shadows.
+        """
         shadows, targets = frame.shadows, frame.targets
         if shadows.lamps:
             texture = self._of_lamps.fit(params.lamps, params.lamp_resolution)
