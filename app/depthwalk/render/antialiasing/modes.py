@@ -62,11 +62,11 @@ def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
 
 
 def hardware_samples(settings: PictureParams, device: Device) -> int:
-    """Return how many hardware samples each pixel of the targets has that objects are drawn into.
+    """Return how many hardware samples per pixel the targets have that objects are drawn into.
 
     Parameters
     ----------
-    settings : the settings of the picture, of which `aa` and the number of samples matter here.
+    settings : the settings of the picture, of which only `aa` matters here.
     device : the device that draws.
 
     Returns
@@ -76,7 +76,7 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
     Raises
     ------
     InputError
-        Where `device` offers fewer samples than `settings` ask for.
+        Where `settings` ask for `msaa` and `device` offers too few samples.
     """
     if settings.aa != "msaa":
         return 1
@@ -98,7 +98,7 @@ def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
 
     Returns
     -------
-    (samples) views.
+    The views, in the order of the offsets.
     """
     shears = np.asarray(view.shear) - offsets / view.focal_pixels
     return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]

@@ -170,8 +170,8 @@ def draw_batches(
     table : the index ranges of the assets.
     asset : (n,) the number in `AssetStore` of each instance's asset.
     level : (n,) level of detail of each instance; None: 0 for all.
-    pieces : (n,) bit masks of pieces, by which batches hold the runs of indices that a depth object has for them; None:
-        all pieces, and no runs.
+    pieces : (n,) bit mask of the pieces of each instance, whose runs of indices the batches then hold; None: the
+        batches hold no runs, as for meshes.
     clipped : (n,) whether samples may fall outside their tile; None: nowhere.
 
     Returns

@@ -1,7 +1,7 @@
 """Choose how finely each object is drawn: as a mesh near by, at which level of detail, with which of its pieces.
 
 This is the one place where the renderer's own rules (geometric error, pieces by their normals) and those of the paper
-(`lod.mode: paper`, `lod.cases: paper`; formulas in `render.lod.paper_lod`) part.
+(`lod.mode: paper`, `lod.cases: paper`; formulas in `render.lod.paper_lod`) differ.
 """
 
 from typing import NamedTuple

@@ -54,7 +54,7 @@ _TWILIGHT = np.radians(3.0)  # by which the sun sinks below the horizon while th
 
 @dataclass(frozen=True, kw_only=True)
 class Gradient:
-    """Model a sky of two colours, mixed by the square root of the height.
+    """Model a sky of two colours, mixed by the square root of the y of a direction.
 
     Attributes
     ----------

@@ -45,7 +45,7 @@ class MeshFallbackRule:
 
 @dataclass(kw_only=True)
 class MeshFallbacks:
-    """Hold which mesh may replace each depth object; `a` is how many numbers `AssetStore` gives.
+    """Hold which mesh may replace each depth object (see `AssetStore`, which gives `a` numbers).
 
     Attributes
     ----------
@@ -146,13 +146,13 @@ class MeshFallbacks:
         triangles_per_pixel: float,
         max_pixels: float = np.inf,
     ) -> Mask:
-        """Return which depth objects are replaced by a mesh that is resident and has not too many triangles.
+        """Return which depth objects are so near that a mesh replaces them, if it is resident and has few triangles.
 
         Parameters
         ----------
         number : (m,) numbers of the depth objects in `AssetStore`.
-        nearest : (m,) what a pixel covers at the nearest point of each object, metres in its frame.
-        middle : (m,) what a pixel covers at the middle of each object, metres in its frame.
+        nearest : (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
+        middle : (m,) length that a pixel covers at the middle of each object, metres in its frame.
         levels : the levels of detail of the meshes that are loaded.
         rule : how near objects must be, and which meshes are resident.
         triangles_per_pixel : how many triangles a mesh may have for each of its pixels.

@@ -29,8 +29,8 @@ class GridCells:
 
     Attributes
     ----------
-    ordered : (n, 3) vertices of the triangles that have a cell of their own.
-    unordered : (m, 3) vertices of the other triangles.
+    ordered : (n, 3) rows of `LodGeometry.vertices`: the triangles that have a cell of their own.
+    unordered : (m, 3) rows of `LodGeometry.vertices`: the other triangles.
     cell : (n, 2) column and row of each ordered triangle's cell, in nodes of the level's grid.
     nodes : (c,) texel columns and (r,) texel rows on which the nodes of the grid lie, rising.
     wraps : whether the columns go round a circle, as those of the side image do.
@@ -84,7 +84,7 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
 def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: GridCells) -> tuple[int, int]:
     """Find the interval of the ordered image's grid in which the viewer is.
 
-    Column and row are −1 before the first node, and the last node beyond that one.
+    Column and row are −1 before the first node, and those of the last node beyond that one.
 
     Parameters
     ----------

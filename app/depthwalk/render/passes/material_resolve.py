@@ -40,7 +40,7 @@ class MaterialResolvePass(Pass[Params]):
         return frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Write the material depth of `frame`, then draw each asset where that is its own; `params` is empty."""
+        """Look up albedo and normal of the surfaces that `frame` shows, asset by asset; `params` is empty."""
         materials = frame.materials
         assert materials is not None  # as `enabled` found
         self._objects.upload(materials.records)

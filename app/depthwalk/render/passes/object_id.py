@@ -70,7 +70,7 @@ class ObjectIdPass(Pass[Params]):
         self._target = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether `frame` is to tell meshes apart, and is the last of its samples; `params` is empty."""
+        """Return whether meshes are asked for and `frame` is that of the last sample; `params` is empty."""
         return self.requested and frame.sample == frame.targets.samples - 1
 
     def draw(self, frame: Frame, params: Params) -> None:

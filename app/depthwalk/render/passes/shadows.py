@@ -41,7 +41,7 @@ class ShadowsPass(Pass[ShadowParams]):
         self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
-        """Return whether anything casts shadows in `frame` or did in the last one, whose maps are then taken away.
+        """Return whether anything casts shadows in `frame`, or did in the last one, so that its maps must be dropped.
 
         The `params` do not matter.
         """

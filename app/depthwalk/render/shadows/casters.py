@@ -49,12 +49,12 @@ class ShadowMap:
         return sum(group.count * length for group in self.grids.batches for _, length in group.indices) // 3
 
     def shows_same(self, other: "ShadowMap") -> bool:
-        """Return whether another map looks like this one, so that this one need not be drawn again.
+        """Return whether an earlier map looks like this one, so that this one need not be drawn.
 
         Parameters
         ----------
         other
-            The other map.
+            The earlier map.
 
         Returns
         -------
@@ -80,6 +80,11 @@ class ShadowMap:
         ----------
         before
             The earlier map.
+
+        Returns
+        -------
+        bool
+            Whether it may.
         """
         mine, its = self.view, before.view
         if not (isinstance(mine, Cascade) and isinstance(its, Cascade)):

@@ -23,7 +23,9 @@ from depthwalk.types import Array, Ints, Rows
 
 @dataclass(frozen=True, kw_only=True)
 class AssetTable:
-    """Hold what plans must know of assets and depth objects; `a` is how many numbers `AssetStore` gives to these.
+    """Hold what plans must know of meshes and depth objects; `a` is how many numbers `AssetStore` gives to these.
+
+    A depth object is the depth images of one part of an asset.
 
     Attributes
     ----------
@@ -36,9 +38,9 @@ class AssetTable:
     cylinder_radius : (a,) radius of that cylinder, metres.
     index_first : (a, levels, RANGES) first index of each range of indices, see `LodGeometry`.
     index_count : (a, levels, RANGES) number of indices of each range.
-    horizon : (a, levels, PIECES, 4) cones that tell which pieces face away, see `LodGeometry`.
+    horizon : (a, levels, PIECES, 4) metres, by which pieces are found that face away, see `piece_horizons`.
     triangles : (a, levels) number of triangles of all pieces.
-    error : (a, levels) metres, see `LodGeometry`; +inf where the object has no such level.
+    error : (a, levels) geometric error, metres, see `LodGeometry`; +inf where the object has no such level.
     meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
     """
@@ -85,12 +87,12 @@ def asset_table(objects: Objects, library: Library, store: AssetStore, fallbacks
     ----------
     objects : the objects, whose `asset` holds numbers of `store`.
     library : where assets come from.
-    store : numbers what is drawn, and cooks it.
+    store : gives numbers to what is drawn, and cooks it.
     fallbacks : whether meshes may replace depth images.
 
     Returns
     -------
-    The table, in which the rows of unused numbers are zero.
+    The table, in which the rows of unused numbers mean nothing.
     """
     meshes = _used_meshes(objects, library)
     used = [number for number in np.unique(objects.asset).tolist() if number >= len(library)]

@@ -26,7 +26,7 @@ _FAR = 4.0  # half diagonals of a cell from which on it is far: parallax within 
 
 @dataclass(kw_only=True)
 class FarClusters:
-    """Hold k clusters: runs of neighbouring objects, each within one cell.
+    """Hold k clusters: runs of neighbouring objects, each within one of c spatial cells.
 
     Attributes
     ----------
@@ -55,8 +55,9 @@ class FarClusters:
     def far(self, view: View, cells: SpatialCells, numbers: Rows, pixels: float) -> Mask:
         """Return which cells may be drawn by clusters.
 
-        In these cells no object is `pixels` pixels across, and the viewer looks down or up at them so steeply that few
-        of their objects hide each other: elsewhere it is cheaper to test the objects one by one.
+        These cells are far away for their size, and no object in them is `pixels` pixels across. The viewer looks down
+        or up at them so steeply that few of their objects hide each other: elsewhere it is cheaper to test the objects
+        one by one.
 
         Parameters
         ----------
@@ -133,7 +134,7 @@ class FarClusters:
 
         Returns
         -------
-        (m,) whether each cluster has.
+        (m,) whether all objects of each cluster are.
         """
         rows, count = self.members(numbers)
         resident = is_resident(rows)

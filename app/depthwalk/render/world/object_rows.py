@@ -26,8 +26,8 @@ def place_objects(
     Parameters
     ----------
     scene : the scene.
-    library : tells what each asset has.
-    store : numbers what is drawn.
+    library : tells which assets have meshes and depth images.
+    store : gives numbers to what is drawn.
     forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
     which : the slice of the scene's objects to return.
     stand_ins : what is drawn of assets whose depth images are not ready; None: all are ready.
@@ -62,8 +62,8 @@ def placed_rows(
     Parameters
     ----------
     scene : the scene.
-    library : tells what each asset has.
-    store : numbers what is drawn.
+    library : tells which assets have meshes and depth images.
+    store : gives numbers to what is drawn.
     forced : the representation that `place_objects` was given.
     which : the slice of the scene's objects whose rows are looked for.
     stand_ins : the stand-ins that `place_objects` was given.

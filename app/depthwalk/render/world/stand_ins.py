@@ -48,7 +48,7 @@ def asked_for(objects: Objects, library: Library, forced: Representation | None)
     Parameters
     ----------
     objects : the scene's n objects.
-    library : tells what each asset has.
+    library : tells which assets have meshes and depth images.
     forced : the representation of all objects whose asset has it; None: each object's own.
 
     Returns
@@ -73,7 +73,7 @@ def find_stand_ins(
     Parameters
     ----------
     objects : the scene's objects.
-    library : tells what each asset has.
+    library : tells which assets have meshes and depth images.
     store : knows what is ready, and has the rest made so, the assets nearest to the viewer first.
     forced : the representation of all objects whose asset has it; None: each object's own.
     viewer : (3,) where the viewer stands, metres, world; None: not known.
