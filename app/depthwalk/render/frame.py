@@ -35,7 +35,7 @@ class Common:
     aa : the anti-aliasing of the picture.
     lod : levels of detail, `render.lod`.
     forward : whether depth images are lit where their colour is looked up, instead of later with everything else.
-    wireframe : whether triangles are drawn as lines.
+    wireframe : whether the triangles of depth images are drawn as lines.
     show_tiles : whether every impostor tile is painted in a colour of its own.
     """
 

@@ -128,7 +128,8 @@ class HeadlessRenderer:
 
         Returns
         -------
-        Linear colours and distances, in which each pixel has the mean colour and the least distance of its samples.
+        (H, W, 4) float32 linear colours and (H, W) float32 distances, metres along the view axis, row 0 at the top.
+        Each pixel has the mean colour and the least distance of its samples.
         """
         targets, fitted = self.renderer.targets, self.renderer.view
         assert targets is not None and fitted is not None  # `draw` made them

@@ -148,7 +148,7 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
 def is_solid(mesh: Mesh) -> bool:
     """Return whether a mesh is the closed surface of a solid, of which nobody outside sees a back face.
 
-    It is if faces run through every edge as often one way as the other, and enclose a positive volume.
+    It is so if faces run through every edge as often one way as the other, and enclose a positive volume.
 
     Parameters
     ----------

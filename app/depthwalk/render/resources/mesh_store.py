@@ -248,7 +248,7 @@ class MeshStore:
         Returns
         -------
         bool
-            Whether `levels` has it.
+            Whether `levels` returns what is asked for.
         """
         known = self._fallbacks.get(asset)
         if known is not None and (known.is_simplified or not simplified):
