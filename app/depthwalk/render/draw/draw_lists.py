@@ -85,7 +85,7 @@ class ImpostorQuads:
 
     Attributes
     ----------
-    records : (d,) COMPOSITE_RECORD, first the aligned ones; within either kind the nearest first.
+    records : (d,) `tile_records.COMPOSITE_RECORD`, first the aligned ones; within either kind the nearest first.
     aligned : how many of the records are aligned, which means that the texels of the impostor are pixels of the
         picture.
     """
@@ -107,10 +107,10 @@ class FrameDrawLists:
 
     Attributes
     ----------
-    warp : what pass 1 warps into impostor tiles, WARP_RECORD.
+    warp : what pass 1 warps into impostor tiles, with `tile_records.WARP_RECORD`.
     composite : the impostors that pass 2 draws.
-    dmesh : depth images drawn straight into the picture, PLACED_RECORD.
-    mesh : polygon meshes, PLACED_RECORD.
+    dmesh : depth images drawn straight into the picture, with `placed_records.PLACED_RECORD`.
+    mesh : polygon meshes, with `placed_records.PLACED_RECORD`.
     cleared : (n, 4) slots of the atlas (x, y, width, height), texels, that pass 1 clears before it fills them.
     counts : numbers for HUD and benchmark, by name.
     object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these

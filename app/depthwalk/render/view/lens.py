@@ -97,7 +97,7 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
 
 
 def gaussian() -> NDArray[np.float64]:
-    """Return one half of a Gaussian kernel with a standard deviation of 3 pixels; both halves together sum to 1.
+    """Return one half of a Gaussian kernel with a standard deviation of 3 pixels; the whole kernel sums to 1.
 
     Returns
     -------
