@@ -1,1 +1,1 @@
-"""The renderer: what is seen of a scene, drawn pass by pass."""
+"""Draw what is seen of a scene, pass by pass."""

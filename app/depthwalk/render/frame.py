@@ -1,4 +1,4 @@
-"""What a pass is given, `Frame`, and what every pass must be, `Pass`.
+"""Define what a pass is given, `Frame`, and what every pass must be, `Pass`.
 
 A frame is a list of passes that run one after the other. They know of each other by the targets alone that they read
 and write (`render.targets.TARGETS`); what they draw and through which camera comes with the `Frame`, and how they draw
@@ -35,7 +35,7 @@ class Common:
     aa : the anti-aliasing of the picture.
     lod : levels of detail, `render.lod`.
     forward : whether depth images are lit where their colour is looked up, instead of later with everything else.
-    wireframe : whether triangles are drawn as lines.
+    wireframe : whether the triangles of depth images are drawn as lines.
     show_tiles : whether every impostor tile is painted in a colour of its own.
     """
 
@@ -47,7 +47,7 @@ class Common:
 
 
 def common(settings: RenderSettings) -> Common:
-    """Return those of the `settings` that several passes read."""
+    """Return those of the render `settings` of a scene that several passes read."""
     return Common(
         aa=anti_aliasing(settings),
         lod=settings.lod,
@@ -65,16 +65,16 @@ class Frame:
     ----------
     view : the camera and the size of the targets, near and far plane fitted to what is in sight.
     plan : the draw lists: of the current occlusion phase for passes that draw objects, of the whole frame for others.
-    common : the settings that several passes go by.
+    common : the settings that several passes read.
     environment : sun, sky, ground, fog and lamps of the scene.
     light : the light of sun and sky, derived once from the environment.
     assets : the assets that are on the GPU.
     targets : the textures to read and draw into; a pass reaches those that it declares.
-    transparent : whether alpha is 0 where nothing is drawn, instead of sky or background.
+    transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
     materials : the depth-image objects that may be visible, for `material_resolve`; None for passes that draw objects.
     shadows : what the shadow maps of sun and lamps are to show; empty for passes that draw objects.
-    lens_point : the number of this frame among those that make up one picture (see `Pass.views`).
-    sample : the number of the sample of each pixel that the G-buffer holds, where the targets have several.
+    lens_point : the number of this frame, from 0, among those that make up one picture (see `Pass.views`).
+    sample : the number, from 0, of the sample of each pixel that the G-buffer holds, where the targets have several.
     """
 
     view: View
@@ -99,9 +99,9 @@ class Pass(ABC, Generic[P]):
     ==================  ================================================================================================
     `attach`, `setup`   Once, before the first frame: create programs and buffers through `gl`.
     `resize`            Before the first frame and whenever the size of the targets changes.
-    `views`             Once per picture: of which frames it consists.
-    `enabled`           Once per frame, when all passes before have drawn: whether there is anything to draw.
-    `draw`              After `enabled` said so: draw into the targets of `writes` what is computed from `reads`.
+    `views`             Once per picture: ask of which frames it consists.
+    `enabled`           Once per frame, when all passes before have drawn: ask whether there is anything to draw.
+    `draw`              Where `enabled` returned True: draw into the targets of `writes`, from those of `reads`.
     `forget_assets`     Before assets are released: drop what refers to their buffers.
     `release`           At the end: free what was created. The pass may then be attached to another renderer.
     ==================  ================================================================================================
@@ -122,14 +122,14 @@ class Pass(ABC, Generic[P]):
 
     Attributes
     ----------
-    name : of its timer; for the package's own passes also of the module, the shader folder, the panel section and the
+    name : names its timer; for the package's own passes also the module, the shader folder, the panel section and the
         group in the render settings.
     draws_objects : whether it draws the objects of `frame.plan`; such passes run before all others.
     per_sample : whether it runs for each sample of a pixel, where targets have several.
     reads : names of the targets (`render.targets.TARGETS`) that it reads. A depth that is only tested against counts as
         read.
     writes : names of the targets that it draws into.
-    Params : the class of its parameters, from the head of the class.
+    Params : the class of its parameters: P of the base class `Pass[P]` that a subclass names.
     gl : creates and owns GL objects; set from `attach` to `release`.
     params : the parameters that hold where the render settings have no group of the pass's name; may be changed between
         frames.
@@ -207,40 +207,79 @@ class Pass(ABC, Generic[P]):
             raise
 
     def params_in(self, settings: RenderSettings) -> P:
-        """Return the parameters that hold: those that the pass was made with, else its group in `settings`."""
+        """Return the parameters that hold: those that the pass was made with, else its group in the render settings.
+
+        Parameters
+        ----------
+        settings : the render settings, of which the group with the name of the pass counts.
+
+        Returns
+        -------
+        The parameters; where there is no such group, the attribute `params`.
+        """
         group = getattr(settings, self.name, None)
         return cast(P, group) if isinstance(group, self.Params) and not self._has_own_params else self.params
 
     @abstractmethod
     def setup(self, gl: Scope) -> None:
-        """Create programs and buffers through `gl`, which owns them and frees them when the pass is released."""
+        """Create the programs and buffers that the pass draws with.
+
+        Parameters
+        ----------
+        gl : creates and owns GL objects, and frees them when the pass is released.
+        """
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop what depends on the size of the targets, `size` (width, height) in pixels; by default, nothing."""
+        """Drop what depends on the size of the targets; by default, nothing.
+
+        Parameters
+        ----------
+        size : the new width and height of the targets, pixels.
+        """
 
     def views(self, view: View, params: P) -> Iterable[View]:
-        """Return the views of the frames that make up one picture: `view` alone, unless the pass blends several frames.
+        """Return the views of the frames that make up one picture: one view, unless the pass blends several frames.
 
-        `params` are the parameters of the pass.
+        Parameters
+        ----------
+        view : the view of the picture.
+        params : the pass's own parameters.
+
+        Returns
+        -------
+        The views in the order in which their frames are drawn; by default `view` alone.
         """
         return (view,)
 
     def enabled(self, frame: Frame, params: P) -> bool:
-        """Return whether there is anything to draw in `frame`, given the pass's own `params`.
+        """Return whether there is anything to draw; where there is not, the pass costs nothing and has no timer.
 
-        If not, the pass costs nothing in this frame and has no timer.
+        Parameters
+        ----------
+        frame : the frame that is being drawn.
+        params : the pass's own parameters.
+
+        Returns
+        -------
+        Whether `draw` is to be called; by default True.
         """
         return True
 
     @abstractmethod
     def draw(self, frame: Frame, params: P) -> None:
-        """Draw `frame` into the targets of `writes`, as the pass's own `params` say."""
+        """Draw into the targets that `writes` names.
+
+        Parameters
+        ----------
+        frame : what to draw, and the targets to draw into.
+        params : the pass's own parameters.
+        """
 
     def forget_assets(self) -> None:
         """Drop whatever refers to assets, because they are about to be released; by default, nothing."""
 
     def release(self) -> None:
-        """Free what the pass has on its device, to which it then no longer belongs."""
+        """Free what the pass has created on its device; it may then be attached to another renderer."""
         if hasattr(self, "gl"):
             self.gl.release()
             del self.gl

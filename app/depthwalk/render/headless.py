@@ -96,7 +96,7 @@ class HeadlessRenderer:
         Parameters
         ----------
         view : the camera, with the size of this renderer.
-        transparent : whether alpha is 0 where nothing is drawn, instead of sky and background.
+        transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
         """
         with self.device.context:
             self.renderer.render(view, self._screen, transparent)
@@ -107,7 +107,13 @@ class HeadlessRenderer:
             return read_pixels(self._screen)
 
     def pixel_counts(self) -> Ints:
-        """Return how many pixels of the frame drawn last each representation drew, (3,), see `PixelShares.count`."""
+        """Return how many pixels of the frame drawn last each representation drew.
+
+        Returns
+        -------
+        (3,) numbers of pixels that show impostors (`dpci`), samples drawn straight to the screen (`dmesh`) and meshes.
+        Of large pictures only some pixels are counted, see `PixelShares`.
+        """
         with self.device.context:
             return self.renderer.sample_shares().count()
 
@@ -118,7 +124,13 @@ class HeadlessRenderer:
             return self.renderer.frame_all(width / height)
 
     def linear_image(self) -> LinearImage:
-        """Return the frame drawn last in linear light, with the mean and the least distance of each pixel's samples."""
+        """Return the frame drawn last before its encoding for the screen.
+
+        Returns
+        -------
+        (H, W, 4) float32 linear colours and (H, W) float32 distances, metres along the view axis, row 0 at the top.
+        Each pixel has the mean colour and the least distance of its samples.
+        """
         targets, fitted = self.renderer.targets, self.renderer.view
         assert targets is not None and fitted is not None  # `draw` made them
         with self.device.context:

@@ -45,9 +45,10 @@ class InSight:
     Attributes
     ----------
     rows : (m,) rows of the objects, nearest first.
-    batches : numbers of the cells whose objects are farther than those of `rows`, nearest first.
-    far_cells : numbers of the cells whose objects may be drawn in clusters.
-    forward : (k,) distance of those objects and cells along the view axis, metres.
+    batches : (c,) numbers of spatial cells in each batch, whose objects are farther than those of `rows`, nearest
+        first.
+    far_cells : (f,) numbers of the spatial cells whose objects may be drawn as far clusters.
+    forward : (k,) distances of all this along the view axis, metres: of single objects, then of whole cells.
     bounding_radius : (k,) how far each reaches to either side of that distance, metres.
     """
 
@@ -101,9 +102,17 @@ class OcclusionPhases:
         self._last_seen = np.zeros(0, bool)  # (n,), objects that the last frame found in sight
 
     def in_sight(self, view: View) -> InSight:
-        """Return the objects in the frustum of `view`.
+        """Return the objects in the frustum of a view.
 
         Far objects are returned by whole cells, or, without occlusion culling, object by object.
+
+        Parameters
+        ----------
+        view : the view of the picture; near and far plane need not be fitted.
+
+        Returns
+        -------
+        The objects and cells in sight.
         """
         culling, bounds, cells = self._settings.culling, self._world.bounds(), self._world.cells()
         with self._timers.measure_cpu("cull"):

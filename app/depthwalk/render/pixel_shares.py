@@ -42,7 +42,13 @@ class PixelShares:
         self._tiled = np.zeros(0, bool)  # of the frame that was sampled last, see `FrameDrawLists`
 
     def sample(self, targets: Targets, plan: FrameDrawLists) -> None:
-        """Ask for the pixels of the frame that passes have drawn into `targets`, as `plan` says."""
+        """Ask the GPU which object each sampled pixel of a frame shows.
+
+        Parameters
+        ----------
+        targets : the textures that the passes have drawn the frame into.
+        plan : the draw lists of the whole frame, which tell how each object was drawn.
+        """
         width, height = targets.size
         columns, rows = min(width, MOST_SAMPLES), min(height, MOST_SAMPLES)
         sampled = self._sampled = self._of_size(columns, rows)
@@ -55,9 +61,11 @@ class PixelShares:
         self._tiled = plan.tiled
 
     def count(self) -> Ints:
-        """Return how many of the sampled pixels show objects that were drawn as each of `KINDS`, (3,).
+        """Return how many of the sampled pixels each representation drew. Waits until the GPU has drawn that frame.
 
-        Zeros before the first frame was sampled. Waits until the GPU has drawn that frame.
+        Returns
+        -------
+        (3,) number of pixels for each of `KINDS`; zeros before the first call of `sample`.
         """
         if self._sampled is None:
             return np.zeros(len(KINDS), np.int64)

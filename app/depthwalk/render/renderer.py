@@ -46,16 +46,17 @@ class Renderer:
     Parameters
     ----------
     device : the GPU, whose context must be current whenever the renderer is used.
-    scene : what is drawn; its objects are watched by `world`.
+    scene : what is drawn; `world` must be told when its objects move.
     library : reads, bakes and caches the assets when they are first needed.
     passes : the passes of a frame in their order, for this renderer alone; None: `default_passes()`.
 
     Attributes
     ----------
     settings : the render settings of the scene.
+    passes : the passes in their order.
     remembers : whether a frame uses what earlier frames found, such as impostor tiles and what was in sight. If not, no
         frame depends on another.
-    upload_seconds : how long a frame may bring assets to the GPU; None: until all are resident (see
+    upload_seconds : how long a frame may bring assets to the GPU, seconds; None: until all are resident (see
         `AssetStore.stream`).
     world : the objects in arrays, which must be told when they move.
     assets : the assets on the GPU.
@@ -102,7 +103,7 @@ class Renderer:
         ----------
         view : the camera, and the size of `screen`. With supersampling, the passes before `output` see a larger size.
         screen : the framebuffer to draw into.
-        transparent : whether alpha is 0 where nothing is drawn, instead of sky or background.
+        transparent : whether pixels where nothing is drawn get alpha 0; otherwise they show the sky or the background.
         """
         views = [view]
         for pass_ in self.passes:
@@ -207,7 +208,12 @@ class Renderer:
                     pass_.draw(own_frame, params)
 
     def sample_shares(self) -> PixelShares:
-        """Sample which representation drew the pixels of the frame drawn last, and return what will count them."""
+        """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.
+
+        Returns
+        -------
+        The object whose `count` counts these pixels, and waits for the GPU; it is the same in every call.
+        """
         if self._shares is None:
             self._shares = PixelShares(self.device)
         if self.targets is not None and self.plan is not None:
@@ -224,7 +230,7 @@ class Renderer:
 
         Returns
         -------
-        Metres along the view axis; +inf where nothing is.
+        Metres along the view axis; +inf where no surface is, or before the first frame.
         """
         if self.targets is None or self.view is None:
             return float("inf")
@@ -244,7 +250,7 @@ class Renderer:
 
         Returns
         -------
-        The point, metres, world; None where nothing is.
+        The point, metres, world; None where no surface is, or before the first frame.
         """
         distance = self.distance_at(across, down)
         if self.view is None or np.isinf(distance):
@@ -262,7 +268,7 @@ class Renderer:
 
         Returns
         -------
-        The camera.
+        The camera, world, which looks at the middle of all objects; one near the origin where the scene has none.
         """
         bounds = self.world.bounds()
         if not len(bounds.bounding_radius):
@@ -296,7 +302,16 @@ class Renderer:
 
 
 def read_pixels(framebuffer: moderngl.Framebuffer) -> NDArray[np.uint8]:
-    """Return the picture (H, W, 4) uint8 in `framebuffer`, top row first. Waits until it is drawn."""
+    """Return the picture in a framebuffer. Waits until it is drawn.
+
+    Parameters
+    ----------
+    framebuffer : what the picture was drawn into.
+
+    Returns
+    -------
+    (H, W, 4) uint8, top row first.
+    """
     width, height = framebuffer.size
     data = framebuffer.read(components=4, alignment=1)
     return np.frombuffer(data, np.uint8).reshape(height, width, 4)[::-1]

@@ -21,10 +21,17 @@ log = logging.getLogger(__name__)
 
 
 class ShadowPlanner:
-    """Find what casts shadows among the objects of a world."""
+    """Plan the shadow maps of each frame, by what casts shadows among the objects of a world.
+
+    Parameters
+    ----------
+    world
+        The world whose objects cast shadows.
+    timers
+        Measure the steps "cull", "upload" and "plan".
+    """
 
     def __init__(self, world: RenderWorld, timers: PassTimers) -> None:
-        """Plan for the objects of `world`; `timers` measure how long it takes."""
         self._world, self._timers = world, timers
         self._warned = False
 

@@ -1,4 +1,4 @@
-"""The textures that passes hand to each other: what they hold, and the framebuffers that draw into them.
+"""Declare and create the textures that passes hand to each other, and the framebuffers that draw into them.
 
 `TARGETS` declares what each texture holds and `FRAMEBUFFERS` how they are drawn into; `Targets` creates both for one
 size of picture. A pass names in `reads` and `writes` the targets that it uses, and `declared` lets it reach no others,
@@ -59,7 +59,7 @@ class Target:
 
     @property
     def formats(self) -> str:
-        """The formats of the textures, as docs show them."""
+        """Return the names of the textures' OpenGL formats, joined by commas, as the documentation shows them."""
         return ", ".join(dict.fromkeys(texture_format.name for texture_format in self.textures.values()))
 
 
@@ -121,7 +121,7 @@ class Framebuffer(NamedTuple):
     Attributes
     ----------
     colours : the colour textures; none where only depth is written.
-    depth : the depth texture, which is tested against, and written where the pass does so; None: no depth.
+    depth : the depth texture to test against, and to write if the pass does so; None: no depth.
     all_samples : whether the framebuffer has all samples of a pixel, as those do that objects are drawn into.
     """
 
@@ -155,7 +155,9 @@ _OPEN_TO_ALL = {"size", "samples", "atlas_size", "offsets", "defines"}  # number
 class Drawn:
     """Hold the textures that objects and ground are drawn into, of one sample per pixel or several.
 
-    They have the contents of the attributes of `Targets` with the same names.
+    Attributes
+    ----------
+    albedo, surface, visibility_texture, depth : as the attributes of `Targets` with these names.
     """
 
     albedo: moderngl.Texture
@@ -167,9 +169,6 @@ class Drawn:
 class Targets:
     """Hold the textures of `TARGETS` and the framebuffers of `FRAMEBUFFERS`, as attributes of these names.
 
-    With several samples per pixel `drawn` holds textures of their own for `visibility` and `polygons` to draw into; all
-    other textures have one. Else `drawn` holds the same textures as the attributes do.
-
     Parameters
     ----------
     device : the owner of the GL context.
@@ -178,9 +177,11 @@ class Targets:
 
     Attributes
     ----------
-    screen : where the finished picture goes, set for each frame.
+    drawn : the textures that `visibility` and `polygons` draw into: textures of their own if pixels have several
+        samples, else those that the attributes hold. All other textures have one sample per pixel.
+    screen : the framebuffer of the finished picture, set for each frame.
     atlas_size : width and height of the atlas, texels.
-    offsets : (samples, 2), places of the samples from the pixel's middle, pixels to the right and up.
+    offsets : (samples, 2) places of the samples from the pixel's middle, pixels to the right and up.
     sun_maps, lamp_maps : the shadow maps, set by the pass that draws them; None where nothing casts shadows.
 
     Raises
@@ -256,7 +257,10 @@ class Targets:
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Defines of shaders that draw depth images into these targets, or read what is drawn."""
+        """Return the defines of shaders that draw depth images into these targets, or read what is drawn.
+
+        They are `MULTISAMPLED` where pixels have several samples, otherwise none.
+        """
         return ("MULTISAMPLED",) if self.samples > 1 else ()
 
     def lit_before(self) -> moderngl.Texture:

@@ -1,1 +1,1 @@
-"""Which anti-aliasing a picture gets, and the lines that geometric anti-aliasing draws."""
+"""Choose the anti-aliasing of a picture, and find the lines that geometric anti-aliasing draws."""

@@ -20,17 +20,17 @@ COVERAGE_TEXELS = 2.0  # texels of an impostor tile per pixel, along either axis
 
 
 def geometric(settings: PictureParams) -> bool:
-    """Return whether `settings` blend pixels along the edges of the geometry."""
+    """Return whether the anti-aliasing of `settings` blends pixels along the edges of the geometry."""
     return settings.aa in ("gpaa", "gpaa-edge")
 
 
 def covering(settings: PictureParams) -> bool:
-    """Return whether `settings` let impostor tiles tell what part of a pixel they cover."""
+    """Return whether the anti-aliasing of `settings` uses what part of a pixel impostor tiles cover."""
     return settings.aa == "coverage" or geometric(settings)
 
 
 def samples(settings: RenderSettings) -> int:
-    """Return how many samples each pixel has along either axis when drawn with `settings`."""
+    """Return how many samples `settings` give a pixel along either axis; targets are so many times as large."""
     if geometric(settings):
         return settings.gpaa.samples
     return SUPERSAMPLING if settings.aa == "ssaa" else 1
@@ -55,18 +55,18 @@ class AntiAliasing:
 
 
 def anti_aliasing(settings: RenderSettings) -> AntiAliasing:
-    """Return the anti-aliasing that `settings` ask for."""
+    """Return what the anti-aliasing that `settings` choose asks of the passes."""
     return AntiAliasing(
         mode=settings.aa, samples=samples(settings), geometric=geometric(settings), covering=covering(settings)
     )
 
 
 def hardware_samples(settings: PictureParams, device: Device) -> int:
-    """Return how many hardware samples each pixel of the targets has that objects are drawn into.
+    """Return how many hardware samples per pixel the targets have that objects are drawn into.
 
     Parameters
     ----------
-    settings : the settings of the picture, of which `aa` and the number of samples matter here.
+    settings : the settings of the picture, of which only `aa` matters here.
     device : the device that draws.
 
     Returns
@@ -76,7 +76,7 @@ def hardware_samples(settings: PictureParams, device: Device) -> int:
     Raises
     ------
     InputError
-        Where `device` offers fewer samples than `settings` ask for.
+        Where `settings` ask for `msaa` and `device` offers too few samples.
     """
     if settings.aa != "msaa":
         return 1
@@ -98,7 +98,7 @@ def sample_views(view: View, offsets: NDArray[np.floating]) -> list[View]:
 
     Returns
     -------
-    (samples) views.
+    The views, in the order of the offsets.
     """
     shears = np.asarray(view.shear) - offsets / view.focal_pixels
     return [replace(view, shear=tuple(shear)) for shear in shears.tolist()]

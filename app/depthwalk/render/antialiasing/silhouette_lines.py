@@ -27,8 +27,9 @@ def silhouette_lines(
     """Return the lines on the screen that are silhouettes or creases of n objects of one asset.
 
     An edge between a front and a back face is a silhouette, as is an edge of one face only. A folded edge with a
-    visible face is a crease (edge-optimised GPAA, §1.1). Left out are lines off the screen, lines so short that they
-    pass no pixel's middle, and objects with a higher density of silhouettes than `MAX_DENSITY`.
+    visible face is a crease (edge-optimised GPAA, §1.1, see docs/anti-aliasing.md). Left out are lines off the screen,
+    lines so short that they pass no pixel's middle, and objects with a higher density of silhouettes than
+    `MAX_DENSITY`.
 
     Parameters
     ----------

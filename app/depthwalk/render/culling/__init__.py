@@ -1,1 +1,1 @@
-"""Occlusion culling against the depth of what is drawn already."""
+"""Leave out objects that are hidden behind what is drawn already."""

@@ -35,9 +35,15 @@ class DepthReadback:
         self._framebuffer = self.gl.framebuffer([self._texture])
 
     def read(self, targets: Targets) -> NDArray[np.float32]:
-        """Return the farthest depth (rows, columns) float32 of each cell, 0 to 1, row 0 at the bottom.
+        """Return the farthest depth of each cell. Waits until the GPU has drawn all that it was asked for.
 
-        Reads the depth of `targets`, and waits until the GPU has drawn all that it was asked for.
+        Parameters
+        ----------
+        targets : the textures whose depth is read.
+
+        Returns
+        -------
+        (rows, columns) float32 values of the depth buffer, 0 to 1, row 0 at the bottom.
         """
         targets.drawn.depth.use(0)
         defines = targets.defines
@@ -56,6 +62,6 @@ class DepthReadback:
 def cell_side(size: tuple[int, int]) -> int:
     """Return the width and height of a cell, pixels, for a picture of `size` (width, height), pixels.
 
-    The result is an even number, since the shader gathers 2 × 2 pixels at once.
+    It is an even number, since the shader gathers 2 × 2 pixels at once.
     """
     return 2 * int(np.ceil(np.sqrt(size[0] * size[1] / MOST_CELLS) / 2))

@@ -64,9 +64,9 @@ def growth(hidden: Mask) -> int:
 def screen_extents(view: View, cylinders: Cylinders, margin: float) -> ScreenExtents:
     """Return bounds of n cylinders on the screen.
 
-    In camera coordinates, with t = x/z at its centre, a cylinder spans x − t·z = ±e, the support of g = (1, 0, −t): e =
-    half_height·|g·axis| + radius·√(g² − (g·axis)²). So no point of the cylinder is farther from t than e divided by the
-    least z of the cylinder.
+    In camera coordinates, with t = x/z at its centre, a cylinder lies between the planes x − t·z = ±e. Here e is its
+    support along the normal g = (1, 0, −t) of these planes: half_height·|g·axis| + radius·√(g² − (g·axis)²). So no
+    point of the cylinder is farther from t than e divided by the least z of the cylinder. The same holds for y.
 
     Parameters
     ----------
@@ -122,7 +122,16 @@ class DepthRangeMaximum:
         self._windows[0] = farthest
 
     def hides(self, extents: ScreenExtents) -> Mask:
-        """Return which (n,) of the `extents` lie behind the depth buffer altogether."""
+        """Return which cylinders lie entirely behind the depth buffer.
+
+        Parameters
+        ----------
+        extents : rectangles and nearest depths of n cylinders.
+
+        Returns
+        -------
+        (n,) whether each is hidden.
+        """
         rows, columns = self._windows.shape[1:]
         last = np.array([[columns - 1], [rows - 1]], np.float32)
         low, high = (np.clip(bound.T / self._side, 0, last).astype(np.intp) for bound in (extents.low, extents.high))

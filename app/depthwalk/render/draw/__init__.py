@@ -1,1 +1,1 @@
-"""Plans of a frame: which objects are drawn, how finely, in which draw calls."""
+"""Plan a frame: which objects are drawn, how finely, and in which draw calls."""

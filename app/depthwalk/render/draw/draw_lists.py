@@ -1,4 +1,4 @@
-"""What a frame's plan consists of: data that the planner makes and the passes draw."""
+"""Define what a frame's plan consists of: the draw lists that the planner makes and the passes draw."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -34,9 +34,9 @@ class DrawBatch:
     first : the first instance record of the batch.
     count : how many instance records it has.
     indices : the first index and the number of indices of each run in the asset's index buffer; none for meshes.
-    clipped : whether samples may fall outside their tile.
-    level : the level of detail that the indices hold.
-    pieces : the pieces that the indices hold, a bit mask.
+    clipped : whether samples may fall outside their tile, so that they must be clipped to it.
+    level : the level of detail that is drawn, 0 the finest.
+    pieces : the pieces that the indices hold, a bit mask, see `cook.cases`.
     """
 
     asset: int
@@ -62,12 +62,17 @@ class DrawList:
     batches: list[DrawBatch] = field(default_factory=list)
 
     def by_asset(self) -> Iterator[tuple[int, Iterator[DrawBatch]]]:
-        """Yield the number of each asset, and the batches that draw it, so that a pass sets the asset's state once."""
+        """Yield the batches by asset, so that a pass sets the state of each asset once.
+
+        Yields
+        ------
+        The number of an asset in `AssetStore`, and the batches that draw it.
+        """
         return groupby(self.batches, attrgetter("asset"))
 
     @classmethod
     def joined(cls, lists: Sequence["DrawList"]) -> "DrawList":
-        """Return one list that draws what the `lists` draw, one after the other."""
+        """Return one list that draws what all of the `lists` draw, one list after the other."""
         starts = np.cumsum([0] + [len(part.records) for part in lists]).tolist()
         parts = zip(starts, lists, strict=False)
         batches = [replace(batch, first=start + batch.first) for start, part in parts for batch in part.batches]
@@ -80,8 +85,9 @@ class ImpostorQuads:
 
     Attributes
     ----------
-    records : (d,) COMPOSITE_RECORD, first the aligned ones; within either kind the nearest first.
-    aligned : how many of the records are aligned, which means that their texels are pixels of the picture.
+    records : (d,) `tile_records.COMPOSITE_RECORD`, first the aligned ones; within either kind the nearest first.
+    aligned : how many of the records are aligned, which means that the texels of the impostor are pixels of the
+        picture.
     """
 
     records: NDArray[np.void]
@@ -89,7 +95,7 @@ class ImpostorQuads:
 
     @classmethod
     def joined(cls, quads: Sequence["ImpostorQuads"]) -> "ImpostorQuads":
-        """Return all of the `quads` as one, those of an earlier phase first."""
+        """Return all of the `quads` as one: first the aligned ones of all phases, then the others."""
         aligned = [part.records[: part.aligned] for part in quads]
         others = [part.records[part.aligned :] for part in quads]
         return cls(records=np.concatenate(aligned + others), aligned=sum(part.aligned for part in quads))
@@ -101,11 +107,11 @@ class FrameDrawLists:
 
     Attributes
     ----------
-    warp : what pass 1 warps, WARP_RECORD.
+    warp : what pass 1 warps into impostor tiles, with `tile_records.WARP_RECORD`.
     composite : the impostors that pass 2 draws.
-    dmesh : depth images drawn straight into the picture, PLACED_RECORD.
-    mesh : polygon meshes, PLACED_RECORD.
-    cleared : (n, 4) slots of the atlas (x, y, width, height) that pass 1 clears before it fills them.
+    dmesh : depth images drawn straight into the picture, with `placed_records.PLACED_RECORD`.
+    mesh : polygon meshes, with `placed_records.PLACED_RECORD`.
+    cleared : (n, 4) slots of the atlas (x, y, width, height), texels, that pass 1 clears before it fills them.
     counts : numbers for HUD and benchmark, by name.
     object_rows : (d,) rows of the objects that `composite` and `dmesh` draw, in the order of the numbers that these
         passes write for them.
@@ -125,12 +131,12 @@ class FrameDrawLists:
 
     @property
     def next_object_id(self) -> int:
-        """The first number that the next phase may write for an object."""
+        """Return the first number that the next phase may write for an object."""
         return self.first_object_id + len(self.object_rows)
 
     @classmethod
     def joined(cls, phases: Sequence["FrameDrawLists"]) -> "FrameDrawLists":
-        """Return all that the `phases` of a frame draw."""
+        """Return one plan that draws what all `phases` of a frame draw, with their counts put together."""
         if len(phases) == 1:
             return phases[0]
         lists: dict[str, Any] = {
@@ -164,8 +170,8 @@ def draw_batches(
     table : the index ranges of the assets.
     asset : (n,) the number in `AssetStore` of each instance's asset.
     level : (n,) level of detail of each instance; None: 0 for all.
-    pieces : (n,) bit masks of pieces, by which batches hold the runs of indices that a depth object has for them; None:
-        all pieces, and no runs.
+    pieces : (n,) bit mask of the pieces of each instance, whose runs of indices the batches then hold; None: the
+        batches hold no runs, as for meshes.
     clipped : (n,) whether samples may fall outside their tile; None: nowhere.
 
     Returns

@@ -48,7 +48,10 @@ class FarClusterPlanner:
         self._tile_version: Ints = np.zeros(0, np.int64)  # of each cluster, when its tile was warped
 
     def far_cells(self, view: View, cells: Rows, settings: RenderSettings) -> Mask:
-        """Return which of some cells are drawn by clusters: none where the settings concern single objects.
+        """Return which of some cells are drawn by clusters.
+
+        None is where `warp.cluster_pixels` is 0, nor while `lod.freeze`, the paper's level of detail or its drawing
+        order is on, since these treat single objects.
 
         Parameters
         ----------

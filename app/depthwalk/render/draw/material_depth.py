@@ -1,4 +1,4 @@
-"""Tell the pass `material_resolve` which objects may be visible, by the numbers that passes write for them.
+"""List for the pass `material_resolve` which objects may be visible, by the numbers that passes write for them.
 
 Pixels are shaded asset by asset: every asset has a depth of its own, so that a depth test selects its pixels (material
 depth, as in Nanite and Bevy).

@@ -1,7 +1,7 @@
 """Choose how finely each object is drawn: as a mesh near by, at which level of detail, with which of its pieces.
 
 This is the one place where the renderer's own rules (geometric error, pieces by their normals) and those of the paper
-(`lod.mode: paper`, `lod.cases: paper`; formulas in `render.lod.paper_lod`) part.
+(`lod.mode: paper`, `lod.cases: paper`; formulas in `render.lod.paper_lod`) differ.
 """
 
 from typing import NamedTuple
@@ -44,7 +44,7 @@ class DetailSelector:
         self._frozen: _FrozenDetail | None = None
 
     def freeze_as_asked(self, view: View, scene: SceneArrays, settings: PlanSettings) -> None:
-        """Freeze the detail that a view asks for when `lod.freeze` is switched on, and thaw it when it is switched off.
+        """Freeze the detail of all objects when `lod.freeze` is switched on, and thaw it when that is switched off.
 
         Parameters
         ----------
@@ -95,14 +95,14 @@ class DetailSelector:
         view : the view of the picture.
         table : what is known of the assets.
         rows : (m,) rows of the objects among all of the scene.
-        objects : those objects.
+        objects : those m objects.
         bounds : their bounding spheres, world.
         viewer : (m, 3) the viewer in the frames of the objects, metres.
         lod : the settings of detail.
 
         Returns
         -------
-        Levels (m,) and pieces (m,), bit masks; the caller may write into both arrays.
+        (m,) levels, 0 the finest, and (m,) bit masks of the pieces; the caller may write into both arrays.
         """
         if self._frozen is not None:
             level, pieces = self._frozen.level[rows], self._frozen.pieces[rows]
@@ -191,10 +191,22 @@ def choose_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lo
 
 
 def lasting_pieces(asset: Rows, level: Rows, viewer: Array, table: AssetTable, lod: LodParams) -> Ints:
-    """Choose the pieces of n objects whose tile outlives small moves of the viewer: all of them.
+    """Choose pieces for n objects whose tiles outlive small moves of the viewer: all of them.
 
-    The paper's cases are an exception, since they are defined for the present viewer only. The parameters `asset`,
-    `level`, `viewer`, `table` and `lod` are those of `choose_pieces`, as is the result.
+    The paper's cases are an exception, since they are defined for the present viewer only: then this is
+    `choose_pieces`.
+
+    Parameters
+    ----------
+    asset : (n,) number in `AssetStore` of each object's asset.
+    level : (n,) level of detail of each object.
+    viewer : (n, 3) the viewer in the frames of the objects, metres.
+    table : what is known of the assets.
+    lod : the settings of detail.
+
+    Returns
+    -------
+    (n,) bit masks of the pieces.
     """
     if lod.cases != "complete":
         return choose_pieces(asset, level, viewer, table, lod)

@@ -1,4 +1,4 @@
-"""The settings that decide how a frame is planned, gathered from the groups of the render settings."""
+"""Gather from the render settings those that decide how a frame is planned."""
 
 from dataclasses import dataclass
 

@@ -37,7 +37,7 @@ def _none_resident(meshes: Rows) -> Mask:
 class Planner:
     """Plan the phases of frames, one after the other.
 
-    Between frames it keeps what `lod.freeze` freezes, and the impostor tiles that may be reused.
+    Between frames it keeps the impostor tiles that may be reused, and the detail of objects while `lod.freeze` is on.
 
     Attributes
     ----------

@@ -1,1 +1,1 @@
-"""Impostor tiles: the planes they are warped on, their layout, cache and schedule."""
+"""Schedule impostor tiles: the planes that they are warped on, their layout, and their cache."""

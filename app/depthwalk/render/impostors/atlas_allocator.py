@@ -21,7 +21,16 @@ class Atlas:
         self._free: Rows = np.array([[0, 0, *size]], np.int64)
 
     def pack(self, sizes: Rows) -> Rows | None:
-        """Free all slots, then return slots (n, 4) for tiles of `sizes` (n, 2), texels; None where these do not fit."""
+        """Free all slots, and give out slots for new tiles, shelf by shelf.
+
+        Parameters
+        ----------
+        sizes : (n, 2) width and height of the tiles, texels.
+
+        Returns
+        -------
+        (n, 4) slots; None where the tiles do not fit, and nothing was freed.
+        """
         corners, used = pack_shelves(sizes, self.size[0])
         if used > self.size[1]:
             return None
@@ -35,7 +44,16 @@ class Atlas:
         return np.column_stack([corners, sizes[:, 0], heights[shelf]])
 
     def allocate(self, size: Rows) -> Rows | None:
-        """Return the slot (4,) that a tile of `size` (2,), texels, fits most snugly; None where it fits nowhere."""
+        """Give out the slot that a tile fits most snugly.
+
+        Parameters
+        ----------
+        size : (2,) width and height of the tile, texels.
+
+        Returns
+        -------
+        (4,) the slot; None where no free rectangle is large enough.
+        """
         free = self._free
         left = free[:, 2:] - size
         fits = np.flatnonzero((left >= 0).all(1))
@@ -55,7 +73,16 @@ class Atlas:
         return np.array([x, y, width, height])
 
     def allocate_all(self, sizes: Rows) -> Rows | None:
-        """Return slots (n, 4) for tiles of `sizes` (n, 2), texels, in the largest free rectangle; None if too small."""
+        """Give out slots for many tiles at once, in the largest free rectangle.
+
+        Parameters
+        ----------
+        sizes : (n, 2) width and height of the tiles, texels.
+
+        Returns
+        -------
+        (n, 4) slots; None where that rectangle is too small for all of them.
+        """
         largest = int(np.argmax(self._free[:, 2:].prod(1)))
         x, y, width, height = self._free[largest].tolist()
         within = Atlas((width, height))
@@ -67,7 +94,7 @@ class Atlas:
         return np.asarray(slots + corner)
 
     def release(self, slots: Rows) -> None:
-        """Free the `slots` (n, 4), and merge free neighbours that make a rectangle."""
+        """Free the `slots` (n, 4), and merge free neighbours that together make a rectangle."""
         free = np.concatenate([self._free, slots])
         free = free[(free[:, 2:] > 0).all(1)]
         for axis in (0, 1):
@@ -76,7 +103,7 @@ class Atlas:
 
     @property
     def free_texels(self) -> int:
-        """How many texels have no slot."""
+        """Return how many texels belong to no slot."""
         return int(self._free[:, 2:].prod(1).sum())
 
 
@@ -94,7 +121,7 @@ def _merged(free: Rows, axis: int) -> Rows:
 
 
 def pack_shelves(sizes: Rows, width: int) -> tuple[Rows, int]:
-    """Pack tiles into a strip, shelf by shelf (next-fit decreasing height).
+    """Pack tiles into a strip, shelf by shelf (next-fit decreasing height, Coffman et al. 1980).
 
     Tiles are sorted by height, and fill a shelf until its width is spent. The loop runs over shelves, not over tiles.
 
@@ -105,7 +132,7 @@ def pack_shelves(sizes: Rows, width: int) -> tuple[Rows, int]:
 
     Returns
     -------
-    Lower left corners (n, 2) and the height used, texels.
+    (n, 2) lower left corners of the tiles, and the height used, texels.
     """
     corners = np.zeros_like(sizes)
     order = np.argsort(-sizes[:, 1], kind="stable")

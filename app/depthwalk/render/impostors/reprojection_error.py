@@ -23,9 +23,10 @@ _COARSER = 1.25  # pixels per texel, or texels per pixel, that are an error of 1
 def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> Array:
     """Return a bound on how far from its place any point of an object is shown.
 
-    On the plane, λ and λ' at one texel x appear (λ' − λ)·r·(δ − κ·x) / ((λ + (1 − λ)·r)·(λ' + (1 − λ')·r)) apart, κ = 1
-    − 1/r: the difference of what `shifted` in composite.vert gives. λ' is that of the plane on which the tile is drawn,
-    through the middle of the object's depth range.
+    Let D and D' be the viewer's distances to the plane when the tile was warped and now, r = D/D', κ = 1 − 1/r, and δ
+    how far the viewer moved along the plane. Points of inverse depths λ and λ' that were warped to one place x of the
+    plane, relative to the epipole, now belong (λ' − λ)·r·(δ − κ·x) / ((λ + (1 − λ)·r)·(λ' + (1 − λ')·r)) apart. λ' is
+    that of the plane on which the tile is drawn, through the middle of the object's depth range.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ def parallax(records: NDArray[np.void], viewer: Array, focal_pixels: float) -> A
 
 
 def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, forward: Array) -> Mask:
-    """Return whether tiles hold all that the view sees of their objects.
+    """Return which tiles hold all that the view sees of their objects.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ def covers_view(tiles: CachedTiles, view: View, rotation: Array, viewer: Array, 
 
 
 def frustum_rows(view: View, rotation: Array) -> Array:
-    """Return the frusta of tiles that are cut to `MARGIN` times the view's width and height.
+    """Return the frusta of tiles that are cut to `MARGIN` times the view's size, less a border for filtering.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def frustum_rows(view: View, rotation: Array) -> Array:
 
 
 def coarseness(made: Array, target: Array) -> Array:
-    """Return how far the resolution of n tiles is off.
+    """Return how far the resolution of n tiles is off, on a logarithmic scale.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def coarseness(made: Array, target: Array) -> Array:
 
     Returns
     -------
-    (n,) 1 where the resolution is off by as much as is allowed.
+    (n,) 0 where the resolution is right, 1 where it is off by as much as is allowed.
     """
     return np.asarray(np.abs(np.log(target / made)) / np.log(_COARSER))
 

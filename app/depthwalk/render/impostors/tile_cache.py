@@ -24,17 +24,17 @@ class CachedTiles(StructOfArrays):
 
     Attributes
     ----------
-    record : (n,) COMPOSITE_RECORD.
+    record : (n,) COMPOSITE_RECORD that draws each.
     object : (n,) row of the object that each shows.
     slot : (n, 4) where each lies in the atlas: x, y, width, height, texels.
     seen : (n,) number of the frame that showed each tile last.
     density : (n,) pixels per metre at the object's centre, object frame, that each tile was made for.
-    frustum : (n, 3, 3) rows a, b, c: a tile that is not whole holds the points p, relative to its viewer, with |a·p|,
-        |b·p| ≤ c·p.
+    frustum : (n, 3, 3) rows a, b, c, object frame: a tile that is not whole holds the points p, relative to the viewer
+        that it was warped for, with |a·p|, |b·p| ≤ c·p.
     whole : (n,) whether each tile holds all of its object.
     level : (n,) level of detail of the geometry that each tile shows.
     pieces : (n,) pieces of that geometry, bit masks, see `ImpostorObjects`.
-    resolution : (n,) part of the texels along each side that each tile should have, 0 to 1.
+    resolution : (n,) texels along each side of each tile over those that it should have there, 0 to 1.
     """
 
     record: NDArray[np.void]
@@ -70,7 +70,7 @@ class CachedTiles(StructOfArrays):
 
 
 class TileCache:
-    """Find the tiles in an atlas by the objects that they show.
+    """Keep what is known of the impostor tiles in an atlas, and find them by the objects that they show.
 
     Parameters
     ----------
@@ -97,28 +97,37 @@ class TileCache:
         self._row[:] = -1
 
     def reserve(self, objects: int) -> None:
-        """Make room for the tiles of `objects` objects, and keep the tiles that are cached."""
+        """Make room for the tiles of `objects` objects in all; the tiles that are cached stay."""
         more = max(objects - len(self._row), 0)
         if more:
             self._row = np.append(self._row, np.full(more, -1, np.int32))
 
     def rows(self, objects: Rows) -> Rows:
-        """Return the row in `tiles` (m,) of each of the `objects` (m,); −1 for an object without a tile."""
+        """Return where in `tiles` the tiles of some objects are.
+
+        Parameters
+        ----------
+        objects : (m,) rows of the objects.
+
+        Returns
+        -------
+        (m,) rows of `tiles`; −1 for an object without a tile.
+        """
         return self._row[objects]
 
     def spoil(self, objects: Rows) -> None:
-        """Count the tiles of `objects` (m,) as entirely wrong, so that they are warped again."""
+        """Mark the tiles of the objects with the rows `objects` (m,) as entirely wrong; they are then warped again."""
         row = self._row[objects]
         self.tiles.density[row[row >= 0]] = _SPOILT
 
     @property
     def shown_now(self) -> int:
-        """How many of the tiles the present frame has shown."""
+        """Return how many of the tiles the present frame has shown."""
         return int((self.tiles.seen == self.frame).sum())
 
     @property
     def used(self) -> float:
-        """Part of the atlas that has slots."""
+        """Return which part of the atlas is taken by slots, 0 to 1."""
         return 1 - self._atlas.free_texels / (self.atlas_size[0] * self.atlas_size[1])
 
     def pack(self, sizes: Rows, roomy: bool) -> tuple[Rows, Array]:
@@ -127,12 +136,12 @@ class TileCache:
         Parameters
         ----------
         sizes : (n, 2) width and height of the tiles, texels.
-        roomy : whether slots are made a little larger, so that tiles may grow.
+        roomy : whether slots are made a little larger than their tiles, so that tiles may grow.
 
         Returns
         -------
-        Slots (n, 4), texels, and by what factor (n,) the tiles were shrunk in width and height to fit, the same for
-        all.
+        (n, 4) slots x, y, width, height, texels, and (n,) the factor, the same for all, by which the tiles must shrink
+        in width and height to fit.
         """
         self._packed = self.frame
         padded = _roomy(sizes) if roomy else sizes
@@ -154,8 +163,9 @@ class TileCache:
 
         Returns
         -------
-        Slots (n, 4), texels, and by what factor (n,) each tile was shrunk in width and height to fit. None where
-        nothing helps, or now and then where the atlas is fragmented: the atlas then has to be packed again.
+        (n, 4) slots x, y, width, height, texels, and (n,) the factor by which each tile must shrink in width and height
+        to fit. None where nothing helps, or now and then where the atlas is fragmented: the atlas then has to be packed
+        again.
         """
         row = self._row[objects]
         had = np.zeros((len(row), 4), np.int64)
@@ -214,7 +224,17 @@ class TileCache:
 
 
 def shrunk(sizes: Rows, factor: float | Array) -> Rows:
-    """Return `sizes` (n, 2), texels, times `factor`, a number or (n, 1) of them; every side is at least 1."""
+    """Return the sizes of tiles times a factor; every side keeps at least one texel.
+
+    Parameters
+    ----------
+    sizes : (n, 2) width and height of the tiles, texels.
+    factor : one number for all tiles, or (n, 1) a number for each.
+
+    Returns
+    -------
+    (n, 2) int64 texels, rounded down.
+    """
     return np.maximum((sizes * factor).astype(np.int64), 1)
 
 

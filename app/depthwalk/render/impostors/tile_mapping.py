@@ -37,7 +37,16 @@ class Tiles(StructOfArrays):
     pixel: Array
 
     def resized(self, size: Rows) -> "Tiles":
-        """Return tiles of the same planes that are `size` (n, 2) texels wide and high."""
+        """Return tiles of the same planes with other numbers of texels.
+
+        Parameters
+        ----------
+        size : (n, 2) width and height of the new tiles, texels.
+
+        Returns
+        -------
+        The n tiles; those whose size changes do not lie on the picture's pixels any more.
+        """
         scale = np.concatenate([size / self.size, np.ones((len(size), 1))], -1)
         same = (size == self.size).all(1, keepdims=True)
         return Tiles(

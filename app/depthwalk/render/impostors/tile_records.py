@@ -1,4 +1,4 @@
-"""Instance records that the shaders of passes 1 and 2 read per object, made of planes, tiles and places."""
+"""Make the instance records that the shaders of passes 1 and 2 read: planes, tiles, and where both lie."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +53,9 @@ COMPOSITE_RECORD = np.dtype(
 
 
 def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[int, int]) -> NDArray[np.void]:
-    """Return what pass 1 reads of n tiles, with 0 as the number that is added to those of images.
+    """Return the records by which pass 1 warps n impostors, each into a tile of its own.
+
+    The number that pass 1 adds to those of images is 0; only members of far clusters have another.
 
     Parameters
     ----------
@@ -81,7 +83,7 @@ def warp_records(planes: Planes, tiles: Tiles, corners: Rows, atlas_size: tuple[
 
 
 def tile_records(viewer: Array, planes: Planes, depths: Array, tiles: Tiles, corners: Rows) -> NDArray[np.void]:
-    """Return what pass 2 reads of n tiles, without what `place_tiles` adds of their objects.
+    """Return the records by which pass 2 draws n tiles, without what `place_tiles` adds of their objects.
 
     Parameters
     ----------
@@ -113,7 +115,8 @@ def place_tiles(records: NDArray[np.void], viewer: Array, scale: Array, rotation
 
     Parameters
     ----------
-    records : (n,) COMPOSITE_RECORD in the order of the objects' numbers; three of their fields are filled in.
+    records : (n,) COMPOSITE_RECORD, of which `viewer`, `rotation` and `objects` are filled in; pass 2 numbers the
+        objects in this order.
     viewer : (n, 3) the present viewer in the objects' frames, metres.
     scale : (n,) scale of each object.
     rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.

@@ -59,7 +59,7 @@ class ImpostorObjects:
         return len(self.row)
 
     def take(self, rows: Rows | Mask) -> "ImpostorObjects":
-        """Return some of the objects: `rows` are their numbers (k,), or a mask (m,)."""
+        """Return some of the objects, those that `rows` selects: numbers (k,) or a mask (m,)."""
         return ImpostorObjects(
             row=self.row[rows],
             objects=self.objects.take(rows),
@@ -86,11 +86,11 @@ class TileWork:
     drawn : (d,) numbers of the `ImpostorObjects` that pass 2 draws, first the aligned ones; within either kind the
         nearest first.
     aligned : how many of those drawn are aligned, which means that their texels are pixels of the picture.
-    composite : (d,) COMPOSITE_RECORD.
+    composite : (d,) COMPOSITE_RECORD of each drawn tile.
     level : (d,) level of detail of each drawn tile, see `CachedTiles`.
-    pieces : (d,) pieces of each drawn tile.
-    resolution : (d,) part of the texels that each drawn tile should have.
-    error : (d,) reprojection error of each drawn tile, 1 where as large as allowed.
+    pieces : (d,) pieces that each drawn tile shows, bit masks, see `CachedTiles`.
+    resolution : (d,) texels along each side of each drawn tile over those that it should have there, 0 to 1.
+    error : (d,) reprojection error of each drawn tile, 1 where it is as large as allowed.
     atlas_used : part of the atlas that holds tiles, 0 to 1.
     """
 
@@ -110,22 +110,28 @@ class TileWork:
 
 
 class TileScheduler:
-    """Schedule the warping of tiles, and keep tiles from frame to frame."""
+    """Decide in every frame which tiles are warped, and keep tiles from frame to frame."""
 
     def __init__(self) -> None:
         self._cache = TileCache()
         self._budget = 0  # triangles that may still be warped in this frame
 
     def forget(self, objects: int, atlas_size: tuple[int, int]) -> None:
-        """Start with an empty atlas of `atlas_size` (width, height) texels, for `objects` objects."""
+        """Drop all tiles, and start with an empty atlas.
+
+        Parameters
+        ----------
+        objects : how many objects may have a tile.
+        atlas_size : width and height of the atlas, texels.
+        """
         self._cache = TileCache(objects, atlas_size)
 
     def reserve(self, objects: int) -> None:
-        """Make room for the tiles of `objects` objects, and keep the tiles that are cached."""
+        """Make room for the tiles of `objects` objects in all; the tiles that are cached stay."""
         self._cache.reserve(objects)
 
     def spoil(self, rows: Rows) -> None:
-        """Warp the tiles of the objects `rows` (m,) again in the next frame, because these objects changed."""
+        """Have the tiles of the objects with the `rows` (m,) warped again in the next frame, because these changed."""
         self._cache.spoil(rows)
 
     def plan(self, view: View, impostors: ImpostorObjects, layout: TileParams, continues: bool = False) -> TileWork:
@@ -136,7 +142,7 @@ class TileScheduler:
         view : the view of the picture, near and far plane fitted.
         impostors : the objects that impostors show, nearest first.
         layout : how tiles are laid out, and how long they are reused.
-        continues : whether the objects join others of the same frame, and share its budget.
+        continues : whether the objects belong to the same frame as those of the last call, and share its budget.
 
         Returns
         -------

@@ -52,7 +52,7 @@ class Planes(StructOfArrays):
     high: Array
 
     def widened(self, margin: Array) -> "Planes":
-        """Return the planes with rectangles that are larger by `margin` (n, 2), metres, on every side."""
+        """Return the planes with rectangles that reach farther by `margin` (n, 2), metres, on every side."""
         return replace(self, low=self.low - margin, high=self.high + margin)
 
 
@@ -140,7 +140,17 @@ def choose_planes(viewer: Array, volumes: Volumes) -> Planes:
 
 
 def depths_behind(planes: Planes, volumes: Volumes) -> Array:
-    """Return bounds (n, 2), metres, of how far the samples of `volumes` lie behind their `planes`: least, greatest."""
+    """Return bounds of how far the samples of n objects lie behind their warp planes.
+
+    Parameters
+    ----------
+    planes : the planes of the n objects.
+    volumes : the cylinders of the n objects.
+
+    Returns
+    -------
+    (n, 2) least and greatest depth, metres.
+    """
     v, side = volumes, planes.face == Face.SIDE
     toward, away = (np.minimum(support(v.footprint, way * planes.normal[:, [0, 2]]), v.radius) for way in (1, -1))
     nearest, farthest = np.where(side, v.radius - toward, 0), np.where(side, v.radius + away, v.top - v.bottom)
@@ -176,7 +186,8 @@ class Seen(StructOfArrays):
 
     Attributes
     ----------
-    camera : (n, 3, 3) camera coordinates (right, up, forward) of plane coordinates (s, v, −D).
+    camera : (n, 3, 3) matrices from plane coordinates (s, v, −D), D the viewer's distance to the plane, to camera
+        coordinates (right, up, forward).
     visible : (n,) whether any part of the rectangle is seen.
     whole : (n,) whether nothing of the rectangle was cut away.
     pixel_low : (n, 2) lower left bound on the screen, pixels.
@@ -296,7 +307,7 @@ def _corner_rays(camera: Array, distance: Array, tan_x: float, tan_y: float) -> 
 
 
 def tile_sizes(planes: Planes, focal_pixels: float, limit: int) -> NDArray[np.int64]:
-    """Return the texels that give every part of a rectangle at least the resolution at which it is seen.
+    """Return how many texels give every part of a rectangle at least the resolution at which it is seen.
 
     The angle that a step on the plane covers is largest at the rectangle's point nearest to the epipole; it does not
     depend on where the camera looks.

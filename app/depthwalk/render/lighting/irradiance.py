@@ -49,11 +49,11 @@ class Lighting:
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Defines of shaders/common/phong.glsl: `UPRIGHT` where `ambient` depends on the normal's y alone."""
+        """Return the defines of shaders/common/phong.glsl: `UPRIGHT` where `ambient` depends on y alone."""
         return ("UPRIGHT",) if self._upright else ()
 
     def uniforms(self) -> dict[str, Any]:
-        """Return the uniforms of shaders/common/phong.glsl for programs with `defines`."""
+        """Return the uniforms of shaders/common/phong.glsl by name, for programs compiled with `defines`."""
         return {
             "to_sun": tuple(self.to_sun.tolist()),
             "sun": tuple(self.sun.tolist()),
@@ -67,9 +67,17 @@ class Lighting:
 
 
 def lighting(environment: "Environment") -> Lighting:
-    """Derive the light of `environment`: of its sun, and of its sky or its constant `ambient` light.
+    """Derive the light of sun and sky from the environment, once per frame for all passes.
 
-    This is done once per frame, for all passes.
+    Parameters
+    ----------
+    environment
+        What surrounds the objects. Its `ambient` light counts where it has no sky that gives light.
+
+    Returns
+    -------
+    Lighting
+        The light, linear RGB.
     """
     to_sun, sun, sky = direction_to_sun(environment), sunlight(environment), environment_sky(environment)
     if environment.sky is not None and environment.sky.light:
@@ -83,7 +91,7 @@ def lighting(environment: "Environment") -> Lighting:
 
 @lru_cache(maxsize=8)
 def skylight(sky: Sky, ground_sun: Triple) -> Array:
-    """Return the light that surfaces receive of a sky, and of ground that reflects `GROUND` of sky and sun.
+    """Return the light that surfaces receive of a sky, and of ground that reflects the part `GROUND` of sky and sun.
 
     Parameters
     ----------
@@ -146,7 +154,13 @@ def irradiance(radiance: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def sphere_directions() -> tuple[Array, float]:
-    """Return unit vectors (n, 3) that share the sphere evenly, and the solid angle of each, steradians."""
+    """Return directions that share the sphere evenly, for sums over all directions.
+
+    Returns
+    -------
+    tuple[Array, float]
+        (n, 3) unit vectors, world, and the solid angle of each, steradians.
+    """
     y = 1 - (np.arange(_STEPS) + 0.5) * 2 / _STEPS
     turn = (np.arange(2 * _STEPS) + 0.5) * np.pi / _STEPS
     level = np.sqrt(1 - y * y)[:, None]

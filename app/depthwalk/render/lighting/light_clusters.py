@@ -55,7 +55,7 @@ class LightClusters:
         (k,) NUMBERS_RECORD of the clusters, slice by slice, row by row from the lower left: where the cluster's list
         begins in `lists`, how many lamps it has, and how many of these have shadow maps, which come first.
     lists
-        The rows of `records` in all lists, four to a NUMBERS_RECORD.
+        (l,) NUMBERS_RECORD, four rows of `records` in each: the lists of all clusters, one after the other.
     across
         Number of columns and of rows of squares.
     """
@@ -165,7 +165,7 @@ def lamps_by_cluster(
     numbers
         (m,) rows of boxes, those of the first cluster first, rising within each.
     counts
-        How many of these belong to each cluster, column by column within a row, row by row within a slice.
+        (c,) how many of these belong to each cluster, column by column within a row, row by row within a slice.
     """
     begin = np.clip(np.floor(first).astype(int), 0, np.array(shape) - 1)
     size = np.clip(np.floor(last).astype(int), 0, np.array(shape) - 1) - begin + 1

@@ -54,7 +54,7 @@ _TWILIGHT = np.radians(3.0)  # by which the sun sinks below the horizon while th
 
 @dataclass(frozen=True, kw_only=True)
 class Gradient:
-    """Model a sky of two colours, mixed by the square root of the height.
+    """Model a sky of two colours, mixed by the square root of the y of a direction.
 
     Attributes
     ----------
@@ -71,12 +71,23 @@ class Gradient:
     defines: tuple[str, ...] = ()
 
     def radiance(self, direction: Array) -> Array:
-        """Return the sky's linear RGB (n, 3) in the directions `direction` (n, 3), unit vectors, world."""
+        """Return the colour of the sky in some directions.
+
+        Parameters
+        ----------
+        direction
+            (n, 3) unit vectors, world.
+
+        Returns
+        -------
+        Array
+            (n, 3) linear RGB.
+        """
         rise = np.sqrt(np.clip(direction[:, 1:2], 0, 1))
         return np.asarray(np.array(self.horizon) * (1 - rise) + np.array(self.zenith) * rise)
 
     def uniforms(self) -> dict[str, Any]:
-        """Return the uniforms of shaders/common/sky.glsl for programs with `defines`."""
+        """Return the uniforms of shaders/common/sky.glsl by name, for programs compiled with `defines`."""
         return {"zenith": self.zenith, "horizon": self.horizon}
 
 
@@ -87,7 +98,7 @@ class Daylight:
     Attributes
     ----------
     perez
-        Five coefficients A to E of Perez' function, each for luminance Y and chromaticity x and y.
+        Five coefficients A to E of Perez' function (Perez et al. 1993), each for luminance Y and chromaticity x and y.
     at_zenith
         Y, x and y of the sky at the zenith, each divided by Perez' function at the zenith.
     sun
@@ -102,9 +113,19 @@ class Daylight:
     defines: tuple[str, ...] = ("PREETHAM",)
 
     def radiance(self, direction: Array) -> Array:
-        """Return the sky's linear RGB (n, 3) in the directions `direction` (n, 3), unit vectors, world.
+        """Return the colour of the sky in some directions (Preetham et al.).
 
-        Below the horizon the horizon's colour goes on.
+        Directions below the horizon have the colour of the horizon.
+
+        Parameters
+        ----------
+        direction
+            (n, 3) unit vectors, world.
+
+        Returns
+        -------
+        Array
+            (n, 3) linear RGB.
         """
         up, cosine = np.maximum(direction[:, 1], 1e-3), np.clip(direction @ np.array(self.sun), -1, 1)
         luminance, x, y = (np.array(self.at_zenith) * _perez(np.array(self.perez), up, cosine)).T
@@ -112,7 +133,7 @@ class Daylight:
         return np.asarray(np.maximum(xyz @ RGB_FROM_XYZ.T, 0))
 
     def uniforms(self) -> dict[str, Any]:
-        """Return the uniforms of shaders/common/sky.glsl for programs with `defines`."""
+        """Return the uniforms of shaders/common/sky.glsl by name, for programs compiled with `defines`."""
         return {"perez": list(self.perez), "at_zenith": self.at_zenith, "sky_sun": self.sun}
 
 
@@ -142,13 +163,24 @@ def _perez(coefficients: Array, up: Array, cosine: Array) -> Array:
 
 
 def direction_to_sun(environment: "Environment") -> Array:
-    """Return the unit vector (3,), world, to the sun of `environment`."""
+    """Return the unit vector (3,), world, that points to the sun of `environment`."""
     to_sun = -np.asarray(environment.sun.direction, float)
     return np.asarray(to_sun / np.linalg.norm(to_sun))
 
 
 def environment_sky(environment: "Environment") -> Sky:
-    """Return the sky of `environment`, which is seen behind everything; where it has none, its plain background."""
+    """Return the sky that is seen behind everything.
+
+    Parameters
+    ----------
+    environment
+        What surrounds the objects; where it has no sky, its plain background takes the place of one.
+
+    Returns
+    -------
+    Sky
+        The sky, in linear RGB.
+    """
     sky = environment.sky
     if sky is None:
         background = _triple(linear_from_srgb(environment.background))
@@ -188,10 +220,20 @@ def daylight(to_sun: Array, turbidity: float, intensity: float) -> Daylight:
 
 
 def sunlight(environment: "Environment") -> Array:
-    """Return the linear RGB (3,) of a white surface that faces the sun of `environment`.
+    """Return the light of the sun, as a white surface that faces it shows it.
 
     In a daylight sky the air absorbs some of the light, by molecules and by haze (Preetham et al., appendix A.1,
     without ozone, gases and water vapour), so that a low sun is red.
+
+    Parameters
+    ----------
+    environment
+        What surrounds the objects, with sun and sky.
+
+    Returns
+    -------
+    Array
+        (3,) linear RGB.
     """
     sun = linear_from_srgb(environment.sun.colour) * environment.sun.intensity
     if environment.sky is None or environment.sky.model == "gradient":

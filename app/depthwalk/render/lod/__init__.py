@@ -1,1 +1,1 @@
-"""Level of detail: rules that choose levels, and meshes in place of depth images near by."""
+"""Choose levels of detail, and meshes in place of depth images near by."""

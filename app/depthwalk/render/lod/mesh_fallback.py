@@ -1,6 +1,6 @@
 """Mesh fallback: near by, draw an object as its mesh, which has detail where its depth images would be magnified.
 
-It belongs to scenes that are drawn as their files say. Where one representation is asked for, its name means it alone.
+This holds for scenes that are drawn as their files say. Where one representation is asked for, only that is drawn.
 """
 
 from collections.abc import Callable
@@ -45,7 +45,7 @@ class MeshFallbackRule:
 
 @dataclass(kw_only=True)
 class MeshFallbacks:
-    """Hold which mesh may replace each depth object; `a` is how many numbers `AssetStore` gives.
+    """Hold which mesh may replace each depth object (see `AssetStore`, which gives `a` numbers).
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class MeshFallbacks:
     offset : (a, 3) position of each depth object in its asset's frame, metres.
     turn : (a, 4) rotation of each depth object in its asset's frame, unit quaternion (x, y, z, w).
     texel : (a,) edge of the coarsest texel of the asset's depth objects, metres.
-    centre : (a, 3) of an upright cylinder that encloses the asset, asset frame, metres.
+    centre : (a, 3) middle of an upright cylinder that encloses the asset, asset frame, metres.
     half_height : (a,) half the height of that cylinder, metres.
     cylinder_radius : (a,) radius of that cylinder, metres.
     span : (a,) distance from the depth object's own origin to the farthest corner of the asset, metres.
@@ -72,7 +72,7 @@ class MeshFallbacks:
 
     @classmethod
     def empty(cls, count: int) -> "MeshFallbacks":
-        """Return a table for `count` numbers, none of which has a mesh."""
+        """Return a table for `count` numbers of `AssetStore`, of which no depth object has a mesh."""
         return cls(
             mesh=np.full(count, -1),
             part=np.full(count, -1),
@@ -117,7 +117,7 @@ class MeshFallbacks:
         objects : all objects of the scene.
         rows : (m,) rows of the objects that the view shows, nearest first.
         levels : the levels of detail of the meshes that are loaded.
-        rule : how near objects must be.
+        rule : how near objects must be, and which meshes are resident.
 
         Returns
         -------
@@ -146,13 +146,13 @@ class MeshFallbacks:
         triangles_per_pixel: float,
         max_pixels: float = np.inf,
     ) -> Mask:
-        """Return which depth objects are replaced by a mesh that is resident and has not too many triangles.
+        """Return which depth objects are so near that a mesh replaces them, if it is resident and has few triangles.
 
         Parameters
         ----------
         number : (m,) numbers of the depth objects in `AssetStore`.
-        nearest : (m,) what a pixel covers at the nearest point of each object, metres in its frame.
-        middle : (m,) what a pixel covers at the middle of each object, metres in its frame.
+        nearest : (m,) length that a pixel covers at the nearest point of each object, metres in its frame.
+        middle : (m,) length that a pixel covers at the middle of each object, metres in its frame.
         levels : the levels of detail of the meshes that are loaded.
         rule : how near objects must be, and which meshes are resident.
         triangles_per_pixel : how many triangles a mesh may have for each of its pixels.

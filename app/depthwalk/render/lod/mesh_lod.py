@@ -14,7 +14,7 @@ from depthwalk.types import Array, Ints
 
 @dataclass(kw_only=True)
 class MeshLevels:
-    """Hold the levels of detail of meshes, `a` of them, as far as they are loaded.
+    """Hold the levels of detail of meshes, as far as they are loaded; `a` is how many numbers `AssetStore` gives.
 
     Attributes
     ----------
@@ -27,11 +27,17 @@ class MeshLevels:
 
     @classmethod
     def empty(cls, count: int) -> "MeshLevels":
-        """Return a table for `count` meshes, none of which is loaded."""
+        """Return a table for `count` numbers of `AssetStore`, whose meshes are not loaded yet."""
         return cls(error=np.full((count, MOST_LEVELS), np.inf), triangles=np.zeros((count, MOST_LEVELS), np.int64))
 
     def add(self, number: int, levels: Sequence[MeshLevel]) -> None:
-        """Fill in the `levels` of the mesh with the number `number`, the finest level first."""
+        """Fill in the levels of a mesh that was loaded.
+
+        Parameters
+        ----------
+        number : the number of the mesh in `AssetStore`.
+        levels : the levels of detail of the mesh, the finest first.
+        """
         self.error[number, : len(levels)] = [level.error for level in levels]
         self.triangles[number, : len(levels)] = [len(level.mesh.faces) for level in levels]
 

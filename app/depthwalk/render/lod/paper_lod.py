@@ -1,4 +1,4 @@
-"""Level of detail and depth images by the paper's rules: Liu et al. 2007, §3.3 (cases) and §3.5 (Iter_step).
+"""Choose levels of detail and depth images by the paper's rules: Liu et al. 2007, §3.3 (cases) and §3.5 (Iter_step).
 
 These are the baselines that `lod.mode: paper` and `lod.cases: paper`, `side` and `cap` choose; `iter_step` also
 describes any frame in the HUD. The renderer's own rules are in `render.lod.selection`.
@@ -31,7 +31,7 @@ def paper_cases(viewer: Array, bottom: Array, top: Array) -> NDArray[np.intp]:
 
     Returns
     -------
-    (n,) Case.
+    (n,) `Case` of each viewer.
     """
     above, below = viewer[:, 1] > top, viewer[:, 1] < bottom
     return np.where(above, Case.SIDE_AND_TOP, np.where(below, Case.SIDE_AND_BOTTOM, Case.SIDE))

@@ -11,9 +11,9 @@ from depthwalk.types import Array, Ints, Rows
 
 
 def error_at_a_metre(view: View, lod: LodParams) -> float:
-    """Return how far geometry one metre from the viewer may be off.
+    """Return how far geometry may be off at a distance of one metre from the viewer.
 
-    Multiplied by an object's distance this is the geometric error that `lod.error` pixels allow for it.
+    Multiplied by an object's distance in metres this is the geometric error that `lod.error` pixels allow for it.
 
     Parameters
     ----------
@@ -37,24 +37,25 @@ def error_level(error: Array, allowed: Array) -> Ints:
 
     Returns
     -------
-    (n,) levels.
+    (n,) levels, 0 the finest.
     """
     return np.asarray((error[:, 1:] <= allowed[:, None]).sum(1))
 
 
 def affordable_level(triangles: Rows, pixels: Array, per_pixel: float) -> Ints:
-    """Return the finest level with at most `per_pixel` triangles for each pixel that its object covers.
+    """Return the finest level that has few enough triangles for the pixels that its object covers.
 
-    An error bound knows nothing of how much lies within a texel: the borders of foliage make many triangles in a texel.
+    This limits what a bound on the geometric error alone does not: foliage has many triangles per texel, whatever its
+    error.
 
     Parameters
     ----------
     triangles : (n, levels) number of triangles, falling with the level.
     pixels : (n,) how many pixels each object covers.
-    per_pixel : how many triangles a pixel may cost.
+    per_pixel : how many triangles there may be for each pixel.
 
     Returns
     -------
-    (n,) levels.
+    (n,) levels, 0 the finest; beyond the coarsest level where even that has too many.
     """
     return np.asarray((triangles > per_pixel * pixels[:, None]).sum(1))

@@ -1,1 +1,1 @@
-"""Baselines of the papers that the renderer itself does not need."""
+"""Draw as the papers do, where the renderer itself does otherwise, for comparison."""

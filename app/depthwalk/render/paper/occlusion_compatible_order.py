@@ -29,11 +29,11 @@ class GridCells:
 
     Attributes
     ----------
-    ordered : (n, 3) vertices of the triangles that have a cell of their own.
-    unordered : (m, 3) vertices of the other triangles.
+    ordered : (n, 3) rows of `LodGeometry.vertices`: the triangles that have a cell of their own.
+    unordered : (m, 3) rows of `LodGeometry.vertices`: the other triangles.
     cell : (n, 2) column and row of each ordered triangle's cell, in nodes of the level's grid.
-    nodes : texel numbers of the grid's columns and of its rows, from the first to the last.
-    wraps : whether the columns go round a circle.
+    nodes : (c,) texel columns and (r,) texel rows on which the nodes of the grid lie, rising.
+    wraps : whether the columns go round a circle, as those of the side image do.
     """
 
     ordered: NDArray[np.uint32]
@@ -44,7 +44,7 @@ class GridCells:
 
 
 def ordered_image(baked: BakedObject) -> DepthImage:
-    """Return the image of `baked` that is drawn in order: the nearest layer of the side, or of the only face."""
+    """Return the depth image of `baked` that is drawn in order: the nearest layer of the side, or of the only face."""
     return next((image for image in baked.images if image.face is Face.SIDE), baked.images[0])
 
 
@@ -55,8 +55,8 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
     ----------
     grids : the geometry, of which no triangles were merged.
     baked : the depth images that the geometry was made of.
-    level : the level of detail.
-    pieces : a bit mask of the pieces.
+    level : the level of detail, 0 the finest.
+    pieces : a bit mask of the pieces, see `cook.cases`.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def image_cells(grids: LodGeometry, baked: BakedObject, level: int, pieces: int)
 def epipole(baked: BakedObject, viewer: NDArray[np.floating], cells: GridCells) -> tuple[int, int]:
     """Find the interval of the ordered image's grid in which the viewer is.
 
-    Column and row are −1 before the first node, and the last node beyond that one.
+    Column and row are −1 before the first node, and those of the last node beyond that one.
 
     Parameters
     ----------

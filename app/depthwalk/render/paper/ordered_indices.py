@@ -21,7 +21,7 @@ from depthwalk.render.paper.occlusion_compatible_order import GridCells, draw_or
 from depthwalk.render.resources.asset_store import AssetStore
 
 Kind = tuple[int, int]
-"""Level and pieces."""
+"""Names what is drawn of an asset: level of detail, and bit mask of the pieces."""
 
 
 @dataclass(kw_only=True)
@@ -61,7 +61,7 @@ class OrderedIndices:
         assets : the store of the assets on the GPU.
         batch : the instances of one asset.
         records : (n,) WARP_RECORD of all instances of the draw list.
-        instances : the stream that holds these records.
+        instances : the stream that holds these records on the GPU.
         """
         for number in range(batch.first, batch.first + batch.count):
             array, ordered, others = self._sorted(assets, batch, records[number])
@@ -108,7 +108,16 @@ class OrderedIndices:
 
 
 def viewer_of(record: np.void) -> NDArray[np.floating]:
-    """Return the viewer (3,), object frame, metres, for whom `record`, a WARP_RECORD, was made."""
+    """Return the viewer for whom a tile is warped.
+
+    Parameters
+    ----------
+    record : a single WARP_RECORD, of shape ().
+
+    Returns
+    -------
+    (3,) metres, object frame.
+    """
     right, up, normal = record["right"], record["up"], record["normal"]
     above = normal[3] + record["depths"][0]
     return np.asarray(right[:3] * right[3] + up[:3] * up[3] + normal[:3] * above)

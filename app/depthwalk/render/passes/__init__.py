@@ -1,4 +1,4 @@
-"""The passes of a frame, in their order.
+"""List the passes of a frame, in their order.
 
 To add one to the package: a module here, a folder in shaders/, a line in `PASSES`, and its parameters, if it has any,
 in `scene/render_settings.py`; a new target is declared in `render/targets.py`. Without touching the package, hand it

@@ -14,7 +14,7 @@ from depthwalk.scene.render_settings import CompositeParams
 
 
 class CompositePass(Pass[CompositeParams]):
-    """Draw the impostor tiles of `frame.plan.composite`, those whose texels are pixels first."""
+    """Draw the impostors of `frame.plan.composite`: first those whose texels are pixels of the picture."""
 
     name = "composite"
     draws_objects = True
@@ -28,7 +28,7 @@ class CompositePass(Pass[CompositeParams]):
         self._instances = InstanceStream(gl, COMPOSITE_RECORD)
 
     def draw(self, frame: Frame, params: CompositeParams) -> None:
-        """Draw the tiles of `frame` into `visibility` and `depth`, in as many steps of parallax as `params` say."""
+        """Draw the impostors of `frame` into `visibility` and `depth`, in as many steps of parallax as `params` say."""
         records, aligned = frame.plan.composite.records, frame.plan.composite.aligned
         frame.targets.atlas_depth.use(0)
         frame.targets.atlas_owner.use(1)

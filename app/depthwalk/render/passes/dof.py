@@ -21,7 +21,7 @@ TILE = 16  # pixels along a tile of the picture, of which the range of circles i
 
 
 class DofPass(Pass[DofParams]):
-    """Replace `lit` by what the lens shows."""
+    """Replace the target `lit` by the picture that the lens gives of it, sharp only at the focus distance."""
 
     name = "dof"
     reads = ("depth", "lit")
@@ -42,15 +42,15 @@ class DofPass(Pass[DofParams]):
         self._pictures.clear()
 
     def views(self, view: View, params: DofParams) -> Iterable[View]:
-        """Return `view` from points of the lens that `params` describe if its mode accumulates, else `view` alone."""
+        """Return the views from points all over the lens if the mode of `params` is `accumulate`, else `view` alone."""
         return lens_views(view, params)
 
     def enabled(self, frame: Frame, params: DofParams) -> bool:
-        """Return whether `params` choose a mode, in any `frame`."""
+        """Return whether `params` choose a mode of depth of field; `frame` does not matter."""
         return params.mode != "none"
 
     def draw(self, frame: Frame, params: DofParams) -> None:
-        """Blur `lit` in `frame` by the mode and the lens of `params`."""
+        """Blur the target `lit` of `frame` by the mode and the lens that `params` describe."""
         match params.mode:
             case "paper":
                 self._draw_paper(frame, params)

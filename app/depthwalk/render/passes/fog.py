@@ -31,7 +31,7 @@ class FogPass(Pass[Params]):
         return fog is not None and fog.density > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Blend the fog of `frame` into `lit`, by how much light comes through it; `params` is empty."""
+        """Blend the fog of `frame` into `lit`, by the part of the light that it takes away; `params` is empty."""
         fog, sky = frame.environment.fog, frame.light.sky
         assert fog is not None  # as `enabled` found
         defines, values = sky.defines, sky.uniforms()

@@ -34,7 +34,7 @@ class LightPass(Pass[LightParams]):
         self._cells = RecordTexture(gl, NUMBERS_RECORD)
 
     def draw(self, frame: Frame, params: LightParams) -> None:
-        """Draw sky and surfaces of `frame` into `lit`; what `params` choose has come with `frame.common`."""
+        """Draw sky and surfaces of `frame` into `lit`; `params` do not matter, since `frame.common` has the mode."""
         self._draw_sky(frame)
         self._draw_surfaces(frame)
 

@@ -21,7 +21,7 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class MaterialResolvePass(Pass[Params]):
-    """Resolve the visibility buffer to albedo and normals; in forward mode to light as well."""
+    """Look up albedo and normal for every pixel of the visibility buffer; in forward mode add light to them."""
 
     name = "material_resolve"
     per_sample = True
@@ -40,7 +40,7 @@ class MaterialResolvePass(Pass[Params]):
         return frame.materials is not None and len(frame.materials.assets) > 0
 
     def draw(self, frame: Frame, params: Params) -> None:
-        """Write the material depth of `frame`, then draw the rectangle of each asset; `params` is empty."""
+        """Look up albedo and normal of the surfaces that `frame` shows, asset by asset; `params` is empty."""
         materials = frame.materials
         assert materials is not None  # as `enabled` found
         self._objects.upload(materials.records)

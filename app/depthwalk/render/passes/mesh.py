@@ -21,7 +21,7 @@ _MAX_CULLED_TRIANGLES = 1 << 18  # of the meshlets of one part that may be seen;
 
 
 class MeshPass(Pass[MeshParams]):
-    """Draw the objects of `frame.plan.mesh`."""
+    """Draw the meshes of `frame.plan.mesh` as triangles."""
 
     name = "mesh"
     draws_objects = True

@@ -21,7 +21,7 @@ from depthwalk.render.resources.placed_records import PLACED_RECORD
 
 
 class FrontMeshes(NamedTuple):
-    """Hold the polygons that are in front of all other polygons.
+    """Hold which polygons are in front of all other polygons at each pixel.
 
     Attributes
     ----------
@@ -45,14 +45,18 @@ class _Target(NamedTuple):
 class ObjectIdPass(Pass[Params]):
     """Draw the number of the mesh in front at each pixel, in frames for which `requested` is set.
 
-    Where pixels have several samples it draws the last one, which the depth buffer holds when the frame is done.
+    Where pixels have several samples it draws the last one, as the visibility buffer holds it when the frame is done.
+
+    Attributes
+    ----------
+    requested : whether the next frames are to be drawn so; the caller sets it.
     """
 
     name = "object_id"
     per_sample = True
 
     def setup(self, gl: Scope) -> None:
-        """Create what every frame may need, through `gl`; targets are made when they are first drawn into."""
+        """Create through `gl` what every frame may need; targets are made when they are first drawn into."""
         self.requested = False
         self._program = Program(gl, "object_id/object_id.vert", "object_id/object_id.frag")
         self._arrays = AssetArrays(gl, self._program.gl, *POSITION_LAYOUT)
@@ -60,13 +64,13 @@ class ObjectIdPass(Pass[Params]):
         self._target: _Target | None = None
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Drop targets that are not of `size` (width, height) pixels."""
+        """Drop the targets; those of `size` (width, height) pixels are made when they are needed."""
         if self._target is not None:
             self.gl.free(self._target.framebuffer, self._target.number, self._target.depth)
         self._target = None
 
     def enabled(self, frame: Frame, params: Params) -> bool:
-        """Return whether `frame` is to tell meshes apart, and is the last of its samples; `params` is empty."""
+        """Return whether meshes are asked for and `frame` is that of the last sample; `params` is empty."""
         return self.requested and frame.sample == frame.targets.samples - 1
 
     def draw(self, frame: Frame, params: Params) -> None:
@@ -83,9 +87,11 @@ class ObjectIdPass(Pass[Params]):
                 array.render(instances=batch.count)
 
     def read(self) -> FrontMeshes | None:
-        """Return the mesh in front and its depth at each pixel, (H, W) each, of the frame drawn last.
+        """Return which mesh was in front at each pixel of the frame drawn last. Waits until the GPU has drawn it.
 
-        Row 0 is at the bottom. Return None where `requested` is not set or nothing has been drawn yet.
+        Returns
+        -------
+        The meshes and their depths; None where `requested` is not set or nothing has been drawn yet.
         """
         if self._target is None or not self.requested:
             return None

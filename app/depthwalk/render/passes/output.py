@@ -10,7 +10,7 @@ from depthwalk.scene.render_settings import OutputParams
 
 
 class OutputPass(Pass[OutputParams]):
-    """Draw the finished picture."""
+    """Draw the finished picture in the colours of the screen."""
 
     name = "output"
     reads = ("lit",)

@@ -13,7 +13,7 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class ResolvePass(Pass[Params]):
-    """Add up the samples of `lit`, and write their mean with the last one."""
+    """Replace `lit` by the mean of its samples, and `depth` by the nearest of them, after the last sample."""
 
     name = "resolve"
     per_sample = True

@@ -8,7 +8,7 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class SamplePass(Pass[Params]):
-    """Copy the sample `frame.sample` of what objects and ground were drawn into."""
+    """Copy the sample numbered `frame.sample` of what objects and ground were drawn into."""
 
     name = "sample"
     per_sample = True

@@ -41,14 +41,17 @@ class ShadowsPass(Pass[ShadowParams]):
         self._shown = False  # whether the last frame had shadow maps
 
     def enabled(self, frame: Frame, params: ShadowParams) -> bool:
-        """Return whether anything casts shadows in `frame` or did in the last one, whose maps are then taken away.
+        """Return whether anything casts shadows in `frame`, or did in the last one, so that its maps must be dropped.
 
         The `params` do not matter.
         """
         return bool(frame.shadows.lamps) or frame.shadows.sun is not None or self._shown
 
     def draw(self, frame: Frame, params: ShadowParams) -> None:
-        """Draw the maps of `frame` that are out of date, as `params` say; hand all to `sun_maps` and `lamp_maps`."""
+        """Draw the maps of `frame` that are out of date, at the resolutions of `params`.
+
+        Afterwards `sun_maps` and `lamp_maps` hold all maps, new and old; None where nothing casts shadows.
+        """
         shadows, targets = frame.shadows, frame.targets
         if shadows.lamps:
             texture = self._of_lamps.fit(params.lamps, params.lamp_resolution)

@@ -7,7 +7,7 @@ from depthwalk.render.frame import Frame, Pass
 
 
 class SunPass(Pass[Params]):
-    """Look up for each pixel whether the sun's shadow maps show it lit."""
+    """Look up in the shadow maps what part of the sun's light reaches each pixel."""
 
     name = "sun"
     per_sample = True

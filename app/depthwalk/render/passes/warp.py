@@ -19,7 +19,7 @@ _SLOT = np.dtype([("slot", "4f4")])
 
 
 class WarpPass(Pass[WarpParams]):
-    """Draw the tiles of `frame.plan.warp`; those of earlier frames that are still good stay."""
+    """Warp depth images into the impostor tiles of `frame.plan.warp`; tiles that are still accurate stay."""
 
     name = "warp"
     draws_objects = True
@@ -35,7 +35,7 @@ class WarpPass(Pass[WarpParams]):
         self._slots = InstanceStream(gl, _SLOT)
 
     def draw(self, frame: Frame, params: WarpParams) -> None:
-        """Empty the slots of the tiles that `frame` warps, and warp samples into them in the order of `params`."""
+        """Clear the slots of the tiles that `frame` warps, and warp samples into them in the order of `params`."""
         self._clear_slots(frame)
         with self.gl.state(into=frame.targets.atlas, depth_test=LESS, cull=True, wireframe=params.wireframe):
             self._draw(frame, in_order=params.order == "epipole")

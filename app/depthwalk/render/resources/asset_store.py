@@ -28,59 +28,93 @@ _Part = TypeVar("_Part", BakedObject, CookedObject)
 
 
 class Library(MeshLibrary, Protocol):
-    """Describe where the renderer gets assets from, by number; the renderer itself reads no files."""
+    """Describe where the renderer gets assets from, by number; the renderer itself reads no files.
+
+    Every method that reads raises InputError for files that cannot be used.
+    """
 
     def __len__(self) -> int:
         """Return the number of assets."""
         ...
 
     def has_baked(self, asset: int) -> bool:
-        """Return whether the asset with the number `asset` has depth images, without making them."""
+        """Return whether the asset numbered `asset` has depth images, without making them."""
         ...
 
     def has_mesh(self, asset: int) -> bool:
-        """Return whether the asset with the number `asset` has a mesh, without reading it."""
+        """Return whether the asset numbered `asset` has a mesh, without reading it."""
         ...
 
     def bake_missing(self, assets: Sequence[int]) -> None:
-        """Bake those depth images of `assets`, numbers of assets, that are missing, several at a time if possible."""
+        """Bake the depth images that assets with the numbers `assets` lack, several at a time if possible."""
         ...
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of `asset`, its number, made if need be; one object for each part.
+        """Return the cooked depth images of an asset, baked and cooked first if need be.
 
-        With `again`, because what the cache keeps cannot be loaded, they are cooked once more and hold their arrays in
-        memory.
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        options
+            What is built of it.
+        again
+            Whether to cook even what the cache keeps, because that cannot be loaded; the arrays then stay in memory.
+
+        Returns
+        -------
+        tuple of CookedObject
+            One object for each part of the asset.
         """
         ...
 
     def baked(self, asset: int) -> BakedModel | None:
-        """Return the depth images of `asset`, its number, baked if they are not yet; None where it has none."""
+        """Return the depth images of the asset numbered `asset`, baked first if need be; None where it has none."""
         ...
 
     def texture(self, path: Path) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4), sRGB, of the image file `path`."""
+        """Return the texels (H, W, 4) uint8, sRGB and alpha, top row first, of the image file `path`."""
         ...
 
 
 class Background(Protocol):
-    """Describe who makes depth images ready beside the frames."""
+    """Describe who makes depth images ready beside the frames, so that no frame waits for them."""
 
     def is_cooked(self, asset: int, options: CookOptions) -> bool:
-        """Return whether the depth images of `asset`, its number, can be had at once; if not, they are made ready."""
+        """Return whether the depth images of an asset can be had at once; if not, have them made ready.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        options
+            What is built of it.
+
+        Returns
+        -------
+        bool
+            Whether `Library.cooked` would return at once.
+        """
         ...
 
     def poll(self) -> bool:
-        """Take over what was made ready since the last call; return whether there is any."""
+        """Take over what was made ready since the last call, and return whether there was anything."""
         ...
 
 
 class AssetStore:
     """Upload assets and own their GL objects, which several passes draw from.
 
-    Meshes have the numbers of their assets. An asset may have several depth objects, one for each part. Depth objects
-    are numbered from `first_depth` on, in the order in which they are asked for, and keep their numbers when everything
-    is released.
+    Meshes have the numbers of their assets. An asset's depth images become depth objects, one for each part of the
+    asset. Depth objects are numbered from `first_depth` on, in the order in which they are asked for, and keep their
+    numbers when everything is released.
+
+    Parameters
+    ----------
+    device
+        The GPU that draws.
+    library
+        Where assets come from.
 
     Attributes
     ----------
@@ -94,10 +128,11 @@ class AssetStore:
         How depth images are cooked; to be set while the store is empty.
     meshes
         The store of the meshes.
+    background
+        Makes depth images ready beside the frames; None: frames wait for them.
     """
 
     def __init__(self, device: Device, library: Library) -> None:
-        """Make an empty store on `device`, which gets its assets from `library`."""
         self.gl = device.scope("assets")
         self.budget = DEFAULT_BUDGET
         self.before_release: Callable[[], None] = lambda: None
@@ -117,15 +152,26 @@ class AssetStore:
 
     @property
     def first_depth(self) -> int:
-        """The number of the first depth object: numbers below are those of assets."""
+        """Return the number of the first depth object; smaller numbers are those of assets."""
         return len(self._library)
 
     def knows(self, asset: int) -> bool:
-        """Return whether `depth_numbers` can answer without reading the depth images of `asset`."""
+        """Return whether `depth_numbers` can answer for the asset numbered `asset` without reading depth images."""
         return asset in self._numbers
 
     def depth_numbers(self, asset: int) -> range:
-        """Return the numbers of the depth objects that show `asset`; reads and cooks its depth images if need be."""
+        """Return the numbers of the depth objects that show an asset, which is read and cooked if need be.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+
+        Returns
+        -------
+        range
+            One number for each part of the asset.
+        """
         if asset not in self._numbers:
             objects, first = self._library.cooked(asset, self.cook_options), len(self)
             self._assets += [asset] * len(objects)
@@ -134,30 +180,46 @@ class AssetStore:
         return self._numbers[asset]
 
     def is_ready(self, asset: int) -> bool:
-        """Return whether frames may show the depth images of `asset`, its number; if not, they are made ready."""
+        """Return whether frames may show the depth images of the asset numbered `asset`; if not, prepare them."""
         return self.background is None or self.background.is_cooked(asset, self.cook_options)
 
     def poll(self) -> bool:
-        """Take over what was made ready beside the frames; return whether an asset can be shown in another way now."""
+        """Take over what was made ready beside the frames; return whether an asset can now be shown in another way."""
         if self.background is None:
             return False
         made, read = self.background.poll(), self.meshes.poll()
         return made or read
 
     def cooked(self, number: int) -> CookedObject:
-        """Return depth object `number` as it was cooked, with its large arrays left in the cache."""
+        """Return the depth object numbered `number` as it was cooked; its large arrays are not loaded yet."""
         if number not in self._cooked:
             asset = self.asset_of(number)
             self._cooked.update(self._by_number(asset, self._library.cooked(asset, self.cook_options)))
         return self._cooked[number]
 
     def baked(self, number: int) -> BakedObject:
-        """Return the depth images that depth object `number` was cooked from, which are read again."""
+        """Read again the depth images that a depth object was cooked from.
+
+        Parameters
+        ----------
+        number
+            The number of the depth object.
+
+        Returns
+        -------
+        BakedObject
+            Its depth images, with pixels.
+
+        Raises
+        ------
+        LookupError
+            Where the asset has no depth images any more.
+        """
         asset = self.asset_of(number)
         return self._part(self._model(asset).parts, number)
 
     def depth_object(self, number: int) -> DepthObject:
-        """Return depth object `number` on the GPU, uploaded if it was not."""
+        """Return the depth object numbered `number` on the GPU, uploaded if it was not."""
         if number not in self._depth:
             cooked = self.cooked(number)
             try:
@@ -199,7 +261,7 @@ class AssetStore:
         return parts[min(number - self._numbers[self.asset_of(number)].start, len(parts) - 1)]
 
     def stream(self, needed: Sequence[int], seconds: float | None) -> NDArray[np.bool_]:
-        """Upload what a frame needs, and release what was not used for longest where the budget would not hold both.
+        """Upload what a frame needs, and release what was not used for longest where the budget does not allow both.
 
         What the frame needs is never released; where that alone is more than the budget, a warning says so once.
 
@@ -237,12 +299,12 @@ class AssetStore:
 
     @property
     def gpu_bytes(self) -> int:
-        """Bytes of GPU memory that depth objects and fallback meshes take."""
+        """Return how many bytes of GPU memory depth objects and fallback meshes take."""
         return sum(self._cooked[number].bytes for number in self._depth) + self.meshes.fallback_bytes
 
     @property
     def depth_count(self) -> int:
-        """How many depth objects are on the GPU."""
+        """Return how many depth objects are on the GPU."""
         return len(self._depth)
 
     def _make_room(self, size: int, needed: set[int]) -> None:
@@ -264,7 +326,7 @@ class AssetStore:
             log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
 
     def asset_of(self, number: int) -> int:
-        """Return the asset that depth object `number` shows, or shows a part of."""
+        """Return the number of the asset that the depth object numbered `number` shows, or shows a part of."""
         return self._assets[number - len(self._library)]
 
     def _model(self, asset: int) -> BakedModel:
@@ -275,11 +337,22 @@ class AssetStore:
         return model
 
     def texture(self, path: Path | None) -> NDArray[np.uint8]:
-        """Return the texels (H, W, 4), sRGB, of the image file `path`; one white texel for None."""
+        """Return the texels of an image file.
+
+        Parameters
+        ----------
+        path
+            The file; None: no image.
+
+        Returns
+        -------
+        NDArray[np.uint8]
+            (H, W, 4) sRGB and alpha, top row first; one white texel where there is no image.
+        """
         return WHITE if path is None else self._library.texture(path)
 
     def release(self) -> None:
-        """Release everything; what is drawn later is uploaded again."""
+        """Free all GL objects and forget what was cooked; what is drawn later is uploaded again."""
         self.before_release()
         self.gl.release()
         self._depth.clear()

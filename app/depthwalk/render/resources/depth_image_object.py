@@ -50,17 +50,17 @@ class DepthObject:
     tints
         The other components of the colours, for 2 × 2 texels each.
     page_table
-        The table that says where a tile lies in these pictures.
+        The table that says where a tile lies in these pictures, one layer per depth image.
     meso
-        The tile of relief; one texel for an object without relief.
+        The relief of the meso-structure, which repeats; one texel for an object without meso-structure.
     geometry
         Uniforms of the vertex stage, by name.
     colour_defines
-        Defines of shaders/common/pages.glsl: which colours the object has.
+        Defines of shaders/common/virtual_texture.glsl: which colours the object has.
     surface
-        Uniforms of shaders/common/depth_images.glsl and shaders/common/pages.glsl.
+        Uniforms of shaders/common/depth_images.glsl and virtual_texture.glsl, by name.
     relief
-        Uniforms of shaders/common/meso.glsl and shaders/common/faces.glsl.
+        Uniforms of shaders/common/meso.glsl and faces.glsl, by name.
     """
 
     vertices: moderngl.Buffer
@@ -79,17 +79,17 @@ class DepthObject:
 
     @property
     def defines(self) -> tuple[str, ...]:
-        """Defines of the shaders that draw the geometry."""
+        """Return the defines of the shaders that draw the geometry: `MESO` for an object with meso-structure."""
         return ("MESO",) if self.relief["meso_height"] > 0 else ()
 
     @property
     def surface_defines(self) -> tuple[str, ...]:
-        """Defines of the shader that looks up the surface."""
+        """Return the defines of the shader that looks up the surface: meso-structure, and kinds of colour."""
         return *self.defines, *self.colour_defines
 
     @property
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
-        """All GL objects of this object, which are freed when it gives way to others."""
+        """Return all GL objects of this object, so that they are freed when it gives way to others."""
         textures = self.normals, self.colours, self.tints, self.page_table, self.meso
         return self.vertices, self.indices, *textures
 
@@ -104,7 +104,7 @@ class DepthObject:
         Returns
         -------
         Shape
-            Positions (v, 3), metres, object frame, and triangles (t, 3).
+            Positions (v, 3) float32, metres, object frame, and triangles (t, 3) uint32, rows of these.
         """
         low, size = (np.array(self.geometry[name], np.float32) for name in ("box_low", "box_size"))
         samples = np.frombuffer(self.vertices.read(), np.uint16).reshape(-1, 4)
@@ -152,7 +152,7 @@ class DepthObject:
                 array.render(vertices=count, first=first, instances=instances)
 
     def use_geometry(self, program: Program, unit: int, lod: LodParams) -> None:
-        """Bind the relief to a texture unit, and set the uniforms that the vertex stage reads.
+        """Bind the meso-structure to a texture unit, and set the uniforms that the vertex stage reads.
 
         Parameters
         ----------
@@ -167,7 +167,7 @@ class DepthObject:
         program.set(meso_relief=unit, meso_fade=lod.meso_fade, **self.geometry, **self.relief)
 
     def use_surface(self, program: Program, first_unit: int, lod: LodParams) -> None:
-        """Bind textures to five texture units, and set the uniforms that `surface_at` reads.
+        """Bind textures to five texture units, and set the uniforms that looking up a surface needs.
 
         Parameters
         ----------

@@ -67,7 +67,7 @@ class MeshObject:
     parts
         The runs of triangles that have one material each.
     vertices
-        The buffer of vertices.
+        The buffer of vertices: position, normal, colour and texture coordinates, see `PAINTED_LAYOUT`.
     indices
         The buffer of indices, three uint32 per triangle.
     look
@@ -83,7 +83,13 @@ class MeshObject:
     meshlets: Meshlets | None
 
     def shape(self) -> Shape:
-        """Read the positions (v, 3), metres, asset frame, and the triangles (t, 3) back from the GPU."""
+        """Read the geometry back from the GPU.
+
+        Returns
+        -------
+        Shape
+            Positions (v, 3) float32, metres, asset frame, and triangles (t, 3) uint32, rows of these.
+        """
         vertices = np.frombuffer(self.vertices.read(), _VERTEX)
         return vertices["position"], np.frombuffer(self.indices.read(), np.uint32).reshape(-1, 3)
 
@@ -98,7 +104,7 @@ def upload_look(gl: Scope, mesh: Mesh, solid: bool) -> MeshLook:
     mesh
         The mesh.
     solid
-        The result of `is_solid`, which takes too long to compute here.
+        Whether nobody sees a back face: the result of `is_solid`, which takes too long to compute here.
 
     Returns
     -------
@@ -140,9 +146,19 @@ def upload_mesh(gl: Scope, mesh: Mesh, look: MeshLook, meshlets: Meshlets | None
 
 
 def is_solid(mesh: Mesh) -> bool:
-    """Return whether `mesh` is the closed surface of a solid, of which nobody outside sees a back face.
+    """Return whether a mesh is the closed surface of a solid, of which nobody outside sees a back face.
 
-    A mesh is solid if faces run through every edge as often one way as the other, and enclose a positive volume.
+    It is so if faces run through every edge as often one way as the other, and enclose a positive volume.
+
+    Parameters
+    ----------
+    mesh
+        The mesh; vertices at one position count as one.
+
+    Returns
+    -------
+    bool
+        True for a closed surface; False also where it is inside out.
     """
     faces = row_ids(mesh.positions)[0][mesh.faces]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()

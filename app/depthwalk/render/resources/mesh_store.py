@@ -47,11 +47,22 @@ class MeshLibrary(Protocol):
         ...
 
     def mesh_levels(self, asset: int) -> tuple[MeshLevel, ...]:
-        """Return the mesh of `asset`, its number, and its simplified levels, the finest first; none without a mesh."""
+        """Return the mesh of an asset and its simplified levels.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+
+        Returns
+        -------
+        tuple of MeshLevel
+            The levels, the finest first; empty for an asset without a mesh.
+        """
         ...
 
     def forget_mesh(self, asset: int) -> None:
-        """Free the memory of the mesh of `asset`, its number, and of its levels, until they are asked for again."""
+        """Free the memory of the mesh of the asset numbered `asset` and of its levels, until they are asked for."""
         ...
 
 
@@ -63,9 +74,11 @@ class FallbackMesh(NamedTuple):
     levels
         The levels of detail, the finest first.
     meshlets
-        The meshlets of each level.
+        The meshlets of each level; None for a level that is drawn whole.
     solid
         Whether nobody sees a back face, see `is_solid`.
+    is_simplified
+        Whether `levels` holds the simplified levels, too; otherwise it holds the mesh alone.
     """
 
     levels: tuple[MeshLevel, ...]
@@ -77,6 +90,13 @@ class FallbackMesh(NamedTuple):
 class MeshStore:
     """Upload meshes, each level when it is first drawn, and own their GL objects.
 
+    Parameters
+    ----------
+    gl
+        The scope of the asset store, which owns the GL objects.
+    library
+        Where meshes come from.
+
     Attributes
     ----------
     failures
@@ -84,7 +104,6 @@ class MeshStore:
     """
 
     def __init__(self, gl: Scope, library: MeshLibrary) -> None:
-        """Make an empty store: `gl` is the asset store's scope, `library` says where meshes come from."""
         self._gl = gl
         self._library = library
         self._drawn: dict[int, dict[int, MeshObject]] = {}  # by asset and level
@@ -107,7 +126,7 @@ class MeshStore:
         asset
             The number of the asset.
         level
-            0 for the mesh itself, others by `MeshLibrary.mesh_levels`.
+            0 for the mesh itself; larger numbers for the simplified levels of `MeshLibrary.mesh_levels`.
 
         Returns
         -------
@@ -136,7 +155,7 @@ class MeshStore:
         return levels[level]
 
     def begin_frame(self) -> None:
-        """Begin a frame: fallback meshes may be released that neither it nor the frame before has asked for."""
+        """Begin a frame: fallback meshes that neither it nor the frame before asks for may be released."""
         self._requested_before, self._requested = self._requested, set()
 
     def mesh_fallbacks(self, assets: Sequence[int], wait: bool) -> dict[int, tuple[MeshLevel, ...]]:
@@ -171,17 +190,26 @@ class MeshStore:
 
     @property
     def fallback_bytes(self) -> int:
-        """Bytes of GPU memory that the buffers of fallback meshes take."""
+        """Return how many bytes of GPU memory the buffers of fallback meshes take."""
         levels = (level for asset in self._fallbacks for level in self._drawn.get(asset, {}).values())
         return sum(level.vertices.size + level.indices.size for level in levels)
 
     @property
     def unwanted_fallbacks(self) -> set[int]:
-        """Numbers of the assets whose fallback meshes may be released, because no recent frame has asked for them."""
+        """Return the numbers of the assets whose fallback meshes may be released.
+
+        No recent frame has asked for these, and the scene does not show them in place of depth images.
+        """
         return self._fallbacks.keys() - self._requested - self._requested_before - self._shown
 
     def release_fallbacks(self, assets: set[int]) -> None:
-        """Release the fallback meshes of `assets`, their numbers. No pass may still hold vertex arrays over them."""
+        """Release fallback meshes and the memory of their levels. No pass may still hold vertex arrays over them.
+
+        Parameters
+        ----------
+        assets
+            The numbers of the assets whose fallback meshes are released.
+        """
         for asset in assets:
             for level in self._drawn.pop(asset, {}).values():
                 self._gl.free(level.vertices, level.indices)
@@ -220,7 +248,7 @@ class MeshStore:
         Returns
         -------
         bool
-            Whether `levels` has it.
+            Whether `levels` returns what is asked for.
         """
         known = self._fallbacks.get(asset)
         if known is not None and (known.is_simplified or not simplified):
@@ -230,15 +258,26 @@ class MeshStore:
         return False
 
     def levels(self, asset: int) -> tuple[MeshLevel, ...] | None:
-        """Return the levels of a mesh, by the number of its asset, as far as a thread has read them; None: not read."""
+        """Return the levels of a mesh as far as a thread has read them.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+
+        Returns
+        -------
+        tuple of MeshLevel | None
+            The levels, the finest first; None where the mesh has not been read.
+        """
         return self._fallbacks[asset].levels if asset in self._fallbacks else None
 
     def show(self, assets: set[int]) -> None:
-        """Keep the meshes of `assets`, numbers, in memory, since the scene shows them in the place of depth images."""
+        """Keep the meshes of the assets with the numbers `assets`, which the scene shows in place of depth images."""
         self._shown = assets
 
     def poll(self) -> bool:
-        """Go on with reading meshes beside the frames; return whether one has come that `is_read` was asked about."""
+        """Go on with reading meshes beside the frames; return whether one has come that `is_read` was asked for."""
         read = self._take_read()
         if self._reading is None and self._awaited:
             self._begin_reading(*next(iter(self._awaited.items())))

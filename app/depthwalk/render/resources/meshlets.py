@@ -71,21 +71,21 @@ class Meshlets:
         return np.concatenate(list(runs))
 
     def seen(self, view: View, placed: NDArray[np.void], solid: bool) -> NDArray[np.intp]:
-        """Find the meshlets that may be seen.
+        """Find the meshlets of an object that may be seen.
 
         Parameters
         ----------
         view
             The view of the picture.
         placed
-            PLACED_RECORD () of the object that is drawn.
+            A single PLACED_RECORD, of shape (), of the object that is drawn.
         solid
             Whether back faces cannot be seen, so that meshlets which face away are left out.
 
         Returns
         -------
         NDArray[np.intp]
-            (k,) rows, part by part, within each part the nearest first.
+            (k,) rows of the meshlets, part by part, within each part the nearest first.
         """
         rotation, scale = placed["rotation"].astype(np.float64)[None], float(placed["scale"])
         middle = placed["origin"] + scale * rotate(rotation, self.centre)
@@ -99,7 +99,18 @@ class Meshlets:
 
 
 def build_meshlets(mesh: Mesh) -> Meshlets | None:
-    """Divide `mesh` into meshlets; return None where it is so small that it is better drawn whole."""
+    """Divide the triangles of a mesh into meshlets.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+
+    Returns
+    -------
+    Meshlets | None
+        The meshlets; None where the mesh is so small that it is drawn as fast whole.
+    """
     if len(mesh.faces) < _FEWEST * SIZE:
         return None
     corners = mesh.positions[mesh.faces].astype(np.float64)

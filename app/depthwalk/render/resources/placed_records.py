@@ -1,4 +1,4 @@
-"""What shaders read of each object that is drawn straight into a picture or a shadow map, not through an impostor."""
+"""Make what shaders read of objects that are drawn straight into a picture or a shadow map, not as impostors."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -44,33 +44,41 @@ class Cascade:
 
     @property
     def texel(self) -> float:
-        """Edge of a texel, metres."""
+        """Return the length that the edge of a texel covers, metres."""
         return 2 * self.half / self.resolution
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """The light's place in homogeneous coordinates, world: infinitely far, in the direction of the sun."""
+        """Return the direction to the sun, world, as a point at infinity in homogeneous coordinates."""
         x, y, z = self.axes[2].tolist()
         return x, y, z, 0.0
 
     @cached_property
     def clip_from_centre(self) -> glm.dmat4:
-        """The orthographic projection of world vectors from the centre to clip coordinates."""
+        """Return the orthographic projection of world vectors from the centre, metres, to clip coordinates."""
         return glm.scale(glm.dvec3(1, 1, -1 / DEPTH) / self.half) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
-        """Return which (n,) of the spheres `bounds` may cast a shadow within the map.
+        """Return which spheres may cast a shadow within the map.
 
         They are those that meet the prism which begins at the map's far side and goes on towards the sun without end.
+
+        Parameters
+        ----------
+        bounds
+            The n spheres, world.
+
+        Returns
+        -------
+        NDArray[np.bool_]
+            (n,) whether each sphere may.
         """
         right, up, toward = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
         across = np.maximum(np.abs(right), np.abs(up)) < self.half + bounds.bounding_radius
         return np.asarray(across & (toward > -(DEPTH * self.half + bounds.bounding_radius)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel covers where spheres are.
-
-        For the sun this is the same everywhere.
+        """Return what a texel of the map covers where spheres are; for the sun this is the same everywhere.
 
         Parameters
         ----------

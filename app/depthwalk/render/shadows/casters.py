@@ -45,11 +45,22 @@ class ShadowMap:
 
     @property
     def triangles(self) -> int:
-        """How many triangles of depth images are drawn into the map."""
+        """Return how many triangles of depth images are drawn into the map."""
         return sum(group.count * length for group in self.grids.batches for _, length in group.indices) // 3
 
     def shows_same(self, other: "ShadowMap") -> bool:
-        """Return whether drawing `other` would give the same map, so that this one need not be drawn."""
+        """Return whether an earlier map looks like this one, so that this one need not be drawn.
+
+        Parameters
+        ----------
+        other
+            The earlier map.
+
+        Returns
+        -------
+        bool
+            True where both see the same and have the same draws.
+        """
         mine, its = self.view, other.view
         return (
             (mine.centre, mine.resolution) == (its.centre, its.resolution)
@@ -61,9 +72,19 @@ class ShadowMap:
         )
 
     def follows(self, before: "ShadowMap") -> bool:
-        """Return whether the map `before` may be shown in place of this one for a few more frames.
+        """Return whether an earlier map may be shown in place of this one for a few more frames.
 
         It may if both are maps of the sun, the sun has not moved, and the map has moved by less than half its width.
+
+        Parameters
+        ----------
+        before
+            The earlier map.
+
+        Returns
+        -------
+        bool
+            Whether it may.
         """
         mine, its = self.view, before.view
         if not (isinstance(mine, Cascade) and isinstance(its, Cascade)):
@@ -96,7 +117,7 @@ class Shadows:
 
 
 def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
-    """Return those spheres that may cast a shadow within a map and are as large as a texel.
+    """Return which spheres may cast a shadow within a map and are at least as large as a texel.
 
     Parameters
     ----------
@@ -108,7 +129,7 @@ def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
     Returns
     -------
     NDArray[np.intp]
-        (m,) rows of the spheres.
+        (m,) rows of these spheres.
     """
     texel, _ = view.texels(bounds)
     return np.flatnonzero(view.meets(bounds) & (2 * bounds.bounding_radius >= texel))

@@ -11,6 +11,13 @@ from depthwalk.render.shadows.casters import ShadowMap
 class ShadowAtlas:
     """Own a depth texture of shadow maps, and remember what each tile of it shows.
 
+    Parameters
+    ----------
+    scope
+        Owns the GL objects.
+    columns
+        How many tiles a row has at most.
+
     Attributes
     ----------
     texture
@@ -18,7 +25,6 @@ class ShadowAtlas:
     """
 
     def __init__(self, scope: Scope, columns: int) -> None:
-        """Make an atlas without a texture: `scope` owns its GL objects, and it has at most `columns` tiles to a row."""
         self.texture: moderngl.Texture | None = None
         self._framebuffer: moderngl.Framebuffer | None = None
         self._scope, self._columns = scope, columns
@@ -26,9 +32,19 @@ class ShadowAtlas:
         self._held: dict[int, ShadowMap] = {}  # by tile, in the order in which they were drawn
 
     def fit(self, tiles: int, resolution: int) -> moderngl.Texture:
-        """Return the texture, which holds at least `tiles` square tiles of `resolution` texels along an edge.
+        """Return the texture, created again where its size changes; all maps must then be drawn again.
 
-        Where its size changes, it is created again, and all maps must be drawn again.
+        Parameters
+        ----------
+        tiles
+            How many square tiles it must have room for.
+        resolution
+            Texels along an edge of a tile.
+
+        Returns
+        -------
+        moderngl.Texture
+            The depth texture.
         """
         columns = min(tiles, self._columns)
         size = columns * resolution, -(-tiles // self._columns) * resolution
@@ -42,19 +58,40 @@ class ShadowAtlas:
         return self.texture
 
     def stale(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Return those of the maps `requested`, by tile, that the atlas does not show: `begin` and draw these."""
+        """Return which of some maps the atlas does not show yet, so that they must be drawn, each after `begin`.
+
+        Parameters
+        ----------
+        requested
+            The maps that a frame asks for, by the number of their tile.
+
+        Returns
+        -------
+        dict[int, ShadowMap]
+            Those that are out of date, by the number of their tile.
+        """
         held = self._held
         return {tile: map_ for tile, map_ in requested.items() if tile not in held or not map_.shows_same(held[tile])}
 
     def shown(self, tile: int) -> ShadowMap:
-        """Return the map that `tile`, a number, shows now; it may be one that an earlier frame asked for."""
+        """Return the map that the tile numbered `tile` shows now, which an earlier frame may have asked for."""
         return self._held[tile]
 
     def due(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
-        """Return those of the maps `requested`, by tile, to draw in this frame; the rest may wait for the next frames.
+        """Return which of some maps to draw in this frame, so that the others may wait for the next frames.
 
-        Of the stale maps those are drawn that cannot wait: the nearest, in tile 0, and maps that do not `follow` what
-        their tile shows. One more is drawn, the one drawn longest ago; the others are up to a few frames late.
+        Drawn are the stale maps that cannot wait: the nearest, in tile 0, and those that do not follow what their tile
+        shows (`ShadowMap.follows`). Of the others the one drawn longest ago is drawn, too.
+
+        Parameters
+        ----------
+        requested
+            The maps that a frame asks for, by the number of their tile.
+
+        Returns
+        -------
+        dict[int, ShadowMap]
+            Those to draw, by the number of their tile.
         """
         stale = self.stale(requested)
         can_wait = [tile for tile in self._held if tile > 0 and tile in stale and stale[tile].follows(self._held[tile])]

@@ -52,33 +52,44 @@ class Spot:
 
     @property
     def tangent(self) -> float:
-        """Half the map's width at one metre along the axis, metres."""
+        """Return half the width that the map covers at one metre along the axis, metres."""
         return float(np.tan(self.angle / 2))
 
     @property
     def texel(self) -> float:
-        """Edge of a texel at one metre along the axis, metres."""
+        """Return the length that the edge of a texel covers at one metre along the axis, metres."""
         return 2 * self.tangent / self.resolution
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """The light's place in homogeneous coordinates, relative to the centre, which is the lamp itself."""
+        """Return the place of the lamp relative to the centre, which is the lamp itself, in homogeneous coordinates."""
         return 0.0, 0.0, 0.0, 1.0
 
     @cached_property
     def clip_from_centre(self) -> glm.dmat4:
-        """The projection of world vectors from the lamp to clip coordinates."""
+        """Return the perspective projection of world vectors from the lamp, metres, to clip coordinates."""
         return clip_from_view(self.angle, 1.0, NEAR * self.reach, self.reach) * glm.dmat4(glm.dmat3(self.axes))
 
     def meets(self, bounds: Bounds) -> NDArray[np.bool_]:
-        """Return which (n,) of the spheres `bounds` may cast a shadow within the pyramid: those that reach into it."""
+        """Return which spheres may cast a shadow within the map: those that reach into its pyramid.
+
+        Parameters
+        ----------
+        bounds
+            The n spheres, world.
+
+        Returns
+        -------
+        NDArray[np.bool_]
+            (n,) whether each sphere may.
+        """
         right, up, back = ((bounds.centre - np.array(self.centre, np.float32)) @ self.axes.T.astype(np.float32)).T
         across = np.maximum(np.abs(right), np.abs(up)) + self.tangent * back
         ahead = (back < bounds.bounding_radius) & (-back < self.reach + bounds.bounding_radius)
         return np.asarray(ahead & (across < bounds.bounding_radius * np.hypot(1, self.tangent)))
 
     def texels(self, bounds: Bounds) -> tuple[Array, Array]:
-        """Return what a texel covers where spheres are.
+        """Return what a texel of the map covers where spheres are.
 
         Parameters
         ----------
@@ -119,7 +130,7 @@ def lamp_spot(lamp: "LampParams", resolution: int) -> Spot:
 def choose_shadow_lamps(view: View, lamps: Sequence["LampParams"]) -> list[int]:
     """Choose the lamps that should have a shadow map in this frame.
 
-    These are the lamps that cast shadows by the scene, and whose cones the view may see.
+    These are the lamps that the scene lets cast shadows, that shine, and whose cones the view may see.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ class LampMaps:
     Attributes
     ----------
     texture
-        Depth, tiles of equal size.
+        The depth texture, in square tiles of equal size.
     params
         The settings that the maps were drawn by.
     """
@@ -37,7 +37,7 @@ class SunMaps:
     Attributes
     ----------
     texture
-        Depth, tiles of equal size, `COLUMNS` to a row.
+        The depth texture, in square tiles of equal size, `COLUMNS` to a row.
     cascades
         What each tile shows, the nearest first; all look along one direction.
     params

@@ -1,1 +1,1 @@
-"""What a picture is seen through: camera, lens and uniform block; and where objects are in it."""
+"""Describe what a picture is seen through (camera, lens, uniform block), and where objects are in it."""

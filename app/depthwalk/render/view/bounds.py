@@ -1,4 +1,4 @@
-"""Compute bounds of objects in the world, what of them a view may see, and the clip planes that hold it.
+"""Compute where objects are in the world, which of them a view may see, and the clip planes that hold those.
 
 Spheres bound every object; upright cylinders, from which the distance to a viewer is measured, some of them. All are
 computed when objects change, and read by every frame.
@@ -38,7 +38,16 @@ class Cylinders:
 
 
 def box_cylinders(low: Array, high: Array) -> Cylinders:
-    """Return the upright cylinders about n boxes with the corners `low` and `high`, both (n, 3), metres, world."""
+    """Return the upright cylinders that enclose n axis-aligned boxes.
+
+    Parameters
+    ----------
+    low, high : (n, 3) least and greatest corners of the boxes, metres, world.
+
+    Returns
+    -------
+    The n cylinders, world.
+    """
     half = (high - low) / 2
     upright = np.broadcast_to(np.array([0, 1, 0], np.float32), half.shape)
     return Cylinders(low + half, upright, half[:, 1], np.hypot(half[:, 0], half[:, 2]))
@@ -78,7 +87,10 @@ class Bounds(StructOfArrays):
     bounding_radius: Array
 
     def visible(self, view: View) -> tuple[NDArray[np.intp], Array]:
-        """Find the spheres that a view may see: those that its frustum's sides meet and that are not behind it.
+        """Find the spheres that a view may see.
+
+        They reach between the sides of its frustum and are not wholly behind the viewer; near and far plane do not
+        count.
 
         Parameters
         ----------
@@ -86,8 +98,8 @@ class Bounds(StructOfArrays):
 
         Returns
         -------
-        indices : (m,), by the distance of the centres, nearest first.
-        forward : (m,), these distances, metres along the view axis.
+        indices : (m,) numbers of these spheres, those with the nearest centres first.
+        forward : (m,) distances of their centres, metres along the view axis.
         """
         right, up, forward = ((self.centre - view.position) @ view.axes.T).T
         seen = forward > -self.bounding_radius
@@ -98,7 +110,12 @@ class Bounds(StructOfArrays):
         return indices, forward[indices]
 
     def sphere(self) -> tuple[NDArray[np.float64], float]:
-        """Return centre (3,) and radius, metres, world, of a sphere around all spheres, of which there must be one."""
+        """Return a sphere around all spheres, of which there must be at least one.
+
+        Returns
+        -------
+        Its centre (3,), metres, world, and its radius, metres.
+        """
         bounding_radius = self.bounding_radius[:, None]
         middle = (((self.centre - bounding_radius).min(0) + (self.centre + bounding_radius).max(0)) / 2).astype(float)
         return middle, float((np.linalg.norm(self.centre - middle, axis=1) + self.bounding_radius).max())
@@ -107,16 +124,16 @@ class Bounds(StructOfArrays):
 def extents(view: View, bounds: Bounds) -> tuple[Array, Array]:
     """Return rectangles in the picture that hold n spheres.
 
-    For a sphere that reaches before the near plane this is the whole picture.
+    For a sphere that reaches in front of the near plane this is the whole picture.
 
     Parameters
     ----------
-    view : the view of the picture.
+    view : the view of the picture, near and far plane fitted.
     bounds : the n spheres, world.
 
     Returns
     -------
-    low, high : (n, 2), corners in device coordinates, −1 to 1, y upward.
+    low, high : (n, 2) lower left and upper right corners in device coordinates, −1 to 1, y upward.
     """
     to_centre = (bounds.centre - view.position) @ view.axes.T
     across, forward, bounding_radius = to_centre[:, :2], to_centre[:, 2:], bounds.bounding_radius[:, None]

@@ -27,17 +27,19 @@ MIN_RAYS = 16  # rays of a pixel
 
 
 def lens_radius(lens: DofParams) -> float:
-    """Return the radius of `lens`, metres: half of its focal length over its f-number."""
+    """Return the radius of the aperture of `lens`, metres: half of its focal length over its f-number."""
     return lens.focal_length / lens.f_number / 2000
 
 
 def circle_radius(lens: DofParams, view: View, distance: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Return the radius of the circle of confusion to which a lens blurs points, pixels.
+    """Return the radius of the circle of confusion to which a lens blurs points.
+
+    This is the thin-lens formula of Huang et al. 2008, signed, and measured in pixels of the picture.
 
     Parameters
     ----------
     lens : the lens; its focus distance is where the radius is 0.
-    view : the view, whose picture gives the pixels.
+    view : the view, whose size and angle of view say how large a pixel is.
     distance : distances of the points, metres along the view axis, of any shape; +inf is allowed.
 
     Returns
@@ -48,15 +50,22 @@ def circle_radius(lens: DofParams, view: View, distance: NDArray[np.floating]) -
 
 
 def largest_radius(lens: DofParams, view: View) -> float:
-    """Return the largest radius of a circle of confusion that `lens` gives in the picture of `view`, pixels.
+    """Return the largest radius that the modes `paper` and `gather` allow a circle of confusion.
 
-    Only the modes that limit the radius use this.
+    Parameters
+    ----------
+    lens : the lens, whose `max_blur` is that limit relative to the picture's height.
+    view : the view of the picture.
+
+    Returns
+    -------
+    Pixels.
     """
     return lens.max_blur / 200 * view.size[1]
 
 
 def lens_points(count: int) -> NDArray[np.float64]:
-    """Return `count` points (count, 2) spread evenly over the unit disc (Vogel 1979)."""
+    """Return `count` points (count, 2) spread evenly over the unit disc, its middle last (Vogel 1979)."""
     order = np.arange(count)[::-1]
     radius, angle = np.sqrt(order / max(count - 1, 1)), order * GOLDEN_ANGLE
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
@@ -65,13 +74,18 @@ def lens_points(count: int) -> NDArray[np.float64]:
 def lens_views(view: View, lens: DofParams) -> Iterator[View]:
     """Yield the views of the frames that make up a picture.
 
-    Where the mode of the lens accumulates, these are views from points of the lens, its middle last, each sheared so
-    that what lies at the focus distance stays where it is in the picture. Else it is `view` alone.
+    Where the mode of the lens is `accumulate`, they are views from many points of the lens, whose pictures are
+    averaged. Each is sheared so that what lies at the focus distance stays where it is in the picture. In any other
+    mode it is one view alone.
 
     Parameters
     ----------
     view : the view from the middle of the lens.
     lens : the lens and its mode.
+
+    Yields
+    ------
+    The views, the one from the middle of the lens last.
     """
     if lens.mode != "accumulate":
         yield view
@@ -83,7 +97,12 @@ def lens_views(view: View, lens: DofParams) -> Iterator[View]:
 
 
 def gaussian() -> NDArray[np.float64]:
-    """Return the weights (`GAUSSIAN_RADIUS` + 1,) of a Gaussian with a deviation of 3 pixels, by distance in pixels."""
+    """Return one half of a Gaussian kernel with a standard deviation of 3 pixels; the whole kernel sums to 1.
+
+    Returns
+    -------
+    (`GAUSSIAN_RADIUS` + 1,) weights, by the distance from the kernel's middle in pixels, 0 first.
+    """
     weights = np.exp(-0.5 * (np.arange(GAUSSIAN_RADIUS + 1) / 3) ** 2)
     normalised: NDArray[np.float64] = weights / (2 * weights.sum() - weights[0])
     return normalised

@@ -33,10 +33,10 @@ class View:
     ----------
     camera : where the viewer stands and looks, world.
     size : width and height of the picture, pixels.
-    near : distance of the near plane, metres along the view axis; None where the renderer is to fit it to the scene.
-    far : distance of the far plane, likewise.
+    near, far : distances of the near and the far plane, metres along the view axis; None where the renderer is to fit
+        them to the scene.
     shear : how far a point at one metre along the view axis is shifted in the picture to the right and up, metres. This
-        is the frustum of a camera that was moved aside and still sees the same rectangle.
+        gives the frustum of a camera that was moved aside and still sees the same rectangle.
     """
 
     camera: Camera
@@ -47,27 +47,27 @@ class View:
 
     @property
     def depth_range(self) -> tuple[float, float]:
-        """The near and the far plane, metres. Raises ValueError where they are not fitted yet."""
+        """Return the distances of near and far plane, metres. Raises ValueError where they are not fitted yet."""
         if self.near is None or self.far is None:
             raise ValueError("the view's near and far plane are not fitted yet")
         return self.near, self.far
 
     @cached_property
     def position(self) -> NDArray[np.float64]:
-        """The viewer (3,), metres, world."""
+        """Return the position of the viewer, (3,), metres, world."""
         return np.asarray(self.camera.position, float)
 
     @cached_property
     def axes(self) -> NDArray[np.float64]:
-        """Rows right, up and forward (3, 3), world; unit vectors but for the shear.
+        """Return the camera's directions right, up and forward, rows (3, 3), world; unit vectors but for the shear.
 
-        `axes @ (point - position)` is how far to the right, up and ahead of the viewer a point appears.
+        `axes @ (point - position)` is how far to the right, up and ahead of the viewer a point appears, metres.
         """
         return matrix_array(glm.dmat3(glm.scale(glm.dvec3(1, 1, -1)) * self.view_from_world))
 
     @cached_property
     def view_from_world(self) -> glm.dmat4:
-        """The transform from world to view coordinates: rigid but for the shear."""
+        """Return the transform from world to view coordinates, both in metres: rigid but for the shear."""
         right, up = self.shear
         shear = glm.dmat4()
         shear[2] = glm.dvec4(-right, -up, 1, 0)  # view coordinates look along −z
@@ -75,12 +75,15 @@ class View:
 
     @cached_property
     def clip_from_view(self) -> glm.dmat4:
-        """The perspective projection. Raises ValueError where near and far plane are not fitted yet."""
+        """Return the perspective projection from view coordinates, metres, to clip coordinates.
+
+        Raises ValueError where near and far plane are not fitted yet.
+        """
         return clip_from_view(self.camera.fov, self.size[0] / self.size[1], *self.depth_range)
 
     @cached_property
     def clip_from_eye(self) -> glm.dmat4:
-        """The transform from world vectors that begin at the viewer to clip coordinates.
+        """Return the transform from world vectors that begin at the viewer, metres, to clip coordinates.
 
         It holds no large translation, so that float32 keeps its precision far from the world's origin.
         """
@@ -88,23 +91,23 @@ class View:
 
     @cached_property
     def ray_from_screen(self) -> NDArray[np.float64]:
-        """The matrix (3, 3) from places in the picture to rays.
+        """Return the matrix (3, 3) from places in the picture to rays.
 
-        It takes (x, y, 1), x and y from −1 to 1 over the picture, to the world vector from the viewer to the point that
-        appears at that place, one metre away along the view axis.
+        It takes (x, y, 1), with x and y from −1 to 1 over the picture, y upward, to a world vector in metres: from the
+        viewer to the point that appears at that place, one metre away along the view axis.
         """
         unscreened = glm.dmat3(glm.scale(glm.dvec3(*self.half_extent, -1)))
         return matrix_array(glm.inverse(glm.dmat3(self.view_from_world)) * unscreened)
 
     @property
     def half_extent(self) -> tuple[float, float]:
-        """The tangents of half the horizontal and half the vertical angle of view."""
+        """Return the tangents of half the horizontal and half the vertical angle of view."""
         vertical = math.tan(self.camera.fov / 2)
         return vertical * self.size[0] / self.size[1], vertical
 
     @property
     def focal_pixels(self) -> float:
-        """The distance of the image plane in pixels: a metre at one metre's distance covers this many."""
+        """Return how many pixels a length of one metre covers at a distance of one metre along the view axis."""
         return self.size[1] / (2 * self.half_extent[1])
 
     def unproject(self, across: float, down: float, distance: float) -> glm.dvec3:
@@ -125,18 +128,18 @@ class View:
 
 
 def viewer_in_object(view: View, position: Array, rotation: Array, scale: Array) -> Array:
-    """Return the viewer in the frames of n objects.
+    """Return where the viewer stands in the frames of n objects.
 
     Parameters
     ----------
     view : the view, of which only the position counts.
     position : (n, 3) positions of the objects, metres, world.
-    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects.
+    rotation : (n, 4) unit quaternions (x, y, z, w) of the objects, world from object.
     scale : (n,) scales of the objects.
 
     Returns
     -------
-    (n, 3) metres.
+    (n, 3) positions of the viewer, metres in the objects' frames.
     """
     return rotate(conjugate(rotation), view.position - position) / scale[:, None]
 

@@ -1,4 +1,4 @@
-"""The uniform block `View` of shaders/common/view.glsl: what a picture or a shadow map is seen through.
+"""Fill the uniform block `View` of shaders/common/view.glsl: what a picture or a shadow map is seen through.
 
 Every shader that projects points, follows rays or measures pixels reads this one block, which is filled once per view
 instead of once per program. Pictures and shadow maps have a binding point each, so that drawing maps in the midst of a
@@ -41,27 +41,30 @@ class MapView(Protocol):
 
     @property
     def clip_from_centre(self) -> glm.dmat4:
-        """The transform from world vectors that begin at `centre` to clip coordinates."""
+        """Return the transform from world vectors that begin at `centre`, metres, to clip coordinates."""
         ...
 
     @property
     def centre(self) -> tuple[float, float, float]:
-        """The world point that vectors in the shader are measured from, metres."""
+        """Return the world point that vectors in the shader are measured from, metres."""
         ...
 
     @property
     def light(self) -> tuple[float, float, float, float]:
-        """The light relative to `centre`, homogeneous; for the sun the direction to it, with a last component of 0."""
+        """Return where the light is relative to `centre`, in homogeneous coordinates, world axes.
+
+        For the sun this is the direction to it, with a last component of 0.
+        """
         ...
 
     @property
     def texel(self) -> float:
-        """Edge of a texel, metres; for a lamp at a distance of one metre."""
+        """Return the length that the edge of a texel covers, metres; for a lamp, at a distance of one metre."""
         ...
 
     @property
     def resolution(self) -> int:
-        """Texels along an edge of the map."""
+        """Return how many texels an edge of the map has."""
         ...
 
 
@@ -82,7 +85,7 @@ class ViewBlock:
         self._shown: View | MapView | None = None
 
     def show(self, view: View | MapView) -> None:
-        """Bind the buffer, filled with a view; the buffer is written only where the view is another object than before.
+        """Bind the buffer, filled with a view; write to it only where the view is another object than before.
 
         Parameters
         ----------
@@ -103,7 +106,7 @@ class ViewBlock:
 
 
 def picture_record(view: View) -> NDArray[np.void]:
-    """Return the `VIEW_BLOCK` record () of `view`, that of a picture, near and far plane fitted."""
+    """Return a single `VIEW_BLOCK` record for a picture, whose `view` has near and far plane fitted."""
     near, far = view.depth_range
     record = np.zeros((), VIEW_BLOCK)
     record["clip_from_eye"] = matrix_array(view.clip_from_eye).T
@@ -118,7 +121,7 @@ def picture_record(view: View) -> NDArray[np.void]:
 
 
 def map_record(view: MapView) -> NDArray[np.void]:
-    """Return the `VIEW_BLOCK` record () of `view`, that of a shadow map.
+    """Return a single `VIEW_BLOCK` record for a shadow map, which sees what `view` says.
 
     Shaders only compare the depths of a map, and look nothing up along its rays, so that the fields for these are 0.
     """

@@ -1,1 +1,1 @@
-"""The scene's objects and assets in arrays that last from frame to frame."""
+"""Keep the scene's objects and assets in arrays that last from frame to frame."""

@@ -1,4 +1,4 @@
-"""Turn the scene's objects and assets into the arrays that plans are made from."""
+"""Tabulate what plans must know of the scene's assets: bounds, levels of detail and index ranges."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,7 +23,9 @@ from depthwalk.types import Array, Ints, Rows
 
 @dataclass(frozen=True, kw_only=True)
 class AssetTable:
-    """Hold what plans must know of assets and depth objects; `a` is how many numbers `AssetStore` gives to these.
+    """Hold what plans must know of meshes and depth objects; `a` is how many numbers `AssetStore` gives to these.
+
+    A depth object is the depth images of one part of an asset.
 
     Attributes
     ----------
@@ -32,13 +34,13 @@ class AssetTable:
     levels : (a,) number of the coarsest level of detail.
     centre : (a, 3) centres of the bounding spheres, metres, object frames.
     bounding_radius : (a,) radii of the bounding spheres, metres.
-    half_height : (a,) half the height of an upright cylinder about the same centre that encloses all, metres.
+    half_height : (a,) half the height of an upright cylinder about the same centre that encloses the asset, metres.
     cylinder_radius : (a,) radius of that cylinder, metres.
     index_first : (a, levels, RANGES) first index of each range of indices, see `LodGeometry`.
     index_count : (a, levels, RANGES) number of indices of each range.
-    horizon : (a, levels, PIECES, 4) cones that tell which pieces face away, see `LodGeometry`.
+    horizon : (a, levels, PIECES, 4) metres, by which pieces are found that face away, see `piece_horizons`.
     triangles : (a, levels) number of triangles of all pieces.
-    error : (a, levels) metres, see `LodGeometry`; +inf where the object has no such level.
+    error : (a, levels) geometric error, metres, see `LodGeometry`; +inf where the object has no such level.
     meshes : the levels of detail of the meshes.
     mesh_fallbacks : which of the meshes may replace which depth objects.
     """
@@ -60,7 +62,7 @@ class AssetTable:
 
     @cached_property
     def area(self) -> Array:
-        """Area (a,) of the enclosing cylinders seen from the side, square metres."""
+        """Return the areas (a,) of the cylinders of the depth objects, seen from the side, square metres."""
         return 2 * self.volumes.radius * (self.volumes.top - self.volumes.bottom)
 
     def nearest(self, asset: Rows, viewer: Array) -> Array:
@@ -85,12 +87,12 @@ def asset_table(objects: Objects, library: Library, store: AssetStore, fallbacks
     ----------
     objects : the objects, whose `asset` holds numbers of `store`.
     library : where assets come from.
-    store : numbers what is drawn, and cooks it.
+    store : gives numbers to what is drawn, and cooks it.
     fallbacks : whether meshes may replace depth images.
 
     Returns
     -------
-    The table, in which the rows of unused numbers are zero.
+    The table, in which the rows of unused numbers mean nothing.
     """
     meshes = _used_meshes(objects, library)
     used = [number for number in np.unique(objects.asset).tolist() if number >= len(library)]

@@ -1,4 +1,4 @@
-"""Far clusters, a hierarchical level of detail (HLOD): far neighbours share one impostor, as if they were one object.
+"""Gather far neighbours into clusters that share one impostor: a hierarchical level of detail (HLOD).
 
 An object a few pixels high is drawn in no time, but planned, cached and composited like any other. From far away,
 neighbours hardly move against each other: their common tile is reused like any other, by the depth of the box that
@@ -26,7 +26,7 @@ _FAR = 4.0  # half diagonals of a cell from which on it is far: parallax within 
 
 @dataclass(kw_only=True)
 class FarClusters:
-    """Hold k clusters: runs of neighbouring objects, each within one cell.
+    """Hold k clusters: runs of neighbouring objects, each within one of c spatial cells.
 
     Attributes
     ----------
@@ -55,15 +55,16 @@ class FarClusters:
     def far(self, view: View, cells: SpatialCells, numbers: Rows, pixels: float) -> Mask:
         """Return which cells may be drawn by clusters.
 
-        In these cells no object is `pixels` pixels across, and the viewer looks down or up at them so steeply that few
-        of their objects hide each other: elsewhere it is cheaper to test the objects one by one.
+        These cells are far away for their size, and no object in them is `pixels` pixels across. The viewer looks down
+        or up at them so steeply that few of their objects hide each other: elsewhere it is cheaper to test the objects
+        one by one.
 
         Parameters
         ----------
         view : the view of the picture.
         cells : the cells that the clusters were made of.
         numbers : (m,) numbers of the cells in question.
-        pixels : the size of objects that are drawn one by one, pixels.
+        pixels : diameter from which on objects are drawn one by one, pixels.
 
         Returns
         -------
@@ -93,24 +94,33 @@ class FarClusters:
         return numbers[self.bounds(numbers).visible(view)[0]]
 
     def bounds(self, numbers: Rows) -> Bounds:
-        """Return spheres about the boxes of the clusters `numbers` (m,)."""
+        """Return spheres, world, about the boxes of the clusters with the `numbers` (m,)."""
         low, high = self.low[numbers], self.high[numbers]
         return Bounds((low + high) / 2, np.linalg.norm(high - low, axis=1) / 2)
 
     def cylinders(self, numbers: Rows) -> Cylinders:
-        """Return cylinders about the boxes of the clusters `numbers` (m,)."""
+        """Return upright cylinders, world, about the boxes of the clusters with the `numbers` (m,)."""
         return box_cylinders(self.low[numbers], self.high[numbers])
 
     def sizes(self, numbers: Rows) -> Rows:
-        """Return how many objects each of the clusters `numbers` (m,) has."""
+        """Return how many objects (m,) the clusters with the `numbers` (m,) have."""
         return self.first[numbers + 1] - self.first[numbers]
 
     def members(self, numbers: Rows) -> tuple[Rows, Rows]:
-        """Return the objects (n,) of the clusters `numbers` (m,), cluster by cluster, and how many (m,) each has."""
+        """Return the objects of some clusters, cluster by cluster.
+
+        Parameters
+        ----------
+        numbers : (m,) numbers of the clusters.
+
+        Returns
+        -------
+        (n,) rows of the objects, and (m,) how many each cluster has.
+        """
         return self.order[cell_members(self.first, numbers)], self.sizes(numbers)
 
     def first_members(self, numbers: Rows) -> Rows:
-        """Return the first object (m,) of each of the clusters `numbers` (m,)."""
+        """Return the row (m,) of the first object of each of the clusters with the `numbers` (m,)."""
         return self.order[self.first[numbers]]
 
     def resident(self, numbers: Rows, is_resident: Callable[[Rows], Mask]) -> Mask:
@@ -119,11 +129,12 @@ class FarClusters:
         Parameters
         ----------
         numbers : (m,) numbers of the clusters.
-        is_resident : returns which (n,) of the objects (n,) are on the GPU, see `FrameResidency.resident`.
+        is_resident : takes rows (n,) of objects and returns which of them (n,) are on the GPU, see
+            `FrameResidency.resident`.
 
         Returns
         -------
-        (m,) whether each cluster has.
+        (m,) whether all objects of each cluster are.
         """
         rows, count = self.members(numbers)
         resident = is_resident(rows)

@@ -26,8 +26,8 @@ def place_objects(
     Parameters
     ----------
     scene : the scene.
-    library : tells what each asset has.
-    store : numbers what is drawn.
+    library : tells which assets have meshes and depth images.
+    store : gives numbers to what is drawn.
     forced : the representation in which every object is drawn whose asset has it; None: each object in its own.
     which : the slice of the scene's objects to return.
     stand_ins : what is drawn of assets whose depth images are not ready; None: all are ready.
@@ -57,9 +57,20 @@ def placed_rows(
     *,
     stand_ins: StandIns | None = None,
 ) -> slice:
-    """Return which rows of all that `place_objects` returns belong to the objects `which`.
+    """Return which rows of all that `place_objects` returns belong to some objects of the scene.
 
-    The parameters `scene`, `library`, `store`, `forced`, `which` and `stand_ins` are those of `place_objects`.
+    Parameters
+    ----------
+    scene : the scene.
+    library : tells which assets have meshes and depth images.
+    store : gives numbers to what is drawn.
+    forced : the representation that `place_objects` was given.
+    which : the slice of the scene's objects whose rows are looked for.
+    stand_ins : the stand-ins that `place_objects` was given.
+
+    Returns
+    -------
+    The slice of the rows.
     """
     before, within = (
         int(_rows(scene.objects.take(run), library, store, forced, stand_ins)[2].sum())

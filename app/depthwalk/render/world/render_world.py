@@ -1,4 +1,4 @@
-"""The scene's objects as they are drawn, in arrays that stay until objects move or are drawn in another way."""
+"""Keep the scene's objects as they are drawn, in arrays, until objects move or are drawn in another way."""
 
 from dataclasses import dataclass
 
@@ -59,7 +59,9 @@ class RenderWorld:
     def objects(self) -> Objects:
         """Return the objects as they are drawn: a row for a mesh, or one for each part of the depth images.
 
-        The rows of parts are in the frames of these parts. `asset` holds the numbers of `AssetStore`, and
+        Returns
+        -------
+        The rows, those of parts in the frames of these parts. `asset` holds the numbers of `AssetStore`, and
         `representation` is how each object is drawn.
         """
         if self._objects is None:
@@ -81,7 +83,10 @@ class RenderWorld:
 
     @property
     def is_whole(self) -> bool:
-        """Whether all objects are shown in some way; not where assets are still read beside the frames."""
+        """Return whether every object of the scene is shown in some way.
+
+        It is False while assets that are still read beside the frames leave some objects out.
+        """
         return len(self.objects()) >= len(self._scene.objects)
 
     def _forget(self) -> None:
@@ -141,7 +146,10 @@ class RenderWorld:
 
     @property
     def representation(self) -> Representation | None:
-        """How all objects are drawn whose asset allows it; None: as the scene says, with meshes in place near by."""
+        """Return how all objects are drawn whose asset allows it.
+
+        It is None where each is drawn as the scene says, with meshes in place of depth images near by.
+        """
         return self._representation
 
     @representation.setter
@@ -176,9 +184,15 @@ class FrameResidency:
         assets.meshes.begin_frame()
 
     def resident(self, rows: Rows) -> Mask:
-        """Return which (m,) of the objects `rows` (m,), nearest first, have their assets on the GPU.
+        """Return which objects have their assets on the GPU, after uploading what fits the time and the budget.
 
-        First uploads what fits the time and the budget.
+        Parameters
+        ----------
+        rows : (m,) rows of the objects, nearest first.
+
+        Returns
+        -------
+        (m,) whether the assets of each object are on the GPU.
         """
         asset = self._asset[rows]
         new = np.bincount(asset, minlength=len(self._assets)) > 0
@@ -190,10 +204,18 @@ class FrameResidency:
         return self._assets.stream(self._needed, self._seconds)[asset]
 
     def is_mesh_resident(self, meshes: Rows) -> Mask:
-        """Return which (n,) of the `meshes` (n,), nearest first, may replace depth images; an `IsResident`.
+        """Return which meshes may replace depth images in this frame; an `IsResident`.
 
         The other meshes are being read. A mesh that is not resident when it is first asked for counts as absent for the
         whole frame, so that all views of the frame agree.
+
+        Parameters
+        ----------
+        meshes : (n,) numbers of the meshes in `AssetStore`, nearest first.
+
+        Returns
+        -------
+        (n,) whether each mesh may replace depth images.
         """
         numbers, first = np.unique(meshes, return_index=True)
         asked = [number for number in numbers[np.argsort(first)].tolist() if number not in self._absent]

@@ -1,4 +1,4 @@
-"""Objects sorted into cells of neighbours: a bounding volume hierarchy of one level.
+"""Sort objects into cells of neighbours: a bounding volume hierarchy of one level.
 
 A frame tests the boxes of cells first, and only the objects of cells that it may see.
 """
@@ -47,7 +47,7 @@ class SpatialCells:
         return cell
 
     def batches(self, view: View, min_pixels: float, size: int) -> list[Rows]:
-        """Return the numbers of the cells whose objects may be seen, the nearest first, in batches that grow.
+        """Return the cells whose objects may be seen, the nearest first, in batches that grow.
 
         The first batch has about `size` objects, the next four times as many, and so on; at least one batch is
         returned, which may be empty.
@@ -60,7 +60,7 @@ class SpatialCells:
 
         Returns
         -------
-        The numbers of the cells of each batch.
+        For each batch (k,) numbers of its cells.
         """
         cells = np.flatnonzero(self._may_show(view, min_pixels))
         forward, reach = self.along(view, cells)
@@ -70,11 +70,21 @@ class SpatialCells:
         return np.split(cells, np.flatnonzero(np.diff(batch)) + 1)
 
     def count_objects(self, cells: Rows) -> int:
-        """Return how many objects the `cells` (k,) have together."""
+        """Return how many objects the cells with the numbers `cells` (k,) have together."""
         return int(np.diff(self.first)[cells].sum())
 
     def sample_objects(self, cells: Rows, count: int) -> Rows:
-        """Return rows of about `count` objects of the `cells` (k,), evenly spread; of all, if there are fewer."""
+        """Return some objects of some cells, evenly spread over them.
+
+        Parameters
+        ----------
+        cells : (k,) numbers of the cells.
+        count : how many objects to return, about; where the cells have fewer, all are returned.
+
+        Returns
+        -------
+        (m,) rows of the objects.
+        """
         rows = cell_members(self.first, cells)
         return self.order[rows[:: max(1, len(rows) // count)]]
 
@@ -88,14 +98,14 @@ class SpatialCells:
 
         Returns
         -------
-        Distances (k,) of the cells' middles along the view axis, and how far (k,) the boxes reach to either side,
-        metres.
+        (k,) distances of the middles of the cells' boxes, and (k,) how far the boxes reach to either side of these,
+        metres along the view axis.
         """
         middle, half = (self.high + self.low)[cells] / 2, (self.high - self.low)[cells] / 2
         return (middle - view.position) @ view.axes[2], half @ np.abs(view.axes[2])
 
     def cylinders(self, cells: Rows) -> Cylinders:
-        """Return the upright cylinders about the boxes of the `cells` (k,), world."""
+        """Return the upright cylinders, world, about the boxes of the cells with the numbers `cells` (k,)."""
         return box_cylinders(self.low[cells], self.high[cells])
 
     def visible(self, view: View, bounds: Bounds, min_pixels: float, cells: Rows) -> tuple[Rows, Array]:
@@ -110,7 +120,7 @@ class SpatialCells:
 
         Returns
         -------
-        (m,) rows of the objects, nearest first, and (m,) distances of their centres, metres.
+        (m,) rows of the objects, nearest first, and (m,) distances of their centres, metres along the view axis.
         """
         rows = self.order[cell_members(self.first, cells)]
         near = bounds.take(rows)
@@ -151,7 +161,7 @@ class SpatialCells:
 
 
 def sort_into_cells(bounds: Bounds) -> SpatialCells:
-    """Sort objects into cells of `_OBJECTS` neighbours each, and within these into runs of `_LEAF`.
+    """Sort objects into cells of 256 neighbours each, and within these into runs of 64 that lie closer together.
 
     Parameters
     ----------
@@ -159,7 +169,7 @@ def sort_into_cells(bounds: Bounds) -> SpatialCells:
 
     Returns
     -------
-    The cells.
+    The cells, with boxes that hold the spheres.
     """
     count = len(bounds.bounding_radius)
     order = kd_tree_order(bounds.centre, _LEAF).astype(np.int32)
@@ -181,7 +191,7 @@ def enclosing_boxes(
 
     Returns
     -------
-    Corners `low` and `high` (c, 3) of the boxes, metres, and the largest radius (c,), metres.
+    (c, 3) least and (c, 3) greatest corners of the boxes, metres, world, and (c,) largest radii, metres, all float32.
     """
     if not len(starts):
         return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros(0, np.float32)

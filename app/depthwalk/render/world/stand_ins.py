@@ -16,7 +16,7 @@ _MAX_TRIANGLES = 3_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class StandIns:
-    """Say of each of a scene's a assets what can be drawn of it.
+    """Hold what can be drawn of each of a scene's a assets while depth images are made ready.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class StandIns:
 
     @classmethod
     def none(cls, assets: int) -> "StandIns":
-        """Return the table of so many assets that are all ready, because frames wait for them."""
+        """Return the table of a scene of `assets` assets that are all ready, because frames wait for them."""
         return cls(
             ready=np.ones(assets, bool),
             has_mesh=np.ones(assets, bool),
@@ -43,13 +43,17 @@ class StandIns:
 
 
 def asked_for(objects: Objects, library: Library, forced: Representation | None) -> NDArray[np.uint8]:
-    """Return how each object (n,) is to be drawn, uint8 `Representation`.
+    """Return the representation in which each of n objects is to be drawn.
 
     Parameters
     ----------
-    objects : the scene's objects (n,).
-    library : tells what each asset has.
+    objects : the scene's n objects.
+    library : tells which assets have meshes and depth images.
     forced : the representation of all objects whose asset has it; None: each object's own.
+
+    Returns
+    -------
+    (n,) uint8 `Representation`.
     """
     representation = objects.representation.copy()
     if forced is not None:
@@ -62,17 +66,21 @@ def asked_for(objects: Objects, library: Library, forced: Representation | None)
 def find_stand_ins(
     objects: Objects, library: Library, store: AssetStore, forced: Representation | None, viewer: Array | None
 ) -> StandIns:
-    """Ask for all that a scene shows, and return what can be drawn meanwhile.
+    """Ask for all assets that a scene shows, and find out what can be drawn meanwhile.
 
     Where `store.background` is None, frames wait for everything, and everything is ready.
 
     Parameters
     ----------
-    objects : the scene's objects (n,).
-    library : tells what each asset has.
+    objects : the scene's objects.
+    library : tells which assets have meshes and depth images.
     store : knows what is ready, and has the rest made so, the assets nearest to the viewer first.
-    forced : see `asked_for`.
+    forced : the representation of all objects whose asset has it; None: each object's own.
     viewer : (3,) where the viewer stands, metres, world; None: not known.
+
+    Returns
+    -------
+    What can be drawn of each asset now.
     """
     found = StandIns.none(len(library))
     if store.background is None:
