@@ -196,7 +196,7 @@ class ShapeLibrary:
         return self._baked[asset]
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        return cooked_objects(self, asset, options, again=again)
+        return cooked_objects(lambda: self.key(asset), lambda: self.baked(asset), options, again=again)
 
     def mesh(self, asset: int) -> Mesh | None:
         return self._meshes[asset]

@@ -16,8 +16,11 @@ import shapes
 from depthwalk.assets.asset_files import mesh_key
 from depthwalk.assets.batch_bake import Job, bake_all
 from depthwalk.assets.library import SceneLibrary
+from depthwalk.bake.cache import find_cached
 from depthwalk.bake.file import read_baked
 from depthwalk.bake.parts import ModelParams
+from depthwalk.cook.cook import CookOptions
+from depthwalk.cook.cooked_file import find_cooked
 from depthwalk.errors import InputError
 from depthwalk.ingest.loader import load_mesh
 from depthwalk.ingest.mesh import Mesh
@@ -182,3 +185,17 @@ def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(
         "the system ended a process that baked; the depth images that are missing are baked singly"
     ]
     assert library.baked(0) is not None
+
+
+def test_what_is_baked_to_be_cooked_is_kept_cooked_only(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    tiny_scene.write_text("version: 1\nassets: {ball: {mesh: ball.ply, dpci: {resolution: 160, layers: 1}}}\n")
+    library = SceneLibrary(load_scene(tiny_scene).assets)
+    (cooked,) = library.cooked(0, CookOptions())
+    assert cooked.outline.steps == 1
+    assert find_cooked(library.key(0), CookOptions()) is not None and find_cached(library.key(0)) is None
+    (stepped,) = library.cooked(0, CookOptions(stepped=True))
+    kept = find_cached(library.key(0))
+    assert kept is not None and kept.parts[0].steps == stepped.outline.steps > 1

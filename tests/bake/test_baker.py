@@ -231,7 +231,7 @@ def test_thin_things_do_not_fall_through_the_grid() -> None:
 
 
 @pytest.mark.parametrize(("max_stepped", "steps"), [(31, 1), (32, None), (None, None)])
-def test_coarse_steps_are_left_out_of_larger_images(max_stepped, steps):
+def test_coarse_steps_are_left_out_of_larger_images(max_stepped: int | None, steps: int | None) -> None:
     params = BakeParams(resolution=32, layers=1)
     every, some = (bake_object(box(1, 1, 1), params, "ab", max_stepped=most) for most in (None, max_stepped))
     assert every.steps > 1

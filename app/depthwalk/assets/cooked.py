@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable
-from typing import Protocol
 
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
@@ -11,24 +10,9 @@ from depthwalk.cook.cooked_file import find_cooked, keep_cooked
 log = logging.getLogger(__name__)
 
 
-class BakedSource(Protocol):
-    """Describe where depth images come from, by the number of their asset."""
-
-    def key(self, asset: int) -> str:
-        """Return the key in the cache of the depth images of the asset numbered `asset`.
-
-        It is "" where the cache is not to keep them.
-        """
-        ...
-
-    def baked(self, asset: int) -> BakedModel | None:
-        """Return the depth images of the asset numbered `asset`, baked if they must be; None where it has none."""
-        ...
-
-
 def cooked_objects(
-    source: BakedSource,
-    asset: int,
+    key: Callable[[], str],
+    baked: Callable[[], BakedModel | None],
     options: CookOptions,
     *,
     again: bool = False,
@@ -38,10 +22,12 @@ def cooked_objects(
 
     Parameters
     ----------
-    source
-        Where its depth images come from.
-    asset
-        Its number there.
+    key
+        Returns the key in the cache of the asset's depth images; "" where the cache is not to keep them. Another one
+        than before, if the asset's file was replaced before it was baked.
+    baked
+        Returns the asset's depth images, baked if they must be; None where it has none. Not called where the cache has
+        what was cooked of them.
     options
         What is built of each object.
     again
@@ -57,19 +43,19 @@ def cooked_objects(
     LookupError
         Where the asset has no depth images.
     """
-    key = source.key(asset)
-    found = find_cooked(key, options) if key and not again else None
+    name = key()
+    found = find_cooked(name, options) if name and not again else None
     if found is not None:
         return found
-    model = source.baked(asset)
+    model = baked()
     if model is None:
-        raise LookupError(f"asset {asset} has no depth images")
+        raise LookupError("the asset has no depth images")
     begin()
     objects = tuple(cook_object(part, options) for part in model.parts)
-    key = source.key(asset)  # another one if the asset's file was replaced before it was baked
-    if key:
+    name = key()
+    if name:
         try:
-            kept = keep_cooked(key, options, objects)
+            kept = keep_cooked(name, options, objects)
             return objects if again else kept
         except OSError as error:  # then they stay in memory
             log.warning("cannot keep cooked depth images: %s", error)

@@ -61,6 +61,11 @@ class CookOptions(NamedTuple):
     stepped: bool = False
     paper_cases: bool = False
 
+    @property
+    def needs_coarse_grids(self) -> bool:
+        """Return whether grids of all steps are drawn of images larger than `GRID_TEXELS` too."""
+        return self.stepped or self.paper_cases
+
 
 @dataclass(frozen=True, kw_only=True)
 class CookedObject:

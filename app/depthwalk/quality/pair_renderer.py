@@ -134,7 +134,7 @@ class _OneObject:
         return self._baked
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        return cooked_objects(self, asset, options, again=again)
+        return cooked_objects(lambda: "", lambda: self._baked, options, again=again)
 
     def mesh(self, asset: int) -> Mesh:
         return self._mesh
