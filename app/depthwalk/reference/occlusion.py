@@ -14,14 +14,14 @@ def farthest_cells(depth: NDArray[np.float32], side: int) -> NDArray[np.float32]
     Parameters
     ----------
     depth
-        (H, W) depth buffer, 0 near to 1 far.
+        (H, W) depth buffer, 0 near to 1 far, row 0 at the bottom.
     side
         Edge of a cell, pixels. Cells at the upper and right end may be cut off.
 
     Returns
     -------
     NDArray[np.float32]
-        (⌈H/side⌉, ⌈W/side⌉).
+        (⌈H/side⌉, ⌈W/side⌉) greatest depths, 0 near to 1 far.
     """
     height, width = depth.shape
     padded = np.pad(depth, ((0, -height % side), (0, -width % side)))
