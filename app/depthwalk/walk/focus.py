@@ -9,7 +9,7 @@ _ARRIVED = 1e-3  # of the distance
 
 
 class FocusPull:
-    """Turn a lens to a new focus distance, over several frames.
+    """Turn a lens to a new focus distance over several frames, as the hand of a camera operator does.
 
     Attributes
     ----------
@@ -21,14 +21,14 @@ class FocusPull:
         self.target: float | None = None
 
     def start(self, distance: float) -> None:
-        """Begin to turn to `distance`, metres, limited to the range of the lens; +inf is allowed."""
+        """Begin to turn to `distance`, metres from the camera, limited to the lens's range; +inf is allowed."""
         self.target = min(max(distance, NEAREST_FOCUS), FARTHEST_FOCUS)
 
     def advance(self, lens: DofParams, dt: float) -> None:
-        """Turn `lens` for `dt` seconds.
+        """Set the focus distance of `lens` to where it is after `dt` more seconds; do nothing while it rests.
 
-        The reciprocal of the distance decays to that of the target, because the blur changes evenly with the
-        reciprocal.
+        The reciprocal of the distance decays exponentially to that of the target, because the blur changes evenly with
+        the reciprocal.
         """
         if self.target is None:
             return

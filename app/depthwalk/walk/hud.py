@@ -60,7 +60,18 @@ HELP = (
 
 
 def draw_hud(state: State) -> float:
-    """Draw the HUD of `state` at the left edge, and return its right end in window coordinates."""
+    """Draw the HUD at the window's left edge: frame times, what was drawn, and where the viewer is.
+
+    Parameters
+    ----------
+    state
+        The walk that the HUD tells of.
+
+    Returns
+    -------
+    float
+        The HUD's right end, window coordinates.
+    """
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
     _draw_rate(state)
     _draw_passes(state)
@@ -72,7 +83,7 @@ def draw_hud(state: State) -> float:
 
 
 def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return the names of the passes and their times as texts, the quickest of them summed up as `others`.
+    """Return the names and times of a frame's passes as texts; the quickest passes are summed up as `others`.
 
     Parameters
     ----------
@@ -121,7 +132,7 @@ def draw_help(left: float, right: float) -> None:
 
 
 def draw_toast(message: str) -> None:
-    """Draw the text `message` at the bottom, over everything."""
+    """Draw the text `message` at the bottom of the window, over everything else."""
     display = imgui.get_io().display_size
     text = textwrap.fill(message, max(20, int(display.x / 9)))
     size = imgui.calc_text_size(text)
@@ -133,7 +144,13 @@ def draw_toast(message: str) -> None:
 
 
 def draw_background(progress: Progress) -> None:
-    """Draw how far assets are prepared beside the frames: a bar along the lower edge of the window."""
+    """Draw a bar along the lower edge of the window: how far assets are baked and cooked beside the frames.
+
+    Parameters
+    ----------
+    progress
+        How many depth images are ready, and which is being made.
+    """
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
     _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
@@ -145,14 +162,33 @@ def draw_background(progress: Progress) -> None:
 
 
 def background_text(progress: Progress) -> str:
-    """Return what the bar of `draw_background` says: how many depth images are ready, and how long the rest takes."""
+    """Return the text on the bar of `draw_background`: how many depth images are ready, and how long the rest takes.
+
+    Parameters
+    ----------
+    progress
+        The progress; without an estimate of the time left, the text leaves that out.
+
+    Returns
+    -------
+    str
+        The text.
+    """
     seconds = progress.seconds_left
     left = "" if seconds is None else f", {max(round(seconds), 1)} s left"
     return f"depth images: {progress.done} of {progress.total}{left}"
 
 
 def draw_progress(title: str, lines: list[str]) -> None:
-    """Draw the text `title` and below it `lines`, one for each step of loading, the last of which is in progress."""
+    """Draw the progress of loading in the middle of the window.
+
+    Parameters
+    ----------
+    title
+        The headline.
+    lines
+        One line for each step of loading; the last is in progress, and bright.
+    """
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(460, display.x), 0))
     _begin("progress", (display.x / 2, display.y / 2), (0.5, 0.5))
@@ -197,7 +233,8 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
     Parameters
     ----------
     counts
-        The numbers of the frame by name, `FrameDrawLists.counts`, with those of `pixel_shares.shares` once known.
+        The numbers of the frame by name, as `FrameDrawLists.counts` holds them; once they are known, also those of
+        `pixel_shares.shares`.
 
     Returns
     -------
