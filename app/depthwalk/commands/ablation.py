@@ -76,7 +76,7 @@ class Row:
     title
         The step that the setup adds.
     means
-        The mean over the views of each measure of `SHOWN`, by its key.
+        The mean over the views of each measure of `SHOWN`, by its key, in the unit that its title names.
     bake_seconds, bytes_disk, bytes_gpu
         The costs: seconds to bake, bytes of the file, and bytes of GPU memory.
     """
@@ -90,7 +90,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Ablation:
-    """Hold the rows of one mesh.
+    """Hold the table of one mesh.
 
     Attributes
     ----------
@@ -185,7 +185,7 @@ def ablate(
 
 
 def to_markdown(ablations: Sequence[Ablation]) -> str:
-    """Return a Markdown table for each of `ablations`."""
+    """Return Markdown text with a table for each of `ablations`."""
     titles = "", *(measure.title for measure in SHOWN), "bake, s", "disk, MB", "GPU, MB"
     head = f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|\n"
     tables = []
@@ -201,7 +201,20 @@ def to_markdown(ablations: Sequence[Ablation]) -> str:
 
 
 def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
-    """Return the rows of `ablations` as JSON; `resolution` is that of their depth images, texels."""
+    """Return the rows of `ablations` as JSON text.
+
+    Parameters
+    ----------
+    ablations
+        The tables of all meshes.
+    resolution
+        Width and height of their depth images, texels, which the text repeats.
+
+    Returns
+    -------
+    str
+        The text, with version, commit and views as well.
+    """
     head = {"version": depthwalk.__version__, "commit": commit(), "resolution": resolution, "layers": LAYERS}
     views = [{"elevation": view.elevation, "azimuth": view.azimuth} for view in FEW]
     document = head | {"image_size": SIZE, "views": views, "models": [asdict(ablation) for ablation in ablations]}

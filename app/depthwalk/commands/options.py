@@ -33,7 +33,7 @@ Point = tuple[float, float, float]
 
 
 class Method(StrEnum):
-    """Name the ways in which depth images are sampled."""
+    """Name the ways in which a mesh is sampled by depth images, which the option --method chooses from."""
 
     RAYCAST = "raycast"
     SIX_VIEW = "six-view"
@@ -155,7 +155,7 @@ class CameraOptions:
     angle: float | None = None
 
     def apply(self, camera: "Camera") -> "Camera":
-        """Return `camera` with these changes. Raises InputError where its target would be its own position."""
+        """Return `camera` with these changes. Raises InputError where it would stand at its own target."""
         position, target = self.position or camera.position, self.target or camera.target
         if self.given and position == target:
             raise InputError("--camera-target: must be elsewhere than the camera's position")
@@ -205,7 +205,10 @@ def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
 
 
 def parse_resolution(text: str) -> tuple[int, int]:
-    """Return width and height, pixels, from a `text` such as "640,480" or "640x480". Raises InputError."""
+    """Return width and height, pixels, from a `text` such as "640,480" or "640x480".
+
+    Raises InputError where the text is none of these, or asks for too many pixels.
+    """
     parts = text.replace("x", ",").split(",")
     if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
         raise InputError(f"--resolution {text}: must be W,H or WxH, whole numbers of pixels")
@@ -218,25 +221,64 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 
 def parse_layers(text: str | None) -> int | Literal["auto"] | None:
-    """Return how many surfaces are sampled along each ray, from the option's `text`; None where it is not given.
+    """Return how many surfaces the option --layers has sampled along each ray.
 
-    Raises InputError for values out of range.
+    Parameters
+    ----------
+    text
+        A number or "auto"; None where the option is not given.
+
+    Returns
+    -------
+    int | Literal["auto"] | None
+        The number; "auto" for as many as a viewer can see; None where the option is not given.
+
+    Raises
+    ------
+    InputError
+        For another text, and for a number out of range.
     """
     return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
 
 
 def parse_parts(text: str | None) -> int | Literal["auto"] | None:
-    """Return among how many cylinders a mesh is divided at most, from the option's `text`; None where it is not given.
+    """Return among how many cylinders at most the option --parts has a mesh divided.
 
-    Raises InputError for values out of range.
+    Parameters
+    ----------
+    text
+        A number or "auto"; None where the option is not given.
+
+    Returns
+    -------
+    int | Literal["auto"] | None
+        The number; "auto" to choose by the mesh's shape; None where the option is not given.
+
+    Raises
+    ------
+    InputError
+        For another text, and for a number out of range.
     """
     return _auto_or_up_to(MAX_DPCI_PARTS, "--parts", text)
 
 
 def parse_axis(text: str | None) -> "BakeAxis | None":
-    """Return the axis of a cylinder from the option's `text`; None where it is not given.
+    """Return the axis that the option --axis gives the cylinder of the depth images.
 
-    Raises InputError for what is neither a letter, a direction nor "auto".
+    Parameters
+    ----------
+    text
+        "x", "y", "z", "auto" or a direction "x,y,z" in the asset's frame; None where the option is not given.
+
+    Returns
+    -------
+    Axis | None
+        The letter, "auto", or the direction, of any length; None where the option is not given.
+
+    Raises
+    ------
+    InputError
+        For another text.
     """
     if text is None or text in ("auto", "x", "y", "z"):
         return text  # type: ignore[return-value]  # a text is not narrowed to its literals
@@ -250,9 +292,22 @@ def parse_axis(text: str | None) -> "BakeAxis | None":
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
-    """Return the --set options `settings` as `load_scene` takes them: YAML texts by dotted key.
+    """Return the values of the options --set by their keys, as `load_scene` takes them.
 
-    Raises InputError where an option is not of the form KEY=VALUE.
+    Parameters
+    ----------
+    settings
+        The text KEY=VALUE of each option; None where there is none.
+
+    Returns
+    -------
+    dict[str, str]
+        The values, YAML texts, by dotted key.
+
+    Raises
+    ------
+    InputError
+        For a text of another form.
     """
     overrides = {}
     for text in settings or ():
@@ -264,7 +319,10 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
 
 
 def refuse_reuse(settings: Sequence[str] | None) -> None:
-    """Raise InputError where `settings` set `reuse_error`: pictures of this command must not depend on others."""
+    """Raise InputError where the options --set, `settings`, set `reuse_error`; None stands for no options.
+
+    A command that refuses this draws every picture from scratch, so that none depends on the pictures before it.
+    """
     if any("reuse_error" in text for text in settings or ()):
         raise InputError("--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames")
 

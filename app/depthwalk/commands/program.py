@@ -59,9 +59,19 @@ class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
 
 
 def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:
-    """Return a program of one command, called `name` in messages.
+    """Return a program of one command.
 
-    The annotations of the function `main` declare its arguments and options.
+    Parameters
+    ----------
+    main
+        What the command does. The annotations of the function declare the command's arguments and options.
+    name
+        The command's name; None takes that of the function.
+
+    Returns
+    -------
+    typer.Typer
+        The program; to call it runs the command with the arguments of the process.
     """
     program = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     program.command(name, cls=OneLineCommand)(main)
@@ -71,9 +81,9 @@ def as_program(main: Callable[..., None], name: str | None = None) -> typer.Type
 def guarded(command: Command) -> Command:
     """Wrap the function `command` so that it ends with the exit codes that this module documents.
 
-    An InputError prints its bare message; anything else prints one line, and its traceback only with --verbose. SIGTERM
-    unwinds the command as Ctrl-C does, so that half-written files vanish. The command's options `verbose` and `quiet`
-    set up logging.
+    An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only
+    after --verbose. SIGTERM unwinds the command as Ctrl-C does, so that half-written files vanish. The command's
+    options `verbose` and `quiet` set up logging.
     """
 
     @functools.wraps(command)

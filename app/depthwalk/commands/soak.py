@@ -80,11 +80,11 @@ def random_walk(bounds: Bounds, frames: int, seed: int = 0) -> Iterator[Camera]:
     Parameters
     ----------
     bounds
-        The bounds of the objects, metres, world.
+        The bounding spheres of the objects, metres, world.
     frames
         Number of cameras.
     seed
-        The same seed gives the same cameras.
+        Seed of the random numbers; the same seed gives the same cameras.
 
     Yields
     ------
