@@ -201,20 +201,7 @@ def to_markdown(ablations: Sequence[Ablation]) -> str:
 
 
 def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
-    """Return the rows of `ablations` as JSON text.
-
-    Parameters
-    ----------
-    ablations
-        The tables of all meshes.
-    resolution
-        Width and height of their depth images, texels, which the text repeats.
-
-    Returns
-    -------
-    str
-        The text, with version, commit and views as well.
-    """
+    """Return `ablations` as JSON text, with `resolution`, the width of their depth images, texels, and the views."""
     head = {"version": depthwalk.__version__, "commit": commit(), "resolution": resolution, "layers": LAYERS}
     views = [{"elevation": view.elevation, "azimuth": view.azimuth} for view in FEW]
     document = head | {"image_size": SIZE, "views": views, "models": [asdict(ablation) for ablation in ablations]}

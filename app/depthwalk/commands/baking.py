@@ -123,17 +123,8 @@ def bake_meshes(
 def describe(baked: Baked | Kept, resolution: int) -> str:
     """Return the line that `depthwalk bake` prints about a mesh.
 
-    Parameters
-    ----------
-    baked
-        What the bake took, or that the file was up to date.
-    resolution
-        Greatest width and height of the depth images, texels.
-
-    Returns
-    -------
-    str
-        The line.
+    `baked` tells what its bake took, or that its file was up to date; `resolution` is the greatest width of its depth
+    images, texels.
     """
     if isinstance(baked, Kept):
         return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it again"

@@ -221,64 +221,25 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 
 def parse_layers(text: str | None) -> int | Literal["auto"] | None:
-    """Return how many surfaces the option --layers has sampled along each ray.
+    """Return how many surfaces are sampled along each ray, from the `text` of --layers; None where it is not given.
 
-    Parameters
-    ----------
-    text
-        A number or "auto"; None where the option is not given.
-
-    Returns
-    -------
-    int | Literal["auto"] | None
-        The number; "auto" for as many as a viewer can see; None where the option is not given.
-
-    Raises
-    ------
-    InputError
-        For another text, and for a number out of range.
+    "auto" stands for as many as a viewer can see. Raises InputError for values out of range.
     """
     return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
 
 
 def parse_parts(text: str | None) -> int | Literal["auto"] | None:
-    """Return among how many cylinders at most the option --parts has a mesh divided.
+    """Return among how many cylinders a mesh is divided at most, from the `text` of --parts; None where none is given.
 
-    Parameters
-    ----------
-    text
-        A number or "auto"; None where the option is not given.
-
-    Returns
-    -------
-    int | Literal["auto"] | None
-        The number; "auto" to choose by the mesh's shape; None where the option is not given.
-
-    Raises
-    ------
-    InputError
-        For another text, and for a number out of range.
+    "auto" leaves the number to the shape of the mesh. Raises InputError for values out of range.
     """
     return _auto_or_up_to(MAX_DPCI_PARTS, "--parts", text)
 
 
 def parse_axis(text: str | None) -> "BakeAxis | None":
-    """Return the axis that the option --axis gives the cylinder of the depth images.
+    """Return the axis of an object's cylinder, asset frame, from the `text` of --axis; None where it is not given.
 
-    Parameters
-    ----------
-    text
-        "x", "y", "z", "auto" or a direction "x,y,z" in the asset's frame; None where the option is not given.
-
-    Returns
-    -------
-    Axis | None
-        The letter, "auto", or the direction, of any length; None where the option is not given.
-
-    Raises
-    ------
-    InputError
-        For another text.
+    It is a letter, a direction of any length, or "auto". Raises InputError for other texts.
     """
     if text is None or text in ("auto", "x", "y", "z"):
         return text  # type: ignore[return-value]  # a text is not narrowed to its literals
@@ -292,22 +253,9 @@ def parse_axis(text: str | None) -> "BakeAxis | None":
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
-    """Return the values of the options --set by their keys, as `load_scene` takes them.
+    """Return the --set options `settings` as `load_scene` takes them: YAML texts by dotted key; none for None.
 
-    Parameters
-    ----------
-    settings
-        The text KEY=VALUE of each option; None where there is none.
-
-    Returns
-    -------
-    dict[str, str]
-        The values, YAML texts, by dotted key.
-
-    Raises
-    ------
-    InputError
-        For a text of another form.
+    Raises InputError where an option is not of the form KEY=VALUE.
     """
     overrides = {}
     for text in settings or ():

@@ -59,19 +59,9 @@ class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
 
 
 def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:
-    """Return a program of one command.
+    """Return a program of one command, called `name`; None takes the name of the function `main`.
 
-    Parameters
-    ----------
-    main
-        What the command does. The annotations of the function declare the command's arguments and options.
-    name
-        The command's name; None takes that of the function.
-
-    Returns
-    -------
-    typer.Typer
-        The program; to call it runs the command with the arguments of the process.
+    The program calls `main`, whose annotations declare the arguments and options.
     """
     program = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     program.command(name, cls=OneLineCommand)(main)

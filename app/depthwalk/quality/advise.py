@@ -135,19 +135,9 @@ def recommend(
 
 
 def mean_psnr(renderer: PairRenderer, viewpoints: Sequence[Viewpoint]) -> float:
-    """Return the mean PSNR of pictures of depth images against those of their mesh.
+    """Return the mean PSNR, dB, of the depth images that `renderer` draws against their mesh.
 
-    Parameters
-    ----------
-    renderer
-        Draws mesh and depth images of an object.
-    viewpoints
-        The views to average over, of which those that show nothing are left out.
-
-    Returns
-    -------
-    float
-        The mean, dB; +inf where no view shows anything.
+    It is the mean over those `viewpoints` that show anything, and +inf where none does.
     """
     values = []
     for viewpoint in viewpoints:

@@ -230,18 +230,7 @@ def _megabytes(count: int | None) -> str:
 
 
 def mark(reached: bool | None) -> str:
-    """Return the text behind a value that says whether its goal is reached.
-
-    Parameters
-    ----------
-    reached
-        True for a goal that is reached, False for one that is missed; None where there is no goal.
-
-    Returns
-    -------
-    str
-        " ok", " FAIL", or "" where there is no goal.
-    """
+    """Return the mark that stands behind a value: " ok" where its goal is `reached`, else " FAIL"; "" for no goal."""
     return "" if reached is None else " ok" if reached else " FAIL"
 
 

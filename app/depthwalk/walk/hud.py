@@ -60,17 +60,9 @@ HELP = (
 
 
 def draw_hud(state: State) -> float:
-    """Draw the HUD at the window's left edge: frame times, what was drawn, and where the viewer is.
+    """Draw the HUD of the walk `state` at the window's left edge, and return its right end, window coordinates.
 
-    Parameters
-    ----------
-    state
-        The walk that the HUD tells of.
-
-    Returns
-    -------
-    float
-        The HUD's right end, window coordinates.
+    It shows frame times, what was drawn, and where the viewer is.
     """
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
     _draw_rate(state)
@@ -144,13 +136,7 @@ def draw_toast(message: str) -> None:
 
 
 def draw_background(progress: Progress) -> None:
-    """Draw a bar along the lower edge of the window: how far assets are baked and cooked beside the frames.
-
-    Parameters
-    ----------
-    progress
-        How many depth images are ready, and which is being made.
-    """
+    """Draw a bar along the window's lower edge: the `progress` of assets that are baked and cooked beside the frames."""
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
     _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
@@ -162,18 +148,7 @@ def draw_background(progress: Progress) -> None:
 
 
 def background_text(progress: Progress) -> str:
-    """Return the text on the bar of `draw_background`: how many depth images are ready, and how long the rest takes.
-
-    Parameters
-    ----------
-    progress
-        The progress; without an estimate of the time left, the text leaves that out.
-
-    Returns
-    -------
-    str
-        The text.
-    """
+    """Return the text on the bar of `draw_background`: how far `progress` has come, and how long the rest takes."""
     seconds = progress.seconds_left
     left = "" if seconds is None else f", {max(round(seconds), 1)} s left"
     return f"depth images: {progress.done} of {progress.total}{left}"
@@ -182,12 +157,7 @@ def background_text(progress: Progress) -> str:
 def draw_progress(title: str, lines: list[str]) -> None:
     """Draw the progress of loading in the middle of the window.
 
-    Parameters
-    ----------
-    title
-        The headline.
-    lines
-        One line for each step of loading; the last is in progress, and bright.
+    `title` stands above `lines`, one for each step of loading, of which the last is in progress and bright.
     """
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(460, display.x), 0))

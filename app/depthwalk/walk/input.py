@@ -96,14 +96,9 @@ class Input:
         return self._last[0] / max(width, 1), self._last[1] / max(height, 1)
 
     def set_areas(self, areas: list[Area]) -> None:
-        """Note which parts of the window widgets cover, where the mouse belongs to imgui.
+        """Note the `areas` of the window that widgets cover, where the mouse belongs to imgui.
 
         This must be called within every frame of imgui.
-
-        Parameters
-        ----------
-        areas
-            The rectangles: left, top, right and bottom, window coordinates.
         """
         self._areas = areas
         self._busy = imgui.is_any_item_active() or imgui.is_popup_open("", imgui.PopupFlags_.any_popup)

@@ -78,13 +78,7 @@ class Overlay:
 
 
 def set_up_look(io: imgui.IO) -> None:
-    """Give imgui's current context the font, the colours and the spacing of the walk.
-
-    Parameters
-    ----------
-    io
-        The context's input and output settings, which take the font.
-    """
+    """Give imgui's current context, whose settings `io` are, the font, the colours and the spacing of the walk."""
     font = Path(imgui_bundle.__file__).parent / _FONT
     if font.is_file():
         io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)

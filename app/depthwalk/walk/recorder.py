@@ -62,16 +62,9 @@ class Recorder:
         return len(self._times) == MAX_KEYFRAMES
 
     def add(self, dt: float, camera: Camera) -> None:
-        """Add the camera of a frame.
+        """Add the `camera` of a frame, drawn `dt` seconds after the last one, of which LONGEST_STEP at most counts.
 
-        Frames that follow each other faster than those of the path are left out, as are those beyond `full`.
-
-        Parameters
-        ----------
-        dt
-            Time since the last frame, seconds; LONGEST_STEP at most is recorded of it.
-        camera
-            The frame's camera.
+        Cameras that follow each other faster than the frames of the path are left out.
         """
         self.seconds += min(dt, LONGEST_STEP) if self._times else 0.0
         if not self.full and (not self._times or self.seconds - self._times[-1] >= _SHORTEST_STEP):

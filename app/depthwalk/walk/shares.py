@@ -27,12 +27,7 @@ class LateShares:
     def update(self, renderer: Renderer, dt: float) -> None:
         """Begin a count, read one that is finished, or do neither; call this after every frame.
 
-        Parameters
-        ----------
-        renderer
-            The renderer, which has just drawn a frame.
-        dt
-            Time since the last frame, seconds.
+        `renderer` has just drawn the frame, `dt` seconds after the last one.
         """
         self._frames, self._seconds = self._frames + 1, self._seconds + dt
         if self._asked is not None and self._frames >= _FRAMES:

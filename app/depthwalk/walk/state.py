@@ -77,13 +77,7 @@ class State(Viewer):
             self.end_recording()
 
     def record(self, dt: float) -> None:
-        """Add the present camera to a recording under way, and save the recording when it is full.
-
-        Parameters
-        ----------
-        dt
-            Time since the last frame, seconds.
-        """
+        """Add the camera, `dt` seconds after the last frame, to a recording under way; save it when it is full."""
         if self.recorder is not None:
             self.recorder.add(dt, self.camera)
             if self.recorder.full:

@@ -9,13 +9,7 @@ _AVERAGED = 0.5  # s, over which the time of a frame is averaged
 
 
 class FrameTimes:
-    """Keep the durations of the last frames.
-
-    Parameters
-    ----------
-    length
-        How many frames are kept.
-    """
+    """Keep the durations of the last `length` frames."""
 
     def __init__(self, length: int = 120) -> None:
         self._seconds: deque[float] = deque(maxlen=length)

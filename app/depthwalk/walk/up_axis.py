@@ -49,17 +49,9 @@ def _stands(points: Array) -> float:
 
 
 def model_points(renderer: Renderer) -> Array:
-    """Return points of the only asset of a scene: the vertices of its mesh or, without one, of its depth images.
+    """Return points (n, 3), metres, asset frame, of the only asset in the scene of `renderer`.
 
-    Parameters
-    ----------
-    renderer
-        The renderer of the scene.
-
-    Returns
-    -------
-    Array
-        (n, 3) points, metres, asset frame.
+    They are the vertices of the asset's mesh or, without a mesh, of its depth images.
     """
     assets = renderer.assets
     levels = assets.meshes.levels(0)
@@ -105,15 +97,7 @@ class ModelTurn:
     """
 
     def __init__(self, scene: Scene, renderer: Renderer) -> None:
-        """Guess how a model stands, and turn it upright.
-
-        Parameters
-        ----------
-        scene
-            The scene that shows the model; nothing is done where it comes from a scene file.
-        renderer
-            The renderer of the scene.
-        """
+        """Guess how the model of `scene` stands, and turn it upright in `renderer`; leave scenes from a file alone."""
         self._scene, self._renderer = scene, renderer
         self._points: Array | None = None
         self._up: Up = "y"
@@ -126,12 +110,9 @@ class ModelTurn:
             self.guess = "It seems to stand along z; U turns it"
 
     def turn(self) -> str | None:
-        """Let the other one of y and z point upward.
+        """Let the other one of y and z point upward, and return a message to the user.
 
-        Returns
-        -------
-        str | None
-            A message to the user; None where nothing was turned, because the scene is no single model.
+        None stands for a scene that is no single model, in which nothing is turned.
         """
         if self._points is None:
             return None

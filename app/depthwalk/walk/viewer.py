@@ -175,12 +175,9 @@ class Viewer:
             self._turn_to(orbit.pan(self.turned, right, down))
 
     def wheel(self, notches: float) -> None:
-        """Change the speed or, in orbit, the distance to the target.
+        """Change the speed or, in orbit, the distance to the target, by `notches` of the wheel.
 
-        Parameters
-        ----------
-        notches
-            By how many notches the wheel was turned; positive numbers make the viewer faster, or bring the target near.
+        Positive numbers make the viewer faster, or bring the target nearer.
         """
         if self.turned is None:
             self.walker.change_speed(notches)

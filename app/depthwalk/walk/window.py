@@ -65,16 +65,9 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:
-    """Arrange for a function to be called when files are dropped on a window.
+    """Have `action` called with the paths of files that the user drops on `window`.
 
     moderngl-window itself offers this only for windows of pyglet.
-
-    Parameters
-    ----------
-    window
-        The window.
-    action
-        Called with the paths of the files.
     """
 
     def dropped(handle: Any, names: Any) -> None:
