@@ -136,7 +136,7 @@ def draw_toast(message: str) -> None:
 
 
 def draw_background(progress: Progress) -> None:
-    """Draw a bar along the window's lower edge: the `progress` of assets that are baked and cooked beside the frames."""
+    """Draw a bar along the window's lower edge: the `progress` of assets that are baked beside the frames."""
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
     _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
