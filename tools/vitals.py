@@ -191,8 +191,8 @@ def share(walk: Walk) -> float:
 
 def main(
     against: Annotated[Path | None, typer.Option(help="Another checkout, measured in turn with this one")] = None,
-    rounds: Annotated[int, typer.Option(help="Of walks, whose medians are taken", min=1)] = 3,
-    frames: Annotated[int, typer.Option(help="Of each walk", min=2)] = 36,
+    rounds: Annotated[int, typer.Option(help="How often each path is walked; the median counts", min=1)] = 3,
+    frames: Annotated[int, typer.Option(help="Number of frames of each walk", min=2)] = 36,
 ) -> None:
     """Print what a user meets: first picture, walking time and share of depth images, as a row for docs/vitals.md."""
     extra = Path(os.environ.get("DEPTHWALK_TEST_SCENES", ROOT.parent / "shared" / "scenes"))

@@ -19,7 +19,7 @@ def without_flaps(model: Model) -> Model:
 
 
 def unpinched(model: Model) -> Model:
-    """Return a closed surface, taken apart where it touches itself along edges, so that each edge joins two faces."""
+    """Return the closed `model`, taken apart where it touches itself along edges, so that each edge joins two faces."""
     edge, partner = _joints(model)
     here, there = np.concatenate([edge, _following(edge)]), np.concatenate([_following(partner), partner])
     links = coo_array((np.ones(len(here), bool), (here, there)), (model.faces.size, model.faces.size))

@@ -170,7 +170,7 @@ def ear(p: Points, d: Distance) -> Distance:
 
 
 def bare_head(p: Points, face: Face) -> Distance:
-    """Return the distances (n,) at `p` (n, 3), head frame, centimetres, to a head with ears, without hair and neck."""
+    """Return the distances (n,) at `p` (n, 3), head frame, centimetres, to the head of `face` without hair or neck."""
     m = mirrored(p)
     d = sculpt(m, np.full(len(p), np.float32(1e3)), skull(face))
     d = sculpt(m, d, brows_and_sockets(face))
@@ -182,7 +182,7 @@ def bare_head(p: Points, face: Face) -> Distance:
 def neck(p: Points, face: Face) -> Distance:
     """Return the distances (n,) at `p` (n, 3), head frame, centimetres, to the neck and its two leading muscles.
 
-    The neck reaches from within the head down to y = −12.
+    The neck reaches from within the head down to y = −12, and is as wide as `face` says.
     """
     m = mirrored(p)
     w = face.neck

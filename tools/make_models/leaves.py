@@ -82,9 +82,10 @@ def leaves(
 
 
 def leaf_pattern(outline: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return how much lighter than the whole leaf each vertex of a leaf is, on a scale from dark 0 to light 1.
+    """Return how much lighter than the leaf as a whole each of its vertices is painted; negative is darker.
 
-    The result has 2 + 4 values for each step of `outline`, in the order of `leaves`.
+    The result (2 + 4 · steps of `outline`,) is a part of the way from the dark to the light colour of foliage. Its
+    order is that of the vertices of a leaf that `leaves` makes.
     """
     stations = len(outline)
     pattern = np.zeros(2 + 4 * stations)

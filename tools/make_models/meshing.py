@@ -134,10 +134,22 @@ def ambient_occlusion(
 def interpolated_occlusion(
     model: Model, bounding_radius: float, rays: int = 48, ground: bool = True, samples: int = 60_000
 ) -> NDArray[np.float32]:
-    """Return `ambient_occlusion` of all vertices (V,), computed at `samples` of them and interpolated between.
+    """Return `ambient_occlusion` of all vertices (V,), computed at some of them and interpolated between.
 
     Most of the time goes to the rays, and on a mesh of a million triangles the values change little from vertex to
-    vertex. The other parameters are those of `ambient_occlusion`.
+    vertex.
+
+    Parameters
+    ----------
+    model, bounding_radius, rays, ground
+        The values that `ambient_occlusion` takes.
+    samples
+        Number of vertices at which rays are cast; models with fewer are computed everywhere.
+
+    Returns
+    -------
+    NDArray[np.float32]
+        (V,) parts, 0 to 1.
     """
     count = len(model.positions)
     if count <= samples:

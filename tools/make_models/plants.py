@@ -25,9 +25,9 @@ def scattered_directions(rng: np.random.Generator, count: int) -> Array:
 
 
 def bark(model: Model, light: ArrayLike, dark: ArrayLike, seed: int) -> Model:
-    """Return a stem painted as bark: grooves of the colour `dark` (3,), sRGB, run up it on a ground of `light`.
+    """Return the stem `model` painted as bark: grooves of the colour `dark` (3,), sRGB, on a ground of `light` (3,).
 
-    `seed` chooses the noise that draws the grooves.
+    The grooves run up the stem; `seed` chooses their places.
     """
     stretched = model.positions * np.array([1, 0.16, 1], np.float32)
     return model.painted(mix(light, dark, 0.5 + 1.3 * fractal(stretched, 0.07, seed, 3)))
@@ -141,9 +141,9 @@ def limbs(rng: np.random.Generator, fork: Array, ends: Array, thickness: float) 
 
 
 def bark_relief(model: Model, depth: float, seed: int) -> Model:
-    """Return a stem whose bark is split into plates by furrows of up to `depth` metres; its foot stays level.
+    """Return the stem `model` with bark that furrows of up to `depth` metres split into plates; its foot stays level.
 
-    `seed` chooses where the furrows are.
+    `seed` chooses the places of the furrows.
     """
     p = model.positions
     plates = ridged(p * np.array([1, 0.3, 1]), 0.07, seed, 2)
@@ -188,7 +188,7 @@ def oak() -> Model:
 
 
 def fir() -> Model:
-    """Make a conifer of drooping boughs, about 5.5 m high."""
+    """Make a conifer of drooping boughs, about 5.3 m high."""
     rng = np.random.default_rng(23)
     stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 500), np.linspace(0.13, 0.012, 500), 96)
     wood = bark(bark_relief(stem, 0.008, 41), (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)

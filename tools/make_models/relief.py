@@ -23,9 +23,10 @@ def displaced(model: Model, height: Height) -> Model:
 
 
 def chisel_marks(p: NDArray[np.floating], pitch: float, depth: float, seed: int) -> Height:
-    """Return the furrows of a toothed chisel: parallel within a patch, turned from patch to patch.
+    """Return the furrows of a toothed chisel at points `p`: parallel within a patch, turned from patch to patch.
 
-    `pitch` is the distance from furrow to furrow, `depth` that of the deepest below the surface, both metres.
+    `pitch` is the distance from furrow to furrow, `depth` that of the deepest below the surface, both metres. `seed`
+    chooses the patches.
     """
     turn = 1.6 * noise(p, 12 * pitch, seed)
     across = np.cos(turn) * p[:, 0] + np.sin(turn) * p[:, 1] + 0.7 * p[:, 2]
@@ -35,19 +36,25 @@ def chisel_marks(p: NDArray[np.floating], pitch: float, depth: float, seed: int)
 
 
 def pores(p: NDArray[np.floating], size: float, depth: float, seed: int) -> Height:
-    """Return pits of about `size` metres and up to `depth` metres deep, in swarms, as limestone and bronze have."""
+    """Return pits at points `p`, of about `size` metres and up to `depth` metres deep, in swarms that `seed` places.
+
+    Limestone and cast bronze have such pits.
+    """
     swarm = smoothstep(-0.1, 0.6, noise(p, 14 * size, seed + 1))
     return (-depth * swarm * smoothstep(0.35, 0.75, noise(p, size, seed))).astype(np.float32)
 
 
 def cracks(p: NDArray[np.floating], cell: float, depth: float, seed: int) -> Height:
-    """Return thin bent clefts up to `depth` metres deep, one per `cell` metres or so."""
+    """Return thin bent clefts at points `p`, up to `depth` metres deep, one per `cell` metres or so, by `seed`."""
     bent = p + 0.3 * cell * np.stack([fractal(p, cell, seed + k, 2) for k in (3, 5, 7)], axis=1)
     return (-depth * smoothstep(0.955, 0.995, ridged(bent, cell, seed, 1))).astype(np.float32)
 
 
 def grain(p: NDArray[np.floating], size: float, depth: float, seed: int, octaves: int = 3) -> Height:
-    """Return even roughness of ± `depth` metres, with features of `size` metres and, in further octaves, finer ones."""
+    """Return even roughness at points `p` of ± `depth` metres, chosen by `seed`.
+
+    Features have `size` metres in the first of `octaves`, and half as many in each other.
+    """
     return (np.float32(depth) * fractal(p, size, seed, octaves)).astype(np.float32)
 
 

@@ -55,9 +55,9 @@ def box(p: Points, centre: ArrayLike, half: ArrayLike, rounding: float = 0.0) ->
 
 
 def disc(p: Points, y: float, radius: float, half_height: float, rounding: float) -> Distance:
-    """Return the distances (n,) of `p` (n, 3) to a cylinder about the y axis, whose centre is at height `y`.
+    """Return the distances (n,) of `p` (n, 3) to a cylinder about the y axis with its centre at height `y`.
 
-    Its rims are rounded with the radius `rounding`.
+    It is twice `half_height` high and has the radius `radius`; its rims are rounded with the radius `rounding`.
     """
     radial = np.hypot(p[:, 0], p[:, 2]) - (radius - rounding)
     axial = np.abs(p[:, 1] - y) - (half_height - rounding)
@@ -98,7 +98,7 @@ def mirrored(p: Points) -> Points:
 
 
 def turned(p: Points, about: Vec3, axis: int, degrees: float) -> Points:
-    """Return points in a frame turned by `degrees` about an axis (0, 1, 2 = x, y, z) through `about` (3,).
+    """Return the points `p` (n, 3) in a frame turned by `degrees` about an `axis` (0, 1, 2 = x, y, z) through `about`.
 
     A shape whose distance is computed at the result (n, 3) stands turned by that angle, counter-clockwise for a viewer
     at the axis' tip.

@@ -188,7 +188,7 @@ def main(
     models: Annotated[Path, typer.Option(help="Folder of the meshes.")] = OUT,
     verbose: Verbose = False,
 ) -> None:
-    """Make what ships: cooked depth images of the heavy models, the other meshes, textures, SOURCES.md."""
+    """Make the files that ship: cooked depth images of heavy models, the other meshes, textures, SOURCES.md."""
     ship(names or [*MODELS, *TEXTURES], models, asset_root())
 
 

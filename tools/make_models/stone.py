@@ -77,12 +77,12 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, cell: float) 
 
 
 def boulder() -> Model:
-    """Make a round boulder, about 1.5 m wide."""
+    """Make a round boulder, about 1.3 m wide."""
     return rock((0.75, 0.6, 0.62), 9, 3, 0.0029)
 
 
 def slab_rock() -> Model:
-    """Make a flat boulder, about 1.6 m wide."""
+    """Make a flat boulder, about 1.3 m wide."""
     return rock((0.8, 0.34, 0.5), 12, 8, 0.0025)
 
 

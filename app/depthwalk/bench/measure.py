@@ -118,7 +118,7 @@ def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
 def measure(
     headless: HeadlessRenderer, name: str, cameras: Sequence[Camera], warmup: int, advance: Callable[[], None]
 ) -> Run:
-    """Draw frames and measure them.
+    """Draw frames, and measure how long they and their passes take.
 
     Parameters
     ----------

@@ -48,7 +48,11 @@ class UpAxis(StrEnum):
 
 
 class RepresentationName(StrEnum):
-    """Name the ways to draw every object whose asset allows it; `scene` leaves it to the scene file."""
+    """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
+
+    `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes, and
+    `mesh-lod` meshes with levels of detail.
+    """
 
     SCENE = "scene"
     DPCI = "dpci"

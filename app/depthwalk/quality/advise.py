@@ -91,7 +91,7 @@ def recommend(
     params
         Parts and axis of the bakes. Resolution and layers are varied; surfaces are sampled by rays.
     settings
-        How both pictures are rendered.
+        How mesh and depth images are rendered.
     size
         Width and height of the pictures, pixels.
     wanted

@@ -46,7 +46,7 @@ class Shot:
     picture
         (H, W, 3) uint8, sRGB.
     seconds
-        Processor time of all cores for software OpenGL, else the time by the clock.
+        Seconds: processor time of all cores for software OpenGL, else the time by the clock.
     """
 
     picture: Picture

@@ -51,8 +51,8 @@ def silhouette_iou(reference: Mask, test: Mask) -> float:
 def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
     """Return how clearly a viewer who flips between two pictures would see them differ at each pixel.
 
-    Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: FLIP: A Difference Evaluator for Alternating
-    Images, HPG 2020; the authors' own implementation, LDR, at `FLIP_PIXELS_PER_DEGREE`.
+    This is FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference
+    Evaluator for Alternating Images"), computed by its authors' program for pictures of low dynamic range.
 
     Parameters
     ----------

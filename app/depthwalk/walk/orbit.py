@@ -87,7 +87,7 @@ def dolly(camera: Camera, notches: float) -> Camera:
 
 
 def with_distance(camera: Camera, metres: float) -> Camera:
-    """Return `camera` with its target at a distance of `metres`, limited to DISTANCE_RANGE; the view stays."""
+    """Return `camera` with its target `metres` ahead, limited to DISTANCE_RANGE; position and direction stay."""
     look = glm.normalize(camera.look) * glm.clamp(metres, *DISTANCE_RANGE)
     return replace(camera, target=(glm.dvec3(*camera.position) + look).to_tuple())
 

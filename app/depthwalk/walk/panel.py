@@ -25,7 +25,7 @@ Area = tuple[float, float, float, float]  # left, top, right, bottom, window coo
 def draw_panel(state: State) -> Area:
     """Draw the panel of the walk `state` at the window's right edge, and apply to the walk what the user changes.
 
-    Returns the rectangle that the panel covers, window coordinates.
+    Returns the rectangle that the panel covers: left, top, right, bottom, window coordinates.
     """
     display = imgui.get_io().display_size
     imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
@@ -67,7 +67,7 @@ def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
     Returns
     -------
     Area
-        The rectangle that the picture covers, window coordinates.
+        The rectangle that the picture covers: left, top, right, bottom, window coordinates.
     """
     display = imgui.get_io().display_size
     width = max(160.0, min(600.0, display.x - left - _WIDTH - 6 * _MARGIN))
