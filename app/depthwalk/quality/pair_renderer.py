@@ -101,7 +101,7 @@ class PairRenderer:
         self._headless.release()
 
     def pair(self, viewpoint: Viewpoint) -> Pair:
-        """Draw the pictures of the mesh and of its depth images from `viewpoint`."""
+        """Draw the mesh and its depth images from `viewpoint`, and return the two pictures."""
         return Pair(self._shot(viewpoint, Representation.MESH), self._shot(viewpoint, Representation.DPCI))
 
     @property

@@ -46,7 +46,7 @@ class SceneLoader:
 
     @contextmanager
     def clock_stopped(self) -> Iterator[None]:
-        """Count the time that the block takes as loading, and clear the loading screen after it."""
+        """Count the time that the `with` block takes as loading, and clear the loading screen after it."""
         start = time.perf_counter()
         try:
             yield
