@@ -70,7 +70,7 @@ def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[P
     output
         Where the frames go.
     frames
-        Their number.
+        Number of frames.
     has_path
         Whether a camera path was given, which a video needs.
     inputs

@@ -51,11 +51,11 @@ class _OneLineErrors:
 
 
 class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
-    """Group commands whose usage errors are one line."""
+    """Group commands, and tell a mistake in their options in one line."""
 
 
 class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
-    """Run a command whose usage errors are one line."""
+    """Run a command, and tell a mistake in its options in one line."""
 
 
 def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:

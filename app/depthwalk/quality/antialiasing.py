@@ -40,7 +40,7 @@ class Kind:
     Attributes
     ----------
     title
-        What tables call it.
+        What tables call this way.
     aa
         Value of the setting `render.aa`.
     samples

@@ -22,7 +22,7 @@ class Measure:
     key
         Name of the field.
     title
-        What tables call it.
+        What tables call the measure.
     digits
         Number of digits that are shown after the decimal point.
     more_is_better

@@ -86,7 +86,7 @@ def measure(
     baked
         Depth images of `mesh`.
     settings
-        How both are rendered.
+        How mesh and depth images are rendered.
     size
         Width and height of the pictures, pixels.
     viewpoints

@@ -60,9 +60,9 @@ class Sphere:
     Attributes
     ----------
     centre
-        (3,) metres, asset frame.
+        (3,) centre, metres, asset frame.
     radius
-        Metres.
+        Radius, metres.
     """
 
     centre: tuple[float, float, float]

@@ -77,7 +77,22 @@ def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
 
 
 def lay(points: Array, face: Face, meso: Meso) -> TilePlacement:
-    """Place the tile `meso` at `points` (n, 3), metres, object frame, flat on `face`, a cap or a box face."""
+    """Place the tile at points, flat on a planar face.
+
+    Parameters
+    ----------
+    points
+        (n, 3) points in the object's frame, metres.
+    face
+        The face, a cap or a box face.
+    meso
+        The tile of relief.
+
+    Returns
+    -------
+    TilePlacement
+        The tile at each point.
+    """
     outward = face_outward(face)
     up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # as seen from outside
     right = np.cross(up, outward)

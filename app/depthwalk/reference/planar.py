@@ -25,9 +25,9 @@ class Placement:
     position
         (3,) origin of the texture space, metres, world.
     rotation
-        (3, 3), whose columns are the image's x, y and z in the world, unit.
+        (3, 3) whose columns are the image's x, y and z axes, unit vectors of the world.
     scale
-        World metres per metre of the image.
+        Metres of the world per metre of the image.
     """
 
     position: Array

@@ -52,7 +52,7 @@ class Control:
 
     @property
     def label(self) -> str:
-        """The name as the panel writes it."""
+        """The parameter's name as the panel writes it."""
         return self.name.replace("_", " ")
 
     @property

@@ -77,7 +77,7 @@ class Input:
         return bool(self._window.mouse_exclusivity)
 
     def capture(self, on: bool) -> None:
-        """Hide the mouse and let it turn the viewer if `on`; else let it go."""
+        """Hide the mouse and let it turn the viewer if `on`; else show it again."""
         self._window.mouse_exclusivity = on
         self._last = None
         if on:

@@ -53,7 +53,7 @@ class LoadingScreen:
         self._stopped = True
 
     def end(self) -> None:
-        """Forget the progress: loading is over."""
+        """Clear the progress when loading is over, and forget that a stop was asked for."""
         self._lines.clear()
         self.busy = self._stopped = False
 

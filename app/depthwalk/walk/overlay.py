@@ -45,7 +45,7 @@ class Overlay:
         dt: float,
         widgets: Callable[[], None],
     ) -> None:
-        """Draw a frame of widgets.
+        """Draw a frame of widgets over a picture.
 
         Parameters
         ----------
