@@ -1,4 +1,4 @@
-"""`python -m tools.make_models [FOLDER [NAME...]]`: make the meshes and textures of the demo, always the same bytes.
+"""Make the meshes and textures of the demo, always the same bytes: `python -m tools.make_models [FOLDER [NAME...]]`.
 
 The meshes have about a million triangles each; `tools.make_models.ship` makes of them what ships. By name it also makes
 the specimens (`python -m tools.make_models /tmp animal chair`), and `market`, a scene of hundreds of assets.

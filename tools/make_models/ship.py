@@ -1,4 +1,4 @@
-"""`python -m tools.make_models.ship [NAME...]`: make of the demo's models what ships, in assets/.
+"""Make the files in assets/ that ship, of the demo's models: `python -m tools.make_models.ship [NAME...]`.
 
 Heavy models ship as cooked depth images, NAME.dpci.npz, so that nothing is read, baked or cooked when the demo starts;
 their meshes stay in out/models. The few polygons and the textures ship as they are.

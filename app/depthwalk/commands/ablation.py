@@ -1,6 +1,7 @@
-"""`python -m depthwalk.commands.ablation MESH...`: what each step beyond the paper contributes, for docs/ablation.md.
+"""Measure what each step beyond the paper's method contributes, for docs/ablation.md.
 
-The rows of the table add one step after another to the paper's method; the last row is what the program does.
+`python -m depthwalk.commands.ablation MESH...` prints a table for each mesh. The rows of the table add one step after
+another to the paper's method; the last row is what the program does.
 """
 
 import json as json_format

@@ -1,4 +1,4 @@
-"""`depthwalk demo`: a window on the garden; where there is no display, its tour as pictures and a video."""
+"""Declare `depthwalk demo`, which opens a window on the garden or, without a display, renders its tour to files."""
 
 import sys
 from pathlib import Path

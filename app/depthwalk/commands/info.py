@@ -1,4 +1,4 @@
-"""`depthwalk info`: versions and limits of this installation, or what a file holds.
+"""Declare `depthwalk info`, which prints versions and limits of this installation, or what a file holds.
 
 Readers are imported by the rows that need them, so that a mesh is described without the graphics libraries.
 """

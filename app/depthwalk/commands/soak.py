@@ -1,6 +1,6 @@
-"""`python -m depthwalk.commands.soak SCENE`: a long random walk, to see whether memory or GL objects leak.
+"""Walk through a scene at random for a long time, to see whether memory or GL objects leak.
 
-Exits with code 1 where they do.
+`python -m depthwalk.commands.soak SCENE` exits with code 1 where they do.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""`depthwalk view`: a window to walk through a scene."""
+"""Declare `depthwalk view`, which opens a window to walk through a scene."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -1,4 +1,4 @@
-"""Depth of field: twin of shaders/dof.
+"""Compute depth of field, as the twin of shaders/dof.
 
 `gather` mirrors gather.frag, which traces rays through the depth buffer (Lee, Eisemann and Seidel 2010, "Real-Time Lens
 Blur Effects and Focus Control"); `ranges` mirrors tiles.frag and spread.frag, which bound the circles of confusion near

@@ -1,4 +1,4 @@
-"""Fog whose density falls off with height: twin of shaders/fog/fog.frag.
+"""Compute how fog, whose density falls off with height, dims light; this is the twin of shaders/fog/fog.frag.
 
 Light is lost along a ray as Beer and Lambert say: what comes through is exp(−∫ density ds). The density is constant up
 to a height and falls off exponentially above it, for which the integral has a closed form (Wenzel 2006, "Real-Time

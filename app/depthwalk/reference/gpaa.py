@@ -1,4 +1,4 @@
-"""Geometric post-process anti-aliasing: twin of shaders/gpaa/edge.frag.
+"""Compute the areas of geometric post-process anti-aliasing, as the twin of shaders/gpaa/edge.frag.
 
 A pixel that an edge of the geometry divides is blended with its neighbour across that edge by the area that lies on the
 neighbour's side (Persson 2011, "Geometric Post-process Anti-Aliasing"; edge-optimised GPAA, §1.3, takes the distance

@@ -1,4 +1,4 @@
-"""Reflection and light sources: twin of shaders/common/phong.glsl and shaders/light.
+"""Compute the reflection of light, as the twin of shaders/common/phong.glsl and shaders/light.
 
 Surfaces reflect light by Phong's model (Phong 1975, "Illumination for Computer Generated Pictures"); lamps lose
 strength with the distance as in Karis 2013, "Real Shading in Unreal Engine 4". All colours are linear RGB.

@@ -1,4 +1,4 @@
-"""Meso-structure, displacement by a tiling relief: twin of shaders/common/meso.glsl at full resolution.
+"""Displace points by meso-structure, a tiling relief, as the twin of shaders/common/meso.glsl at full resolution.
 
 A tile of relief modulates the depth of an object's depth images before they are warped (Liu, Liu and Wu 2007, §3.4).
 The tile winds round the object's axis and moves all points toward that axis, whichever depth image they belong to, so

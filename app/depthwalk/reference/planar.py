@@ -1,4 +1,4 @@
-"""A planar depth image as the paper draws it, warped in its plane and lit in texture space.
+"""Draw a planar depth image as the paper does, warped in its plane and lit in texture space.
 
 Liu, Liu and Wu 2007, §2.2 (warp) and §2.4 (shading). No shader works in texture space: depthwalk warps and lights all
 depth images by the general equations of shaders/warp/warp.vert and shaders/common/phong.glsl. This twin is the paper's

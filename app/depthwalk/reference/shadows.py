@@ -1,4 +1,4 @@
-"""Look-ups in shadow maps: twin of shaders/common/shadow_map.glsl and of the shaders that look up maps by it.
+"""Look up shadow maps, as the twin of shaders/common/shadow_map.glsl and of the shaders that include it.
 
 A point is lit where nothing is nearer to the light; averaging that answer over neighbouring texels softens the edges
 (percentage-closer filtering: Reeves, Salesin and Cook 1987, "Rendering Antialiased Shadows with Depth Maps"). Points

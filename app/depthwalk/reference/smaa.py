@@ -1,4 +1,4 @@
-"""The areas behind subpixel morphological anti-aliasing: twin of shaders/smaa/line.glsl.
+"""Compute the areas of subpixel morphological anti-aliasing, as the twin of shaders/smaa/line.glsl.
 
 SMAA (Jimenez et al. 2012, "SMAA: Enhanced Subpixel Morphological Antialiasing", §4.2) sees the jagged edge of pixels as
 a line, and blends every pixel along the edge by the area which that line cuts off. It looks the areas up in a

@@ -1,4 +1,4 @@
-"""Tone mapping: twin of shaders/output/tone.glsl.
+"""Map tones to what a screen can show, as the twin of shaders/output/tone.glsl.
 
 Each operator compresses linear light (n, 3) of any strength to linear RGB (n, 3), of which a screen shows 0 to 1.
 `TONES` holds the operators by the names of the setting `render.output.tone`; "none" leaves light as it is.
