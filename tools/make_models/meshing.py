@@ -85,7 +85,7 @@ def largest_part(model: Model) -> Model:
 def ambient_occlusion(
     model: Model, bounding_radius: float, rays: int = 48, ground: bool = True, at: NDArray[np.integer] | None = None
 ) -> NDArray[np.float32]:
-    """Return for vertices the part of the directions above the surface in which nothing is near.
+    """Return for each vertex the part of the directions above the surface that no near surface blocks.
 
     Directions count by the cosine of their angle to the normal, as light from everywhere does.
 

@@ -39,7 +39,7 @@ class Deeper:
     now
         What the present layers hold.
     then
-        What as many layers would hold as it takes, beyond which more bring next to nothing.
+        What the smallest number of layers would hold beyond which more bring next to nothing.
     """
 
     now: Depth

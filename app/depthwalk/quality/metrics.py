@@ -52,7 +52,7 @@ def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
     """Return how clearly a viewer who flips between two pictures would see them differ at each pixel.
 
     This is FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference
-    Evaluator for Alternating Images"), computed by its authors' program for pictures of low dynamic range.
+    Evaluator for Alternating Images"), in its authors' implementation for low dynamic range.
 
     Parameters
     ----------

@@ -14,14 +14,14 @@ class FocusPull:
     Attributes
     ----------
     target
-        The distance that the lens is turning to, metres; None while it rests.
+        The distance to which the lens is turning, metres along the view axis; None while the lens rests.
     """
 
     def __init__(self) -> None:
         self.target: float | None = None
 
     def start(self, distance: float) -> None:
-        """Begin to turn to `distance`, metres from the camera, limited to the lens's range; +inf is allowed."""
+        """Begin to turn to `distance`, metres along the view axis, limited to the lens's range; +inf is allowed."""
         self.target = min(max(distance, NEAREST_FOCUS), FARTHEST_FOCUS)
 
     def advance(self, lens: DofParams, dt: float) -> None:

@@ -49,7 +49,7 @@ class LoadingScreen:
         self._draw()
 
     def stop(self) -> None:
-        """Ask for the end of loading: its next stage will raise `StoppedError`."""
+        """Ask for the end of loading, which will raise `StoppedError` at its next stage."""
         self._stopped = True
 
     def end(self) -> None:
