@@ -130,7 +130,7 @@ def with_plain_normals(cooked: CookedObject) -> CookedObject:
 
 
 def without_levels(cooked: CookedObject, error: float) -> CookedObject:
-    """Return the object `cooked` without levels of detail that nobody would see the use of.
+    """Return the object `cooked` without the finest levels of detail, whose gain nobody would see.
 
     The finest level that is kept is the coarsest whose error is at most `error` metres.
     """

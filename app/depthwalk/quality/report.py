@@ -138,7 +138,7 @@ def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, s
 
 
 def cost_goals(model: ModelReport) -> dict[str, bool | None]:
-    """Return whether two costs of `model`, "bake_seconds" and "bytes_gpu", reach their goals, by these names.
+    """Return whether the costs "bake_seconds" and "bytes_gpu" of `model` reach their goals, by these two names.
 
     The goals hold for one resolution and number of layers; for models baked otherwise, both values are None.
     """

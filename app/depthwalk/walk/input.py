@@ -38,7 +38,7 @@ _STEADY = 4.0  # window coordinates between their places, at most
 
 
 class Input:
-    """Listen to keys and mouse of a window, and move the viewer by them.
+    """Listen to keys and mouse of a window: hand them to widgets, move the viewer, and call the actions of keys.
 
     Parameters
     ----------
