@@ -23,7 +23,17 @@ _WALL = (0.42, 0.40, 0.37)  # linear
 
 
 class Relief(NamedTuple):
-    """Say what a relief shows: the model `mesh`, and of it a square about `middle` (x, y), `size` metres wide."""
+    """Say what a relief shows: a square part of a model, seen along −z.
+
+    Attributes
+    ----------
+    mesh
+        Name of the model's file in assets/.
+    middle
+        x and y of the square's middle, metres, in the model's frame.
+    size
+        Width and height of the square, metres.
+    """
 
     mesh: str
     middle: tuple[float, float]
@@ -38,7 +48,18 @@ RELIEFS = {
 
 
 def make_relief(relief: Relief) -> tuple[Image.Image, Image.Image]:
-    """Return depth and colour of a relief, pictures of `SIDE` texels, top row first."""
+    """Sample a model by parallel rays, and return depth and colour of the relief.
+
+    Parameters
+    ----------
+    relief
+        What the relief shows.
+
+    Returns
+    -------
+    tuple[Image.Image, Image.Image]
+        Depth, 16 bits, white in front; and colour, sRGB. Both are `SIDE` texels wide and high.
+    """
     mesh = load_mesh(asset_root() / relief.mesh)
     low, high = mesh.bounds
     at = (np.arange(SIDE) + 0.5) / SIDE - 0.5
@@ -54,7 +75,7 @@ def make_relief(relief: Relief) -> tuple[Image.Image, Image.Image]:
 
 
 def main() -> None:
-    """Write all reliefs to the folder given as argument, else in the place of the shipped ones."""
+    """Write all reliefs to the folder that the command line names, else to the folder of the shipped ones."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else scene_root() / "paper" / "reliefs"
     for name, relief in RELIEFS.items():
         for kind, picture in zip(("depth", "colour"), make_relief(relief), strict=True):

@@ -30,7 +30,15 @@ STARTS = 3  # along a path, from which a stretch is walked
 
 @dataclass(frozen=True, kw_only=True)
 class Walk:
-    """A scene with a path through it. name: of the row; scene, path: files."""
+    """Name a scene and a camera path through it.
+
+    Attributes
+    ----------
+    name
+        What the printed row calls the walk.
+    scene, path
+        The scene file and the path file.
+    """
 
     name: str
     scene: Path
@@ -38,7 +46,7 @@ class Walk:
 
 
 def walks(extra: Path | None) -> list[Walk]:
-    """Return the shipped walks, and the one through the plaza where the folder `extra` has it."""
+    """Return the shipped walks, and the one through the plaza where the folder `extra` has it; None for no folder."""
     found = [
         Walk(name=name, scene=ROOT / f"scenes/{name}.yaml", path=ROOT / f"scenes/paths/{name}.yaml")
         for name in ("garden", "room")
@@ -49,7 +57,27 @@ def walks(extra: Path | None) -> list[Walk]:
 
 
 def run(checkout: Path, cache: Path, *arguments: str) -> float:
-    """Run `depthwalk` of a checkout; return the seconds of the whole process. Raises CalledProcessError."""
+    """Run a command of `depthwalk` in a process of its own, and time it.
+
+    Parameters
+    ----------
+    checkout
+        Folder of the checkout whose program is run.
+    cache
+        Folder of the cache that the program uses.
+    *arguments
+        The command and its options.
+
+    Returns
+    -------
+    float
+        Seconds from start to end of the process.
+
+    Raises
+    ------
+    CalledProcessError
+        Where the command fails.
+    """
     environment = os.environ | {"PYTHONPATH": str(checkout / "app"), "XDG_CACHE_HOME": str(cache)}
     begin = time.perf_counter()
     subprocess.run([sys.executable, "-m", "depthwalk", *arguments], env=environment, check=True, capture_output=True)
@@ -57,7 +85,20 @@ def run(checkout: Path, cache: Path, *arguments: str) -> float:
 
 
 def first_picture(checkout: Path, folder: Path) -> tuple[float, float]:
-    """Return the seconds to a picture of the garden, with an empty cache and with a full one."""
+    """Time the rendering of one picture of the garden, with an empty cache and with a full one.
+
+    Parameters
+    ----------
+    checkout
+        Folder of the checkout that is measured.
+    folder
+        Folder for the picture and a new cache.
+
+    Returns
+    -------
+    tuple[float, float]
+        Seconds with the empty cache, and the least of three times with the full one.
+    """
     arguments = (
         "render",
         str(checkout / "scenes/garden.yaml"),
@@ -71,7 +112,22 @@ def first_picture(checkout: Path, folder: Path) -> tuple[float, float]:
 
 
 def stretches(walk: Walk, frames: int, folder: Path) -> Path:
-    """Write a path of `frames` steps at the walk's own speed, from `STARTS` places along it, and return its file."""
+    """Write a path file of stretches of a walk, so that few frames sample all of it at the walk's own speed.
+
+    Parameters
+    ----------
+    walk
+        The walk.
+    frames
+        Number of frames of all `STARTS` stretches together, 30 a second.
+    folder
+        Folder to write to.
+
+    Returns
+    -------
+    Path
+        The path file.
+    """
     from depthwalk.scene.path import CameraPath, load_path, path_text
 
     path = load_path(walk.path)
@@ -86,7 +142,26 @@ def stretches(walk: Walk, frames: int, folder: Path) -> Path:
 
 
 def walking(checkout: Path, cache: Path, walk: Walk, frames: int, folder: Path) -> float:
-    """Return the median milliseconds of a frame along stretches of the path."""
+    """Return the median time of a frame along stretches of a walk.
+
+    Parameters
+    ----------
+    checkout
+        Folder of the checkout that is measured.
+    cache
+        Folder of the cache that the program uses.
+    walk
+        The walk.
+    frames
+        Number of frames.
+    folder
+        Folder for the path file and the report.
+
+    Returns
+    -------
+    float
+        Milliseconds.
+    """
     report, path = folder / "bench.json", stretches(walk, frames, folder)
     size = ",".join(map(str, SIZE))
     own = walk.scene.is_relative_to(ROOT)  # the other checkout may know other keys and assets than this one
@@ -96,7 +171,7 @@ def walking(checkout: Path, cache: Path, walk: Walk, frames: int, folder: Path) 
 
 
 def share(walk: Walk) -> float:
-    """Return the part of the objects' pixels that depth images drew, 0 to 1, over views along the path."""
+    """Return the part of the objects' pixels that depth images drew, 0 to 1, over `VIEWS` views along `walk`."""
     from depthwalk.assets.library import SceneLibrary
     from depthwalk.render.headless import HeadlessRenderer
     from depthwalk.render.pixel_shares import KINDS
@@ -116,8 +191,8 @@ def share(walk: Walk) -> float:
 
 def main(
     against: Annotated[Path | None, typer.Option(help="Another checkout, measured in turn with this one")] = None,
-    rounds: Annotated[int, typer.Option(help="Of walks, whose medians are taken", min=1)] = 3,
-    frames: Annotated[int, typer.Option(help="Of each walk", min=2)] = 36,
+    rounds: Annotated[int, typer.Option(help="How often each path is walked; the median counts", min=1)] = 3,
+    frames: Annotated[int, typer.Option(help="Number of frames of each walk", min=2)] = 36,
 ) -> None:
     """Print what a user meets: first picture, walking time and share of depth images, as a row for docs/vitals.md."""
     extra = Path(os.environ.get("DEPTHWALK_TEST_SCENES", ROOT.parent / "shared" / "scenes"))

@@ -1,4 +1,4 @@
-"""`python -m tools.make_models [FOLDER [NAME...]]`: make the meshes and textures of the demo, always the same bytes.
+"""Make the meshes and textures of the demo, always the same bytes: `python -m tools.make_models [FOLDER [NAME...]]`.
 
 The meshes have about a million triangles each; `tools.make_models.ship` makes of them what ships. By name it also makes
 the specimens (`python -m tools.make_models /tmp animal chair`), and `market`, a scene of hundreds of assets.
@@ -29,7 +29,10 @@ _PROCESSES = 2  # each needs up to 3 GB
 
 
 def write_models(folder: Path, names: list[str]) -> None:
-    """Write the named models to a folder, two at a time; what has one name has the same bytes however it was made."""
+    """Write the models called `names` to `folder`, two at a time.
+
+    A model has the same bytes whichever others are made with it.
+    """
     if len(names) < 2:
         for name in names:
             _write_model(name, folder)
@@ -45,7 +48,7 @@ def _write_model(name: str, folder: Path) -> None:
 
 
 def write_textures(folder: Path, names: list[str]) -> None:
-    """Write the named textures to a folder."""
+    """Write the textures called `names` to `folder`, as PNG files."""
     for name in names:
         write_png(folder / f"{name}.png", TEXTURES[name][0]())
 
@@ -56,9 +59,9 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
     Parameters
     ----------
     folder
-        Where to; it is made where it is missing.
+        The folder to write to; it is made where it is missing.
     names
-        Of models, textures and specimens; `market`.
+        Names of models, textures and specimens, and "market" for the scene of that name.
     assets
         Number of assets of the market.
 
@@ -80,7 +83,7 @@ def generate(folder: Path, names: list[str], assets: int = 300) -> None:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder where it is missing. Raises InputError."""
+    """Make `folder` where it is missing. Raises InputError where it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Every demo file by name, with what it is and how it ships."""
+"""List every demo file by name, with the function that makes it and how it ships."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,10 +11,15 @@ from tools.make_models.model import Model
 class Images:
     """Say how a model is baked and cooked.
 
-    resolution: texels.
-    layers: surfaces behind each other, see `depthwalk bake`.
-    finest: the error that the finest level of detail may have, texels. Finer ones would be two thirds of a file, and
-    are seen only where texels are large on the screen.
+    Attributes
+    ----------
+    resolution
+        Width and height of a depth image, texels.
+    layers
+        Surfaces sampled along each ray.
+    finest
+        The error that the finest level of detail may have, texels. Finer levels would be two thirds of a file, and are
+        seen only where texels are large on the screen.
     """
 
     resolution: int
@@ -24,10 +29,19 @@ class Images:
 
 @dataclass(frozen=True)
 class Entry:
-    """A model. It ships as depth images where `images` says how they are baked, otherwise as its mesh.
+    """Describe a model of the demo, and how it ships.
 
-    closed: every edge of the mesh joins two faces. Of the others, some are made of parts that stand in each other, and
-    flat-sided props repeat the corners of their sides.
+    Attributes
+    ----------
+    make
+        The function that makes the model.
+    about
+        What the model is, for SOURCES.md.
+    images
+        How its depth images are baked; None for a model that ships as its mesh.
+    closed
+        Whether every edge of the mesh joins two faces. Of the others, some are made of parts that stand in each other,
+        and flat-sided props repeat the corners of their sides.
     """
 
     make: Callable[[], Model]

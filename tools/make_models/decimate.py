@@ -1,4 +1,4 @@
-"""Decimation of a closed mesh to an exact number of faces; what it leaves pinched is taken apart."""
+"""Decimate a closed mesh to an exact number of faces, and repair where decimation pinched it."""
 
 from dataclasses import replace
 
@@ -12,14 +12,14 @@ from tools.make_models.model import Model
 
 
 def without_flaps(model: Model) -> Model:
-    """Without pairs of faces that lie back to back on the same three corners."""
+    """Return `model` without pairs of faces that lie back to back on the same three corners."""
     corners = np.sort(model.faces, axis=1)
     _, which, count = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
     return tidy(replace(model, faces=model.faces[count[which] == 1]))
 
 
 def unpinched(model: Model) -> Model:
-    """Return a closed surface that touches itself along edges, taken apart there: each edge then joins two faces."""
+    """Return the closed `model`, taken apart where it touches itself along edges, so that each edge joins two faces."""
     edge, partner = _joints(model)
     here, there = np.concatenate([edge, _following(edge)]), np.concatenate([_following(partner), partner])
     links = coo_array((np.ones(len(here), bool), (here, there)), (model.faces.size, model.faces.size))
@@ -42,14 +42,14 @@ def _following(corner: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _edge_keys(model: Model) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """(3F,) a number per undirected edge, and whether the corner's edge leads to the higher vertex."""
+    """Return for each corner's edge (3F,) a number without direction, and whether it leads to the higher vertex."""
     start = model.faces.ravel().astype(np.int64)
     end = model.faces[:, [1, 2, 0]].ravel().astype(np.int64)
     return np.minimum(start, end) * len(model.positions) + np.maximum(start, end), start < end
 
 
 def _crowded(model: Model) -> NDArray[np.int64]:
-    """(n, 2) pairs of corners whose faces are joined at an edge that already joins two others."""
+    """Return pairs (n, 2) of corners whose faces are joined at an edge that already joins two others."""
     edge, partner = _joints(model)
     keys = _edge_keys(model)[0][edge]  # sorted
     again = np.flatnonzero(np.diff(keys, prepend=-1) == 0)
@@ -57,7 +57,7 @@ def _crowded(model: Model) -> NDArray[np.int64]:
 
 
 def _joints(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Corners (n,), (n,) whose edges, of opposite directions, are the same one and join their two faces.
+    """Return corners (n,), (n,) whose edges, of opposite directions, are the same one and join their two faces.
 
     Around an edge with more than two faces, those are joined that have solid between them.
     """
@@ -79,7 +79,7 @@ def _joints(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 def _angle_about(
     p: NDArray[np.float32], low: NDArray[np.int64], high: NDArray[np.int64], third: NDArray[np.int32]
 ) -> NDArray[np.float64]:
-    """(n,) angle of the vertex `third` about the axis from `low` to `high`, radians."""
+    """Return the angles (n,) of the vertices `third` about the axes from `low` to `high`, radians."""
     axis = p[high].astype(np.float64) - p[low]
     axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-20)
     helper = np.where(np.abs(axis[:, :1]) < 0.6, [[1.0, 0, 0]], [[0, 1.0, 0]])
@@ -90,7 +90,10 @@ def _angle_about(
 
 
 def simplified(model: Model, count: int) -> Model:
-    """Return a closed model decimated by quadric error to at most `count` faces; colours are lost (white)."""
+    """Return a closed model decimated by quadric error to at most `count` faces, white all over.
+
+    Raises ValueError where the decimation stops above `count`. Source: Garland and Heckbert 1997.
+    """
     result = model
     for slack in (0, 8, 64, 512, 512):  # a pass may stop a little above its target
         arrays = fast_simplification.simplify(result.positions, result.faces, target_count=count - slack, agg=4)
@@ -102,9 +105,10 @@ def simplified(model: Model, count: int) -> Model:
 
 
 def with_exact_count(model: Model, count: int) -> Model:
-    """Return a closed model with `count` faces exactly: decimated to just below it, then its longest edges are halved.
+    """Return a closed model decimated to exactly `count` faces.
 
-    A closed surface has an even number of faces; an odd count is met by leaving out one of its underside's.
+    It is decimated to just below the number, and its longest edges are halved then. Since a closed surface has an even
+    number of faces, an odd number leaves out one face of the underside.
     """
     result = simplified(model, count + count % 2)
     for _ in range((count + 1 - len(result.faces)) // 2):
@@ -115,7 +119,7 @@ def with_exact_count(model: Model, count: int) -> Model:
 
 
 def punctured(model: Model) -> Model:
-    """Without the smallest of the faces that look straight down."""
+    """Return `model` without the smallest of the faces that look straight down."""
     a, b, c = (model.positions[model.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal, axis=1)
@@ -124,7 +128,22 @@ def punctured(model: Model) -> Model:
 
 
 def halved(model: Model, a: int, b: int, faces: list[int] | None = None) -> Model:
-    """With a vertex in the middle of the edge a–b; each face at the edge (or only the given ones) becomes two."""
+    """Return a model with a new vertex in the middle of an edge, at which each face becomes two.
+
+    Parameters
+    ----------
+    model
+        The model.
+    a, b
+        Numbers of the edge's two vertices.
+    faces
+        Numbers of the faces at the edge that are divided; None divides all of them.
+
+    Returns
+    -------
+    Model
+        The model with the vertex.
+    """
     if faces is None:
         faces = np.flatnonzero(((model.faces == a) | (model.faces == b)).sum(axis=1) == 2).tolist()
     old = model.faces[faces]

@@ -1,7 +1,8 @@
-"""A classical head as a table of sculptor's strokes, in centimetres.
+"""Model a classical head as a table of sculptor's strokes, in centimetres.
 
-Head frame: chin near y = 0, crown near y = 22.5, the face looks to +Z, x > 0 is mirrored. The features common to both
-heads are here; what makes a woman or a man of it is in `heads`.
+In the head frame the chin is near y = 0 and the crown near y = 22.5; the face looks to +Z. Most features are modelled
+for x > 0 and mirrored: `p` is then what `sdf.mirrored` returns. The features that both heads share are here; what makes
+a woman or a man of them is in `heads`.
 """
 
 from dataclasses import dataclass
@@ -31,11 +32,20 @@ EYE_RADIUS = 1.25
 
 @dataclass(frozen=True)
 class Face:
-    """The measures in which faces differ, centimetres.
+    """Hold the measures in which faces differ.
 
-    jaw: half width at the jaw's angle. chin: its half width. brow: how far the ridge over the socket stands out,
-    0–1. nose: half width of its back. neck: its half width. lips, cheek: fullness; mouth: width; 1 is medium.
-    opening: radius of the two arcs that bound the eye's opening; larger is narrower.
+    Attributes
+    ----------
+    jaw, chin, nose, neck
+        Half widths, centimetres: at the jaw's angle, of the chin, of the back of the nose, of the neck.
+    brow
+        How far the ridge over the eye socket stands out, 0 to 1.
+    lips, cheek
+        Fullness; 1 is medium.
+    mouth
+        Width; 1 is medium.
+    opening
+        Radius of the two arcs that bound the eye's opening, centimetres; larger is narrower.
     """
 
     jaw: float = 4.6
@@ -50,7 +60,7 @@ class Face:
 
 
 def skull(face: Face) -> list[Stroke]:
-    """Make the large masses: cranium, face, jaw, cheekbones."""
+    """Return the strokes of the large masses of `face`: cranium, jaw and cheekbones."""
     return [
         Blob((0, 14.3, -0.9), (7.3, 8.3, 9.4), 1.0),
         Blob((0, 9.6, 2.6), (6.15, 9.0, 6.3), 2.5),
@@ -67,7 +77,7 @@ def skull(face: Face) -> list[Stroke]:
 
 
 def brows_and_sockets(face: Face) -> list[Stroke]:
-    """Return the strokes that carve the eye sockets and raise the brows."""
+    """Return the strokes that carve the eye sockets of `face` and raise the brows."""
     return [
         Blob((3.25, 11.2, 9.3), (2.3, 1.35, 1.75), 1.3, cut=True, turn=(1, 24)),
         Blob((1.7, 11.5, 9.3), (0.7, 0.9, 0.8), 0.9, cut=True),
@@ -77,7 +87,7 @@ def brows_and_sockets(face: Face) -> list[Stroke]:
 
 
 def nose(face: Face) -> list[Stroke]:
-    """Return the strokes of the nose."""
+    """Return the strokes of the nose of `face`."""
     w = face.nose
     return [
         Rod((0, 13.2, 8.55), (0, 8.7, 10.75), w, w * 0.88, 1.4),
@@ -91,7 +101,7 @@ def nose(face: Face) -> list[Stroke]:
 
 
 def mouth(face: Face) -> list[Stroke]:
-    """Return the strokes of lips and chin."""
+    """Return the strokes of lips and chin of `face`."""
     f, w = face.lips, face.mouth
     return [
         Blob((0, 5.2, 6.8), (3.0, 2.6, 2.6), 1.8),
@@ -108,7 +118,10 @@ def mouth(face: Face) -> list[Stroke]:
 
 
 def eyes(p: Points, d: Distance, face: Face) -> Distance:
-    """Add eyeballs in lids whose almond-shaped opening is the overlap of two circles. p is mirrored."""
+    """Return the distances `d` (n,) at mirrored points `p` (n, 3), centimetres, with eyes added as `face` has them.
+
+    The almond-shaped opening between the lids is the overlap of two circles.
+    """
     q = turned(p, EYE, 2, -4.0)
     x, y = q[:, 0] - EYE[0], q[:, 1] - EYE[1]
     r = face.opening
@@ -125,7 +138,10 @@ def eyes(p: Points, d: Distance, face: Face) -> Distance:
 
 
 def pupils(p: Points, d: Distance) -> Distance:
-    """Drills the pupil and grooves the iris, as Roman sculptors did. p is mirrored."""
+    """Return the distances `d` (n,) at mirrored points `p` (n, 3), centimetres, with pupils drilled.
+
+    The iris is a groove around the pupil, as Roman sculptors made it.
+    """
     x, y = p[:, 0] - (EYE[0] - 0.06), p[:, 1] - (EYE[1] + 0.1)
     ring = np.maximum(np.abs(np.hypot(x, y) - 0.58) - 0.02, EYE[2] - p[:, 2])
     groove = np.maximum(ring, EYE_RADIUS - 0.06 - length(p - np.asarray(EYE, np.float32)))
@@ -135,7 +151,10 @@ def pupils(p: Points, d: Distance) -> Distance:
 
 
 def ear(p: Points, d: Distance) -> Distance:
-    """Add the ear: a tilted dish with rim, inner fold, hollow and lobe. p is mirrored."""
+    """Return the distances `d` (n,) at mirrored points `p` (n, 3), centimetres, with an ear added.
+
+    The ear is a tilted dish with rim, inner fold, hollow and lobe.
+    """
     q = turned(turned(turned(p, (6.9, 10.6, 0.6), 2, -15), (6.7, 9.6, 0.6), 1, -20), (6.7, 9.6, 0.6), 0, -12)
     v, w = q[:, 1] - 9.6, q[:, 2] + 0.6
     outline = np.hypot(v / 3.1, (w + 0.1 * v * 0.3) / 1.75)
@@ -151,7 +170,7 @@ def ear(p: Points, d: Distance) -> Distance:
 
 
 def bare_head(p: Points, face: Face) -> Distance:
-    """Make the head without hair, ears on, neck not."""
+    """Return the distances (n,) at `p` (n, 3), head frame, centimetres, to the head of `face` without hair or neck."""
     m = mirrored(p)
     d = sculpt(m, np.full(len(p), np.float32(1e3)), skull(face))
     d = sculpt(m, d, brows_and_sockets(face))
@@ -161,7 +180,10 @@ def bare_head(p: Points, face: Face) -> Distance:
 
 
 def neck(p: Points, face: Face) -> Distance:
-    """Make the neck and its two leading muscles, from within the head down to y = −12."""
+    """Return the distances (n,) at `p` (n, 3), head frame, centimetres, to the neck and its two leading muscles.
+
+    The neck reaches from within the head down to y = −12, and is as wide as `face` says.
+    """
     m = mirrored(p)
     w = face.neck
     slim = ellipsoid(m, (0, -2, -2.6), (w, 24, w + 0.6))

@@ -1,4 +1,4 @@
-"""Relief for hair: wavy strands and curls, as displacements (centimetres) of a smooth mass."""
+"""Make relief for hair: heights of wavy strands and curls, by which a smooth mass is displaced."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,27 @@ Height = NDArray[np.float32]
 
 
 def strands(across: Height, along: Height, p: Points, locks: float, wave: float, seed: int) -> Height:
-    """Wavy locks, each of finer strands; 0–1.
+    """Return the height of wavy locks, each made of finer strands.
 
-    across: angle or distance across the strands, one lock per unit / `locks`; along: distance along them;
-    wave: how far the strands swing, in lock widths.
+    Parameters
+    ----------
+    across
+        (n,) angle or distance across the strands, in any unit.
+    along
+        (n,) distance along the strands, centimetres.
+    p
+        (n, 3) points, centimetres, by which noise varies the locks.
+    locks
+        Number of locks per unit of `across`.
+    wave
+        How far the strands swing, in widths of a lock.
+    seed
+        Seed of the noise.
+
+    Returns
+    -------
+    Height
+        (n,) 0 to 1.
     """
     swing = wave * np.sin(1.35 * along + 1.2 * noise(p, 6.0, seed)) + 0.5 * noise(p, 3.5, seed + 1)
     u = across * locks + swing
@@ -23,7 +40,24 @@ def strands(across: Height, along: Height, p: Points, locks: float, wave: float,
 
 
 def curls(p: Points, centres: NDArray[np.float64], radius: float, hands: NDArray[np.float64]) -> Height:
-    """Snail curls about the centres (n, 3), wound left or right by `hands` (n,) = ±1; 0–1, 0 between them."""
+    """Return the height of snail curls.
+
+    Parameters
+    ----------
+    p
+        (n, 3) points, centimetres.
+    centres
+        (m, 3) centres of the curls, centimetres, head frame.
+    radius
+        Radius of a curl, centimetres.
+    hands
+        (m,) 1 or −1: whether a curl winds left or right.
+
+    Returns
+    -------
+    Height
+        (n,) about 0 to 1; 0 between the curls.
+    """
     distance, nearest = cKDTree(centres).query(p, k=2, workers=1)
     own = distance[:, 0]
     edge = np.clip((distance[:, 1] - own) / (0.7 * radius), 0, 1)
@@ -43,7 +77,7 @@ def curls(p: Points, centres: NDArray[np.float64], radius: float, hands: NDArray
 
 
 def spread(candidates: NDArray[np.floating], spacing: float, seed: int) -> NDArray[np.float64]:
-    """Return a subset of the candidates (n, 3) no two of which are nearer than `spacing`, in random order."""
+    """Return those of `candidates` (n, 3), chosen at random by `seed`, no two of which are nearer than `spacing`."""
     rng = np.random.default_rng(seed)
     points = np.asarray(candidates, np.float64)[rng.permutation(len(candidates))]
     tree = cKDTree(points)

@@ -1,7 +1,8 @@
-"""The two busts of the paper's Table 1, a Venus (67,170 triangles there) and a bearded man (78,157).
+"""Make the two busts of the paper's Table 1, a Venus (67,170 triangles there) and a bearded man (78,157).
 
-Here each has about a million; `venus_of_the_paper` and `man_of_the_paper` have those counts. Sculpted in centimetres in
-the head frame of `faces`, delivered in metres.
+Here each has about a million; `venus_of_the_paper` and `man_of_the_paper` have those counts. The busts are sculpted in
+centimetres, in the head frame of `faces`, and returned in metres. Functions of points `p` (n, 3) return signed
+distances (n,), negative inside.
 """
 
 from functools import cache
@@ -41,7 +42,17 @@ CHEST_UP = 3.5  # the chest's own frame lies this far above the head's
 
 
 def chest(p: Points, face: Face, broad: float) -> Distance:
-    """Neck, shoulders and upper chest, cut round as busts are, on a turned socle. broad: scale of the shoulders."""
+    """Return the distances (n,) to neck, shoulders and upper chest, cut round as busts are, on a turned socle.
+
+    Parameters
+    ----------
+    p
+        (n, 3) points, centimetres, head frame.
+    face
+        The measures, of which the neck's count.
+    broad
+        Scale of the shoulders; 1 is medium.
+    """
     q = p - np.array([0, CHEST_UP, 0], np.float32)
     m = mirrored(q)
     body = ellipsoid(m, (0, -17.0, -2.6), (11.5 * broad, 8.0, 6.6 * broad))
@@ -56,7 +67,10 @@ def chest(p: Points, face: Face, broad: float) -> Distance:
 
 
 def socle(q: Points, d: Distance) -> Distance:
-    """Add a round foot with hollow stem under the bust, down to the floor. q: in the chest's frame."""
+    """Return the distances `d` (n,), centimetres, with a round foot on a stem added under the bust, down to the floor.
+
+    `q` (n, 3) are points in the chest's frame, centimetres.
+    """
     q = q - np.array([0, 0, -1.6], np.float32)
     floor = FLOOR - CHEST_UP
     d = union(d, rod(q, (0, -22.8, 0), (0, -17.5, 0), 2.6, 3.6), 1.6)
@@ -66,12 +80,18 @@ def socle(q: Points, d: Distance) -> Distance:
 
 
 def posed(p: Points, turn: float, tilt: float) -> Points:
-    """Return the points in the frame of a head that is turned about the neck and tilted to its side, degrees."""
+    """Return the points `p` (n, 3) in the frame of a head that is turned about the neck, and then tilted to its side.
+
+    `turn` and `tilt` are in degrees.
+    """
     return turned(turned(p, (0, 0, -2), 1, turn), (0, 0, -2), 2, tilt)
 
 
 def venus_hair(p: Points) -> Distance:
-    """Parted in the middle, swept back in waves over the temples to a knot; a fillet holds it."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, head frame, to the woman's hair.
+
+    It is parted in the middle and swept back in waves over the temples to a knot; a fillet holds it.
+    """
     m = mirrored(p)
     cap = ellipsoid(m, (0, 14.5, -0.7), (8.2, 8.9, 10.4))
     cap = union(cap, ellipsoid(m, (5.6, 12.0, 0.6), (2.3, 3.6, 4.6)), 2.2)
@@ -101,17 +121,17 @@ def _fillet(p: Points, hair: Distance) -> Distance:
 
 
 def venus_head(p: Points) -> Distance:
-    """Return the distance to the woman's head with its hair, centimetres."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, head frame, to the woman's head with its hair."""
     return union(pupils(mirrored(p), bare_head(p, VENUS)), venus_hair(p), 0.25)
 
 
 def venus_field(p: Points) -> Distance:
-    """Distance to the whole bust, centimetres."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, to the woman's whole bust."""
     return union(chest(p, VENUS, 0.9), venus_head(posed(p, 9, -4)), 1.4)
 
 
 def man_mass(p: Points) -> Distance:
-    """Make the smooth mass of hair and beard, before curls."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, head frame, to the man's hair and beard without curls."""
     m = mirrored(p)
     hair = ellipsoid(m, (0, 14.4, -0.8), (8.0, 8.9, 10.4))
     hair = difference(hair, ellipsoid(m, (0, 8.6, 9.8), (6.6, 8.6, 8.0)), 1.2)
@@ -132,7 +152,7 @@ def _curl_centres() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def man_hair(p: Points) -> Distance:
-    """Return the distance to hair and beard with their curls, centimetres."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, head frame, to the man's hair and beard with curls."""
     mass = man_mass(p)
     near = np.abs(mass) < 3
     height = np.zeros(len(p), np.float32)
@@ -141,7 +161,7 @@ def man_hair(p: Points) -> Distance:
 
 
 def moustache(p: Points, d: Distance) -> Distance:
-    """Return the distance to the head `d` with a moustache added, centimetres."""
+    """Return the distances `d` (n,) at `p` (n, 3), centimetres, head frame, with a moustache added."""
     m = mirrored(p)
     body = union(
         rod(m, (0.55, 5.95, 9.6), (2.3, 5.2, 8.8), 0.5, 0.55), rod(m, (2.3, 5.2, 8.8), (3.6, 3.2, 7.6), 0.55, 0.35), 0.4
@@ -151,7 +171,7 @@ def moustache(p: Points, d: Distance) -> Distance:
 
 
 def man_field(p: Points) -> Distance:
-    """Distance to the whole bust, centimetres."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, to the man's whole bust."""
     h = posed(p, -8, 2)
     head = moustache(h, union(pupils(mirrored(h), bare_head(h, MAN)), man_hair(h), 0.2))
     return union(chest(p, MAN, 1.06), head, 1.0)
@@ -185,7 +205,7 @@ def _finished(model: Model, colours: NDArray[np.float32]) -> Model:
 
 
 def head_venus(count: int | None = None) -> Model:
-    """Make a woman's bust in marble, closed, 0.46 m; decimated to `count` triangles where it is given."""
+    """Make a woman's bust in marble, closed, 0.46 m high, of `count` triangles; None makes about a million."""
     raw = polygonise(venus_field, (-14, FLOOR - 0.6, -16.5), (14, 25.5, 13), CELL)
     model = _rasped(raw, 0.012, 65) if count is None else with_exact_count(raw, count)
     p = model.positions
@@ -196,9 +216,9 @@ def head_venus(count: int | None = None) -> Model:
 
 
 def head_man(count: int | None = None) -> Model:
-    """Make a bearded man's bust in patinated bronze, 0.46 m; decimated to `count` triangles where it is given.
+    """Make a bearded man's bust in patinated bronze, 0.46 m high, of `count` triangles; None makes about a million.
 
-    It is closed; an odd count leaves one face below open.
+    It is closed, but for a missing face of the underside where the count is odd.
     """
     raw = polygonise(man_field, (-16, FLOOR - 0.6, -13), (16, 25.5, 13), CELL)
     model = _cast(raw) if count is None else with_exact_count(raw, count)

@@ -1,4 +1,4 @@
-"""Leaves and twigs by the ten thousand, each a closed solid of some dozens of triangles."""
+"""Make leaves and twigs by the ten thousand, each a closed solid of some dozens of triangles."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,20 +33,25 @@ def leaves(
 
     Parameters
     ----------
-    base, along, up
-        (n, 3) stalk's end, direction of the tip, upper side.
+    base
+        (n, 3) the stalks' ends, metres.
+    along
+        (n, 3) unit vectors towards the tips.
+    up
+        (n, 3) vectors out of the leaves' upper sides, roughly.
     size
-        (n,) length, metres.
+        (n,) lengths, metres.
     slim
-        Greatest width as a share of the length.
+        Greatest width as a part of the length.
     shading
         (n, 3) unit normals of the mass that the leaves clothe: foliage looks full when its leaves share them.
     outline
-        Half widths at even steps from stalk to tip, shares of the greatest one.
+        Half widths at even steps from stalk to tip, as parts of the greatest one.
 
     Returns
     -------
-    A model whose vertices are leaf after leaf, 2 + 4 per step of the outline; the first two are stalk and tip.
+    Model
+        The leaves, whose vertices are leaf after leaf, 2 + 4 per step of the outline; the first two are stalk and tip.
     """
     side = np.cross(along, up)
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
@@ -77,7 +82,11 @@ def leaves(
 
 
 def leaf_pattern(outline: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return how much lighter than its leaf each vertex of one is: (2 + 4 per step,), the rib most, the edge least."""
+    """Return how much lighter than the leaf as a whole each of its vertices is painted; negative is darker.
+
+    The result (2 + 4 · steps of `outline`,) is a part of the way from the dark to the light colour of foliage. Its
+    order is that of the vertices of a leaf that `leaves` makes.
+    """
     stations = len(outline)
     pattern = np.zeros(2 + 4 * stations)
     pattern[:2] = -0.1, 0.18
@@ -92,16 +101,18 @@ def brushes(base: Array, tip: Array, width: Array, rings: int, sides: int) -> tu
     Parameters
     ----------
     base, tip
-        (n, 3) ends, metres.
+        (n, 3) ends of the twigs, metres.
     width
-        (n,) of the needles' tips from side to side, metres.
+        (n,) widths from needle tip to needle tip, metres.
     rings, sides
-        Rows of needles, and needles in a row; every other one is short.
+        Number of rows of vertices along a twig, and of vertices in a row. Every other vertex is the tip of a needle.
 
     Returns
     -------
-    The model, twig after twig of 2 + rings · sides vertices, base and tip first; and how far out each vertex of one
-    twig is (2 + rings · sides,), 0 between needles and 1 at their tips.
+    model : Model
+        The twigs, one after the other, each of 2 + rings · sides vertices, base and tip first.
+    outward : NDArray[np.float64]
+        (2 + rings · sides,) 1 for those vertices of a twig that are needles' tips, 0 for those between needles.
     """
     axis = tip - base
     length = np.linalg.norm(axis, axis=1, keepdims=True)

@@ -28,7 +28,7 @@ camera: {{position: [0, 1.7, {end:g}], target: [0, 1, 0], fov: 60}}
 
 
 def vessel(seed: int) -> Model:
-    """Make a jar, a bowl or a bottle with a lid, about 1 m high and fluted."""
+    """Make a jar, a bowl or a bottle, closed by a lid, about 1 m high and fluted; `seed` chooses shape and colours."""
     random = np.random.default_rng(seed)
     foot, belly, neck, lip = random.uniform((0.1, 0.2, 0.05, 0.08), (0.3, 0.45, 0.25, 0.35))
     height = random.uniform(0.7, 1.3)

@@ -1,4 +1,4 @@
-"""From a signed distance field to a mesh, and the light that reaches it."""
+"""Make a mesh of a signed distance field, and compute how much of the sky its vertices see."""
 
 from dataclasses import replace
 
@@ -19,12 +19,25 @@ _CHUNK = 1 << 17  # points per evaluation: the temporaries stay in the processor
 
 
 def polygonise(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) -> Model:
-    """Return the zero surface of `field` within the box, sampled every `cell`.
+    """Return the surface on which a signed distance field is zero, by marching cubes (Lorensen and Cline 1987).
 
-    The surface is open where the solid leaves the box.
+    The field is evaluated on a coarse lattice, then with half its spacing near the surface, then finely very near it.
+    So the field must not change faster than distance does (Lipschitz constant near 1).
 
-    The field is evaluated on a coarse lattice, then with half its spacing near the surface, then finely very near it,
-    so it must not change faster than distance does (Lipschitz constant near 1).
+    Parameters
+    ----------
+    field
+        The field.
+    lower, upper
+        (3,) corners of the box in which the surface is sought, in the unit of the field. Where the solid leaves the
+        box, the surface is open.
+    cell
+        Edge of a cube, in the same unit.
+
+    Returns
+    -------
+    Model
+        The largest connected part of the surface, white, in the same unit.
     """
     lower = np.asarray(lower, np.float32)
     blocks = np.ceil((np.asarray(upper, np.float32) - lower) / (cell * _COARSE)).astype(int)
@@ -52,7 +65,7 @@ def _evaluate(field: Field, cells: NDArray[np.intp], lower: NDArray[np.float32],
 
 
 def tidy(model: Model) -> Model:
-    """Without zero-area faces' repeated corners and without unreferenced vertices."""
+    """Return `model` without faces that repeat a corner, and without vertices that no face uses."""
     f = model.faces
     keep = (f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])
     used, faces = np.unique(f[keep], return_inverse=True)
@@ -61,7 +74,7 @@ def tidy(model: Model) -> Model:
 
 
 def largest_part(model: Model) -> Model:
-    """Return the connected part with the most vertices: drops crumbs and enclosed hollows."""
+    """Return the connected part of `model` with the most vertices, without crumbs and enclosed hollows."""
     a, b = model.faces[:, [0, 1, 2]].ravel(), model.faces[:, [1, 2, 0]].ravel()
     count = len(model.positions)
     _, part = connected_components(coo_array((np.ones(len(a), bool), (a, b)), (count, count)), directed=False)
@@ -72,24 +85,27 @@ def largest_part(model: Model) -> Model:
 def ambient_occlusion(
     model: Model, bounding_radius: float, rays: int = 48, ground: bool = True, at: NDArray[np.integer] | None = None
 ) -> NDArray[np.float32]:
-    """Return the cosine-weighted share of directions that are free within `bounding_radius` metres.
+    """Return for each vertex the part of the directions above the surface that no near surface blocks.
+
+    Directions count by the cosine of their angle to the normal, as light from everywhere does.
 
     Parameters
     ----------
     model
-        What light falls on, and what blocks it.
+        The model that light falls on, and that blocks light.
     bounding_radius
-        Of the surroundings that count, metres.
+        Distance within which surfaces block light, in the unit of the model.
     rays
-        Per vertex.
+        Number of rays per vertex.
     ground
-        Adds a floor at y = 0, so that feet and bases darken.
+        Whether a floor at y = 0 blocks light, so that feet and bases darken.
     at
-        (n,) numbers of the vertices at which it is wanted; None is all.
+        (n,) numbers of the vertices; None is all.
 
     Returns
     -------
-    (n,) float32, 0 to 1.
+    NDArray[np.float32]
+        (n,) parts, 0 to 1.
     """
     triangles = model.positions[model.faces]
     if ground:
@@ -118,9 +134,22 @@ def ambient_occlusion(
 def interpolated_occlusion(
     model: Model, bounding_radius: float, rays: int = 48, ground: bool = True, samples: int = 60_000
 ) -> NDArray[np.float32]:
-    """Return `ambient_occlusion` of all vertices (V,), taken at about `samples` of them and interpolated between.
+    """Return `ambient_occlusion` of all vertices (V,), computed at some of them and interpolated between.
 
-    A mesh of a million triangles is finer than light within hollows changes, and rays are most of its cost.
+    Most of the time goes to the rays, and on a mesh of a million triangles the values change little from vertex to
+    vertex.
+
+    Parameters
+    ----------
+    model, bounding_radius, rays, ground
+        The values that `ambient_occlusion` takes.
+    samples
+        Number of vertices at which rays are cast; models with fewer are computed everywhere.
+
+    Returns
+    -------
+    NDArray[np.float32]
+        (V,) parts, 0 to 1.
     """
     count = len(model.positions)
     if count <= samples:
@@ -138,7 +167,7 @@ def interpolated_occlusion(
 
 
 def _sphere(count: int) -> NDArray[np.float32]:
-    """(count, 3) unit vectors, evenly spread (Fibonacci)."""
+    """Return (count, 3) vectors of almost unit length, evenly spread (Fibonacci)."""
     k = np.arange(count) + 0.5
     y = 1 - 2 * k / count
     angle = k * np.pi * (3 - np.sqrt(5))

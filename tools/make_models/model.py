@@ -1,4 +1,4 @@
-"""What a generator hands back, and how it is written."""
+"""Hold the mesh that a generator returns, and write it to a PLY file."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -12,12 +12,18 @@ from depthwalk.files import write_bytes
 
 @dataclass(frozen=True)
 class Model:
-    """A coloured triangle mesh: metres, Y up.
+    """Hold a coloured triangle mesh, Y up.
 
-    positions: (V, 3) float32.
-    faces:     (F, 3) int32, counter-clockwise seen from outside.
-    colours:   (V, 3) float32, 0–1, sRGB.
-    normals:   (V, 3) float32, unit length, or None: then the reader derives them from the faces.
+    Attributes
+    ----------
+    positions
+        (V, 3) float32, metres; while a sculpture is being made, centimetres.
+    faces
+        (F, 3) int32, counter-clockwise seen from outside.
+    colours
+        (V, 3) float32, sRGB, 0 to 1.
+    normals
+        (V, 3) float32, unit vectors; None: whoever reads the mesh derives them from the faces.
     """
 
     positions: NDArray[np.float32]
@@ -26,15 +32,18 @@ class Model:
     normals: NDArray[np.float32] | None = None
 
     def moved(self, offset: ArrayLike) -> "Model":
-        """Return it moved by `offset`, metres."""
+        """Return the model moved by `offset` (3,), in the unit of the model."""
         return replace(self, positions=(self.positions + np.asarray(offset, np.float32)).astype(np.float32))
 
     def scaled(self, factor: float) -> "Model":
-        """Return it scaled about the origin."""
+        """Return the model scaled about the origin by `factor`."""
         return replace(self, positions=(self.positions * np.float32(factor)).astype(np.float32))
 
     def turned(self, axis: int, degrees: float) -> "Model":
-        """Return it turned about an axis (0, 1, 2 = x, y, z), counter-clockwise seen from the tip of the axis."""
+        """Return the model turned by `degrees` about `axis` (0, 1, 2 = x, y, z).
+
+        The turn is counter-clockwise for a viewer at the tip of the axis who looks at the origin.
+        """
         u, v = (axis + 1) % 3, (axis + 2) % 3
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
         matrix = np.eye(3)
@@ -43,17 +52,20 @@ class Model:
         return replace(self, positions=(self.positions @ matrix.T).astype(np.float32), normals=normals)
 
     def painted(self, colours: ArrayLike) -> "Model":
-        """With the colour (3,), or a colour per vertex (V, 3)."""
+        """Return the model in one colour (3,), or with a colour for each vertex (V, 3), sRGB; `colours` are clipped."""
         wanted = np.clip(np.asarray(colours, np.float32), 0, 1)
         return replace(self, colours=np.broadcast_to(wanted, self.positions.shape).astype(np.float32))
 
     def grounded(self) -> "Model":
-        """Return it moved so that its lowest point is at y = 0."""
+        """Return the model moved so that its lowest point is at y = 0."""
         return self.moved([0, -self.positions[:, 1].min(), 0])
 
 
 def merged(models: Iterable[Model]) -> Model:
-    """One model that holds the parts unchanged. Where only some have normals, the others' are derived."""
+    """Return one model that holds all `models` unchanged.
+
+    Where some of them have normals, those of the others are derived from their faces.
+    """
     parts = list(models)
     starts = np.cumsum([0] + [len(m.positions) for m in parts[:-1]])
     with_normals = any(m.normals is not None for m in parts)
@@ -66,7 +78,7 @@ def merged(models: Iterable[Model]) -> Model:
 
 
 def vertex_normals(model: Model) -> NDArray[np.float32]:
-    """(V, 3) float32 unit normals: the model's own, or the area-weighted mean over the faces."""
+    """Return the unit normals of `model` (V, 3): its own or, without these, the area-weighted means over the faces."""
     if model.normals is not None:
         return model.normals
     a, b, c = (model.positions[model.faces[:, k]].astype(np.float64) for k in range(3))
@@ -77,7 +89,10 @@ def vertex_normals(model: Model) -> NDArray[np.float32]:
 
 
 def write_ply(path: Path, model: Model) -> None:
-    """Binary little-endian PLY: float32 positions (and normals where the model has them), uchar sRGB colours."""
+    """Write `model` to the file `path` as binary little-endian PLY.
+
+    Positions are float32, as are normals where the model has them; colours are sRGB in 8 bits.
+    """
     names = ["x", "y", "z"] + (["nx", "ny", "nz"] if model.normals is not None else [])
     vertices = np.empty(
         len(model.positions), [(n, "<f4") for n in names] + [(n, "u1") for n in ("red", "green", "blue")]

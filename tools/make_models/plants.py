@@ -1,4 +1,4 @@
-"""Trees, a clipped bush and ivy: wood as tubes, foliage as thick leaves."""
+"""Make trees and a clipped bush: wood as tubes, foliage as thick leaves. Lengths are metres, Y is up."""
 
 from dataclasses import replace
 
@@ -15,17 +15,20 @@ from depthwalk.types import Array
 
 
 def unit(v: Array) -> Array:
-    """Return the vectors scaled to length 1."""
+    """Return the vectors `v` (…, 3) scaled to length 1."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
 
 
 def scattered_directions(rng: np.random.Generator, count: int) -> Array:
-    """(count, 3) unit vectors, uniform over the sphere."""
+    """Return (count, 3) unit vectors, uniform over the sphere, drawn from `rng`."""
     return unit(rng.normal(size=(count, 3)))
 
 
 def bark(model: Model, light: ArrayLike, dark: ArrayLike, seed: int) -> Model:
-    """Bark: grooves along the stem, drawn by noise that is stretched upward."""
+    """Return the stem `model` painted as bark: grooves of the colour `dark` (3,), sRGB, on a ground of `light` (3,).
+
+    The grooves run up the stem; `seed` chooses their places.
+    """
     stretched = model.positions * np.array([1, 0.16, 1], np.float32)
     return model.painted(mix(light, dark, 0.5 + 1.3 * fractal(stretched, 0.07, seed, 3)))
 
@@ -33,9 +36,27 @@ def bark(model: Model, light: ArrayLike, dark: ArrayLike, seed: int) -> Model:
 def foliage(
     rng: np.random.Generator, centres: Array, radii: Array, count: int, size: float, slim: float, heart: Array
 ) -> tuple[Model, NDArray[np.intp]]:
-    """`count` leaves that clothe the clumps (n, 3), (n,); heart (3,) is the middle of the whole crown.
+    """Make leaves that clothe the clumps of a crown.
 
-    Also returns which clump (count,) each leaf belongs to.
+    Parameters
+    ----------
+    rng
+        Source of random numbers.
+    centres, radii
+        (n, 3) and (n,) the clumps, metres.
+    count
+        Number of leaves.
+    size
+        Mean length of a leaf, metres.
+    slim
+        Greatest width of a leaf as a part of its length.
+    heart
+        (3,) middle of the whole crown, metres.
+
+    Returns
+    -------
+    tuple[Model, NDArray[np.intp]]
+        The leaves, and the clump (count,) to which each belongs.
     """
     clump = rng.choice(len(centres), count, p=radii**2 / (radii**2).sum())
     out = scattered_directions(rng, count)
@@ -56,7 +77,26 @@ def leaf_colours(
     old: ArrayLike,
     group: NDArray[np.intp],
 ) -> Model:
-    """Colours from old to young green: each clump its own tone, each leaf a little off it, ribs and tips lighter."""
+    """Return leaves painted from old to young green: each group has a tone, each leaf differs a little from it.
+
+    Parameters
+    ----------
+    rng
+        Source of random numbers.
+    model
+        The leaves, as `leaves` returns them.
+    outline
+        The outline that `leaves` was given, which tells ribs and tips, painted lighter.
+    young, old
+        (3,) the two greens, sRGB.
+    group
+        (count,) the group of each leaf.
+
+    Returns
+    -------
+    Model
+        The painted leaves.
+    """
     pattern = leaf_pattern(outline)
     count = len(model.positions) // len(pattern)
     tone = 0.3 * rng.normal(size=int(group.max()) + 1)[group] + 0.25 * rng.normal(size=count) + 0.45
@@ -65,13 +105,19 @@ def leaf_colours(
 
 
 def clumps(rng: np.random.Generator, base: Array, size: float) -> NDArray[np.intp]:
-    """Return which clump (n,) of about `size` metres each leaf (n, 3) grew in: shoots of one twig share their tone."""
+    """Return the clump (n,) of about `size` metres in which each leaf grew, since shoots of one twig share their tone.
+
+    `base` (n, 3) are the ends of the leaves' stalks, metres; `rng` blurs the borders of the clumps.
+    """
     corners = np.floor((base + rng.normal(0, 0.3 * size, base.shape)) / size).astype(np.int64)
     return np.unique(corners, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def crown_clumps(rng: np.random.Generator, heart: Array, extent: Array, count: int) -> tuple[Array, Array]:
-    """Centres (count, 3) and radii (count,) of leaf clumps, spread over an ellipsoid about `heart`, smaller above."""
+    """Return centres (count, 3) and radii (count,), metres, of clumps of leaves, spread over an ellipsoid.
+
+    `heart` (3,) is the ellipsoid's centre, `extent` (3,) are its half axes, metres. `rng` scatters the clumps.
+    """
     k = np.arange(count) + 0.5
     y = 1 - 1.75 * k / count
     angle = k * np.pi * (3 - np.sqrt(5)) + rng.normal(0, 0.25, count)
@@ -81,7 +127,10 @@ def crown_clumps(rng: np.random.Generator, heart: Array, extent: Array, count: i
 
 
 def limbs(rng: np.random.Generator, fork: Array, ends: Array, thickness: float) -> Model:
-    """Bent branches from the trunk's top region to each end (n, 3)."""
+    """Make bent branches from around `fork` (3,), on the trunk, to each of `ends` (n, 3), metres.
+
+    `thickness` is about the radius of a branch where it begins, metres; `rng` varies the branches.
+    """
     parts = []
     for end in ends:
         start = fork + np.array([0, rng.uniform(-0.5, 0.35), 0])
@@ -92,7 +141,10 @@ def limbs(rng: np.random.Generator, fork: Array, ends: Array, thickness: float) 
 
 
 def bark_relief(model: Model, depth: float, seed: int) -> Model:
-    """Return a stem whose bark is split into plates by furrows of up to `depth` metres; its foot stays level."""
+    """Return the stem `model` with bark that furrows of up to `depth` metres split into plates; its foot stays level.
+
+    `seed` chooses the places of the furrows.
+    """
     p = model.positions
     plates = ridged(p * np.array([1, 0.3, 1]), 0.07, seed, 2)
     height = -depth * smoothstep(0.72, 0.92, plates) + 0.3 * depth * fractal(p, 0.03, seed + 5, 3)
@@ -102,7 +154,10 @@ def bark_relief(model: Model, depth: float, seed: int) -> Model:
 
 
 def trunk(points: Polyline, base: float, top: float, seed: int) -> Model:
-    """Make a trunk through the points, flared and ribbed at the foot."""
+    """Make a trunk through `points` (n, 3), flared and ribbed at the foot.
+
+    `base` and `top` are about its radii at the foot and at the top, metres; `seed` chooses the noise of its bark.
+    """
     path = curve(points, 320)
     t = np.linspace(0, 1, 320)
     stem = tube(path, base + (top - base) * t**0.7 + 0.75 * base * np.exp(-t * 14), 200)
@@ -118,7 +173,7 @@ def trunk(points: Polyline, base: float, top: float, seed: int) -> Model:
 
 
 def oak() -> Model:
-    """Make a broad-leaved tree, about 5 m."""
+    """Make a broad-leaved tree, about 5 m high."""
     rng = np.random.default_rng(11)
     heart, extent = np.array([0.1, 3.35, 0.0]), np.array([1.75, 1.45, 1.7])
     centres, radii = crown_clumps(rng, heart, extent, 30)
@@ -133,7 +188,7 @@ def oak() -> Model:
 
 
 def fir() -> Model:
-    """Make a conifer of drooping boughs, about 5.5 m."""
+    """Make a conifer of drooping boughs, about 5.3 m high."""
     rng = np.random.default_rng(23)
     stem = tube(curve([[0, 0, 0], [0.03, 2, 0.02], [0, 5.15, 0]], 500), np.linspace(0.13, 0.012, 500), 96)
     wood = bark(bark_relief(stem, 0.008, 41), (0.42, 0.31, 0.24), (0.2, 0.14, 0.11), 4)
@@ -152,7 +207,26 @@ def fir() -> Model:
 def boughs(
     rng: np.random.Generator, root: Array, out: Array, bounding_radius: Array, twigs: int
 ) -> tuple[Array, Array, Array, Array]:
-    """Twigs along boughs that sag and lift at the end: base (n, 3), tip (n, 3), width (n,), tone (n,)."""
+    """Place twigs along boughs that sag and lift at the end.
+
+    Parameters
+    ----------
+    rng
+        Source of random numbers.
+    root
+        (m, 3) points of the trunk at which the boughs begin, metres.
+    out
+        (m, 3) level unit vectors along the boughs.
+    bounding_radius
+        (m,) how far the boughs reach, metres.
+    twigs
+        Number of twigs of each bough.
+
+    Returns
+    -------
+    tuple[Array, Array, Array, Array]
+        Base (n, 3), tip (n, 3) and width (n,) of the twigs, metres; and their tone (n,), dark 0 to light 1, about.
+    """
     t = np.tile(np.linspace(0.12, 1, twigs), (len(root), 1)) ** 0.8
     sag = (-0.42 * t + 0.22 * t**2.5)[..., None] * [0, 1, 0]
     at = root[:, None] + bounding_radius[:, None, None] * (t[..., None] * out[:, None] + sag)
@@ -167,7 +241,7 @@ def boughs(
 
 
 def topiary() -> Model:
-    """Two clipped balls on a stem in a terracotta pot, about 1.6 m."""
+    """Make two clipped balls on a stem in a terracotta pot, about 1.6 m high."""
     rng = np.random.default_rng(31)
     centres, radii = np.array([[0, 0.86, 0], [0, 1.38, 0]]), np.array([0.325, 0.225])
     cores = [

@@ -1,4 +1,4 @@
-"""Props: paving, bench, hedge, wall and pedestal, heavy; teapot, table and room, which stay polygons."""
+"""Make props: paving, bench, hedge, wall and pedestal, which ship as depth images; teapot, table and room as meshes."""
 
 from dataclasses import replace
 
@@ -28,19 +28,19 @@ OAK_WOOD = ((0.60, 0.43, 0.27), (0.44, 0.29, 0.17))
 
 
 def wooden(model: Model, along: int, seed: int) -> Model:
-    """Wood with its grain along an axis (0, 1, 2)."""
+    """Return `model` painted as oak wood, its grain along the axis `along` (0, 1, 2 = x, y, z), chosen by `seed`."""
     stretch = np.full(3, 1.0)
     stretch[along] = 0.06
     return model.painted(mix(*OAK_WOOD, 0.5 + 0.9 * fractal(model.positions * stretch + seed, 0.05, seed, 3)))
 
 
 def toned(rng: np.random.Generator, colour: ArrayLike, spread: float) -> Array:
-    """Return the colour, a little lighter or darker."""
+    """Return `colour` (3,), sRGB, made lighter or darker by a part that `rng` draws, of the deviation `spread`."""
     return np.clip(np.asarray(colour) * (1 + spread * rng.normal()), 0, 1)
 
 
 def path_tile() -> Model:
-    """2 m of garden path along z, 1.2 m wide: flagstones of unequal width on a bed of gravel, 6 cm high."""
+    """Make 2 m of garden path along z, 1.2 m wide: flagstones of unequal width on a bed of gravel, 6 cm high."""
     rng = np.random.default_rng(51)
     bed = rounded_block([-0.6, 0, -1], [0.6, 0.03, 1], 0.004, 0.004)
     gravel = 0.005 * ridged(bed.positions, 0.022, 54, 2)
@@ -87,7 +87,7 @@ def _bench_frame() -> list[Model]:
 
 
 def hedge() -> Model:
-    """2 m of clipped hedge along x, 0.45 m deep and 0.7 m high."""
+    """Make 2 m of clipped hedge along x, about 0.7 m deep and 0.8 m high."""
     rng = np.random.default_rng(71)
     half = np.array([1.06, 0.37, 0.29])
     core = rounded_block(-half * 0.93, half * 0.93, 0.05, 0.01).painted((0.17, 0.26, 0.10))
@@ -107,7 +107,7 @@ def hedge() -> Model:
 
 
 def wall() -> Model:
-    """2 m of low brick wall along x with a stone coping, 0.8 m high."""
+    """Make 2 m of low brick wall along x with a stone coping, 0.8 m high."""
     rng = np.random.default_rng(81)
     mortar = rounded_block([-0.99, 0, -0.105], [0.99, 0.72, 0.105], 0.004, 0.006)
     parts = [displaced(mortar, grain(mortar.positions, 0.01, 0.0015, 82)).painted((0.62, 0.59, 0.53))]
@@ -132,7 +132,7 @@ def wall() -> Model:
 
 
 def teapot() -> Model:
-    """Make a round-bellied pot with lid, hooped handle and spout, blue on white, 0.2 m."""
+    """Make a round-bellied pot with lid, hooped handle and spout, blue on white, 0.2 m high."""
     outline: Polyline = [
         [0, 0], [0.055, 0], [0.06, 0.012], [0.085, 0.04], [0.098, 0.075], [0.09, 0.115], [0.06, 0.142], [0.052, 0.146],
         [0.055, 0.152], [0.05, 0.16], [0.03, 0.172], [0.012, 0.176], [0.011, 0.184], [0.018, 0.192], [0.012, 0.202],
@@ -151,7 +151,7 @@ def teapot() -> Model:
 
 
 def _glaze(p: Array) -> NDArray[np.float32]:
-    """White glaze with two blue bands, a wave between them, and blue on knob, handle and spout's tip."""
+    """Return white glaze with two blue bands, a wave between them, and blue on knob, handle and spout's tip."""
     theta, y = np.arctan2(p[:, 2], p[:, 0]), p[:, 1]
     wave = np.abs(y - 0.075 - 0.014 * np.sin(8 * theta)) - 0.005
     bands = np.minimum(np.abs(y - 0.045), np.abs(y - 0.108)) - 0.003
@@ -259,7 +259,7 @@ def _opened_wall() -> list[Model]:
 
 
 def _window() -> list[Model]:
-    """Sill, frame and bars."""
+    """Make the window's sill, frame and bars."""
     left, right, low, high = OPENING
     sill = block([left - 0.08, low - 0.05, -3.05], [right + 0.08, low, -2.85])
     upright = [block([x - 0.03, low, -3.2], [x + 0.03, high, -3.14]) for x in (left + 0.03, 0.0, right - 0.03)]

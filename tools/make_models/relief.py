@@ -1,6 +1,8 @@
-"""Relief too fine for a field of distances: what tools, weather and growth leave on a surface.
+"""Make relief too fine for a field of distances: what tools, weather and growth leave on a surface.
 
-Heights are metres along the normal, at points (n, 3) in metres; a mesh needs some vertices across each mark.
+Heights (n,) are lengths along the normal at points `p` (n, 3), negative inward, in the unit of the points. Metres are
+named below, but heads are sculpted in centimetres. A `seed` chooses the places of the marks. A mesh needs some vertices
+across each mark.
 """
 
 from dataclasses import replace
@@ -15,15 +17,16 @@ Height = NDArray[np.float32]
 
 
 def displaced(model: Model, height: Height) -> Model:
-    """Return the model with each vertex moved outward along its normal by `height` (V,); normals follow the surface."""
+    """Return `model` with each vertex moved outward along its normal by `height` (V,), in the unit of the model."""
     moved = model.positions + vertex_normals(model) * height[:, None]
     return replace(model, positions=moved.astype(np.float32), normals=None)
 
 
 def chisel_marks(p: NDArray[np.floating], pitch: float, depth: float, seed: int) -> Height:
-    """Return the furrows of a toothed chisel: parallel within a patch, turned from patch to patch.
+    """Return the furrows of a toothed chisel at points `p`: parallel within a patch, turned from patch to patch.
 
-    pitch: from furrow to furrow; depth: of the deepest; both metres.
+    `pitch` is the distance from furrow to furrow, `depth` that of the deepest below the surface, both metres. `seed`
+    chooses the patches.
     """
     turn = 1.6 * noise(p, 12 * pitch, seed)
     across = np.cos(turn) * p[:, 0] + np.sin(turn) * p[:, 1] + 0.7 * p[:, 2]
@@ -33,19 +36,25 @@ def chisel_marks(p: NDArray[np.floating], pitch: float, depth: float, seed: int)
 
 
 def pores(p: NDArray[np.floating], size: float, depth: float, seed: int) -> Height:
-    """Return pits of about `size` metres, in swarms, as limestone and cast bronze have."""
+    """Return pits at points `p`, of about `size` metres and up to `depth` metres deep, in swarms that `seed` places.
+
+    Limestone and cast bronze have such pits.
+    """
     swarm = smoothstep(-0.1, 0.6, noise(p, 14 * size, seed + 1))
     return (-depth * swarm * smoothstep(0.35, 0.75, noise(p, size, seed))).astype(np.float32)
 
 
 def cracks(p: NDArray[np.floating], cell: float, depth: float, seed: int) -> Height:
-    """Return thin bent clefts, one per `cell` metres or so."""
+    """Return thin bent clefts at points `p`, up to `depth` metres deep, one per `cell` metres or so, by `seed`."""
     bent = p + 0.3 * cell * np.stack([fractal(p, cell, seed + k, 2) for k in (3, 5, 7)], axis=1)
     return (-depth * smoothstep(0.955, 0.995, ridged(bent, cell, seed, 1))).astype(np.float32)
 
 
 def grain(p: NDArray[np.floating], size: float, depth: float, seed: int, octaves: int = 3) -> Height:
-    """Return even roughness of features of `size` metres and finer, ± `depth`."""
+    """Return even roughness at points `p` of ± `depth` metres, chosen by `seed`.
+
+    Features have `size` metres in the first of `octaves`, and half as many in each other.
+    """
     return (np.float32(depth) * fractal(p, size, seed, octaves)).astype(np.float32)
 
 
@@ -57,11 +66,16 @@ def weathered(model: Model, size: float, seed: int, depth: float = 0.07, chisel:
     model
         The stone, metres.
     size
-        Of the smallest pits, metres. What is smaller than two texels of depth images would only be noise in them.
+        Size of the smallest pits, metres. What is smaller than two texels of depth images would only be noise in them.
     seed
-        Of the places.
+        Seed of the places.
     depth, chisel
-        Of the pits, and of the chisel's furrows, as shares of `size`.
+        Depths of the pits and of the chisel's furrows, as parts of `size`; 0 for no furrows.
+
+    Returns
+    -------
+    Model
+        The weathered stone.
     """
     p = model.positions
     height = grain(p, 3 * size, depth * size, seed, 2) + pores(p, size, depth * size, seed + 10)

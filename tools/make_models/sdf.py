@@ -1,6 +1,7 @@
-"""Signed distance fields: the clay of the demo's sculptures.
+"""Compute signed distance fields, the clay of the demo's sculptures; `meshing.polygonise` makes meshes of them.
 
-A field is a function from points (N, 3) float32 to distances (N,) float32, negative inside. Units are the caller's.
+A field is a function from points `p` (n, 3) float32 to distances (n,) float32, negative inside. All lengths are in one
+unit, which the caller chooses. The shapes and the smooth union are Quilez's ("Distance functions", "Smooth minimum").
 """
 
 from collections.abc import Callable, Iterable
@@ -18,13 +19,16 @@ MIRROR_WIDTH = 0.15  # rounds the crease that mirroring would leave in the plane
 
 
 def length(v: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Euclidean length over the last axis."""
+    """Return the Euclidean lengths (…,) of the vectors `v` (…, 3)."""
     squared: NDArray[np.float32] = np.einsum("...i,...i->...", v, v)
     return np.sqrt(squared)
 
 
 def ellipsoid(p: Points, centre: ArrayLike, radii: ArrayLike) -> Distance:
-    """First-order distance to an axis-aligned ellipsoid (exact for a sphere)."""
+    """Return the distances (n,) of `p` (n, 3) to an ellipsoid about `centre` (3,) with the half axes `radii` (3,).
+
+    Its axes are x, y and z. The distances are of first order, and exact for a sphere.
+    """
     r = np.asarray(radii, np.float32)
     q = (p - np.asarray(centre, np.float32)) / r
     k0 = length(q)
@@ -34,7 +38,7 @@ def ellipsoid(p: Points, centre: ArrayLike, radii: ArrayLike) -> Distance:
 
 
 def rod(p: Points, a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Distance:
-    """Return a capsule from `a` to `b` whose radius goes linearly from `ra` to `rb`."""
+    """Return the distances (n,) of `p` (n, 3) to a capsule from `a` (3,) to `b` (3,), with radii from `ra` to `rb`."""
     a = np.asarray(a, np.float32)
     ab = np.asarray(b, np.float32) - a
     t = np.clip((p - a) @ ab / np.float32(ab @ ab), 0, 1)
@@ -42,13 +46,19 @@ def rod(p: Points, a: ArrayLike, b: ArrayLike, ra: float, rb: float) -> Distance
 
 
 def box(p: Points, centre: ArrayLike, half: ArrayLike, rounding: float = 0.0) -> Distance:
-    """Return an axis-aligned box of half extents `half`, its edges rounded."""
+    """Return the distances (n,) of `p` (n, 3) to a box about `centre` (3,) with the half extents `half` (3,).
+
+    It is aligned with the axes, and its edges are rounded with the radius `rounding`.
+    """
     q = np.abs(p - np.asarray(centre, np.float32)) - (np.asarray(half, np.float32) - rounding)
     return length(np.maximum(q, 0)) + np.minimum(q.max(axis=1), 0) - np.float32(rounding)
 
 
 def disc(p: Points, y: float, radius: float, half_height: float, rounding: float) -> Distance:
-    """Return a cylinder about +Y with centre height `y`, its rims rounded."""
+    """Return the distances (n,) of `p` (n, 3) to a cylinder about the y axis with its centre at height `y`.
+
+    It is twice `half_height` high and has the radius `radius`; its rims are rounded with the radius `rounding`.
+    """
     radial = np.hypot(p[:, 0], p[:, 2]) - (radius - rounding)
     axial = np.abs(p[:, 1] - y) - (half_height - rounding)
     outside = np.hypot(np.maximum(radial, 0), np.maximum(axial, 0))
@@ -56,32 +66,42 @@ def disc(p: Points, y: float, radius: float, half_height: float, rounding: float
 
 
 def union(a: Distance, b: Distance, blend: float) -> Distance:
-    """Union whose seam is filled over the width `blend` (polynomial smooth minimum)."""
+    """Return the distances (n,) to the union of two shapes, by the polynomial smooth minimum.
+
+    `a` and `b` (n,) are the distances to the shapes; the seam between them is filled over the width `blend`.
+    """
     h = np.maximum(blend - np.abs(a - b), 0) / np.float32(blend)
     return np.minimum(a, b) - h * h * np.float32(0.25 * blend)
 
 
 def intersection(a: Distance, b: Distance, blend: float) -> Distance:
-    """Return what `a` and `b` share, with the edge between them rounded by `blend`."""
+    """Return the distances (n,) to the part that two shapes share, its edge rounded over the width `blend`.
+
+    `a` and `b` (n,) are the distances to the shapes.
+    """
     return -union(-a, -b, blend)
 
 
 def difference(a: Distance, b: Distance, blend: float) -> Distance:
-    """Return `a` without `b`."""
+    """Return the distances (n,) to a shape from which another is cut, the edge rounded over the width `blend`.
+
+    `a` and `b` (n,) are the distances to the shape and to the other.
+    """
     return intersection(a, -b, blend)
 
 
 def mirrored(p: Points) -> Points:
-    """Return the points folded onto x ≥ 0."""
+    """Return the points `p` (n, 3) folded onto x ≥ 0, so that a shape which is modelled there appears on both sides."""
     folded = p.copy()
     folded[:, 0] = np.sqrt(p[:, 0] ** 2 + np.float32(MIRROR_WIDTH**2))
     return folded
 
 
 def turned(p: Points, about: Vec3, axis: int, degrees: float) -> Points:
-    """Return the points seen from a frame turned by `degrees` about an axis (0, 1, 2 = x, y, z) through `about`.
+    """Return the points `p` (n, 3) in a frame turned by `degrees` about an `axis` (0, 1, 2 = x, y, z) through `about`.
 
-    A shape evaluated at the result stands turned by that angle, counter-clockwise seen from the axis' tip.
+    A shape whose distance is computed at the result (n, 3) stands turned by that angle, counter-clockwise for a viewer
+    at the axis' tip.
     """
     u, v = (axis + 1) % 3, (axis + 2) % 3
     c, s = np.float32(np.cos(np.radians(degrees))), np.float32(np.sin(np.radians(degrees)))
@@ -94,7 +114,19 @@ def turned(p: Points, about: Vec3, axis: int, degrees: float) -> Points:
 
 @dataclass(frozen=True)
 class Blob:
-    """One stroke of the sculptor: an ellipsoid added (or cut), turned about its own centre."""
+    """Describe a stroke of the sculptor that adds or cuts an ellipsoid.
+
+    Attributes
+    ----------
+    centre, radii
+        Centre and half axes of the ellipsoid.
+    blend
+        Width over which the seam is rounded.
+    cut
+        Whether the ellipsoid is cut out; otherwise it is added.
+    turn
+        Axis (0, 1, 2 = x, y, z) and degrees by which the ellipsoid is turned about its centre; None leaves it as it is.
+    """
 
     centre: Vec3
     radii: Vec3
@@ -103,14 +135,26 @@ class Blob:
     turn: tuple[int, float] | None = None  # (axis, degrees)
 
     def distance(self, p: Points) -> Distance:
-        """Return the signed distance of the points (n, 3) to the ellipsoid, (n,)."""
+        """Return the signed distances (n,) of the points `p` (n, 3) to the ellipsoid."""
         q = p if self.turn is None else turned(p, self.centre, *self.turn)
         return ellipsoid(q, self.centre, self.radii)
 
 
 @dataclass(frozen=True)
 class Rod:
-    """One stroke of the sculptor: a tapered capsule added (or cut)."""
+    """Describe a stroke of the sculptor that adds or cuts a tapered capsule.
+
+    Attributes
+    ----------
+    a, b
+        The two ends of its axis.
+    ra, rb
+        The radii at the two ends.
+    blend
+        Width over which the seam is rounded.
+    cut
+        Whether the capsule is cut out; otherwise it is added.
+    """
 
     a: Vec3
     b: Vec3
@@ -120,7 +164,7 @@ class Rod:
     cut: bool = False
 
     def distance(self, p: Points) -> Distance:
-        """Return the signed distance of the points (n, 3) to the capsule, (n,)."""
+        """Return the signed distances (n,) of the points `p` (n, 3) to the capsule."""
         return rod(p, self.a, self.b, self.ra, self.rb)
 
 
@@ -128,7 +172,7 @@ Stroke = Blob | Rod
 
 
 def sculpt(p: Points, d: Distance, strokes: Iterable[Stroke]) -> Distance:
-    """Apply the strokes to the field `d` at `p`, in order."""
+    """Return the distances `d` (n,) at the points `p` (n, 3) after `strokes`, one after the other, were applied."""
     for stroke in strokes:
         d = (difference if stroke.cut else union)(d, stroke.distance(p), stroke.blend)
     return d

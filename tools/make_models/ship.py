@@ -1,4 +1,4 @@
-"""`python -m tools.make_models.ship [NAME...]`: make of the demo's models what ships, in assets/.
+"""Make the files in assets/ that ship, of the demo's models: `python -m tools.make_models.ship [NAME...]`.
 
 Heavy models ship as cooked depth images, NAME.dpci.npz, so that nothing is read, baked or cooked when the demo starts;
 their meshes stay in out/models. The few polygons and the textures ship as they are.
@@ -49,19 +49,19 @@ TEXTURE_HEADER = """
 
 
 def shipped_name(name: str) -> str:
-    """Return what the file of a model is called in assets/."""
+    """Return the name of the file in assets/ that holds the model called `name`."""
     return name + (".ply" if MODELS[name].images is None else COOKED_SUFFIX)
 
 
 def ship(names: list[str], models: Path, assets: Path) -> None:
-    """Write what ships of the named models and textures, and the list of all.
+    """Write the files of models and textures that ship, and SOURCES.md, the list of all of them.
 
     Parameters
     ----------
     names
-        What to write; what is not named stays as it is.
+        Names of models and textures to write; the files of others stay as they are.
     models
-        Folder of the meshes; those that are missing are made.
+        Folder of the meshes and textures; those that are missing are made.
     assets
         Folder to write to. Depth images of the same mesh, baked in the same way, are left as they are.
 
@@ -120,14 +120,20 @@ def _coarsen(job: Job, finest: float) -> None:
 
 
 def with_plain_normals(cooked: CookedObject) -> CookedObject:
-    """Return the object with normals of 7 bits instead of 8, off by less than 1°: a file is a twentieth smaller."""
+    """Return the object `cooked` with normals of 7 bits instead of 8.
+
+    They are off by less than 1°, and the file is a twentieth smaller.
+    """
     geometry, texture = cooked.load()
     normals = texture.normals | np.array([1, 1, 1, 0], np.uint8)
     return replace(cooked, load=lambda: (geometry, replace(texture, normals=normals)))
 
 
 def without_levels(cooked: CookedObject, error: float) -> CookedObject:
-    """Return the object without the levels of detail that are finer than one whose error is at most `error` metres."""
+    """Return the object `cooked` without the finest levels of detail, whose gain nobody would see.
+
+    The finest level that is kept is the coarsest whose error is at most `error` metres.
+    """
     geometry, texture = cooked.load()
     level = max(int(np.searchsorted(geometry.error, error, side="right")) - 1, 0)
     index = int(geometry.first[level].min())
@@ -182,7 +188,7 @@ def main(
     models: Annotated[Path, typer.Option(help="Folder of the meshes.")] = OUT,
     verbose: Verbose = False,
 ) -> None:
-    """Make what ships: cooked depth images of the heavy models, the other meshes, textures, SOURCES.md."""
+    """Make the files that ship: cooked depth images of heavy models, the other meshes, textures, SOURCES.md."""
     ship(names or [*MODELS, *TEXTURES], models, asset_root())
 
 

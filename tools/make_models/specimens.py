@@ -1,4 +1,4 @@
-"""Models that are hard to hold in depth images, each in its own way, for `depthwalk compare` and the tests.
+"""Make models that are hard to hold in depth images, each in its own way, for `depthwalk compare` and the tests.
 
 All stand on y = 0; most are about 1 m high and mottled, so that a sample in the wrong place shows. They do not ship:
 `python -m tools.make_models FOLDER NAME...` makes them.
@@ -19,31 +19,34 @@ HALF_FLAT = 0.005  # m; half the thickness of the flat figure, 1 m high
 
 
 def animal(cell: float = 0.008) -> Model:
-    """Make a four-legged animal with long thin legs, a neck and a tail; cell: of the marching cubes, metres."""
+    """Make a four-legged animal with long thin legs, a neck and a tail, of marching cubes of edge `cell`, metres."""
     return _mottled(_polygonised(_animal, (-0.62, -0.01, -0.2), (0.75, 1.02, 0.2), cell), (0.62, 0.44, 0.28), 1)
 
 
 def plate(cell: float = 0.008) -> Model:
-    """Make an upright plate with a round hole through it, and a slanting one."""
+    """Make an upright plate with a straight and a slanting round hole, of marching cubes of edge `cell`, metres."""
     return _mottled(_polygonised(_plate, (-0.55, -0.05, -0.1), (0.55, 1.05, 0.1), cell), (0.46, 0.54, 0.62), 2)
 
 
 def torus(sides: int = 48) -> Model:
-    """Make a ring that lies slanting, so that no face looks straight through it."""
+    """Make a ring that lies slanting, so that no face looks straight through it.
+
+    Its cross-section has `sides` vertices; four times as many go round the ring.
+    """
     theta = np.linspace(0, 2 * np.pi, 4 * sides + 1)
     circle = np.stack([0.4 * np.cos(theta), 0 * theta, 0.4 * np.sin(theta)], -1)
     return _mottled(tube(circle, 0.11, sides).turned(0, 50).grounded(), (0.66, 0.36, 0.30), 3)
 
 
 def flat_figure(cell: float = 0.004) -> Model:
-    """Make a gingerbread man, a hundredth of his height thick."""
+    """Make a gingerbread man, a hundredth of his height thick, of marching cubes of edge `cell`, metres."""
     margin = HALF_FLAT + 2 * cell
     model = _polygonised(_flat_figure, (-0.4, -0.02, -margin), (0.4, 1.02, margin), cell)
     return _mottled(model, (0.70, 0.50, 0.30), 4)
 
 
 def cup(segments: int = 160) -> Model:
-    """Make a tall cup with walls of 1.5 cm and a handle."""
+    """Make a tall cup with walls of 1.5 cm and a handle; `segments` vertices go round it."""
     outer = rounded_profile([(0.27, 0.0), (0.30, 0.1), (0.34, 0.5), (0.38, 0.97)], 60)
     inner = outer[::-1] - [0.015, 0.0]
     inner = inner[inner[:, 1] > 0.03]
@@ -66,7 +69,7 @@ def chair() -> Model:
 
 
 def coil(sides: int = 20) -> Model:
-    """Make a spring of six turns: from the side, wire before wire."""
+    """Make a spring of six turns, in which wire hides wire from the side; the wire has `sides` vertices round it."""
     theta = np.linspace(0, 2 * np.pi * 6, 6 * 6 * sides)
     path = np.stack([0.35 * np.cos(theta), theta / theta[-1], 0.35 * np.sin(theta)], -1)
     return _mottled(tube(path, 0.03, sides).grounded(), (0.50, 0.52, 0.55), 7)
@@ -113,7 +116,7 @@ def _polygonised(field: Field, lower: ArrayLike, upper: ArrayLike, cell: float) 
 
 
 def _mottled(model: Model, colour: ArrayLike, seed: int) -> Model:
-    """Patches of `colour` and of a darker one, a hand wide; seed: which."""
+    """Return `model` painted with patches of `colour` and of a darker one, a hand wide, chosen by `seed`."""
     dark = 0.55 * np.asarray(colour)
     return model.painted(mix(colour, dark, 0.5 + fractal(model.positions, 0.15, seed)))
 

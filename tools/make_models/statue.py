@@ -1,4 +1,8 @@
-"""A draped woman with a bowl, on a plinth: the head of `heads` on a body of the same clay. Centimetres inside."""
+"""Make a draped woman with a bowl, on a plinth: the head of `heads` on a body that is modelled in the same way.
+
+She is sculpted in centimetres and returned in metres. Functions of points `p` (n, 3) return signed distances (n,),
+negative inside.
+"""
 
 import numpy as np
 from tools.make_models.decimate import with_exact_count
@@ -56,7 +60,19 @@ LEFT_ARM: list[Stroke] = [
 
 
 def folds(p: Points, count: float, wander: float, seed: int) -> Distance:
-    """Drapery's relief about the body's axis: round ridges, narrow valleys; 0–1."""
+    """Return the heights (n,), 0 to 1, of the folds of drapery about the body's axis: round ridges, narrow valleys.
+
+    Parameters
+    ----------
+    p
+        (n, 3) points, centimetres.
+    count
+        Half the number of ridges that go round the body.
+    wander
+        How far the ridges stray from straight lines, radians of their phase.
+    seed
+        Seed of the noise.
+    """
     angle = np.arctan2(p[:, 0], p[:, 2])
     slow = p * np.array([1, 0.12, 1], np.float32)
     phase = count * angle + wander * fractal(slow, 12, seed, 2)
@@ -65,7 +81,10 @@ def folds(p: Points, count: float, wander: float, seed: int) -> Distance:
 
 
 def skirt(p: Points) -> Distance:
-    """Make the long dress from the girdle to the ground, over a bent left knee, with trailing hem."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, to the long dress from the girdle to the ground.
+
+    It falls over a bent left knee, and its hem trails.
+    """
     fall = np.clip((98 - p[:, 1]) / 98, 0, 1)
     radius = 13.2 + 4.6 * np.sin(np.clip(fall * 4.2, 0, np.pi / 2)) - 1.5 * fall + 5.5 * fall**4
     depth = 0.78 + 0.12 * fall
@@ -79,7 +98,10 @@ def skirt(p: Points) -> Distance:
 
 
 def overfold(p: Points) -> Distance:
-    """Make the peplos' upper cloth: hangs from the shoulders over the girdle and ends in a waved hem at the hips."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, to the upper cloth of the peplos, a Greek dress.
+
+    It hangs from the shoulders over the girdle and ends in a waved hem at the hips.
+    """
     fall = np.clip((112 - p[:, 1]) / 26, 0, 1)
     cloth = ellipsoid(p, (0, 112, 0.3), (15.2, 32, 11.3))
     flare = ((np.hypot(p[:, 0] / 1.22, p[:, 2]) - (9.6 + 5.2 * fall**1.3)) * 0.8).astype(np.float32)
@@ -93,7 +115,7 @@ def overfold(p: Points) -> Distance:
 
 
 def bowl(p: Points) -> Distance:
-    """Make a shallow offering bowl on the left palm."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, to a shallow offering bowl on the left palm."""
     q = p - np.array([7, 109.6, 28], np.float32)
     outer = ellipsoid(q, (0, 1.5, 0), (8, 4, 8))
     inner = ellipsoid(q, (0, 2.4, 0), (7.2, 3.6, 7.2))
@@ -101,7 +123,7 @@ def bowl(p: Points) -> Distance:
 
 
 def figure(p: Points) -> Distance:
-    """Distance to figure and plinth, centimetres."""
+    """Return the distances (n,) at `p` (n, 3), centimetres, to figure and plinth."""
     body = sculpt(p, ellipsoid(p, (0, 90, 0), (15, 14, 10.5)), TORSO)
     body = sculpt(p, body, RIGHT_ARM + LEFT_ARM)
     body = union(body, rod(p, (0, 132, -2.5), (0, 152, -1.5), 6.0, 5.2), 3.0)
@@ -115,7 +137,7 @@ def figure(p: Points) -> Distance:
 
 
 def statue() -> Model:
-    """Make the figure in chiselled, weathered limestone, 1.8 m with its plinth, closed."""
+    """Make the figure in chiselled, weathered limestone, closed, 1.8 m high with its plinth."""
     model = weathered(_hewn(CELL), 0.011, 133, chisel=0.07).grounded()
     return _coloured(model)
 

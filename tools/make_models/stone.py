@@ -1,4 +1,4 @@
-"""Rocks, urn, column, fountain and sundial: carved, turned and weathered stone."""
+"""Make rocks, urn, column, fountain and sundial: carved, turned and weathered stone."""
 
 import numpy as np
 from tools.make_models.leaves import IVY, leaves
@@ -29,7 +29,24 @@ GRANITE = ((0.60, 0.58, 0.55), (0.38, 0.37, 0.36))
 
 
 def rock(size: tuple[float, float, float], planes: int, seed: int, cell: float) -> Model:
-    """Make a boulder: an ellipsoid split by planes, then weathered. size: half extents; cell: of its mesh; metres."""
+    """Make a boulder: an ellipsoid split by planes, then weathered.
+
+    Parameters
+    ----------
+    size
+        Half extents of the ellipsoid along x, y and z, metres.
+    planes
+        Number of the planes.
+    seed
+        Seed of the planes and of all noise.
+    cell
+        Edge of the marching cubes, metres.
+
+    Returns
+    -------
+    Model
+        The boulder, painted, on y = 0.
+    """
     rng = np.random.default_rng(seed)
     normals = unit(rng.normal(size=(planes, 3))).astype(np.float32)
     normals[:, 1] = np.abs(normals[:, 1])
@@ -60,17 +77,17 @@ def rock(size: tuple[float, float, float], planes: int, seed: int, cell: float) 
 
 
 def boulder() -> Model:
-    """Make a round boulder, about 1.5 m wide."""
+    """Make a round boulder, about 1.3 m wide."""
     return rock((0.75, 0.6, 0.62), 9, 3, 0.0029)
 
 
 def slab_rock() -> Model:
-    """Make a flat boulder, about 1.6 m wide."""
+    """Make a flat boulder, about 1.3 m wide."""
     return rock((0.8, 0.34, 0.5), 12, 8, 0.0025)
 
 
 def urn() -> Model:
-    """Make a garden urn with lobed belly, a garland in relief and two handles, 0.95 m."""
+    """Make a garden urn with lobed belly, a garland in relief and two handles, 0.95 m high."""
     outline: Polyline = [
         [0, 0], [0.19, 0], [0.19, 0.05], [0.165, 0.075], [0.12, 0.11], [0.075, 0.17], [0.085, 0.2], [0.075, 0.225],
         [0.13, 0.28], [0.24, 0.38], [0.285, 0.50], [0.275, 0.60], [0.20, 0.70], [0.17, 0.76], [0.185, 0.82],
@@ -99,7 +116,7 @@ def _urn_relief(theta: Array, y: Array) -> Array:
 
 
 def column() -> Model:
-    """Make a fluted column with leafy capital and ivy that winds up, 3.2 m."""
+    """Make a fluted column with leafy capital and ivy that winds up, 3.2 m high."""
     torus = [[0, 0.14], [0.29, 0.14], [0.29, 0.2], [0.25, 0.225], [0.27, 0.26], [0.255, 0.3], [0.22, 0.31], [0, 0.31]]
     base = lathe(dense(bevelled_profile(torus, 0.012), 0.005), 360)
     y = np.linspace(0.3, 2.62, 560)
@@ -122,13 +139,13 @@ def column() -> Model:
 
 
 def _flutes(theta: Array, y: Array) -> Array:
-    """Twenty hollows with narrow ridges; they end in the plain rings below and above."""
+    """Return factors on the radius for twenty hollows with narrow ridges, which end in plain rings below and above."""
     fluted = smoothstep(0.36, 0.42, y) * smoothstep(2.56, 2.5, y)
     return 1 - 0.085 * fluted * np.sqrt(np.abs(np.sin(10 * theta)))
 
 
 def _acanthus() -> list[Model]:
-    """Two rows of eight curling leaves and four corner scrolls, each a closed shell."""
+    """Make two rows of eight curling leaves and four corner scrolls, each a closed shell."""
     lower = [_curled_leaf(0.19, 2.66, 0.17, 0.15).turned(1, 45 * k) for k in range(8)]
     upper = [_curled_leaf(0.185, 2.7, 0.29, 0.14).turned(1, 45 * k + 22.5) for k in range(8)]
     t = np.linspace(0, 1, 90)
@@ -222,13 +239,13 @@ def fountain() -> Model:
 
 
 def _panels(theta: Array, y: Array) -> Array:
-    """Sixteen flat pilasters around the basin's wall."""
+    """Return factors on the radius for sixteen flat pilasters around the basin's wall."""
     wall = smoothstep(0.12, 0.14, y) * smoothstep(0.37, 0.35, y)
     return 1 + 0.012 * wall * np.sign(np.cos(16 * theta))
 
 
 def _reeds(theta: Array, y: Array) -> Array:
-    """Round reeds along the swelling parts of the fountain's stem."""
+    """Return factors on the radius for round reeds along the swelling parts of the fountain's stem."""
     swelling = smoothstep(0.5, 0.58, y) * smoothstep(0.82, 0.74, y) + smoothstep(1.16, 1.22, y) * smoothstep(
         1.34, 1.3, y
     )
@@ -271,7 +288,7 @@ def _water(radius: float, y: float) -> Model:
 
 
 def sundial() -> Model:
-    """Make a dial plate with gnomon on a baluster, 1.05 m."""
+    """Make a dial plate with gnomon on a baluster, 1.05 m high."""
     foot = rounded_block([-0.26, 0, -0.26], [0.26, 0.09, 0.26], 0.006, 0.004)
     outline: Polyline = [
         [0, 0.08],
@@ -308,6 +325,6 @@ def sundial() -> Model:
 
 
 def _triangle_grid(corners: Array, z: float) -> Array:
-    """(2, 2, 3): a quadrilateral whose upper edge is short; corners (3, 2) in x, y."""
+    """Return a grid (2, 2, 3) of one quadrilateral whose upper edge is short; `corners` are (3, 2), x and y."""
     a, b, c = (np.array([*corner, z]) for corner in corners)
     return np.array([[b, a], [c, c + np.array([0.012, -0.004, 0])]])

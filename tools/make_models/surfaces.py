@@ -1,4 +1,7 @@
-"""Meshes built directly: surfaces of revolution, tubes, boxes, blades. All are closed and look outward."""
+"""Build meshes directly: surfaces of revolution, tubes, boxes. All but `panel` are closed and look outward.
+
+Lengths are metres, Y is up. Models are white unless a colour is given.
+"""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -16,14 +19,17 @@ WHITE = (1.0, 1.0, 1.0)
 
 
 def rounded_profile(points: Polyline, steps: int) -> NDArray[np.float64]:
-    """Return (steps, 2) points on a smooth curve through the (radius, y) corners, evenly spaced; ends stay."""
+    """Return (steps, 2) points, about evenly spaced, on a smooth curve through `points` (n, 2) of (radius, y)."""
     corners = np.asarray(points, np.float64)
     at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     return PchipInterpolator(at, corners)(np.linspace(0, at[-1], steps))
 
 
 def bevelled_profile(points: Polyline, bevel: float) -> NDArray[np.float64]:
-    """Return the (radius, y) polyline with each inner corner replaced by two points `bevel` away: keeps edges crisp."""
+    """Return the line through `points` (n, 2) of (radius, y), each inner corner replaced by two points beside it.
+
+    The two are `bevel` metres from the corner, so that a surface of revolution keeps a crisp edge there.
+    """
     corners = np.asarray(points, np.float64)
     before = corners[:-2] - corners[1:-1]
     after = corners[2:] - corners[1:-1]
@@ -33,7 +39,7 @@ def bevelled_profile(points: Polyline, bevel: float) -> NDArray[np.float64]:
 
 
 def dense(profile: Polyline, spacing: float) -> NDArray[np.float64]:
-    """Return the (radius, y) polyline with points added on its lines, so that none are farther apart than `spacing`."""
+    """Return the points `profile` (n, 2) of (radius, y) with others added between, at most `spacing` metres apart."""
     corners = np.asarray(profile, np.float64)
     parts = [corners[:1]]
     for begin, end in pairwise(corners):
@@ -43,9 +49,21 @@ def dense(profile: Polyline, spacing: float) -> NDArray[np.float64]:
 
 
 def lathe(profile: Polyline, segments: int, relief: Relief | None = None) -> Model:
-    """Return the profile (n, 2) of (radius, y), turned about +Y; it must begin and end on the axis, bottom first.
+    """Return the surface of revolution of a profile about the y axis.
 
-    relief: (θ, y) arrays → factor on the radius, for flutes and lobes.
+    Parameters
+    ----------
+    profile
+        (n, 2) points of (radius, y), metres, from bottom to top; the first and the last are on the axis.
+    segments
+        Number of vertices round the axis.
+    relief
+        Returns factors on the radius for arrays of angles, radians, and y, metres: flutes and lobes. None for none.
+
+    Returns
+    -------
+    Model
+        The surface.
     """
     rings = np.asarray(profile, np.float64)
     theta = 2 * np.pi * np.arange(segments) / segments
@@ -59,7 +77,7 @@ def lathe(profile: Polyline, segments: int, relief: Relief | None = None) -> Mod
 
 
 def _grid_faces(rings: int, segments: int) -> NDArray[np.int32]:
-    """Faces of a grid that closes along its second axis."""
+    """Return the faces of a grid that closes along its second axis."""
     i, j = np.meshgrid(np.arange(rings - 1), np.arange(segments), indexing="ij")
     a, b = i * segments + j, i * segments + (j + 1) % segments
     c, d = a + segments, b + segments
@@ -67,7 +85,7 @@ def _grid_faces(rings: int, segments: int) -> NDArray[np.int32]:
 
 
 def _fans(rings: int, segments: int) -> NDArray[np.int32]:
-    """Fans that close the first ring at vertex rings·segments and the last one at the vertex after it."""
+    """Return fans that close the first ring at vertex rings·segments and the last one at the vertex after it."""
     j = np.arange(segments)
     following, last, pole = (j + 1) % segments, (rings - 1) * segments, rings * segments
     bottom = np.stack([np.full_like(j, pole), j, following], axis=1)
@@ -76,7 +94,10 @@ def _fans(rings: int, segments: int) -> NDArray[np.int32]:
 
 
 def tube(path: Polyline, radii: ArrayLike, sides: int) -> Model:
-    """Return a round tube along the path (n, 3) with a radius (n,) or one for all, closed at both ends."""
+    """Return a round tube along `path` (n, 3), closed at both ends.
+
+    `radii` are (n,), or one for all points, metres; `sides` is the number of vertices round the tube.
+    """
     points = np.asarray(path, np.float64)
     radius = np.broadcast_to(np.asarray(radii, np.float64), len(points))
     along = np.gradient(points, axis=0)
@@ -97,7 +118,7 @@ def tube(path: Polyline, radii: ArrayLike, sides: int) -> Model:
 
 
 def curve(points: Polyline, steps: int) -> NDArray[np.float64]:
-    """Return (steps, 3) points on a smooth curve through the given ones."""
+    """Return (steps, 3) points, about evenly spaced, on a smooth curve through `points` (n, 3)."""
     knots = np.asarray(points, np.float64)
     at = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
     return PchipInterpolator(at, knots)(np.linspace(0, at[-1], steps))
@@ -110,7 +131,10 @@ _SIDE_NORMALS = np.array([[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -
 
 
 def block(lower: ArrayLike, upper: ArrayLike, colour: ArrayLike = WHITE) -> Model:
-    """Return a box with sharp edges: corners repeat on each side, and it carries the sides' normals."""
+    """Return a box with sharp edges from its `lower` to its `upper` corner, (3,) each, in one `colour` (3,), sRGB.
+
+    Vertices repeat on each side, with the side's normal.
+    """
     low, high = np.asarray(lower, np.float32), np.asarray(upper, np.float32)
     positions = (low + _CORNERS * (high - low))[_SIDES].reshape(-1, 3)
     faces = (4 * np.arange(6)[:, None, None] + _QUAD).reshape(-1, 3).astype(np.int32)
@@ -119,7 +143,10 @@ def block(lower: ArrayLike, upper: ArrayLike, colour: ArrayLike = WHITE) -> Mode
 
 
 def rounded_block(lower: ArrayLike, upper: ArrayLike, edge: float, spacing: float) -> Model:
-    """Return a box whose edges are rounded by `edge`, one closed surface with a vertex every `spacing` metres."""
+    """Return a box from its `lower` to its `upper` corner, (3,) each, with edges rounded by the radius `edge`, metres.
+
+    It is one closed surface with a vertex every `spacing` metres.
+    """
     low, high = np.asarray(lower, np.float64), np.asarray(upper, np.float64)
     cells = np.maximum(np.ceil((high - low) / spacing), 2).astype(np.int64)
     quads = []
@@ -144,7 +171,10 @@ def rounded_block(lower: ArrayLike, upper: ArrayLike, edge: float, spacing: floa
 
 
 def panel(corner: ArrayLike, u: ArrayLike, v: ArrayLike, cells: tuple[int, int]) -> Model:
-    """Return a flat rectangle from `corner` along the edges u and v, split into cells; it faces u × v. It is open."""
+    """Return a flat rectangle from `corner` (3,) along the edges `u` and `v`, (3,) each; it faces u × v.
+
+    It is split into `cells`, so many along u and so many along v. It is not closed.
+    """
     along, up = np.asarray(u, np.float64), np.asarray(v, np.float64)
     s, t = np.meshgrid(np.linspace(0, 1, cells[0] + 1), np.linspace(0, 1, cells[1] + 1), indexing="ij")
     positions = np.asarray(corner) + s.reshape(-1, 1) * along + t.reshape(-1, 1) * up
@@ -157,5 +187,5 @@ def panel(corner: ArrayLike, u: ArrayLike, v: ArrayLike, cells: tuple[int, int])
 
 
 def assembled(*models: Model) -> Model:
-    """Return the parts as one model that stands on y = 0."""
+    """Return `models` as one model that stands on y = 0."""
     return merged(models).grounded()

@@ -1,4 +1,4 @@
-"""Seamless textures, stored with a palette to stay small: grounds, and relief."""
+"""Make seamless textures for grounds and for relief; files have a palette to stay small."""
 
 import io
 from pathlib import Path
@@ -17,20 +17,23 @@ Picture = NDArray[np.float32]
 
 
 def tiling_noise(side: int, sigma: float, seed: int) -> Picture:
-    """(side, side) float32, mean 0 and deviation 1, without a seam; features of about `sigma` pixels."""
+    """Return noise without a seam, (side, side) float32, of mean 0 and deviation 1.
+
+    Features are about `sigma` pixels large; `seed` chooses them.
+    """
     white = np.random.default_rng(seed).normal(size=(side, side))
     smooth = gaussian_filter(white, sigma, mode="wrap")
     return ((smooth - smooth.mean()) / smooth.std()).astype(np.float32)
 
 
 def halved(picture: Picture) -> Picture:
-    """(H, W, 3) averaged over 2 × 2 pixels."""
+    """Return `picture` (H, W, 3) averaged over 2 × 2 pixels: (H/2, W/2, 3)."""
     h, w, c = picture.shape
     return picture.reshape(h // 2, 2, w // 2, 2, c).mean(axis=(1, 3))
 
 
 def grass() -> Picture:
-    """(512, 512, 3) sRGB 0–1: a lawn from above, blade by blade; meant for about 1.5 m."""
+    """Return a lawn from above, drawn blade by blade: (512, 512, 3), sRGB, 0 to 1; meant for about 1.5 m."""
     rng = np.random.default_rng(101)
     picture = np.full((_FINE, _FINE, 3), [0.17, 0.21, 0.08], np.float32)
     count, steps = 16000, 26
@@ -53,7 +56,7 @@ def grass() -> Picture:
 
 
 def paving() -> Picture:
-    """(512, 512, 3) sRGB 0–1: four courses of flagstones with sandy joints; meant for about 2 m."""
+    """Return four courses of flagstones with sandy joints: (512, 512, 3), sRGB, 0 to 1; meant for about 2 m."""
     rng = np.random.default_rng(111)
     wobble = [2.5 * tiling_noise(SIDE, 9, 112 + k) for k in range(2)]
     y, x = np.mgrid[0:SIDE, 0:SIDE] + np.stack(wobble)
@@ -97,7 +100,10 @@ def bark() -> Picture:
 
 
 def write_png(path: Path, picture: Picture, colours: int = 48) -> None:
-    """8-bit palette PNG; grey pictures keep their 8 bits."""
+    """Write `picture` (H, W, 3), sRGB, 0 to 1, to the PNG file `path`, with a palette of so many `colours`.
+
+    Grey pictures keep 8 bits of grey instead.
+    """
     pixels = np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8)
     if (pixels == pixels[..., :1]).all():
         image = Image.fromarray(pixels[..., 0])

@@ -1,1 +1,1 @@
-"""Measure what frames cost, and show it as text, JSON and HTML."""
+"""Measure how long frames take, and show the times as text, JSON and HTML, for `depthwalk bench` and `bench_table`."""

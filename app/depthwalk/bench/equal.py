@@ -22,7 +22,7 @@ _BISECTIONS = 8
 
 
 def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[Picture]:
-    """Render reference pictures, averaged in linear light.
+    """Render reference pictures with many samples per pixel, averaged in linear light.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ def supersampled(headless: HeadlessRenderer, cameras: Sequence[Camera]) -> list[
 
     Returns
     -------
-    list
-        Pictures (H, W, 3) uint8, sRGB.
+    list[Picture]
+        A picture (H, W, 3) uint8, sRGB, for each camera.
     """
     return [_reduced(headless, camera) for camera in cameras]
 
@@ -54,11 +54,12 @@ def path_flip(
     Parameters
     ----------
     headless
-        What draws the pictures.
+        The renderer that draws the pictures.
     moments
-        Cameras of successive frames; the last of each moment is compared, those before it fill the caches.
+        For each moment, the cameras of successive frames. The last is compared; those before it fill the tile cache, as
+        on a walk.
     references
-        A picture (H, W, 3), sRGB, for each moment.
+        For each moment, a reference picture (H, W, 3) uint8, sRGB.
     pool
         Processes that compute FLIP while the next frames are drawn.
 
@@ -84,23 +85,23 @@ def _picture_flip(reference: Picture, test: Picture) -> float:
 
 
 def coarsened(flip_at: Callable[[float], float], fine: float, coarse: float, target: float) -> tuple[float, float]:
-    """Find the coarsest setting whose FLIP reaches a target, within `TOLERANCE`.
+    """Find the coarsest setting whose FLIP is at most a target, but for `TOLERANCE`, by bisection.
 
-    The bisection continues after the first setting that would do: where FLIP hardly rises, the last per cent may halve
-    the cost.
+    The bisection does not stop at the first setting that is good enough. Where FLIP hardly rises with the setting, the
+    last per cent of FLIP may halve the cost.
 
     Parameters
     ----------
     flip_at
-        Returns the FLIP of a setting; it rises from `fine`, where it is at most the target, to `coarse`.
+        Returns the FLIP of a setting, 0 to 1. FLIP must rise from `fine`, where it is at most the target, to `coarse`.
     fine, coarse
         Ends of the range of settings that is searched.
     target
-        FLIP to reach, 0 to 1.
+        The greatest FLIP that is good enough, 0 to 1.
 
     Returns
     -------
-    tuple
+    tuple[float, float]
         The setting and its FLIP.
     """
     most = (1 + TOLERANCE) * target

@@ -1,4 +1,4 @@
-"""Measure what a scene costs per frame along a camera path."""
+"""Measure how long the frames of a scene and their passes take along a camera path."""
 
 import time
 from collections import defaultdict
@@ -16,20 +16,14 @@ from depthwalk.scene.path import CameraPath
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """Describe many times by percentiles, maximum and mean, milliseconds.
+    """Summarise many measured times, milliseconds.
 
     Attributes
     ----------
-    p50
-        Median.
-    p95
-        95th percentile.
-    p99
-        99th percentile.
-    max
-        Maximum.
-    mean
-        Mean.
+    p50, p95, p99
+        The median, the 95th and the 99th percentile.
+    max, mean
+        The longest time, and the mean.
     """
 
     p50: float
@@ -54,9 +48,10 @@ class Run:
     passes_ms
         Time of each pass by its name, milliseconds, in those frames whose passes were timed, see `Report.timer`.
     counts
-        What was drawn, by name: means over all frames. The shares of pixels are parts of those of all frames together.
+        What was drawn, by name, as means over all frames. The shares of pixels are taken of the pixels of all frames
+        together.
     frame_times
-        The times that `frame_ms` describes, one for each frame, milliseconds.
+        The times that `frame_ms` summarises, one for each frame, milliseconds.
     """
 
     representation: str
@@ -102,7 +97,20 @@ class Report:
 
 
 def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
-    """Return the cameras of the frames of `path`, or of `frames` moments spread evenly from its start to its end."""
+    """Return the cameras along a camera path.
+
+    Parameters
+    ----------
+    path
+        The camera path.
+    frames
+        Number of cameras, spread evenly from the path's start to its end; None takes every frame of the path.
+
+    Returns
+    -------
+    list[Camera]
+        The cameras, in the order of time.
+    """
     times = path.frames() if frames is None else np.linspace(0, path.frames()[-1], frames).tolist()
     return [path.sample(time) for time in times]
 
@@ -110,12 +118,12 @@ def sample_path(path: CameraPath, frames: int | None) -> list[Camera]:
 def measure(
     headless: HeadlessRenderer, name: str, cameras: Sequence[Camera], warmup: int, advance: Callable[[], None]
 ) -> Run:
-    """Draw frames and measure them.
+    """Draw frames, and measure how long they and their passes take.
 
     Parameters
     ----------
     headless
-        What draws the frames.
+        The renderer that draws the frames.
     name
         Name of the representation that `headless` draws, for the report.
     cameras
@@ -128,7 +136,7 @@ def measure(
     Returns
     -------
     Run
-        The measured times.
+        The times, and what was drawn.
     """
     finish = headless.device.context.finish
     timers = headless.renderer.timers
@@ -170,7 +178,7 @@ def measure(
 
 
 def spread(milliseconds: Sequence[float]) -> Spread:
-    """Return the statistics of n times in `milliseconds`, rounded to a microsecond."""
+    """Summarise n ≥ 1 times in `milliseconds`, rounded to a microsecond."""
     p50, p95, p99 = np.percentile(milliseconds, (50, 95, 99))
     values = {"p50": p50, "p95": p95, "p99": p99, "max": np.max(milliseconds), "mean": np.mean(milliseconds)}
     return Spread(**{name: round(float(value), 3) for name, value in values.items()})

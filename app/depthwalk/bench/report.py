@@ -42,7 +42,7 @@ class _Plot:
 
 
 def to_json(report: Report) -> str:
-    """Return `report` as JSON, in the format of docs/bench.md."""
+    """Return `report` as JSON text, in the format of docs/bench.md."""
     document = asdict(report)
     for run in document["runs"]:
         del run["frame_times"]
@@ -50,7 +50,7 @@ def to_json(report: Report) -> str:
 
 
 def to_text(report: Report) -> str:
-    """Return `report` as tables for reading."""
+    """Return `report` as text: a table for each representation, with a row for the frame and one for each pass."""
     lines = _headline(report)
     for run in report.runs:
         (_, *titles), *rows = _table(run)
@@ -61,7 +61,7 @@ def to_text(report: Report) -> str:
 
 
 def to_html(report: Report) -> str:
-    """Return `report` as an HTML page: a plot of the frame times, and a table for each representation."""
+    """Return `report` as the text of an HTML page: a plot of the frame times, and a table for each representation."""
     sections = [
         Section(title=_title(run), tables=[_table(run)], notes=[_counts(run)], colour=colour)
         for run, colour in zip(report.runs, cycle(_COLOURS), strict=False)

@@ -40,10 +40,10 @@ class Walk:
     Attributes
     ----------
     moments
-        The cameras of each moment: first `SETTLING` frames that lead up to it, then the frames to be timed, the first
-        of which is also compared.
+        The cameras of each moment: first those of `SETTLING` frames that lead up to it, then those of the frames to be
+        timed. The first of the latter is also compared with a reference picture.
     seconds
-        Time to spend on timing a column, seconds.
+        Time to spend on timing each way to draw the objects, seconds.
     size
         Width and height of the pictures, pixels.
     """
@@ -54,7 +54,7 @@ class Walk:
 
     @classmethod
     def along(cls, path: CameraPath, moments: int, run: int, seconds: float, size: tuple[int, int]) -> Self:
-        """Spread moments evenly over a path.
+        """Spread moments evenly over a camera path.
 
         Parameters
         ----------
@@ -65,14 +65,14 @@ class Walk:
         run
             Number of successive frames that are timed at each moment.
         seconds
-            Time to spend on timing a column, seconds.
+            Time to spend on timing each way to draw the objects, seconds.
         size
             Width and height of the pictures, pixels.
 
         Returns
         -------
         Self
-            The frames to draw.
+            The walk along the moments.
 
         Raises
         ------
@@ -89,12 +89,12 @@ class Walk:
 
     @property
     def compared(self) -> list[Camera]:
-        """The camera of each moment at which pictures are compared."""
+        """For each moment, the camera of the frame that is compared with a reference picture."""
         return [moment[SETTLING] for moment in self.moments]
 
     @property
     def approaches(self) -> list[tuple[Camera, ...]]:
-        """The cameras that lead up to each compared frame, whose own camera is the last."""
+        """For each moment, the cameras that lead up to the compared frame, with its own as the last."""
         return [moment[: SETTLING + 1] for moment in self.moments]
 
 
@@ -111,9 +111,11 @@ class Column:
     flip
         Mean FLIP over the moments, 0 to 1; None where nothing was compared.
     setting
-        The setting that was tuned, as `name=value`.
-    passes_ms, counts
-        Medians over the moments: times of the passes, milliseconds, and what was drawn, by name.
+        The setting that was tuned, as `name=value`; "" where none was.
+    passes_ms
+        Time of each pass by its name, milliseconds: the median over the moments.
+    counts
+        What was drawn, by name: medians over the moments.
     """
 
     frame_ms: float
@@ -126,18 +128,18 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """Hold the columns for one number of objects.
+    """Hold the measurements of all ways to draw some number of objects.
 
     Attributes
     ----------
     objects
         Number of objects.
     reference
-        How the reference pictures were drawn.
+        A text that says how the reference pictures were drawn.
     commit
         Commit of the checkout that measured; None where the package is installed.
     columns
-        The measurements, by the ways to draw the objects.
+        The measurements of each way to draw the objects, by the names in `COLUMNS`.
     """
 
     objects: int
@@ -147,12 +149,12 @@ class Row:
 
 
 def row_from(document: dict[str, Any]) -> Row:
-    """Return the row that `dataclasses.asdict` turned into a document.
+    """Return the row of an earlier table, so that it need not be measured again.
 
     Parameters
     ----------
     document
-        The document, as read from JSON.
+        What `dataclasses.asdict` made of the row, as read from JSON.
 
     Returns
     -------
@@ -218,11 +220,11 @@ def make_row(
     walk
         The frames to draw.
     scene
-        The scene.
+        The scene, whose settings are copied.
     library
         The scene's assets.
     count
-        Number of objects to draw.
+        Number of objects to draw, those that `most_seen` chooses.
     pool
         Processes that compute FLIP.
     report
@@ -232,6 +234,13 @@ def make_row(
     -------
     Row
         The measurements.
+
+    Raises
+    ------
+    InputError
+        Where an asset cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be created.
     """
     scene = replace(scene, objects=scene.objects.take(most_seen(scene, walk, count)))
     report("reference")
@@ -254,21 +263,21 @@ def make_row(
 
 
 def most_seen(scene: Scene, walk: Walk, count: int) -> NDArray[np.intp]:
-    """Choose objects so that most moments of a walk show some of them.
+    """Choose objects that are in view at most moments of a walk, since objects out of view cost next to nothing.
 
     Parameters
     ----------
     scene
         The scene.
     walk
-        The moments.
+        The walk, whose compared frames count.
     count
         Number of objects to choose.
 
     Returns
     -------
     numpy.ndarray
-        (count,) numbers of the objects that most moments show; of equals, the nearest.
+        (count,) rising numbers of the objects whose positions are in view at most moments; of equals, the nearest.
     """
     position = scene.objects.position
     places, seen = Bounds(position, np.zeros(len(position))), np.zeros(len(position), np.int64)

@@ -1,4 +1,4 @@
-"""Every command line of the program: one module per command, whose function `main` declares its options and does it.
+"""Hold every command line of the program: one module per command, whose function `main` declares and runs it.
 
 `cli` lists the commands of `depthwalk`. `ablation`, `bench_table` and `soak` are tools of the developers, run as
 `python -m depthwalk.commands.NAME`. `program` gives all of them the same exit codes and error messages, `options` the

@@ -1,6 +1,7 @@
-"""`python -m depthwalk.commands.ablation MESH...`: what each step beyond the paper contributes, for docs/ablation.md.
+"""Measure what each step beyond the paper's method contributes, for docs/ablation.md.
 
-The rows of the table add one step after another to the paper's method; the last row is what the program does.
+`python -m depthwalk.commands.ablation MESH...` prints a table for each mesh. The rows of the table add one step after
+another to the paper's method; the last row is what the program does.
 """
 
 import json as json_format
@@ -76,7 +77,7 @@ class Row:
     title
         The step that the setup adds.
     means
-        The mean over the views of each measure of `SHOWN`, by its key.
+        The mean over the views of each measure of `SHOWN`, by its key, in the unit that its title names.
     bake_seconds, bytes_disk, bytes_gpu
         The costs: seconds to bake, bytes of the file, and bytes of GPU memory.
     """
@@ -90,7 +91,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Ablation:
-    """Hold the rows of one mesh.
+    """Hold the table of one mesh.
 
     Attributes
     ----------
@@ -185,7 +186,7 @@ def ablate(
 
 
 def to_markdown(ablations: Sequence[Ablation]) -> str:
-    """Return a Markdown table for each of `ablations`."""
+    """Return Markdown text with a table for each of `ablations`."""
     titles = "", *(measure.title for measure in SHOWN), "bake, s", "disk, MB", "GPU, MB"
     head = f"| {' | '.join(titles)} |\n{'|---' * len(titles)}|\n"
     tables = []
@@ -201,7 +202,7 @@ def to_markdown(ablations: Sequence[Ablation]) -> str:
 
 
 def to_json(ablations: Sequence[Ablation], resolution: int) -> str:
-    """Return the rows of `ablations` as JSON; `resolution` is that of their depth images, texels."""
+    """Return `ablations` as JSON text, with `resolution`, the width of their depth images, texels, and the views."""
     head = {"version": depthwalk.__version__, "commit": commit(), "resolution": resolution, "layers": LAYERS}
     views = [{"elevation": view.elevation, "azimuth": view.azimuth} for view in FEW]
     document = head | {"image_size": SIZE, "views": views, "models": [asdict(ablation) for ablation in ablations]}

@@ -1,4 +1,4 @@
-"""`depthwalk bake`: meshes to files of depth images, several at a time."""
+"""Declare `depthwalk bake`, which makes files of depth images of meshes, several at a time."""
 
 from pathlib import Path
 from typing import Annotated

@@ -30,13 +30,13 @@ def output_files(meshes: Sequence[Path], out: Path | None) -> list[Path]:
 
     Returns
     -------
-    list
+    list[Path]
         One file for each mesh.
 
     Raises
     ------
     InputError
-        Where two meshes share a file, or one cannot be written.
+        Where two meshes would share a file, `out` has a wrong suffix, or a file cannot be written.
     """
     if out is None:
         files = [sidecar(mesh) for mesh in meshes]
@@ -103,8 +103,8 @@ def bake_meshes(
 
     Returns
     -------
-    list of InputError
-        What is wrong with the meshes that failed; it has been logged.
+    list[InputError]
+        The mistakes in the meshes that failed; they have been logged.
     """
     failures: list[InputError] = []
     jobs = [Job(spec=spec, params=params, out=file, force=force) for spec, file in zip(specs, files, strict=True)]
@@ -121,7 +121,11 @@ def bake_meshes(
 
 
 def describe(baked: Baked | Kept, resolution: int) -> str:
-    """Return the line that reports on `baked`, whose images are `resolution` texels wide and high."""
+    """Return the line that `depthwalk bake` prints about a mesh.
+
+    `baked` tells what its bake took, or that its file was up to date; `resolution` is the greatest width of its depth
+    images, texels.
+    """
     if isinstance(baked, Kept):
         return f"{baked.out}: {'copied from the cache' if baked.cached else 'is up to date'}; --force bakes it again"
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in baked.seconds.items())

@@ -1,4 +1,4 @@
-"""`depthwalk bench`: what a scene costs, per frame and per pass."""
+"""Declare `depthwalk bench`, which measures how long the frames of a scene take, and each of their passes."""
 
 from typing import Annotated
 

@@ -1,7 +1,7 @@
-"""`python -m depthwalk.commands.bench_table SCENE --path P`: frame times of depth images and polygons at equal quality.
+"""Compare frame times of depth images and polygons at equal quality, for docs/bench.md.
 
-One row per number of objects. A row takes minutes and is stored in the JSON file at once, so that an interrupted table
-continues where it stopped.
+`python -m depthwalk.commands.bench_table SCENE --path P` prints a row for each number of objects. A row takes minutes
+and is stored in the JSON file at once, so that an interrupted table continues where it stopped.
 """
 
 import json

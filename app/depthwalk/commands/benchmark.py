@@ -1,4 +1,4 @@
-"""Draw and time the frames of `depthwalk bench`."""
+"""Draw and time the frames of `depthwalk bench`, one representation after the other, by `bench.measure`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,19 +28,19 @@ class Plan:
     Attributes
     ----------
     scene
-        What is drawn.
+        The scene to draw.
     path_file, path
         The camera path's file and the path; None for a camera that stands still.
     camera
         Changes to the camera that stands still.
     frames
-        Number of measured frames; None takes every frame of the path.
+        Number of measured frames; None is every frame of the path, or `DEFAULT_FRAMES` of a camera that stands still.
     warmup
-        Number of frames drawn before those.
+        Number of frames that are drawn before the first is measured.
     size
         (width, height) of the pictures, pixels.
     representations
-        What to compare, one after the other.
+        The ways to draw every object, which are measured one after the other.
     """
 
     scene: Scene
@@ -54,9 +54,22 @@ class Plan:
 
 
 def parse_representations(texts: Sequence[str] | None) -> list[RepresentationName]:
-    """Return the representations named in `texts`, each once: an option may be repeated and hold a list with commas.
+    """Return the representations that the options --representation name, each once.
 
-    None means `scene` alone. Raises InputError for names that do not exist.
+    Parameters
+    ----------
+    texts
+        The text of each option, names with commas between; None, where there is none, means `scene` alone.
+
+    Returns
+    -------
+    list[RepresentationName]
+        The names, in the order of the texts.
+
+    Raises
+    ------
+    InputError
+        For a name that does not exist.
     """
     names = [name.strip() for text in texts or ["scene"] for name in text.split(",")]
     unknown = [name for name in names if name not in set(RepresentationName)]
@@ -66,7 +79,25 @@ def parse_representations(texts: Sequence[str] | None) -> list[RepresentationNam
 
 
 def run_bench(plan: Plan) -> Report:
-    """Draw and time the frames of `plan` in each of its representations."""
+    """Draw and time the frames of a plan in each of its representations.
+
+    Parameters
+    ----------
+    plan
+        The scene, its cameras, and the representations.
+
+    Returns
+    -------
+    Report
+        The times, with a run for each representation.
+
+    Raises
+    ------
+    InputError
+        Where an asset cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be created.
+    """
     runs: list[Run] = []
     for name in plan.representations:
         with open_headless(plan.scene, plan.size, representation(name)) as headless:

@@ -1,4 +1,4 @@
-"""`depthwalk`: the list of its commands, each imported only when it is asked for.
+"""Declare the program `depthwalk` with the list of its commands, each imported only when it is asked for.
 
 So `depthwalk --help` waits for no library of numbers or graphics, and `depthwalk check` imports nothing that only
 another command needs. A command that imports much does so once its options were parsed.

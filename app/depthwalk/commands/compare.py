@@ -1,4 +1,4 @@
-"""`depthwalk compare`: image quality of depth images against their mesh; `bake --verify`: the same with few views."""
+"""Declare `depthwalk compare`, which measures the image quality of depth images against their mesh."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Bake meshes, and compare pictures of their depth images with pictures of the meshes."""
+"""Bake meshes, and compare pictures of their depth images with pictures of the meshes, for `depthwalk compare`."""
 
 import tempfile
 from collections.abc import Sequence
@@ -47,13 +47,13 @@ class Plan:
     subjects
         The meshes, and how their depth images are baked.
     settings
-        How both are rendered.
+        How meshes and depth images are rendered.
     size
         (width, height) of the pictures, pixels.
     wanted
         The PSNR, dB, for which to recommend parameters; None recommends none.
     pictures
-        Whether to keep the worst views for the page.
+        Whether to keep pictures of the worst views, for an HTML page.
     """
 
     subjects: Sequence[Subject]
@@ -68,9 +68,22 @@ class _Overridable(Params):
 
 
 def parse_render_settings(overrides: dict[str, str]) -> RenderSettings:
-    """Return the default render settings with the values of `overrides`, YAML texts by key as `--set` takes them.
+    """Return the default render settings, changed by the options --set.
 
-    Raises InputError for keys other than `render.…` and for values that cannot be used.
+    Parameters
+    ----------
+    overrides
+        New values as YAML texts, by dotted key, such as `render.lod.bias`.
+
+    Returns
+    -------
+    RenderSettings
+        The settings.
+
+    Raises
+    ------
+    InputError
+        For keys that do not begin with `render.`, and for values that cannot be used.
     """
     return check_model(parse_document("render: {}", "settings"), _Overridable, overrides)[0].render
 
@@ -109,7 +122,7 @@ def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
 
     Returns
     -------
-    tuple
+    tuple[CompareReport, list[list[WorstView]]]
         The report, and for each mesh its worst views; these are empty unless `plan.pictures` is set.
 
     Raises
@@ -138,7 +151,9 @@ def run_compare(plan: Plan) -> tuple[CompareReport, list[list[WorstView]]]:
 
 
 def verify(specs: Sequence[MeshAsset], params: ModelParams, files: Sequence[Path]) -> None:
-    """Print a line of image quality for each file that `bake` has just written; skip meshes whose bake failed.
+    """Print a line of image quality for each file that `depthwalk bake` has just written.
+
+    Meshes whose bake failed are skipped. Where there is no OpenGL, a warning takes the place of the lines.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""`depthwalk demo`: a window on the garden; where there is no display, its tour as pictures and a video."""
+"""Declare `depthwalk demo`, which opens a window on the garden or, without a display, renders its tour to files."""
 
 import sys
 from pathlib import Path
@@ -68,11 +68,11 @@ def render_tour(
     Parameters
     ----------
     scene
-        What to show.
+        The scene to show.
     tour
-        The camera path through it.
+        The camera path through the scene.
     frames
-        Number of frames of the tour to render; None renders all.
+        Most stills and most frames of the video to render; None renders `STILLS` stills and the whole tour.
     size
         (width, height) of the pictures, pixels.
     chosen
@@ -82,6 +82,8 @@ def render_tour(
     ------
     InputError
         Where the folder cannot be made.
+    GpuError
+        Where no OpenGL 3.3 context can be created.
     """
     from depthwalk.bench.measure import sample_path
     from depthwalk.commands.output import Output, draw_frames, open_headless, path_cameras

@@ -1,4 +1,4 @@
-"""Examine the parts of `depthwalk quality`, one after the other."""
+"""Run the parts of `depthwalk quality` one after the other: anti-aliasing, depth of field, shadows and edges."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -30,14 +30,27 @@ PARTS: dict[str, Examine] = {
 
 
 def shipped_scenes() -> list[Path]:
-    """Return the scenes that are examined where none is named."""
+    """Return the files of the scenes that `depthwalk quality` examines where none is named."""
     return [scene_root() / name for name in SHIPPED]
 
 
 def parse_parts(text: str | None) -> list[str]:
-    """Return the names in `text`, separated by commas, each once, in the order of `PARTS`; None names all of them.
+    """Return the parts of the examination that the option --only names.
 
-    Raises InputError for names that do not exist.
+    Parameters
+    ----------
+    text
+        Names with commas between; None, where the option is not given, stands for all parts.
+
+    Returns
+    -------
+    list[str]
+        Keys of `PARTS`, each once and in their order there.
+
+    Raises
+    ------
+    InputError
+        For a name that does not exist.
     """
     names = list(PARTS) if text is None else [name.strip() for name in text.split(",")]
     unknown = [name for name in names if name not in PARTS]
@@ -47,7 +60,7 @@ def parse_parts(text: str | None) -> list[str]:
 
 
 def check_size(size: tuple[int, int]) -> None:
-    """Make sure that pictures of `size`, (width, height) in pixels, can be measured. Raises InputError."""
+    """Raise InputError where pictures of `size`, (width, height) in pixels, are too small or too large to measure."""
     if not SMALLEST <= min(size) <= max(size) <= LARGEST:
         width, height = size
         raise InputError(f"--resolution {width},{height}: each side must be {SMALLEST} to {LARGEST} pixels")
@@ -59,7 +72,7 @@ def run_quality(scenes: Sequence[Scene], parts: Sequence[str], size: tuple[int, 
     Parameters
     ----------
     scenes
-        What to draw; their settings are copied, as a part may change them.
+        The scenes to draw. Every part gets copies of their settings, which it may change.
     parts
         Names of the parts of the examination, keys of `PARTS`.
     size

@@ -1,4 +1,4 @@
-"""`depthwalk info`: versions and limits of this installation, or what a file holds.
+"""Declare `depthwalk info`, which prints versions and limits of this installation, or what a file holds.
 
 Readers are imported by the rows that need them, so that a mesh is described without the graphics libraries.
 """
@@ -43,7 +43,13 @@ def main(
 
 
 def installation() -> Iterator[Row]:
-    """Yield versions, the GL renderer with its limits, and the limits of inputs."""
+    """Describe this installation: versions, the GL renderer with its limits, and the limits of inputs.
+
+    Yields
+    ------
+    Row
+        A name and a text.
+    """
     yield "depthwalk", depthwalk.__version__
     yield "Python", f"{platform.python_version()} on {platform.platform()}"
     for name in _LIBRARIES:
@@ -56,9 +62,22 @@ def installation() -> Iterator[Row]:
 
 
 def describe_file(path: Path) -> Iterator[Row]:
-    """Yield what the scene, camera path, baked file or mesh at `path` holds.
+    """Describe what a scene, camera path, baked file or mesh holds.
 
-    Raises InputError where it cannot be read.
+    Parameters
+    ----------
+    path
+        The file, whose suffix says what it is.
+
+    Yields
+    ------
+    Row
+        A name and a text.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read.
     """
     yield "file", str(path)
     match path.suffix.lower():

@@ -33,7 +33,7 @@ Point = tuple[float, float, float]
 
 
 class Method(StrEnum):
-    """Name the ways in which depth images are sampled."""
+    """Name the ways in which a mesh is sampled by depth images, which the option --method chooses from."""
 
     RAYCAST = "raycast"
     SIX_VIEW = "six-view"
@@ -48,7 +48,11 @@ class UpAxis(StrEnum):
 
 
 class RepresentationName(StrEnum):
-    """Name the ways to draw every object whose asset allows it; `scene` leaves it to the scene file."""
+    """Name the ways to draw every object whose asset allows it; `scene` leaves the choice to the scene file.
+
+    `dpci` draws impostors, `dmesh` depth samples that are warped straight to the screen, `mesh` full meshes, and
+    `mesh-lod` meshes with levels of detail.
+    """
 
     SCENE = "scene"
     DPCI = "dpci"
@@ -155,7 +159,7 @@ class CameraOptions:
     angle: float | None = None
 
     def apply(self, camera: "Camera") -> "Camera":
-        """Return `camera` with these changes. Raises InputError where its target would be its own position."""
+        """Return `camera` with these changes. Raises InputError where it would stand at its own target."""
         position, target = self.position or camera.position, self.target or camera.target
         if self.given and position == target:
             raise InputError("--camera-target: must be elsewhere than the camera's position")
@@ -205,7 +209,10 @@ def check_camera_source(path: Path | None, camera: CameraOptions) -> None:
 
 
 def parse_resolution(text: str) -> tuple[int, int]:
-    """Return width and height, pixels, from a `text` such as "640,480" or "640x480". Raises InputError."""
+    """Return width and height, pixels, from a `text` such as "640,480" or "640x480".
+
+    Raises InputError where the text is none of these, or asks for too many pixels.
+    """
     parts = text.replace("x", ",").split(",")
     if len(parts) != 2 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
         raise InputError(f"--resolution {text}: must be W,H or WxH, whole numbers of pixels")
@@ -218,25 +225,25 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 
 def parse_layers(text: str | None) -> int | Literal["auto"] | None:
-    """Return how many surfaces are sampled along each ray, from the option's `text`; None where it is not given.
+    """Return how many surfaces are sampled along each ray, from the `text` of --layers; None where it is not given.
 
-    Raises InputError for values out of range.
+    "auto" stands for as many as a viewer can see. Raises InputError for values out of range.
     """
     return _auto_or_up_to(MAX_DPCI_LAYERS, "--layers", text)
 
 
 def parse_parts(text: str | None) -> int | Literal["auto"] | None:
-    """Return among how many cylinders a mesh is divided at most, from the option's `text`; None where it is not given.
+    """Return among how many cylinders a mesh is divided at most, from the `text` of --parts; None where none is given.
 
-    Raises InputError for values out of range.
+    "auto" leaves the number to the shape of the mesh. Raises InputError for values out of range.
     """
     return _auto_or_up_to(MAX_DPCI_PARTS, "--parts", text)
 
 
 def parse_axis(text: str | None) -> "BakeAxis | None":
-    """Return the axis of a cylinder from the option's `text`; None where it is not given.
+    """Return the axis of an object's cylinder, asset frame, from the `text` of --axis; None where it is not given.
 
-    Raises InputError for what is neither a letter, a direction nor "auto".
+    It is a letter, a direction of any length, or "auto". Raises InputError for other texts.
     """
     if text is None or text in ("auto", "x", "y", "z"):
         return text  # type: ignore[return-value]  # a text is not narrowed to its literals
@@ -250,7 +257,7 @@ def parse_axis(text: str | None) -> "BakeAxis | None":
 
 
 def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
-    """Return the --set options `settings` as `load_scene` takes them: YAML texts by dotted key.
+    """Return the --set options `settings` as `load_scene` takes them: YAML texts by dotted key; none for None.
 
     Raises InputError where an option is not of the form KEY=VALUE.
     """
@@ -264,7 +271,10 @@ def parse_settings(settings: Sequence[str] | None) -> dict[str, str]:
 
 
 def refuse_reuse(settings: Sequence[str] | None) -> None:
-    """Raise InputError where `settings` set `reuse_error`: pictures of this command must not depend on others."""
+    """Raise InputError where the options --set, `settings`, set `reuse_error`; None stands for no options.
+
+    A command that refuses this draws every picture from scratch, so that none depends on the pictures before it.
+    """
     if any("reuse_error" in text for text in settings or ()):
         raise InputError("--set render.warp.reuse_error: only `view` and `bench` reuse impostors of earlier frames")
 

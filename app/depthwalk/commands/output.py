@@ -70,7 +70,7 @@ def check_output(output: Output, frames: int, has_path: bool, inputs: Sequence[P
     output
         Where the frames go.
     frames
-        Their number.
+        Number of frames.
     has_path
         Whether a camera path was given, which a video needs.
     inputs
@@ -112,17 +112,17 @@ def _check_files(output: Output, frames: int, inputs: Sequence[Path]) -> None:
 
 
 def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
-    """Return the cameras of the frames of `path`, or of its first `frames` frames where that is not None."""
+    """Return the cameras of the first `frames` frames of the camera path `path`; None for all of its frames."""
     return [path.sample(time) for time in path.frames()[:frames]]
 
 
 def open_headless(scene: Scene, size: tuple[int, int], representation: Representation | None) -> HeadlessRenderer:
-    """Return a renderer with the assets of `scene` loaded, whose progress is shown.
+    """Return a renderer without a window, with the assets of a scene loaded, while stderr shows the progress.
 
     Parameters
     ----------
     scene
-        What to draw.
+        The scene to draw.
     size
         (width, height) of the pictures, pixels.
     representation
@@ -132,24 +132,36 @@ def open_headless(scene: Scene, size: tuple[int, int], representation: Represent
     -------
     HeadlessRenderer
         The renderer, which the caller uses in a `with` block.
+
+    Raises
+    ------
+    InputError
+        Where an asset cannot be used.
+    GpuError
+        Where no OpenGL 3.3 context can be created.
     """
     with asset_progress() as report:
         return HeadlessRenderer(scene, SceneLibrary(scene.assets, report, processes=None), size, representation)
 
 
 def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:
-    """Draw a frame per camera, write it, and print the name of each file.
+    """Draw a frame for each camera, write it, and print the name of each file.
 
     Parameters
     ----------
     headless
-        What draws.
+        The renderer that draws.
     cameras
-        One per frame.
+        The camera of each frame.
     output
-        Where the frames go; see `check_output`.
+        Where the frames go, as `check_output` has accepted it.
     fps
-        Frames per second of a video.
+        Frames per second of a video; pictures ignore it.
+
+    Raises
+    ------
+    OSError
+        Where a file cannot be written, or the video encoder fails.
     """
     size = headless.size
     with frame_progress("rendering", len(cameras)) as advance, _writer(output, size, fps) as write_frame:

@@ -51,17 +51,17 @@ class _OneLineErrors:
 
 
 class OneLineGroup(_OneLineErrors, typer.core.TyperGroup):
-    """Group commands whose usage errors are one line."""
+    """Group commands, and tell a mistake in their options in one line."""
 
 
 class OneLineCommand(_OneLineErrors, typer.core.TyperCommand):
-    """Run a command whose usage errors are one line."""
+    """Run a command, and tell a mistake in its options in one line."""
 
 
 def as_program(main: Callable[..., None], name: str | None = None) -> typer.Typer:
-    """Return a program of one command, called `name` in messages.
+    """Return a program of one command, called `name`; None takes the name of the function `main`.
 
-    The annotations of the function `main` declare its arguments and options.
+    The program calls `main`, whose annotations declare the arguments and options.
     """
     program = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     program.command(name, cls=OneLineCommand)(main)
@@ -71,9 +71,9 @@ def as_program(main: Callable[..., None], name: str | None = None) -> typer.Type
 def guarded(command: Command) -> Command:
     """Wrap the function `command` so that it ends with the exit codes that this module documents.
 
-    An InputError prints its bare message; anything else prints one line, and its traceback only with --verbose. SIGTERM
-    unwinds the command as Ctrl-C does, so that half-written files vanish. The command's options `verbose` and `quiet`
-    set up logging.
+    An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only
+    after --verbose. SIGTERM unwinds the command as Ctrl-C does, so that half-written files vanish. The command's
+    options `verbose` and `quiet` set up logging.
     """
 
     @functools.wraps(command)

@@ -24,7 +24,7 @@ def show_progress() -> bool:
 
 
 def live_options() -> dict[str, Any]:
-    """Return the options of every live display of rich: it is on stderr, and removed when done."""
+    """Return the keyword arguments of every live display of `rich`: it is on stderr, and vanishes when it ends."""
     from rich.console import Console
 
     # Results on stdout are printed above the display only where both are on one terminal.
@@ -50,9 +50,12 @@ class _PlainReport:
 
 @contextmanager
 def asset_progress() -> Iterator[Report]:
-    """Show which asset is being read or baked.
+    """Show which asset is being read or baked, as long as the `with` block lasts.
 
-    The `with` block gets a function to call with an asset's name and the stage that begins.
+    Yields
+    ------
+    Report
+        A function to call with an asset's name and the stage of loading that begins.
     """
     if not show_progress():
         yield _PlainReport()
@@ -66,9 +69,19 @@ def asset_progress() -> Iterator[Report]:
 
 @contextmanager
 def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show a progress bar called `label` over `total` frames.
+    """Show a progress bar, as long as the `with` block lasts.
 
-    The `with` block gets a function to call after each frame.
+    Parameters
+    ----------
+    label
+        The text before the bar.
+    total
+        Number of frames; a single one gets no bar.
+
+    Yields
+    ------
+    Callable[[], None]
+        A function to call after each frame.
     """
     if total < 2 or not show_progress():
         yield lambda: None

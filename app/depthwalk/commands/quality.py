@@ -1,4 +1,4 @@
-"""`depthwalk quality`: anti-aliasing, depth of field and shadows against reference pictures that take far longer."""
+"""Declare `depthwalk quality`, which compares anti-aliasing, depth of field and shadows with reference pictures."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`depthwalk render`: a scene, or the frames of a camera path, as pictures or a video."""
+"""Declare `depthwalk render`, which draws a scene, or the frames of a camera path, to pictures or a video."""
 
 from typing import Annotated
 

@@ -20,7 +20,7 @@ def asset_files(asset: Asset) -> list[Path]:
 
     Returns
     -------
-    list
+    list[Path]
         The files, whether or not they exist.
 
     Raises
@@ -40,7 +40,7 @@ def asset_files(asset: Asset) -> list[Path]:
 
 
 def input_files(scene: Scene, path: Path | None) -> list[Path]:
-    """Return every file that a scene is made of.
+    """Return every file that a scene is made of, so that no output overwrites one.
 
     Parameters
     ----------
@@ -51,8 +51,8 @@ def input_files(scene: Scene, path: Path | None) -> list[Path]:
 
     Returns
     -------
-    list
-        The files.
+    list[Path]
+        The files, whether or not they exist.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
     inputs
         Files that must stay as they are.
     use
-        What happens to the inputs, for the message: "measured".
+        What the command does with the inputs, for the message, such as "measured".
 
     Raises
     ------
@@ -92,6 +92,9 @@ def check_report_files(reports: Iterable[Path | None], inputs: Sequence[Path], u
 
 
 def write_report(file: Path | None, text: str) -> None:
-    """Write `text` to `file`; do nothing where that is None."""
+    """Write `text` to `file`, encoded as UTF-8; None stands for a report that nobody asked for.
+
+    Raises OSError where the file cannot be written.
+    """
     if file is not None:
         write_bytes(file, text.encode())

@@ -1,4 +1,4 @@
-"""Read every file that a scene names, and tell what is wrong with it."""
+"""Read every file that a scene names, and tell what is wrong with it, for `depthwalk check`."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial

@@ -1,6 +1,6 @@
-"""`python -m depthwalk.commands.soak SCENE`: a long random walk, to see whether memory or GL objects leak.
+"""Walk through a scene at random for a long time, to see whether memory or GL objects leak.
 
-Exits with code 1 where they do.
+`python -m depthwalk.commands.soak SCENE` exits with code 1 where they do.
 """
 
 import os
@@ -80,11 +80,11 @@ def random_walk(bounds: Bounds, frames: int, seed: int = 0) -> Iterator[Camera]:
     Parameters
     ----------
     bounds
-        The bounds of the objects, metres, world.
+        The bounding spheres of the objects, metres, world.
     frames
         Number of cameras.
     seed
-        The same seed gives the same cameras.
+        Seed of the random numbers; the same seed gives the same cameras.
 
     Yields
     ------

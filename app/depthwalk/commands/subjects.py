@@ -24,13 +24,13 @@ class Subject:
     Attributes
     ----------
     name
-        What the report calls it.
+        What the report calls the mesh.
     spec
         The mesh and how it is read.
     params
         How its depth images are baked.
     scene
-        The scene file that names it, or None.
+        The scene file that names the mesh; None for a mesh that the user named.
     """
 
     name: str
@@ -46,9 +46,10 @@ class Choices:
     Attributes
     ----------
     resolution, layers, method, parts, axis
-        Parameters of every bake; they replace those of a scene.
+        Parameters of every bake, as in `ModelParams`; they replace those of a scene.
     texture, up, height
-        How those meshes are read that no scene describes.
+        How meshes are read that no scene describes: the file of their texture, the axis that points upward, and the
+        height to which they are scaled, metres.
     """
 
     resolution: int | None = None
@@ -62,7 +63,7 @@ class Choices:
 
 
 def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices) -> list[Subject]:
-    """Return the meshes to compare: those among the files, and those of the scenes among them that have depth images.
+    """Return the meshes to compare: the given mesh files, and the assets with `dpci` of the given scene files.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def find_subjects(files: Sequence[Path], roots: Sequence[Path], choices: Choices
 
     Returns
     -------
-    list
+    list[Subject]
         The meshes, in the order of the files.
 
     Raises

@@ -1,4 +1,4 @@
-"""`depthwalk view`: a window to walk through a scene."""
+"""Declare `depthwalk view`, which opens a window to walk through a scene."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -82,12 +82,12 @@ def main(
 
 
 def shipped_file(*name: str) -> Path:
-    """Return a file of the scenes that ship with the program.
+    """Return a file in the folder of the scenes that ship with the program.
 
     Parameters
     ----------
     *name
-        Path of the file below the folder of these scenes, folder by folder.
+        Path of the file below that folder, one name for each folder and the file.
 
     Returns
     -------

@@ -1,1 +1,5 @@
-"""Measure how good pictures are: depth images against meshes, and each mechanism against the truth."""
+"""Measure how good pictures are, for the commands `compare`, `quality`, `bake --verify` and `bench`.
+
+Depth images are compared with meshes; anti-aliasing, depth of field and shadows with reference pictures that take far
+longer.
+"""

@@ -1,4 +1,4 @@
-"""Find by trial which resolution and number of layers an object needs to reach a PSNR."""
+"""Find by trial which resolution and number of layers an object needs to reach a PSNR, for `compare --want-psnr`."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -25,9 +25,9 @@ class Trial:
     resolution
         Width and height of the depth images, texels.
     layers
-        Surfaces along each ray.
+        Number of surfaces sampled along each ray.
     psnr
-        Mean over the views, dB.
+        Mean PSNR over the views, dB.
     bytes_gpu
         Bytes of GPU memory that the depth images take.
     """
@@ -49,11 +49,11 @@ class Recommendation:
     views
         Number of views over which the PSNR of a trial is averaged.
     reached
-        Whether `best` reaches it.
+        Whether `best` reaches `wanted`.
     best
         The recommended trial.
     trials
-        All trials, in order of cost.
+        All trials, by rising number of texels.
     """
 
     wanted: float
@@ -91,7 +91,7 @@ def recommend(
     params
         Parts and axis of the bakes. Resolution and layers are varied; surfaces are sampled by rays.
     settings
-        How both pictures are rendered.
+        How mesh and depth images are rendered.
     size
         Width and height of the pictures, pixels.
     wanted
@@ -107,6 +107,11 @@ def recommend(
     -------
     Recommendation
         The recommended trial, and all others.
+
+    Raises
+    ------
+    GpuError
+        Where no OpenGL 3.3 context can be created.
     """
     trials: list[Trial] = []
     for resolution, layers in _by_cost(resolutions, trials):
@@ -130,7 +135,10 @@ def recommend(
 
 
 def mean_psnr(renderer: PairRenderer, viewpoints: Sequence[Viewpoint]) -> float:
-    """Return the mean PSNR, dB, of what `renderer` draws, over those `viewpoints` that show anything; +inf for none."""
+    """Return the mean PSNR, dB, of the depth images that `renderer` draws against their mesh.
+
+    It is the mean over those `viewpoints` that show anything, and +inf where none does.
+    """
     values = []
     for viewpoint in viewpoints:
         pair = renderer.pair(viewpoint)

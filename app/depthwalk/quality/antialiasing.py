@@ -40,7 +40,7 @@ class Kind:
     Attributes
     ----------
     title
-        What tables call it.
+        What tables call this way.
     aa
         Value of the setting `render.aa`.
     samples
@@ -81,7 +81,8 @@ class Truth:
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
     """Compare each kind of anti-aliasing with the reference, in each scene, seen by the scene's camera.
 
-    Also measures what `OURS` gains over the others. Changes the scenes' settings.
+    Rows also tell by how much the anti-aliasing that `OURS` names is better than others. The scenes' settings are
+    changed.
 
     Parameters
     ----------
@@ -117,7 +118,18 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
 
 
 def truth(image: LinearImage) -> Truth:
-    """Average `image`, of `REFERENCE_SAMPLES` times the width and height of the result, and find its edges."""
+    """Make a reference picture of a large one, by averaging its pixels in linear light, and find its edges.
+
+    Parameters
+    ----------
+    image
+        A picture without anti-aliasing, `REFERENCE_SAMPLES` times as wide and as high as the reference.
+
+    Returns
+    -------
+    Truth
+        The reference picture; edges are where the distance of the surface jumps.
+    """
     samples = REFERENCE_SAMPLES
     height, width = (side // samples for side in image.distance.shape)
     near = 1 / image.distance  # 0 where nothing is

@@ -32,14 +32,14 @@ MUCH_DEEPER = 1.0  # texels², of the mean footprint
 
 @dataclass(frozen=True)
 class Deeper:
-    """Compare what the present number of layers holds with what the largest number would hold.
+    """Compare how much of a surface the present number of layers holds with what enough layers would hold.
 
     Attributes
     ----------
     now
         What the present layers hold.
     then
-        What more layers would hold.
+        What the smallest number of layers would hold beyond which more bring next to nothing.
     """
 
     now: Depth
@@ -53,9 +53,10 @@ class Candidate:
     Attributes
     ----------
     coverage
-        Part of the surface, 0 to 1, as seen from the 42 views, that has a triangle of the depth images within a texel.
+        Part of the surface that is seen from the 42 views, 0 to 1, that has a triangle of the depth images within the
+        width of a texel.
     thin
-        Part of the surface, 0 to 1, that has another surface less than a texel behind it.
+        Part of the same surface, 0 to 1, behind which another surface is less than a texel away.
     parts
         Number of connected pieces of at least `LEAST_PART` of the surface each.
     texel
@@ -79,14 +80,14 @@ def examine(mesh: Mesh, model: BakedModel, params: ModelParams) -> Candidate:
     mesh
         The mesh, asset frame, metres.
     model
-        Its depth images.
+        The depth images of the mesh.
     params
         How `model` was baked.
 
     Returns
     -------
     Candidate
-        The findings.
+        How well the mesh suits depth images.
     """
     texel = max(map(_texel, model.parts))
     caster = RayCaster(mesh)
@@ -116,12 +117,12 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
     candidate
         The findings about the object.
     outlines
-        Whether its silhouettes were found to be right. If so, thin parts are no reason: a sheet that lies on something
-        is as thin as leaves are.
+        Whether the object's silhouettes were found to be right. If so, it is not taken for foliage, though it may be as
+        thin: so is a sheet that lies on something.
 
     Returns
     -------
-    list
+    list[str]
         One line for each reason; empty for a suitable object.
     """
     lines = []
@@ -152,9 +153,9 @@ def warnings(candidate: Candidate, outlines: bool) -> list[str]:
 
 
 def count_parts(mesh: Mesh) -> int:
-    """Return how many connected pieces of at least `LEAST_PART` of the surface `mesh` has.
+    """Return how many connected pieces `mesh` has, each of at least `LEAST_PART` of its surface's area.
 
-    Pieces are connected where they share a vertex position.
+    Triangles are connected where they share the position of a vertex.
     """
     _, welded = np.unique(mesh.positions, axis=0, return_inverse=True)
     faces = welded.reshape(-1)[mesh.faces]

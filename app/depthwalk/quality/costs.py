@@ -41,14 +41,14 @@ def measured_bake(spec: MeshAsset, params: ModelParams, file: Path) -> BakeCosts
     spec
         The asset whose mesh is baked.
     params
-        How it is baked.
+        How the mesh is baked.
     file
         The baked file to write.
 
     Returns
     -------
     BakeCosts
-        What the bake took.
+        Time and memory that the bake took.
 
     Raises
     ------

@@ -46,7 +46,7 @@ class Shot:
     picture
         (H, W, 3) uint8, sRGB.
     seconds
-        Processor time of all cores for software OpenGL, else the time by the clock.
+        Seconds: processor time of all cores for software OpenGL, else the time by the clock.
     """
 
     picture: Picture
@@ -54,9 +54,9 @@ class Shot:
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Compare each mode of depth of field with the last of `MODES`, the reference, in each scene.
+    """Compare each mode of depth of field with the last of `MODES`, the mean of many frames, in each scene.
 
-    Changes the scenes' settings.
+    The scenes' settings are changed.
 
     Parameters
     ----------

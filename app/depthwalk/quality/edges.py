@@ -1,6 +1,7 @@
-"""Measure what it saves to draw only those edges that may be outlines.
+"""Measure what geometric anti-aliasing saves by leaving out edges of a mesh that cannot be seen as lines.
 
-For `depthwalk quality` and docs/anti-aliasing.md.
+Only silhouettes and creases are chosen, see `render.antialiasing.silhouette_lines`. The measurements are for `depthwalk
+quality` and docs/anti-aliasing.md.
 """
 
 import time
@@ -29,14 +30,14 @@ REPEATS = 15  # of what is timed in each view, by turns; the least counts: more 
 
 @dataclass(frozen=True)
 class Cost:
-    """Hold what finding silhouette lines costs: first those of all edges, then those of the chosen edges.
+    """Hold what it costs to find the lines of a mesh: first with all edges, then with the chosen edges alone.
 
     Attributes
     ----------
     lines
         (2,) float64, lines per view and object.
     outlines
-        How many of these lines have something else beyond them, so that no choice may leave them out.
+        How many lines per view and object are silhouettes, which no choice may leave out.
     milliseconds
         (2,) float64, time of one core per view: the least of `REPEATS` measurements, taken in turns.
     """
@@ -47,19 +48,21 @@ class Cost:
 
 
 def turned(radii: Iterable[float], heights: Iterable[float], sides: int) -> tuple[Array, NDArray[np.intp]]:
-    """Make a convex solid of revolution.
+    """Make a convex solid of revolution about the y axis.
 
     Parameters
     ----------
     radii, heights
-        Radius and height of each ring, metres; a ring of radius 0 is one point.
+        Radius and y of each ring of points, metres; a ring of radius 0 is one point.
     sides
-        Number of points of every other ring.
+        Number of points of a ring with another radius.
 
     Returns
     -------
-    tuple
-        Positions (v, 3), in the unit of `radii`, and triangles (f, 3).
+    positions : Array
+        (v, 3) points, metres.
+    triangles : NDArray[np.intp]
+        (f, 3) numbers of points, counter-clockwise seen from outside.
     """
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], -1)
@@ -83,10 +86,10 @@ SHAPES: dict[str, Callable[[], tuple[Array, NDArray[np.intp]]]] = {
 
 
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
-    """Measure what it saves to draw only those edges that may be outlines, in lines drawn and in time.
+    """Measure what it saves to draw chosen edges alone, in lines drawn and in time.
 
-    Measured are the solids in `SHAPES`, which stand for the models of the GPAA paper's table, `MANY` objects of each at
-    once, and those meshes of the scenes that are closed and have lines.
+    The solids in `SHAPES`, which stand for the models of the GPAA paper's table, are measured with `MANY` objects of
+    each at once. Meshes of the scenes are measured one by one, where they are closed and lines are drawn of them.
 
     Parameters
     ----------
@@ -100,7 +103,7 @@ def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> I
     Yields
     ------
     Row
-        One measured value: the share of lines drawn or, for `SHAPES`, also the share of time, of those for all edges.
+        One measured value, as a part of what all edges take: the lines drawn, or, for `SHAPES` alone, the time.
 
     Raises
     ------

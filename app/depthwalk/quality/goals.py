@@ -22,7 +22,7 @@ class Measure:
     key
         Name of the field.
     title
-        What tables call it.
+        What tables call the measure.
     digits
         Number of digits that are shown after the decimal point.
     more_is_better
@@ -71,16 +71,16 @@ SILHOUETTE = next(measure for measure in MEASURES if measure.key == "iou")
 
 @dataclass(frozen=True)
 class Summary:
-    """Hold mean and worst of a measure; without a value NaN, NaN and None.
+    """Hold the mean and the worst value of a measure over several views.
 
     Attributes
     ----------
     mean
-        Mean over the views.
+        Mean over the views; NaN where no view has a value.
     worst
-        The worst view's value.
+        The worst view's value; NaN where no view has one.
     worst_view
-        The worst view.
+        The worst view; None where no view has a value.
     """
 
     mean: float
@@ -89,7 +89,7 @@ class Summary:
 
 
 def summarise(measure: Measure, views: Sequence[ViewQuality]) -> Summary:
-    """Return mean and worst of `measure` over those of `views` that have a value."""
+    """Return mean and worst value of `measure` over those of `views` whose value is not NaN."""
     values = np.array([getattr(view, measure.key) for view in views], np.float64)
     valued = np.flatnonzero(~np.isnan(values))
     if not len(valued):

@@ -11,7 +11,7 @@ from pathlib import Path
 from depthwalk.quality.report import mark
 
 Table = Sequence[Sequence[str]]
-"""Rows of text, the first of which are titles."""
+"""Rows of cells; the first row holds the titles of the columns."""
 
 _TEMPLATES = Path(__file__).with_name("templates")
 
@@ -23,9 +23,9 @@ class Figure:
     Attributes
     ----------
     caption
-        Their common caption.
+        The common caption of the pictures.
     pictures
-        PNG files, by their names.
+        Contents of PNG files, by the names that stand below them.
     """
 
     caption: str

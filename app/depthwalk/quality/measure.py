@@ -24,7 +24,7 @@ FLATTEST = 0.01  # height over extent; what lies flatter is measured by its exte
 
 @dataclass(frozen=True, kw_only=True)
 class ViewQuality:
-    """Hold the measures of one view, which `quality.metrics` defines.
+    """Hold the measures of one view, by which depth images are compared with their mesh; see `quality.metrics`.
 
     Attributes
     ----------
@@ -39,7 +39,8 @@ class ViewQuality:
     holes
         Pixels of holes, per cent of the mesh's pixels.
     depth_median, depth_p99
-        Depth errors in parts of the object's height; NaN where the pictures share no pixel.
+        Median and 99th percentile of the error of depth, in parts of the object's height; NaN where no pixel shows the
+        object in both pictures.
     """
 
     viewpoint: Viewpoint
@@ -85,7 +86,7 @@ def measure(
     baked
         Depth images of `mesh`.
     settings
-        How both are rendered.
+        How mesh and depth images are rendered.
     size
         Width and height of the pictures, pixels.
     viewpoints
@@ -131,7 +132,7 @@ def measure_views(
 
     Returns
     -------
-    tuple
+    tuple[ViewQuality, ...]
         The measures of each view that shows anything, in the order of `viewpoints`.
     """
     started: list[tuple[ViewQuality, Future[float]]] = []
@@ -177,9 +178,15 @@ def object_height(mesh: Mesh) -> float:
 
 @contextmanager
 def flip_workers() -> Iterator[Executor]:
-    """Start processes for FLIP, which holds Python's lock while it computes, and end them with the block.
+    """Start processes that compute FLIP, and end them with the `with` block.
 
-    They are spawned, since no GL context survives a fork.
+    In a thread, FLIP would stop the drawing: it holds Python's lock while it computes. The processes are spawned, since
+    no GL context survives a fork.
+
+    Yields
+    ------
+    Executor
+        The processes, to be handed to `measure` or `measure_views`.
     """
     workers = min(os.cpu_count() or 1, MOST_WORKERS)
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:

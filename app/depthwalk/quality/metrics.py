@@ -51,8 +51,8 @@ def silhouette_iou(reference: Mask, test: Mask) -> float:
 def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
     """Return how clearly a viewer who flips between two pictures would see them differ at each pixel.
 
-    Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: FLIP: A Difference Evaluator for Alternating
-    Images, HPG 2020; the authors' own implementation, LDR, at `FLIP_PIXELS_PER_DEGREE`.
+    This is FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference
+    Evaluator for Alternating Images"), in its authors' implementation for low dynamic range.
 
     Parameters
     ----------
@@ -70,25 +70,51 @@ def flip_map(reference: Picture, test: Picture) -> NDArray[np.float32]:
 
 
 def flip_colours(reference: Picture, test: Picture) -> Picture:
-    """Return the `flip_map` of `reference` and `test`, (H, W, 3) uint8 sRGB each, in its authors' colours (H, W, 3).
+    """Return the `flip_map` of two pictures as a picture for the eye, in the colours of FLIP's authors.
 
-    Equal pixels are black.
+    Parameters
+    ----------
+    reference, test
+        (H, W, 3) uint8, sRGB.
+
+    Returns
+    -------
+    Picture
+        (H, W, 3) uint8, sRGB; equal pixels are black.
     """
     return np.round(np.clip(_flip(reference, test, colours=True), 0, 1) * 255).astype(np.uint8)
 
 
 def mean_flip(reference: Picture, test: Picture, where: Mask) -> float:
-    """Return the mean of the `flip_map` of `reference` and `test`, (H, W, 3) uint8 sRGB each, over some pixels.
+    """Return the mean of the `flip_map` of two pictures over some pixels.
 
-    `where`, (H, W) bool, says which; the mean over no pixels is 0.
+    Parameters
+    ----------
+    reference, test
+        (H, W, 3) uint8, sRGB.
+    where
+        (H, W) bool: the pixels that count.
+
+    Returns
+    -------
+    float
+        0 to 1; 0 where no pixel counts.
     """
     return float(flip_map(reference, test)[where].mean(dtype=np.float64)) if where.any() else 0.0
 
 
 def hole_map(reference: Mask, test: Mask) -> Mask:
-    """Return the pixels (H, W) bool that are inside the silhouette `reference` but not in `test`, (H, W) bool each.
+    """Find the holes of a picture: the pixels well inside the reference's silhouette that show nothing.
 
-    Pixels within `HOLE_MARGIN` of the silhouette's edge do not count.
+    Parameters
+    ----------
+    reference, test
+        (H, W) bool: the pixels that show the object.
+
+    Returns
+    -------
+    Mask
+        (H, W) bool; pixels within `HOLE_MARGIN` of the edge of the reference's silhouette are no holes.
     """
     square = np.ones((2 * HOLE_MARGIN + 1,) * 2, bool)
     inside = binary_erosion(reference, square, border_value=1)  # the picture's edge is not the silhouette's
@@ -96,9 +122,17 @@ def hole_map(reference: Mask, test: Mask) -> Mask:
 
 
 def hole_percent(reference: Mask, test: Mask) -> float:
-    """Return the number of pixels in the `hole_map` of `reference` and `test`, (H, W) bool each, per cent.
+    """Return the number of pixels in the `hole_map` of two silhouettes, per cent of the pixels of the reference.
 
-    100 stands for all pixels of `reference`.
+    Parameters
+    ----------
+    reference, test
+        (H, W) bool: the pixels that show the object.
+
+    Returns
+    -------
+    float
+        0 to 100; 0 where the reference shows nothing.
     """
     covered = int(reference.sum())
     return 100 * float(hole_map(reference, test).sum()) / covered if covered else 0.0
@@ -116,7 +150,7 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
     Returns
     -------
-    tuple
+    tuple[float, float]
         Median and percentile; NaN, NaN where the pictures share no pixel.
     """
     common = np.isfinite(reference) & np.isfinite(test)
@@ -128,9 +162,19 @@ def depth_errors(reference: NDArray[np.float32], test: NDArray[np.float32], unit
 
 
 def bounding_window(where: Mask, margin: int) -> tuple[slice, slice]:
-    """Return the slices of rows and columns that hold every pixel of `where`, (H, W) bool, with `margin` pixels around.
+    """Return the smallest window of a picture that holds all chosen pixels and a margin around them.
 
-    At least one pixel must be set.
+    Parameters
+    ----------
+    where
+        (H, W) bool: the chosen pixels, of which there must be one at least.
+    margin
+        Width of the margin, pixels; the picture's edge may cut it off.
+
+    Returns
+    -------
+    tuple[slice, slice]
+        The rows and the columns.
     """
     rows, columns = np.flatnonzero(where.any(1)), np.flatnonzero(where.any(0))
     return tuple(slice(max(0, int(run[0]) - margin), int(run[-1]) + 1 + margin) for run in (rows, columns))  # type: ignore[return-value]

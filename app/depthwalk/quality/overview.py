@@ -31,7 +31,7 @@ class Overview:
     image_size
         Width and height of the pictures, pixels.
     parts
-        The measured values, by the names of the parts of the examination.
+        The measured values, by the names of the examination's parts, such as "shadows".
     """
 
     version: str

@@ -31,16 +31,16 @@ _TITLES = "", "mean", "worst", "at"
 
 @dataclass(frozen=True)
 class WorstView:
-    """Hold a view to show because some measure is worst in it.
+    """Hold a view that a page shows because some measure is worst there.
 
     Attributes
     ----------
     view
         The measures of the view.
     titles
-        Titles of the measures that are worst in it.
+        Titles of the measures that are worst in this view.
     panels
-        PNG files, by their captions.
+        Contents of PNG files, by their captions.
     """
 
     view: ViewQuality
@@ -49,7 +49,7 @@ class WorstView:
 
 
 def worst_viewpoints(views: Sequence[ViewQuality]) -> dict[Viewpoint, tuple[str, ...]]:
-    """Return the viewpoints among `views` in which some measure is worst, with the titles of these measures."""
+    """Return the viewpoints of those `views` in which some measure is worst, each with the titles of these measures."""
     found: dict[Viewpoint, tuple[str, ...]] = {}
     for measure in MEASURES:
         worst = summarise(measure, views).worst_view
@@ -59,9 +59,17 @@ def worst_viewpoints(views: Sequence[ViewQuality]) -> dict[Viewpoint, tuple[str,
 
 
 def panels(pair: Pair) -> dict[str, bytes]:
-    """Return the pictures of the view `pair` as PNG files by their captions, cut to the object.
+    """Make the four pictures of a view: mesh, depth images, FLIP error, and silhouettes with their holes.
 
-    They show the mesh, the depth images, the FLIP error, and the silhouettes with their holes.
+    Parameters
+    ----------
+    pair
+        The pictures of mesh and depth images; some pixel must show the object.
+
+    Returns
+    -------
+    dict[str, bytes]
+        Contents of PNG files, cut to the object, by their captions.
     """
     union = pair.mesh.covered | pair.dpci.covered
     near = metrics.bounding_window(union, metrics.FLIP_REACH)

@@ -40,7 +40,7 @@ class Shot:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """Where the object is, (H, W) bool."""
+        """The pixels that show the object, (H, W) bool."""
         return np.isfinite(self.distance)
 
 
@@ -63,8 +63,21 @@ class Pair:
 class PairRenderer:
     """Draw a mesh and its depth images from the same views. Use it in a `with` block, which frees its GPU memory.
 
-    Arguments are the mesh (asset frame, metres), its depth images, the render settings, and the `size` of the pictures:
-    width and height, pixels.
+    Parameters
+    ----------
+    mesh
+        The mesh, asset frame, metres.
+    baked
+        The depth images of the mesh.
+    settings
+        How both are rendered; the settings are copied.
+    size
+        Width and height of the pictures, pixels.
+
+    Attributes
+    ----------
+    size
+        Width and height of the pictures, pixels.
 
     Raises
     ------
@@ -88,7 +101,7 @@ class PairRenderer:
         self._headless.release()
 
     def pair(self, viewpoint: Viewpoint) -> Pair:
-        """Draw the pictures of the mesh and of its depth images from `viewpoint`."""
+        """Draw the mesh and its depth images from `viewpoint`, and return the two pictures."""
         return Pair(self._shot(viewpoint, Representation.MESH), self._shot(viewpoint, Representation.DPCI))
 
     @property
@@ -98,7 +111,7 @@ class PairRenderer:
 
     @property
     def gpu_bytes(self) -> int:
-        """The bytes of the depth images on the GPU: buffers and textures, with mip-maps."""
+        """The GPU memory of the depth images, bytes: buffers and textures, with mip-maps."""
         assets = self._headless.renderer.assets
         return sum(assets.cooked(number).bytes for number in assets.depth_numbers(0))
 
@@ -150,7 +163,20 @@ class _OneObject:
 
 
 def one_object_scene(settings: RenderSettings, environment: Environment) -> Scene:
-    """Return a scene with asset 0 at the origin, drawn by `settings` in the light of `environment`."""
+    """Return a scene with a single object, asset 0 of a library, upright at the origin.
+
+    Parameters
+    ----------
+    settings
+        How the scene is rendered; the settings are copied.
+    environment
+        Light, background and ground of the scene.
+
+    Returns
+    -------
+    Scene
+        The scene, without a camera.
+    """
     none, one = np.zeros(0, np.int32), np.zeros(1, np.int32)
     upright = np.array([[0, 0, 0, 1]], np.float32)
     place = np.zeros((1, 3), np.float32)

@@ -50,7 +50,7 @@ class ModelReport:
     Attributes
     ----------
     name
-        Name of the mesh file as the user gave it, or of scene and asset.
+        The mesh file as the user gave it, or the scene file and the asset's name.
     mesh
         The mesh file.
     triangles
@@ -58,9 +58,9 @@ class ModelReport:
     params
         How its depth images were baked.
     objects
-        Number of objects that the mesh was split into.
+        Number of parts into which the mesh was split.
     deepest
-        Number of layers of the deepest image.
+        Greatest number of layers that any of its depth images has.
     costs
         What the depth images cost.
     views
@@ -70,7 +70,7 @@ class ModelReport:
     candidate
         How well the object suits depth images.
     warnings
-        Why it suits them poorly, one line for each reason.
+        Why the object suits depth images poorly, one line for each reason.
     recommendation
         Recommended parameters; None where none were asked for.
     """
@@ -115,9 +115,20 @@ class CompareReport:
 
 
 def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, str]:
-    """Return mean and worst of `measure` over `models`, and the name of the model with the worst view.
+    """Summarise a measure over all models.
 
-    The mean is that of the models' means.
+    Parameters
+    ----------
+    measure
+        The measure.
+    models
+        The findings about each mesh.
+
+    Returns
+    -------
+    tuple[Summary, str]
+        The mean of the models' means, with the worst of all views; and the name of the model in that view, "" where no
+        view has a value.
     """
     means = [mean for model in models if not math.isnan(mean := summarise(measure, model.views).mean)]
     every = summarise(measure, [view for model in models for view in model.views])
@@ -127,9 +138,9 @@ def overall(measure: Measure, models: Sequence[ModelReport]) -> tuple[Summary, s
 
 
 def cost_goals(model: ModelReport) -> dict[str, bool | None]:
-    """Return whether each cost of `model` reaches its goal, by the costs' names.
+    """Return whether the costs "bake_seconds" and "bytes_gpu" of `model` reach their goals, by these two names.
 
-    Goals hold for one resolution and number of layers; for others the values are None.
+    The goals hold for one resolution and number of layers; for models baked otherwise, both values are None.
     """
     if (model.params.resolution, model.params.layers) != (goals.GOAL_RESOLUTION, goals.GOAL_LAYERS):
         return {"bake_seconds": None, "bytes_gpu": None}
@@ -140,7 +151,7 @@ def cost_goals(model: ModelReport) -> dict[str, bool | None]:
 
 
 def to_json(report: CompareReport) -> str:
-    """Return `report` as JSON. A value that is infinite or not a number becomes null."""
+    """Return `report` as JSON text. A value that is infinite or not a number becomes null."""
     document = {
         "version": report.version,
         "commit": report.commit,
@@ -175,7 +186,10 @@ def to_text(report: CompareReport) -> str:
 
 
 def overview(models: Sequence[ModelReport]) -> list[tuple[str, ...]]:
-    """Return a table of `models`: titles, then each one's name, the mean of each measure and what it costs."""
+    """Return a table with a row for each of `models`: its name, the mean of each measure, and its costs.
+
+    The first row holds the titles of the columns.
+    """
     rows = [("mean over the views", *(measure.title for measure in MEASURES), *_COSTS)]
     for model in models:
         means = [cell(measure, summarise(measure, model.views).mean, measure.goal_mean) for measure in MEASURES]
@@ -216,18 +230,18 @@ def _megabytes(count: int | None) -> str:
 
 
 def mark(reached: bool | None) -> str:
-    """Return the mark behind a value whose goal is `reached` or missed; "" where there is no goal."""
+    """Return the mark that stands behind a value: " ok" where its goal is `reached`, else " FAIL"; "" for no goal."""
     return "" if reached is None else " ok" if reached else " FAIL"
 
 
 def cell(measure: Measure, value: float, goal: float | None = None) -> str:
-    """Return the text of a `value` of `measure`, with a mark that says whether it reaches `goal`."""
+    """Return the text of a `value` of `measure`, with a mark that says whether it reaches `goal`; None: no goal."""
     shown = "–" if math.isnan(value) else f"{value:.{measure.digits}f}"
     return shown + mark(measure.reached(value, goal))
 
 
 def direction(viewpoint: Viewpoint | None) -> str:
-    """Return the elevation and azimuth of `viewpoint` as text, degrees."""
+    """Return the elevation and azimuth of `viewpoint` as text, degrees; "" for None."""
     return "" if viewpoint is None else f"{viewpoint.elevation:+.0f}°/{viewpoint.azimuth:.0f}°"
 
 

@@ -1,4 +1,4 @@
-"""Hold what `depthwalk quality` finds: values, their goals, and pictures."""
+"""Hold what the parts of `depthwalk quality` find: values, their goals, and pictures; `overview` shows them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -30,7 +30,7 @@ class Row:
     details
         Other values of the same pictures, by name.
     pictures
-        PNG files, by caption.
+        Contents of PNG files, by caption.
     """
 
     subject: str
@@ -56,14 +56,14 @@ def side_by_side(name: str, shown: Picture, truth: Picture) -> dict[str, bytes]:
     name
         Caption of the picture.
     shown
-        (H, W, 3) uint8, sRGB.
+        The picture, (H, W, 3) uint8, sRGB.
     truth
-        (H, W, 3) uint8, sRGB.
+        The reference picture, (H, W, 3) uint8, sRGB.
 
     Returns
     -------
-    dict
-        PNG files, by caption.
+    dict[str, bytes]
+        Contents of three PNG files, by caption.
     """
     pictures = {name: shown, "truth": truth, "difference (FLIP, dark is equal)": flip_colours(truth, shown)}
     return {caption: png_bytes(picture) for caption, picture in pictures.items()}

@@ -1,10 +1,10 @@
 """Measure how like the shadows of depth images are to those of their meshes.
 
-For `depthwalk quality` and docs/shadows.md. They are those of images alone, and as they are drawn by default, where
-meshes cast them that images would only magnify.
+The measurements are for `depthwalk quality` and docs/shadows.md. Shadows are measured in two ways: cast by depth images
+alone, and as scenes draw them, where the mesh takes the place of images that a shadow map would magnify.
 
-Each object hangs alone over level ground, so high that all of its shadow is seen from straight above that; all light is
-the sun's, so ground is dark exactly where the sun does not reach it.
+Each object hangs alone over level ground, high enough for a viewer straight above the shadow to see all of it. All
+light is the sun's, so that the ground is dark exactly where the sun does not reach it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -61,8 +61,8 @@ class Ground:
 def examine(scenes: Sequence[Scene], size: tuple[int, int], report: Report) -> Iterator[Row]:
     """Compare the shadows of depth images with those of their meshes.
 
-    Yields two rows for every asset with depth images: drawn by images alone, and as scenes draw them. Each row holds
-    the least intersection over union of the two shadows, over `SUNS`.
+    Every mesh asset with depth images has two rows: its shadow is cast by images alone, and as scenes draw it. Each row
+    holds the intersection over union of this shadow and the mesh's, the least over the heights of the sun in `SUNS`.
 
     Parameters
     ----------

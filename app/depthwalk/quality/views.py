@@ -21,14 +21,16 @@ CLOSE_RINGS = {-20: 2, 10: 4, 45: 2}
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Hold a direction to look from.
+    """Hold the direction from which a view looks at an object.
 
     Attributes
     ----------
-    elevation, azimuth
-        Degrees; azimuth 0 looks from +Z, 90 from +X.
+    elevation
+        Height of the viewer above the object's horizon, degrees; 90 is straight above.
+    azimuth
+        Angle of the viewer about +Y, degrees; 0 looks from +Z, 90 from +X.
     close
-        Whether to look from `CLOSE` radii away, instead of from where the object fills the frame.
+        Whether to look from `CLOSE` bounding radii away, instead of from where the object fills the frame.
     """
 
     elevation: float
@@ -58,9 +60,9 @@ class Sphere:
     Attributes
     ----------
     centre
-        (3,) metres, asset frame.
+        (3,) centre, metres, asset frame.
     radius
-        Metres.
+        Radius, metres.
     """
 
     centre: tuple[float, float, float]
@@ -68,7 +70,7 @@ class Sphere:
 
 
 def bounding_sphere(mesh: Mesh) -> Sphere:
-    """Return the smallest sphere about the centre of the bounding box of `mesh` that holds it."""
+    """Return the smallest sphere that holds `mesh` and has the centre of its bounding box, metres, asset frame."""
     low, high = (corner.astype(np.float64) for corner in mesh.bounds)
     centre = (low + high) / 2
     return Sphere(tuple(centre.tolist()), float(np.linalg.norm(mesh.positions - centre, axis=1).max()))
@@ -89,7 +91,7 @@ def view_of(sphere: Sphere, viewpoint: Viewpoint, size: tuple[int, int]) -> View
     Returns
     -------
     View
-        The camera, and the size of the picture.
+        The view, whose near and far planes depend on the object's size.
     """
     fov = math.radians(FOV)
     shorter = math.tan(fov / 2) * min(1.0, size[0] / size[1])

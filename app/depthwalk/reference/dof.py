@@ -1,4 +1,4 @@
-"""Depth of field: twin of shaders/dof.
+"""Compute depth of field, as the twin of shaders/dof.
 
 `gather` mirrors gather.frag, which traces rays through the depth buffer (Lee, Eisemann and Seidel 2010, "Real-Time Lens
 Blur Effects and Focus Control"); `ranges` mirrors tiles.frag and spread.frag, which bound the circles of confusion near
@@ -22,19 +22,20 @@ _Pixels = NDArray[np.intp]
 def ranges(circles: Array, tile: int) -> Array:
     """Return the least and the greatest circle of confusion that may reach into each pixel's tile.
 
-    A tile's own circles count, and those of tiles that are nearer than their circles are large.
+    The two bound the part of the depth buffer through which `gather` traces its rays. The picture is divided into
+    square tiles. A tile counts its own circles, and those of other tiles that are larger than the gap between the two.
 
     Parameters
     ----------
     circles
-        (H, W) radii, pixels.
+        (H, W) radii, pixels, negative before the focus.
     tile
         Edge of a tile, pixels.
 
     Returns
     -------
     Array
-        (2, H, W) radii, pixels: the least, and the greatest.
+        (2, H, W) radii, pixels, with their signs: the least, and the greatest.
     """
     height, width = circles.shape
     rows, columns = np.arange(0, height, tile), np.arange(0, width, tile)
@@ -51,14 +52,14 @@ def ranges(circles: Array, tile: int) -> Array:
 
 
 def gather(lit: Array, circles: Array, spread: Array, samples: int) -> Array:
-    """Return the mean of what rays from all over the lens see through each pixel.
+    """Return the picture that a lens takes: each pixel is the mean of what rays from all over the lens meet.
 
     Parameters
     ----------
     lit
-        (H, W, 4) picture in which everything is sharp.
+        (H, W, 4) linear, premultiplied picture in which everything is sharp.
     circles
-        (H, W) radii, pixels.
+        (H, W) radii, pixels, negative before the focus.
     spread
         (2, H, W) what `ranges` returns.
     samples
@@ -67,7 +68,7 @@ def gather(lit: Array, circles: Array, spread: Array, samples: int) -> Array:
     Returns
     -------
     Array
-        (H, W, 4) picture; pixels whose surroundings are sharp are those of `lit`.
+        (H, W, 4) linear, premultiplied; pixels whose surroundings are sharp are those of `lit`.
     """
     height, width = circles.shape
     y, x = (grid.ravel() for grid in np.mgrid[:height, :width])
@@ -147,20 +148,21 @@ def paper(lit: Array, circles: Array, weights: Array, disc: Array, most: float) 
     Parameters
     ----------
     lit
-        (H, W, 4) picture in which everything is sharp.
+        (H, W, 4) linear, premultiplied picture in which everything is sharp.
     circles
-        (H, W) radii, pixels.
+        (H, W) radii, pixels, negative before the focus.
     weights
-        (7,) of the Gaussian, by the distance in pixels.
+        (7,) weights of the Gaussian that blurs `lit`, at distances of 0 to 6 pixels.
     disc
-        (13, 2) points of the unit disc, at which a pixel looks up its surroundings.
+        (13, 2) x and y of points of the unit disc. A pixel looks up its surroundings at these points, scaled by its
+        circle.
     most
-        The radius at which only the blurred picture counts, pixels.
+        The radius from which on only the blurred picture counts, pixels.
 
     Returns
     -------
     Array
-        (H, W, 4) picture.
+        (H, W, 4) linear, premultiplied picture.
     """
     height, width = circles.shape
     kernel = np.concatenate([weights[:0:-1], weights])

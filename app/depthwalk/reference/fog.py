@@ -1,4 +1,4 @@
-"""Fog whose density falls off with height: twin of shaders/fog/fog.frag.
+"""Compute how fog, whose density falls off with height, dims light; this is the twin of shaders/fog/fog.frag.
 
 Light is lost along a ray as Beer and Lambert say: what comes through is exp(−∫ density ds). The density is constant up
 to a height and falls off exponentially above it, for which the integral has a closed form (Wenzel 2006, "Real-Time
@@ -39,8 +39,8 @@ def fog_density(y: Array, density: float, height: float, falloff: float) -> Arra
 def fog_through(viewer_y: float, way: Array, density: float, height: float, falloff: float) -> Array:
     """Return the transmittance between the viewer and points: the part of the light that comes through the fog.
 
-    The integral of the density over height is divided by the rise of the way. Where the way is level, the density in
-    its middle takes the place of that quotient.
+    The mean density on the way is the integral of the density over height, divided by the rise of the way. Where the
+    way is level, it is the density in the middle of the way.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def fog_through(viewer_y: float, way: Array, density: float, height: float, fall
     Returns
     -------
     Array
-        (n,), 0 to 1.
+        (n,) transmittance, 0 to 1.
     """
 
     def integral_up_to(y: Array) -> Array:
@@ -75,14 +75,14 @@ def fog_before_sky(viewer_y: float, rise: Array, density: float, height: float, 
     viewer_y
         Height of the viewer, metres, world.
     rise
-        (n,) y components of the rays' unit vectors. Where rays do not rise, fog never ends and no light comes.
+        (n,) y components of the rays' unit vectors, world.
     density, height, falloff
         The fog, see `fog_density`: 1/m, metres, metres.
 
     Returns
     -------
     Array
-        (n,), 0 to 1.
+        (n,) transmittance, 0 to 1; 0 for rays that do not rise, since the fog along them never ends.
     """
     left = falloff * np.exp(min(height - viewer_y, 0) / falloff) + max(height - viewer_y, 0)
     return np.where(rise > 0, np.exp(-density * left / np.maximum(rise, 1e-6)), 0.0)

@@ -1,4 +1,4 @@
-"""Geometric post-process anti-aliasing: twin of shaders/gpaa/edge.frag.
+"""Compute the areas of geometric post-process anti-aliasing, as the twin of shaders/gpaa/edge.frag.
 
 A pixel that an edge of the geometry divides is blended with its neighbour across that edge by the area that lies on the
 neighbour's side (Persson 2011, "Geometric Post-process Anti-Aliasing"; edge-optimised GPAA, §1.3, takes the distance
@@ -11,22 +11,22 @@ from depthwalk.types import Array
 
 
 def part_beyond(ends: Array, middle: Array) -> Array:
-    """Return the part of each pixel that lies on the side of a line away from the pixel's middle.
+    """Return the part of each pixel that lies beyond a line, seen from the pixel's middle.
 
-    It is exact where the line crosses two opposite sides of the pixel or misses the pixel. Lines shorter than a pixel
-    are taken to be parallel to their major axis, since their slope is not known well enough.
+    The area is exact for the infinite line through the two ends. Only lines shorter than a pixel are taken to cross
+    the pixel parallel to their major axis, since their slope is not known well enough.
 
     Parameters
     ----------
     ends
         (n, 4) x and y of the line's first end, then of its second, pixels.
     middle
-        (n, 2) middles of the unit squares that are the pixels.
+        (n, 2) x and y of the pixels' middles, pixels; a pixel is a square of edge 1 about its middle.
 
     Returns
     -------
     Array
-        (n,), 0 to ½.
+        (n,) parts, 0 to ½; 0 where the line misses the pixel.
     """
     along = ends[:, 2:] - ends[:, :2]
     steep = np.abs(along[:, 1]) > np.abs(along[:, 0])

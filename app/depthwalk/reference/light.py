@@ -1,4 +1,4 @@
-"""Reflection and light sources: twin of shaders/common/phong.glsl and shaders/light.
+"""Compute the reflection of light, as the twin of shaders/common/phong.glsl and shaders/light.
 
 Surfaces reflect light by Phong's model (Phong 1975, "Illumination for Computer Generated Pictures"); lamps lose
 strength with the distance as in Karis 2013, "Real Shading in Unreal Engine 4". All colours are linear RGB.
@@ -49,9 +49,10 @@ def phong(
     sun: Array,
     ambient: Array,
 ) -> Array:
-    """Return what surfaces send to the viewer in the light of the sun and of a scene's constant ambient light.
+    """Return the light that surfaces send to the viewer, lit by the sun and by a scene's ambient light.
 
-    Ambient light is three quarters even, and one quarter grows with the normal's y: a little less comes from below.
+    Three quarters of the ambient light are the same for all surfaces. The last quarter is multiplied by the normal's y,
+    so that surfaces which look down get less.
 
     Parameters
     ----------
@@ -76,9 +77,9 @@ def lamp_light(
 ) -> tuple[Array, Array]:
     """Return how strong a lamp's light is at points, and the directions from which it comes.
 
-    With the distance d the strength is (1 − (d/range)⁴)² / d² (Karis 2013). The cone of a spot light is as
-    bright as it gets within 0.8 of its angle; from there it fades with the square of the cosine's part of the way to
-    the cone's edge.
+    At the distance d the strength is (1 − (d/range)⁴)² / d² (Karis 2013). A spot light has this strength within 0.8 of
+    its cone's angle. From there to the cone's edge it is multiplied by t², where t falls from 1 to 0 linearly with the
+    cosine of the angle.
 
     Parameters
     ----------
@@ -91,14 +92,14 @@ def lamp_light(
     axis
         (3,) unit vector in which a spot light shines; None for a point light, which shines in all directions.
     angle
-        Full angle of the spot light's cone, radians.
+        Full angle of the spot light's cone, radians; a point light ignores it.
 
     Returns
     -------
     strength : Array
-        (n,), 1 at one metre but for the fall-off towards the range.
+        (n,) factors of the lamp's colour; 1 at one metre, but for the fall-off towards the range.
     to_lamp : Array
-        (n, 3) unit vectors from the points to the lamp.
+        (n, 3) unit vectors from the points to the lamp, world.
     """
     to_lamp = position - point
     distance = np.linalg.norm(to_lamp, axis=1)

@@ -1,4 +1,4 @@
-"""Meso-structure, displacement by a tiling relief: twin of shaders/common/meso.glsl at full resolution.
+"""Displace points by meso-structure, a tiling relief, as the twin of shaders/common/meso.glsl at full resolution.
 
 A tile of relief modulates the depth of an object's depth images before they are warped (Liu, Liu and Wu 2007, §3.4).
 The tile winds round the object's axis and moves all points toward that axis, whichever depth image they belong to, so
@@ -25,11 +25,11 @@ class TilePlacement:
     Attributes
     ----------
     uv
-        (n, 2) positions, in tiles.
+        (n, 2) positions on the tile, in widths and heights of the tile; the tile repeats.
     outward
-        (n, 3) unit vectors out of the surface that the tile lies on; its depth is measured against them.
+        (n, 3) unit vectors out of the surface that the tile lies on, object frame; depth is measured against them.
     right, up
-        (n, 3) object frame: metres of the tile per metre on the object, along the tile's two axes.
+        (n, 3) the tile's two axes, object frame. Their lengths are metres on the tile per metre on the object.
     """
 
     uv: Array
@@ -38,20 +38,23 @@ class TilePlacement:
     up: Array
 
     def relief(self, meso: Meso) -> tuple[Array, Array]:
-        """Return the depth (n,), metres, of the relief `meso` at each point, and its gradient (n, 3), object frame."""
+        """Return the depth (n,) of the relief `meso` at each point, metres, and its gradient (n, 3), object frame.
+
+        The gradient is in metres of depth per metre on the object.
+        """
         depth, *slopes = relief_at(meso, self.uv).T
         return depth, slopes[0][:, None] * self.right + slopes[1][:, None] * self.up
 
 
 def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
-    """Place the tile at points as it winds round the axis.
+    """Place the tile at points, wound round the object's axis.
 
     Parameters
     ----------
     points
         (n, 3) points in the object's frame, metres.
     meso
-        The tile.
+        The tile of relief.
     radius
         The radius of the object's cylinder, metres, which decides how many tiles go round it.
 
@@ -74,7 +77,22 @@ def wind(points: Array, meso: Meso, radius: float) -> TilePlacement:
 
 
 def lay(points: Array, face: Face, meso: Meso) -> TilePlacement:
-    """Place the tile `meso` at `points` (n, 3), metres, object frame, flat on `face`, a cap or a box face."""
+    """Place the tile at points, flat on a planar face.
+
+    Parameters
+    ----------
+    points
+        (n, 3) points in the object's frame, metres.
+    face
+        The face, a cap or a box face.
+    meso
+        The tile of relief.
+
+    Returns
+    -------
+    TilePlacement
+        The tile at each point.
+    """
     outward = face_outward(face)
     up = np.array([0, 0, -outward[1]]) if outward[1] else np.array([0.0, 1.0, 0.0])  # as seen from outside
     right = np.cross(up, outward)
@@ -98,21 +116,22 @@ def relief_at(meso: Meso, uv: Array) -> Array:
 
 
 def displaced(points: Array, normals: Array, face: Face, meso: Meso, radius: float) -> Array:
-    """Displace points by the relief.
+    """Displace points by the relief of a meso-structure.
 
-    Points first move straight inward from `face`, a cap or a box face, by their share of that relief, and then toward
-    the axis. Near the axis they move less, so that no point crosses it.
+    Points of a cap or a box face first move straight inward from that face, by the share of the relief that
+    `bake.meso.straight_share` gives. Then all points move toward the axis. Near the axis they move less, so that no
+    point crosses it.
 
     Parameters
     ----------
     points
         (n, 3) points in the object's frame, metres.
     normals
-        (n, 3) their unit normals.
+        (n, 3) their unit normals, object frame.
     face
         The face whose depth image they belong to.
     meso
-        The tile.
+        The tile of relief.
     radius
         The radius of the object's cylinder, metres.
 
@@ -139,7 +158,7 @@ def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float)
     Parameters
     ----------
     normals
-        (n, 3) unit normals of the smooth surface.
+        (n, 3) unit normals of the surface before it was displaced, object frame.
     points
         (n, 3) displaced points in the object's frame, metres: what `displaced` returns.
     face, meso, radius
@@ -148,7 +167,7 @@ def tilted(normals: Array, points: Array, face: Face, meso: Meso, radius: float)
     Returns
     -------
     Array
-        (n, 3), unit.
+        (n, 3) unit normals, object frame.
     """
     wound, shallow = wind(points, meso, radius), _shallow_radius(meso, radius)
     depth, gradient = wound.relief(meso)

@@ -1,4 +1,4 @@
-"""A planar depth image as the paper draws it, warped in its plane and lit in texture space.
+"""Draw a planar depth image as the paper does, warped in its plane and lit in texture space.
 
 Liu, Liu and Wu 2007, §2.2 (warp) and §2.4 (shading). No shader works in texture space: depthwalk warps and lights all
 depth images by the general equations of shaders/warp/warp.vert and shaders/common/phong.glsl. This twin is the paper's
@@ -25,9 +25,9 @@ class Placement:
     position
         (3,) origin of the texture space, metres, world.
     rotation
-        (3, 3), whose columns are the image's x, y and z in the world, unit.
+        (3, 3) whose columns are the image's x, y and z axes, unit vectors of the world.
     scale
-        World metres per metre of the image.
+        Metres of the world per metre of the image.
     """
 
     position: Array
@@ -35,51 +35,53 @@ class Placement:
     scale: float
 
     def direction(self, world: Array) -> Array:
-        """Turn `world` directions (…, 3) into texture space; they keep their lengths."""
+        """Return the directions `world` (…, 3) of the world in texture space; they keep their lengths."""
         return (world @ self.rotation) * [1, 1, -1]
 
     def point(self, world: Array) -> Array:
-        """Return `world` points (…, 3), metres, in texture space, metres of the image."""
+        """Return the points `world` (…, 3) of the world, metres, in texture space, metres of the image."""
         return self.direction(world - self.position) / self.scale
 
     def world(self, texture: Array) -> Array:
-        """Return points `texture` (…, 3) of texture space in the world, metres."""
+        """Return the points `texture` (…, 3) of texture space, metres of the image, in the world, metres."""
         return self.position + self.scale * (texture * [1, 1, -1]) @ self.rotation.T
 
 
 def warp_samples(samples: Array, viewer: Array) -> Array:
-    """Warp samples within the plane: each goes Table(depth) of the way to the epipole (u_e, v_e) (§2.2).
+    """Warp samples within the image's plane: each moves toward the epipole (u_e, v_e) (§2.2).
+
+    `reference.warp.table` gives the part of that way that a sample moves, by its depth.
 
     Parameters
     ----------
     samples
-        (n, 3) u_s, v_s and depth, metres.
+        (n, 3) u_s, v_s and depth, metres, texture space.
     viewer
-        (3,) u_e, v_e and −D_t, metres: the viewer is D_t before the plane.
+        (3,) u_e, v_e and −D_t, metres, texture space: the viewer is D_t before the plane.
 
     Returns
     -------
     Array
-        (n, 2) u and v, metres.
+        (n, 2) u and v of the warped samples, metres, texture space.
     """
     moved = table(samples[:, 2], -viewer[2])
     return samples[:, :2] + moved[:, None] * (viewer[:2] - samples[:, :2])
 
 
 def view_vectors(samples: Array, viewer: Array) -> Array:
-    """Return the vectors (n, 3), metres, from each sample to the viewer: (u_e, v_e, −D_t) − (u_s, v_s, depth) (§2.4).
+    """Return the vector from each sample to the viewer: (u_e, v_e, −D_t) − (u_s, v_s, depth) (§2.4).
 
     Parameters
     ----------
     samples
-        (n, 3) u_s, v_s and depth, metres.
+        (n, 3) u_s, v_s and depth, metres, texture space.
     viewer
-        (3,) u_e, v_e and −D_t, metres.
+        (3,) u_e, v_e and −D_t, metres, texture space.
 
     Returns
     -------
     Array
-        (n, 3) metres.
+        (n, 3) vectors, metres, texture space.
     """
     return viewer - samples
 
@@ -101,11 +103,11 @@ def phong(
     Parameters
     ----------
     samples
-        (n, 3) u, v and depth, metres.
+        (n, 3) u, v and depth, metres. All points and vectors are in texture space.
     viewer
         (3,) u, v and depth of the viewer, metres; its depth is negative.
     normal
-        (n, 3) unit normals. All vectors are in texture space.
+        (n, 3) unit normals.
     albedo
         (n, 3) linear RGB of the diffuse reflection.
     specular, shininess
@@ -113,7 +115,7 @@ def phong(
     to_sun
         (3,) unit vector to the sun.
     up
-        (3,) unit vector that points up in the world.
+        (3,) the world's up, as a unit vector of texture space.
     sun, ambient
         (3,) linear RGB of the two lights.
 

@@ -1,4 +1,4 @@
-"""Look-ups in shadow maps: twin of shaders/common/shadow_map.glsl and of the shaders that look up maps by it.
+"""Look up shadow maps, as the twin of shaders/common/shadow_map.glsl and of the shaders that include it.
 
 A point is lit where nothing is nearer to the light; averaging that answer over neighbouring texels softens the edges
 (percentage-closer filtering: Reeves, Salesin and Cook 1987, "Rendering Antialiased Shadows with Depth Maps"). Points
@@ -15,9 +15,9 @@ from depthwalk.types import Array
 def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filter_width: int, error: float) -> Array:
     """Move points along their normals so far that a plane does not shadow itself.
 
-    Over half of the filter's width, a plane comes nearer to the light by this width times the tangent of its slope.
-    Moving a point along the normal by the width times the sine makes up for it. Half a texel is added for what lies
-    between texels.
+    Let w be half the filter's width, and α the angle between the normal and `axis`. Over the distance w, the plane
+    comes nearer to the light by w tan α. Moving a point along the normal by w sin α makes up for it. Half a texel is
+    added because the map holds depths at the middles of texels alone.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filte
     axis
         (3,) unit vector along which the map looks, world.
     texel
-        What a texel covers, metres: for each point (n,), or for all.
+        Width of a texel of the map, metres: one for each point (n,), or one number for all.
     filter_width
         Width of the filter, texels.
     error
@@ -37,30 +37,30 @@ def lifted(point: Array, normal: Array, axis: Array, texel: Array | float, filte
     Returns
     -------
     Array
-        (n, 3), metres, world.
+        (n, 3) moved points, metres, world.
     """
     sine = np.linalg.norm(np.cross(normal, axis), axis=1)
     return np.asarray(point + normal * np.atleast_1d(texel * (0.5 * filter_width * sine + 0.5 + error))[:, None])
 
 
 def light_share(depth: Array, view: MapView, point: Array, filter_width: int) -> Array:
-    """Return what part of the light reaches points, by a filtered look-up in the map.
+    """Return what part of the light reaches points, by a filtered look-up in a shadow map.
 
     Parameters
     ----------
     depth
         (resolution, resolution) depths of the map, 0 to 1, row 0 at the bottom.
     view
-        What the map sees.
+        The cascade or spot map: its projection from the world, and its resolution in texels.
     point
-        (n, 3) points, world, metres, moved as by `lifted`.
+        (n, 3) points, metres, world, moved as by `lifted`.
     filter_width
         Width of the filter, texels.
 
     Returns
     -------
     Array
-        (n,), 0 to 1; NaN outside the map, and so near its edges that the filter would leave it.
+        (n,) parts of the light, 0 to 1; NaN outside the map, and so near its edges that the filter would leave it.
     """
     clip_from_centre = matrix_array(view.clip_from_centre)
     clip = (point - np.array(view.centre)) @ clip_from_centre[:, :3].T + clip_from_centre[:, 3]

@@ -1,4 +1,4 @@
-"""The areas behind subpixel morphological anti-aliasing: twin of shaders/smaa/line.glsl.
+"""Compute the areas of subpixel morphological anti-aliasing, as the twin of shaders/smaa/line.glsl.
 
 SMAA (Jimenez et al. 2012, "SMAA: Enhanced Subpixel Morphological Antialiasing", §4.2) sees the jagged edge of pixels as
 a line, and blends every pixel along the edge by the area which that line cuts off. It looks the areas up in a
@@ -11,16 +11,16 @@ from depthwalk.types import Array
 
 
 def areas_cut(before: Array, after: Array, heights: Array) -> Array:
-    """Return the areas that a line cuts off the pixels above and below an edge of pixels.
+    """Return the areas that a line cuts off the two pixels, above and below, at a place of an edge between pixel rows.
 
-    The line crosses the edge in its middle, so each of its halves cuts off a wedge.
+    The line crosses the edge in the edge's middle, so that each half of the line cuts off a wedge.
 
     Parameters
     ----------
     before
-        (n,) number of pixels from the edge's beginning to the pixel.
+        (n,) number of pixels between the edge's beginning and the place.
     after
-        (n,) number of pixels from the pixel to the edge's end.
+        (n,) number of pixels between the place and the edge's end.
     heights
         (n, 2) height of the line at the edge's beginning and end, pixels: ½ where the edge goes on a row above, −½
         where it goes on a row below, 0 where it does not go on.

@@ -1,7 +1,7 @@
-"""Tone mapping: twin of shaders/output/tone.glsl.
+"""Map tones to what a screen can show, as the twin of shaders/output/tone.glsl.
 
-Each operator takes linear light (n, 3) of any strength to linear RGB (n, 3) that a screen can show, from 0 to about 1.
-`TONES` holds them by the names of the setting `render.output.tone`.
+Each operator compresses linear light (n, 3) of any strength to linear RGB (n, 3), of which a screen shows 0 to 1.
+`TONES` holds the operators by the names of the setting `render.output.tone`; "none" leaves light as it is.
 """
 
 from collections.abc import Callable
@@ -24,23 +24,27 @@ _CURVE = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232]  # Wrensch's po
 
 
 def reinhard(light: Array) -> Array:
-    """Compress `light` (…, 3), linear RGB, to 1/(1 + L) of it, L its luminance (Reinhard et al. 2002, equation 3)."""
+    """Divide `light` (n, 3), linear RGB, by 1 + L, where L is its luminance (Reinhard et al. 2002, equation 3).
+
+    Luminance goes from 0 to below 1 in the result (n, 3), linear RGB; a saturated channel may still exceed 1.
+    """
     return np.asarray(light / (1 + light @ LUMINANCE)[:, None])
 
 
 def aces(light: Array) -> Array:
-    """Apply a fit of the ACES film curve to each channel of `light` (…, 3), linear RGB; returns linear RGB, 0 to 1.
+    """Apply a fit of the ACES film curve to each channel of `light` (n, 3), linear RGB.
 
-    Source: Narkowicz 2015, "ACES Filmic Tone Mapping Curve".
+    Returns (n, 3) linear RGB, from 0 to about 1. Source: Narkowicz 2015, "ACES Filmic Tone Mapping Curve".
     """
     return light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14)
 
 
 def agx(light: Array) -> Array:
-    """Apply AgX (Sobotka 2022) to `light` (…, 3), linear RGB: a curve over 16.5 stops; returns linear RGB, 0 to 1.
+    """Apply AgX (Sobotka 2022), a curve over 16.5 stops of brightness, to `light` (n, 3), linear RGB.
 
-    The fit is that of Wrensch 2023, "Minimal AgX Implementation". Light is first taken to a narrower space of colours,
-    so that strong colours turn to white as they brighten, and after the curve back to RGB.
+    The curve is the polynomial of Wrensch 2023, "Minimal AgX Implementation". Light is first taken to a narrower space
+    of colours, so that strong colours turn to white as they brighten. After the curve it is taken back. Returns (n, 3)
+    linear RGB, from 0 to about 1.
     """
     stops = np.log2(np.maximum(light @ _AGX_FROM_RGB.T, 1e-10))
     curve = np.polyval(_CURVE, np.clip((stops - _DARKEST) / (_BRIGHTEST - _DARKEST), 0, 1))

@@ -1,4 +1,4 @@
-"""The warp of depth images: twin of shaders/warp/warp.vert, and of how shaders/composite/composite.frag undoes it.
+"""Warp depth samples, as the twin of shaders/warp/warp.vert, and undo it as shaders/composite/composite.frag does.
 
 A depth sample moves within a plane that touches its object, toward the epipole, the viewer's projection onto that plane
 (Liu, Liu and Wu 2007, §2.2 and §3.2). A position X on the plane shows the point P for which X lies on the ray from the

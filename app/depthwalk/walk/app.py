@@ -50,11 +50,11 @@ def run(
     Parameters
     ----------
     scene
-        What to show.
+        The scene to show.
     library
         The scene's assets, which are loaded here while the window shows the progress.
     path
-        A camera path, which the key P plays.
+        A camera path, which the key P plays; None for none.
     fullscreen
         Whether to use the whole screen.
     size
@@ -62,9 +62,11 @@ def run(
     representation
         How to draw every object; None leaves it to the scene.
     first_camera
-        Returns the camera to begin with; takes the scene's camera, or one that sees every object.
+        Called with the scene's own camera or, where it has none, with one that sees every object. Returns the camera to
+        begin with.
     read
-        Reads the scene's file again, and files that are dropped on the window. It may raise InputError.
+        Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
+        may raise InputError.
 
     Raises
     ------

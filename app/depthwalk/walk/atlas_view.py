@@ -1,4 +1,4 @@
-"""Show the impostors of a frame as one picture."""
+"""Show the impostors of a frame as one picture; the panel has a switch for it."""
 
 import moderngl
 
@@ -11,7 +11,7 @@ _SIZE = 1024, 512  # texels; the atlas is several times as large
 
 
 class AtlasView:
-    """Paint the used part of the atlas into a texture, near surfaces bright.
+    """Paint the used part of the impostor atlas into a texture, near surfaces bright and far ones dark.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ class AtlasView:
     Attributes
     ----------
     texture
-        The picture, RGBA.
+        The picture, 1024 × 512 texels RGBA.
     aspect
         Width / height of the part of the atlas that the picture shows.
     """
@@ -35,7 +35,15 @@ class AtlasView:
         self._framebuffer = self.gl.framebuffer([self.texture])
 
     def draw(self, targets: Targets, plan: FrameDrawLists) -> None:
-        """Paint the corner of the atlas of `targets` that holds the tiles of `plan`."""
+        """Paint the corner of the atlas that holds the impostors of a frame.
+
+        Parameters
+        ----------
+        targets
+            The render targets of the frame, which hold the atlas.
+        plan
+            The draw lists of the frame, which say where its impostors lie in the atlas.
+        """
         tiles = plan.composite.records["tile"]
         right, top = (tiles[:, :2] + tiles[:, 2:]).max(0, initial=1.0).tolist()
         self.aspect = right / top

@@ -27,7 +27,7 @@ _RESPONSE = 14.0  # 1/s: how fast velocity and walking height follow what is ask
 
 
 class Move(IntEnum):
-    """Name a way to move that a key asks for; opposite moves are neighbours."""
+    """Name the six ways to move that keys ask for; opposite ways are neighbours."""
 
     RIGHT = 0
     LEFT = 1
@@ -60,7 +60,10 @@ class HeldKeys:
         self._down.discard(move)
 
     def take(self, dt: float) -> dict[Move, float]:
-        """Begin the next frame, and return for how many of the last `dt` seconds each move was held, 0 to `dt`."""
+        """End a frame of `dt` seconds, and return for how many of them each move was held, 0 to `dt`.
+
+        Moves that were not asked for are left out.
+        """
         held = {move: min(dt, TAP) for move in self._tapped} | dict.fromkeys(self._down, dt)
         self._tapped.clear()
         self._fresh.clear()
@@ -73,13 +76,20 @@ class Walker:
 
     Attributes
     ----------
-    position : position of the eyes, metres, world.
-    yaw : direction of the look about +Y, radians, positive to the left; 0 looks along −z.
-    pitch : angle of the look above the horizon, radians, within MAX_PITCH.
-    fov : vertical angle of view, radians.
-    speed : speed while a key is held, m/s.
-    walking : whether the eyes stay EYE_HEIGHT above the ground; else the viewer flies.
-    velocity : present velocity, m/s, world.
+    position
+        Position of the eyes, metres, world.
+    yaw
+        Direction of the look about +Y, radians, positive to the left; 0 looks along −z.
+    pitch
+        Angle of the look above the horizon, radians, within ±MAX_PITCH.
+    fov
+        Vertical angle of view, radians.
+    speed
+        Speed while a key is held, m/s.
+    walking
+        Whether the eyes stay EYE_HEIGHT above the ground; else the viewer flies.
+    velocity
+        Present velocity, m/s, world.
     """
 
     position: glm.dvec3
@@ -111,12 +121,15 @@ class Walker:
         return Camera(self.position.to_tuple(), ahead.to_tuple(), self.fov)
 
     def look(self, right: float, down: float) -> None:
-        """Turn by a motion of the mouse, `right` and `down` pixels."""
+        """Turn the look by a motion of the mouse of `right` and `down` pixels, RADIANS_PER_PIXEL each."""
         self.yaw = math.remainder(self.yaw - right * RADIANS_PER_PIXEL, math.tau)
         self.pitch = glm.clamp(self.pitch - down * RADIANS_PER_PIXEL, -MAX_PITCH, MAX_PITCH)
 
     def change_speed(self, notches: float) -> None:
-        """Multiply the speed by SPEED_PER_NOTCH for each of the `notches` of the wheel, within SPEED_RANGE."""
+        """Multiply the speed by SPEED_PER_NOTCH for each notch of the wheel, within SPEED_RANGE.
+
+        Negative `notches` make the viewer slower.
+        """
         self.speed = glm.clamp(self.speed * SPEED_PER_NOTCH**notches, *SPEED_RANGE)
 
     def advance(self, held: Mapping[Move, float], dt: float, *, fast: bool = False, ground: float = 0.0) -> None:
@@ -124,10 +137,14 @@ class Walker:
 
         Parameters
         ----------
-        held : for how long each move was held, seconds, 0 to `dt`.
-        dt : time since the last frame, seconds; where it is longer than LONGEST_STEP, only that is moved.
-        fast : whether to move FAST times as fast.
-        ground : height of the ground on which a walking viewer stands, metres, world y.
+        held
+            For how long each move was held, seconds, 0 to `dt`; moves that it lacks were not held.
+        dt
+            Time since the last frame, seconds. Beyond LONGEST_STEP, the viewer moves for LONGEST_STEP alone.
+        fast
+            Whether to move FAST times as fast.
+        ground
+            Height of the ground on which a walking viewer stands, metres, world y.
         """
         if dt <= 0:
             return
@@ -153,14 +170,15 @@ class Walker:
 def natural_speed(radius: float) -> float:
     """Return the speed, m/s, that suits a scene whose objects are within a sphere of `radius`, metres.
 
-    This is the speed of people, unless they would cross the scene in no time, or take forever.
+    It is the speed of people in a hurry, changed where crossing the scene would take less than 5 or more than 120
+    seconds.
     """
     fastest, slowest = (glm.clamp(2 * radius / seconds, *SPEED_RANGE) for seconds in _CROSSING)
     return float(glm.clamp(_SPEED, slowest, fastest))
 
 
 def orientation(yaw: float, pitch: float) -> glm.dquat:
-    """Return the rotation from a look along −z to the look with `yaw` and `pitch`, radians, world."""
+    """Return the rotation that turns a look along −z, world, into the look with `yaw` and `pitch`, radians."""
     return glm.dquat(glm.dvec3(pitch, yaw, 0))
 
 
@@ -170,18 +188,19 @@ def direction(yaw: float, pitch: float) -> glm.dvec3:
 
 
 def heading(look: glm.dvec3, yaw: float = 0.0) -> tuple[float, float]:
-    """Return the yaw and the pitch, radians, of a viewer who looks along a vector.
-
-    The pitch is within MAX_PITCH.
+    """Return the yaw and the pitch of a viewer who looks along a vector.
 
     Parameters
     ----------
-    look : direction of the look, world, of any length.
-    yaw : the yaw to return for a look straight up or down, which has none of its own, radians.
+    look
+        Direction of the look, world, of any length.
+    yaw
+        The yaw to return for a look straight up or down, which has none of its own, radians.
 
     Returns
     -------
-    Yaw and pitch, radians.
+    tuple[float, float]
+        Yaw, and pitch within ±MAX_PITCH, radians.
     """
     level = math.hypot(look.x, look.z)
     if level > 1e-9:

@@ -1,4 +1,7 @@
-"""Draw widgets from declarations: type, range, unit and help of a parameter decide how the panel shows it."""
+"""Draw widgets from declarations: type, range, unit and help of a parameter decide how the panel shows it.
+
+So a new setting appears in the panel without any code here.
+"""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +18,7 @@ _KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "
 
 @dataclass(frozen=True, kw_only=True)
 class Control:
-    """Describe how one parameter is shown.
+    """Describe the widget that shows one parameter.
 
     Attributes
     ----------
@@ -26,13 +29,11 @@ class Control:
     help
         What the parameter does: one sentence without its full stop.
     unit
-        The unit of the value.
-    low
-        The least value of a number; None: no limit.
-    high
-        The greatest value of a number; None: no limit.
+        The unit of the value; "" for a value without one.
+    low, high
+        The least and the greatest value of a number; None: no limit.
     choices
-        The values to choose from; none for other kinds of widget.
+        The values to choose from; empty for other kinds of widget.
     optional
         Whether the value may be None, which a check box shows as off.
     default
@@ -51,12 +52,12 @@ class Control:
 
     @property
     def label(self) -> str:
-        """The name as the panel writes it."""
+        """The parameter's name as the panel writes it."""
         return self.name.replace("_", " ")
 
     @property
     def tooltip(self) -> str:
-        """What the parameter does, its range, and how to reset it."""
+        """The text that appears under the mouse: what the parameter does, its range, and how to reset it."""
         unit = f" {self.unit}" if self.unit else ""
         bounded = self.low is not None and self.high is not None
         span = f"\n{self.low:g} to {self.high:g}{unit}" if bounded else ""
@@ -65,7 +66,7 @@ class Control:
 
 @cache
 def controls_of(params: type[Params]) -> tuple[Control, ...]:
-    """Return the controls of the parameters that the class `params` itself declares, in their order."""
+    """Return the controls of all parameters of the class `params`, in the order of their declaration."""
     schema = params.model_json_schema()
     specs, definitions = schema["properties"], schema.get("$defs", {})
     return tuple(
@@ -103,14 +104,14 @@ def _resolved(branch: dict[str, Any], definitions: dict[str, Any]) -> dict[str, 
 
 
 def draw_group(group: Params, declared: type[Params] | None = None) -> str:
-    """Draw the controls of a group of parameters and apply what the user changes.
+    """Draw the controls of a group of parameters, and set in the group what the user changes.
 
     Parameters
     ----------
     group
         The parameters.
     declared
-        A base class of the group's class; only the parameters of that are drawn. None draws all.
+        A base class of the group's class; only parameters of the base class are drawn. None draws all.
 
     Returns
     -------

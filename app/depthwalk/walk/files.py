@@ -1,4 +1,4 @@
-"""Save pictures and camera paths under new names, without overwriting anything."""
+"""Save a walk's screenshots and recorded camera paths under new names, without overwriting anything."""
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -15,7 +15,7 @@ def save_new(suffix: str, write: Callable[[Path], object], folders: Sequence[Pat
     suffix
         The suffix of the file's name, such as ".png".
     write
-        Writes the file with the path that it is given. Exceptions other than OSError pass through.
+        Called with the path of a temporary file, which it must write. Exceptions other than OSError pass through.
     folders
         The folders to try, in this order.
 

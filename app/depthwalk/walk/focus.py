@@ -9,26 +9,26 @@ _ARRIVED = 1e-3  # of the distance
 
 
 class FocusPull:
-    """Turn a lens to a new focus distance, over several frames.
+    """Turn a lens to a new focus distance over several frames, as the hand of a camera operator does.
 
     Attributes
     ----------
     target
-        The distance that the lens is turning to, metres; None while it rests.
+        The distance to which the lens is turning, metres along the view axis; None while the lens rests.
     """
 
     def __init__(self) -> None:
         self.target: float | None = None
 
     def start(self, distance: float) -> None:
-        """Begin to turn to `distance`, metres, limited to the range of the lens; +inf is allowed."""
+        """Begin to turn to `distance`, metres along the view axis, limited to the lens's range; +inf is allowed."""
         self.target = min(max(distance, NEAREST_FOCUS), FARTHEST_FOCUS)
 
     def advance(self, lens: DofParams, dt: float) -> None:
-        """Turn `lens` for `dt` seconds.
+        """Set the focus distance of `lens` to where it is after `dt` more seconds; do nothing while it rests.
 
-        The reciprocal of the distance decays to that of the target, because the blur changes evenly with the
-        reciprocal.
+        The reciprocal of the distance decays exponentially to that of the target, because the blur changes evenly with
+        the reciprocal.
         """
         if self.target is None:
             return

@@ -60,7 +60,10 @@ HELP = (
 
 
 def draw_hud(state: State) -> float:
-    """Draw the HUD of `state` at the left edge, and return its right end in window coordinates."""
+    """Draw the HUD of the walk `state` at the window's left edge, and return its right end, window coordinates.
+
+    It shows frame times, what was drawn, and where the viewer is.
+    """
     _begin("hud", (_MARGIN, _MARGIN), (0, 0))
     _draw_rate(state)
     _draw_passes(state)
@@ -72,7 +75,7 @@ def draw_hud(state: State) -> float:
 
 
 def pass_rows(milliseconds: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Return the names of the passes and their times as texts, the quickest of them summed up as `others`.
+    """Return the names and times of a frame's passes as texts; the quickest passes are summed up as `others`.
 
     Parameters
     ----------
@@ -121,7 +124,7 @@ def draw_help(left: float, right: float) -> None:
 
 
 def draw_toast(message: str) -> None:
-    """Draw the text `message` at the bottom, over everything."""
+    """Draw the text `message` at the bottom of the window, over everything else."""
     display = imgui.get_io().display_size
     text = textwrap.fill(message, max(20, int(display.x / 9)))
     size = imgui.calc_text_size(text)
@@ -133,7 +136,7 @@ def draw_toast(message: str) -> None:
 
 
 def draw_background(progress: Progress) -> None:
-    """Draw how far assets are prepared beside the frames: a bar along the lower edge of the window."""
+    """Draw a bar along the window's lower edge: the `progress` of assets that are baked beside the frames."""
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(520, display.x - 2 * _MARGIN), 0))
     _begin("background", (display.x / 2, display.y - _MARGIN), (0.5, 1.0))
@@ -145,14 +148,17 @@ def draw_background(progress: Progress) -> None:
 
 
 def background_text(progress: Progress) -> str:
-    """Return what the bar of `draw_background` says: how many depth images are ready, and how long the rest takes."""
+    """Return the text on the bar of `draw_background`: how far `progress` has come, and how long the rest takes."""
     seconds = progress.seconds_left
     left = "" if seconds is None else f", {max(round(seconds), 1)} s left"
     return f"depth images: {progress.done} of {progress.total}{left}"
 
 
 def draw_progress(title: str, lines: list[str]) -> None:
-    """Draw the text `title` and below it `lines`, one for each step of loading, the last of which is in progress."""
+    """Draw the progress of loading in the middle of the window.
+
+    `title` stands above `lines`, one for each step of loading, of which the last is in progress and bright.
+    """
     display = imgui.get_io().display_size
     imgui.set_next_window_size((min(460, display.x), 0))
     _begin("progress", (display.x / 2, display.y / 2), (0.5, 0.5))
@@ -197,7 +203,8 @@ def count_rows(counts: Mapping[str, float]) -> list[tuple[str, str]]:
     Parameters
     ----------
     counts
-        The numbers of the frame by name, `FrameDrawLists.counts`, with those of `pixel_shares.shares` once known.
+        The numbers of the frame by name, as `FrameDrawLists.counts` holds them; once they are known, also those of
+        `pixel_shares.shares`.
 
     Returns
     -------

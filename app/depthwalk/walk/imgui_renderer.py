@@ -1,4 +1,7 @@
-"""Draw the widgets of a frame; moderngl-window's own integration lacks the textures API of imgui-bundle 1.92."""
+"""Draw the triangles of imgui's widgets with moderngl.
+
+moderngl-window's own integration lacks the textures API of imgui-bundle 1.92.
+"""
 
 import ctypes
 
@@ -15,7 +18,7 @@ _BLEND = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class ImguiRenderer:
-    """Keep the textures that imgui asks for, and draw its lists of triangles.
+    """Draw imgui's lists of triangles, and keep the textures that imgui asks for.
 
     Parameters
     ----------
@@ -32,12 +35,20 @@ class ImguiRenderer:
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def show(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """Return the name of `texture` for `imgui.image`, valid until the texture is released."""
+        """Return the reference by which `imgui.image` shows `texture`; it is valid until the texture is released."""
         self._textures[texture.glo] = texture
         return imgui.ImTextureRef(texture.glo)
 
     def draw(self, data: imgui.ImDrawData, screen: moderngl.Framebuffer) -> None:
-        """Draw the triangles of `data`, a frame of imgui, over what is in `screen`, which is left without a scissor."""
+        """Draw a frame of imgui over a picture.
+
+        Parameters
+        ----------
+        data
+            What `imgui.get_draw_data` returns after `imgui.render`.
+        screen
+            The framebuffer that is drawn over; it is left without a scissor rectangle.
+        """
         for texture in imgui.get_platform_io().textures:
             self._serve(texture)
         scale = data.framebuffer_scale

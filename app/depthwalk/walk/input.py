@@ -38,16 +38,16 @@ _STEADY = 4.0  # window coordinates between their places, at most
 
 
 class Input:
-    """Listen to the events of a window.
+    """Listen to keys and mouse of a window: hand them to widgets, move the viewer, and call the actions of keys.
 
     Parameters
     ----------
     window
         The window; its event functions are replaced.
     state
-        What the events change.
+        The walk that the events change.
     actions
-        What a key press does, by moderngl-window's name of the key.
+        What a key press does, by moderngl-window's name of the key. Keys that move the viewer need no action.
     """
 
     def __init__(self, window: Window, state: State, actions: dict[str, Callable[[], None]]) -> None:
@@ -77,7 +77,7 @@ class Input:
         return bool(self._window.mouse_exclusivity)
 
     def capture(self, on: bool) -> None:
-        """Hide the mouse and let it turn the viewer if `on`; else let it go."""
+        """Hide the mouse and let it turn the viewer if `on`; else show it again."""
         self._window.mouse_exclusivity = on
         self._last = None
         if on:
@@ -86,9 +86,9 @@ class Input:
 
     @property
     def pointer(self) -> tuple[float, float]:
-        """Position of the mouse from the upper left corner, as fractions of the window's width and height.
+        """Position of the mouse: x and y from the upper left corner, as parts of the window's width and height.
 
-        While the mouse is captured this is the middle.
+        It is the window's middle while the mouse is captured, and before the mouse moved.
         """
         if self.captured or self._last is None:
             return 0.5, 0.5
@@ -96,7 +96,10 @@ class Input:
         return self._last[0] / max(width, 1), self._last[1] / max(height, 1)
 
     def set_areas(self, areas: list[Area]) -> None:
-        """Take notice of the `areas` of the window that widgets cover; call this in every frame of imgui."""
+        """Note the `areas` of the window that widgets cover, where the mouse belongs to imgui.
+
+        This must be called within every frame of imgui.
+        """
         self._areas = areas
         self._busy = imgui.is_any_item_active() or imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 

@@ -1,4 +1,4 @@
-"""Show in the window which assets are being read and baked."""
+"""Show in the window which assets are being read and baked, and let the user stop that."""
 
 import threading
 import time
@@ -26,7 +26,7 @@ class LoadingScreen:
     overlay
         Draws the text.
     told
-        A second report that is called with every stage, such as that of the command line.
+        Called with every stage as well; it may print it, as the command line does.
 
     Attributes
     ----------
@@ -43,31 +43,31 @@ class LoadingScreen:
         self._lines: list[str] = []
 
     def begin(self, title: str) -> None:
-        """Clear the window, and show `title`, the name of what is loaded."""
+        """Clear the window, and show that the file called `title` is being loaded."""
         self._title = f"Loading {title}"
         self.busy = True
         self._draw()
 
     def stop(self) -> None:
-        """End the loading when it reaches its next stage, by a `StoppedError`."""
+        """Ask for the end of loading, which will raise `StoppedError` at its next stage."""
         self._stopped = True
 
     def end(self) -> None:
-        """Forget the progress: loading is over."""
+        """Clear the progress when loading is over, and forget that a stop was asked for."""
         self._lines.clear()
         self.busy = self._stopped = False
 
     def report(self, name: str, stage: str) -> None:
         """Show a stage of loading an asset; the library calls this.
 
-        A thread that loads beside the frames shows nothing: window and GL belong to the main thread.
+        Only `told` hears of it where another than the main thread calls, since window and GL belong to the main thread.
 
         Parameters
         ----------
         name
             The name of the asset.
         stage
-            What is being done with it.
+            The step that begins, such as "baking".
 
         Raises
         ------
@@ -84,12 +84,14 @@ class LoadingScreen:
             raise StoppedError
 
     def wait(self, line: str) -> None:
-        """Show what is waited for, a few times a second; to be called in a loop.
+        """Show what is waited for; a loop that waits must call this again and again.
+
+        The window is drawn anew a few times a second only.
 
         Parameters
         ----------
         line
-            What is waited for.
+            A text that says what is waited for.
 
         Raises
         ------

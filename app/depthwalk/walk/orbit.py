@@ -22,7 +22,7 @@ _ARRIVED = 1e-3  # of the distance
 def turn(camera: Camera, right: float, down: float) -> Camera:
     """Return `camera` turned about its target so that the picture follows a drag of the mouse.
 
-    The pitch stays within MAX_PITCH, the distance stays as it is.
+    The pitch stays within ±MAX_PITCH; the distance to the target does not change.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def turn(camera: Camera, right: float, down: float) -> Camera:
 def pan(camera: Camera, right: float, down: float) -> Camera:
     """Return a camera moved sideways together with its target, so that the picture follows a drag of the mouse.
 
-    What is as far away as the target moves with the mouse exactly; nearer things move more, farther ones less.
+    Surfaces as far away as the target move with the mouse exactly; nearer ones move more, farther ones less.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def dolly(camera: Camera, notches: float) -> Camera:
     camera
         The camera before.
     notches
-        How far to turn the wheel; negative numbers move the camera away.
+        By how many notches the wheel was turned; negative numbers move the camera away.
 
     Returns
     -------
@@ -87,15 +87,15 @@ def dolly(camera: Camera, notches: float) -> Camera:
 
 
 def with_distance(camera: Camera, metres: float) -> Camera:
-    """Return `camera` with its target at a distance of `metres`, limited to DISTANCE_RANGE; the view stays."""
+    """Return `camera` with its target `metres` ahead, limited to DISTANCE_RANGE; position and direction stay."""
     look = glm.normalize(camera.look) * glm.clamp(metres, *DISTANCE_RANGE)
     return replace(camera, target=(glm.dvec3(*camera.position) + look).to_tuple())
 
 
 def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
-    """Turn a camera towards a point for some time.
+    """Turn a camera towards a point, a step at a time.
 
-    What is left to turn decays exponentially, so that it takes as long at any frame rate.
+    The distance between target and point decays exponentially, so that the turn takes as long at any frame rate.
 
     Parameters
     ----------
@@ -104,12 +104,12 @@ def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
     point
         The point, metres, world.
     dt
-        How long to turn, seconds.
+        The time of this step, seconds.
 
     Returns
     -------
     tuple[Camera, bool]
-        The camera, and whether the point is its target by now.
+        The camera, and whether the point has become its target, which ends the turn.
     """
     left = (glm.dvec3(*camera.target) - point) * math.exp(-dt / _AIMING)
     arrived = glm.length(left) < _ARRIVED * glm.distance(glm.dvec3(*camera.position), point)
@@ -117,7 +117,7 @@ def aim(camera: Camera, point: glm.dvec3, dt: float) -> tuple[Camera, bool]:
 
 
 def distance(camera: Camera) -> float:
-    """Return the distance from `camera` to its target, metres."""
+    """Return the distance from `camera` to its own target, metres."""
     return float(glm.length(camera.look))
 
 

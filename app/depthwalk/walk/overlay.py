@@ -15,12 +15,19 @@ _FONT_PIXELS = 16.0
 
 
 class Overlay:
-    """Own an imgui context and what draws it.
+    """Own an imgui context, and draw its widgets over pictures.
 
     Parameters
     ----------
     device
         The GPU that draws.
+
+    Attributes
+    ----------
+    io
+        The input and output settings of the context.
+    renderer
+        Draws the widgets' triangles.
     """
 
     def __init__(self, device: Device) -> None:
@@ -38,7 +45,7 @@ class Overlay:
         dt: float,
         widgets: Callable[[], None],
     ) -> None:
-        """Draw a frame of widgets.
+        """Draw a frame of widgets over a picture.
 
         Parameters
         ----------
@@ -65,13 +72,13 @@ class Overlay:
         self.renderer.draw(imgui.get_draw_data(), screen)
 
     def release(self) -> None:
-        """Free the GL objects and end the context."""
+        """Free the GL objects and destroy imgui's context."""
         self.renderer.release()
         imgui.destroy_context(self._imgui)
 
 
 def set_up_look(io: imgui.IO) -> None:
-    """Give imgui's current context, whose `io` is given, the font, the colours and the spacing of the walk."""
+    """Give imgui's current context, whose settings `io` are, the font, the colours and the spacing of the walk."""
     font = Path(imgui_bundle.__file__).parent / _FONT
     if font.is_file():
         io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)

@@ -23,7 +23,10 @@ Area = tuple[float, float, float, float]  # left, top, right, bottom, window coo
 
 
 def draw_panel(state: State) -> Area:
-    """Draw the panel at the right edge, apply to `state` what the user changes, and return the area that it covers."""
+    """Draw the panel of the walk `state` at the window's right edge, and apply to the walk what the user changes.
+
+    Returns the rectangle that the panel covers: left, top, right, bottom, window coordinates.
+    """
     display = imgui.get_io().display_size
     imgui.set_next_window_pos((display.x - _WIDTH - _MARGIN, _MARGIN), imgui.Cond_.always)
     imgui.set_next_window_size_constraints((_WIDTH, 0), (_WIDTH, max(display.y - 2 * _MARGIN, 60)))
@@ -55,16 +58,16 @@ def draw_atlas(picture: imgui.ImTextureRef, aspect: float, left: float) -> Area:
     Parameters
     ----------
     picture
-        The atlas, as imgui names the texture.
+        The texture of the atlas, as `ImguiRenderer.show` returns it.
     aspect
-        The width of the atlas over its height.
+        Width / height of the atlas.
     left
         The right end of the HUD, window coordinates.
 
     Returns
     -------
     Area
-        The area that it covers.
+        The rectangle that the picture covers: left, top, right, bottom, window coordinates.
     """
     display = imgui.get_io().display_size
     width = max(160.0, min(600.0, display.x - left - _WIDTH - 6 * _MARGIN))

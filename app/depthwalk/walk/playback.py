@@ -12,10 +12,14 @@ class Playback:
 
     Attributes
     ----------
-    path : the path.
-    time : position in the path, seconds from its beginning.
-    playing : whether `time` advances.
-    loop : whether the path starts again at its end.
+    path
+        The path.
+    time
+        Position in the path, seconds from its beginning.
+    playing
+        Whether `advance` moves on in the path.
+    loop
+        Whether the path starts again at its end.
     """
 
     path: CameraPath
@@ -25,7 +29,7 @@ class Playback:
 
     @property
     def duration(self) -> float:
-        """Seconds to the last keyframe."""
+        """The time of the path's last keyframe, seconds from its beginning."""
         return float(self.path.times[-1])
 
     @property
@@ -34,13 +38,13 @@ class Playback:
         return self.path.sample(self.time)
 
     def toggle(self) -> None:
-        """Stop the path, or play on, from the beginning if the end was reached."""
+        """Stop the path, or play it on; a path that has reached its end plays from the beginning."""
         self.playing = not self.playing
         if self.playing and self.time >= self.duration:
             self.time = 0.0
 
     def advance(self, dt: float) -> None:
-        """Play for `dt` seconds. At its end the path starts again if it loops, and stops if not."""
+        """Play the path for `dt` more seconds. At its end it starts again if `loop` is set, and stops if not."""
         if not self.playing:
             return
         self.time += dt

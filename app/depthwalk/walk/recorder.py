@@ -26,9 +26,11 @@ class Tolerance:
 
     Attributes
     ----------
-    position : Distance, metres.
-    angle : Angle between directions and between angles of view, radians. The default is a pixel, where 1000 pixels show
-        60°.
+    position
+        Greatest distance between positions, metres.
+    angle
+        Greatest angle between directions of look, and greatest difference of the angles of view, radians. The default
+        is the angle of a pixel where 1000 pixels show 60°.
     """
 
     position: float
@@ -41,12 +43,12 @@ def tolerance_in(radius: float) -> Tolerance:
 
 
 class Recorder:
-    """Collect cameras frame by frame.
+    """Collect the cameras of a walk frame by frame, and make a path of them.
 
     Attributes
     ----------
     seconds
-        Length of the recording.
+        Length of the recording, seconds.
     """
 
     def __init__(self) -> None:
@@ -56,18 +58,24 @@ class Recorder:
 
     @property
     def full(self) -> bool:
-        """Whether a path file could hold no more keyframes."""
+        """Whether as many cameras are recorded as a path file can hold keyframes; further ones are left out."""
         return len(self._times) == MAX_KEYFRAMES
 
     def add(self, dt: float, camera: Camera) -> None:
-        """Add the `camera` of a frame, drawn `dt` seconds after the last one."""
+        """Add the `camera` of a frame, drawn `dt` seconds after the last one, of which LONGEST_STEP at most counts.
+
+        Cameras that follow each other faster than the frames of the path are left out.
+        """
         self.seconds += min(dt, LONGEST_STEP) if self._times else 0.0
         if not self.full and (not self._times or self.seconds - self._times[-1] >= _SHORTEST_STEP):
             self._times.append(self.seconds)
             self._cameras.append(camera)
 
     def path(self, tolerance: Tolerance) -> CameraPath:
-        """Return a path that differs from every camera added by at most `tolerance`; there must be at least one."""
+        """Return a path that differs from every recorded camera by at most `tolerance`.
+
+        At least one camera must have been added.
+        """
         views = np.array([(*camera.position, *camera.target) for camera in self._cameras])
         return thinned(np.array(self._times), views, np.array([camera.fov for camera in self._cameras]), tolerance)
 
@@ -75,22 +83,25 @@ class Recorder:
 def thinned(
     times: NDArray[np.float64], views: NDArray[np.float64], fovs: NDArray[np.float64], tolerance: Tolerance
 ) -> CameraPath:
-    """Return a smooth path through few of n samples that differs from all of them by at most a tolerance.
+    """Return a smooth path through few of n recorded cameras that differs from all of them by at most a tolerance.
+
+    Cameras are added to the path where it is farthest off, until it is good enough.
 
     Parameters
     ----------
-    times : (n,)
-        Seconds, increasing.
-    views : (n, 6)
-        Position and target, metres.
-    fovs : (n,)
-        Vertical angles of view, radians.
+    times
+        (n,) times of the cameras, seconds, increasing.
+    views
+        (n, 6) position and target of each camera, metres, world.
+    fovs
+        (n,) vertical angles of view, radians.
     tolerance
         How far the path may be off.
 
     Returns
     -------
-    The path.
+    CameraPath
+        The path, whose keyframes are the chosen cameras.
     """
     chosen = np.array(sorted({0, len(times) - 1}))
     while True:
@@ -134,13 +145,15 @@ def save_path(path: CameraPath, folder: Path | None = None) -> Path:
 
     Parameters
     ----------
-    path : The path to write.
-    folder : The folder to write to; None is the working directory or, if that cannot be written to, the user's
-        documents.
+    path
+        The path to write.
+    folder
+        The folder to write to; None is the working directory or, if that cannot be written to, the user's documents.
 
     Returns
     -------
-    The file.
+    Path
+        The new file.
 
     Raises
     ------

@@ -22,7 +22,7 @@ _POLL_SECONDS = 0.004
 
 
 class SceneLoader:
-    """Make a renderer of a scene, and load what the frames of a walk come to need.
+    """Make a renderer for a scene, and load what the frames of a walk come to need.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class SceneLoader:
     Attributes
     ----------
     seconds
-        Time spent on loading since the caller last set this to 0; the walk's clock stands still meanwhile.
+        Time spent on loading since the caller last set this to 0, seconds; the walk's clock leaves it out.
     """
 
     def __init__(self, device: Device, window: Window, screen: LoadingScreen) -> None:
@@ -46,7 +46,7 @@ class SceneLoader:
 
     @contextmanager
     def clock_stopped(self) -> Iterator[None]:
-        """Count the time that the block takes as loading, and clear the loading screen after it."""
+        """Count the time that the `with` block takes as loading, and clear the loading screen after it."""
         start = time.perf_counter()
         try:
             yield
@@ -60,7 +60,7 @@ class SceneLoader:
         Parameters
         ----------
         scene
-            What to draw.
+            The scene to draw.
         library
             The scene's assets, which report their progress to the loading screen from now on. A `BackgroundLibrary`
             makes them ready beside the frames.
@@ -111,17 +111,17 @@ class SceneLoader:
             time.sleep(_POLL_SECONDS)
 
     def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> None:
-        """Load what the frames of a newly chosen representation or anti-aliasing need.
+        """Load what the next frame needs that is not loaded yet; call this before every frame.
 
-        Where that fails or is stopped, the representation before is used again; where the machine lacks the
-        anti-aliasing, none is used.
+        Something is missing after the user has chosen another representation. Where loading fails or is stopped, the
+        representation before it is used again. Where the machine lacks the chosen anti-aliasing, none is used.
 
         Parameters
         ----------
         renderer
-            The renderer, whose settings name the representation and the anti-aliasing.
+            The renderer, with the chosen representation and settings.
         tell
-            Is called with the reason where something cannot be used.
+            Called with the reason where something cannot be used.
 
         Raises
         ------

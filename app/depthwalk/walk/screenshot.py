@@ -20,22 +20,24 @@ from depthwalk.walk.window import Window
 def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, folder: Path | None = None) -> Path:
     """Write a picture to a new PNG file.
 
-    The file has three texts: Scene; Camera, as JSON with position, target and fov in degrees; and Options, the same
-    camera for the command line.
+    Three texts in the file say what it shows. "Scene" is the scene's file. "Camera" is JSON with position and target in
+    metres and fov in degrees. "Options" holds the same camera as options of the command line.
 
     Parameters
     ----------
-    pixels : (H, W, 3)
-        The picture, top row first.
+    pixels
+        (H, W, 3) uint8, sRGB, top row first.
     scene
         The scene's file.
-    camera : The camera that the picture was seen through.
-    folder : The folder to write to; None is the working directory or, if that cannot be written to, the user's
-        pictures.
+    camera
+        The camera of the picture.
+    folder
+        The folder to write to; None is the working directory or, if that cannot be written to, the user's pictures.
 
     Returns
     -------
-    The file.
+    Path
+        The new file.
 
     Raises
     ------
@@ -51,7 +53,7 @@ def save_screenshot(pixels: NDArray[np.uint8], scene: Path, camera: Camera, fold
 
 
 def read_window(window: Window) -> NDArray[np.uint8]:
-    """Return the picture (H, W, 3) uint8 that `window` shows, top row first."""
+    """Return the picture (H, W, 3) uint8, sRGB, that was last drawn to `window`, top row first."""
     width, height = window.buffer_size  # `fbo.size` stays that of the first frame
     data = window.fbo.read(viewport=(0, 0, width, height), components=3, alignment=1)
     _ = window.ctx.error  # clears it: moderngl asks for an attachment that a window's buffer lacks

@@ -1,4 +1,7 @@
-"""Tell, once a second, which part of the objects' pixels each representation drew, without waiting for the GPU."""
+"""Find, once a second, which part of the objects' pixels each representation drew, without waiting for the GPU.
+
+The HUD shows the parts.
+"""
 
 from depthwalk.render.pixel_shares import PixelShares, shares
 from depthwalk.render.renderer import Renderer
@@ -8,12 +11,12 @@ _FRAMES = 3  # after which the GPU has drawn the frame that was asked about, and
 
 
 class LateShares:
-    """Ask about one frame, and read the answer some frames later.
+    """Have the GPU count the pixels of one frame, and read the counts some frames later.
 
     Attributes
     ----------
     latest
-        What `pixel_shares.shares` returned last; empty before the first answer.
+        What `pixel_shares.shares` returned last, 0 to 1 by name; empty before the first answer.
     """
 
     def __init__(self) -> None:
@@ -22,7 +25,10 @@ class LateShares:
         self._frames, self._seconds = 0, _EVERY
 
     def update(self, renderer: Renderer, dt: float) -> None:
-        """Ask about the frame that `renderer` has just drawn, or read; `dt` is the time since the last frame, s."""
+        """Begin a count, read one that is finished, or do neither; call this after every frame.
+
+        `renderer` has just drawn the frame, `dt` seconds after the last one.
+        """
         self._frames, self._seconds = self._frames + 1, self._seconds + dt
         if self._asked is not None and self._frames >= _FRAMES:
             self.latest, self._asked, self._seconds = shares(self._asked.count()), None, 0.0

@@ -25,9 +25,9 @@ class State(Viewer):
     times
         Durations of the last frames.
     shares
-        Which part of the pixels each representation drew, lately.
+        The part of the objects' pixels that each representation drew in a recent frame.
     pull
-        The turn of the lens to another distance.
+        The turn of the lens to another focus distance.
     hud
         Whether the window shows the HUD.
     panel
@@ -35,7 +35,7 @@ class State(Viewer):
     help
         Whether the window shows the list of keys.
     atlas
-        Whether the window shows the impostors.
+        Whether the window shows the atlas of impostors.
     """
 
     recorder: Recorder | None = None
@@ -48,14 +48,14 @@ class State(Viewer):
     atlas: bool = False
 
     def show(self, scene: Scene, renderer: Renderer, aspect: float) -> None:
-        """Show another scene, or this one read again, which keeps camera and path.
+        """Show another scene, or the present one read again; the latter keeps camera and camera path.
 
         Parameters
         ----------
         scene
             The scene to show.
         renderer
-            The renderer that draws it.
+            The renderer that draws the scene.
         aspect
             Width / height of the window.
         """
@@ -84,7 +84,7 @@ class State(Viewer):
                 self.end_recording()
 
     def end_recording(self) -> None:
-        """Save the recording as a path file, whose path the key P plays from now on."""
+        """Save the recording as a path file, whose path the key P plays from now on; do nothing without a recording."""
         recorder, self.recorder = self.recorder, None
         if recorder is None:
             return
@@ -101,7 +101,7 @@ class State(Viewer):
         self.tell(f"Saved {file}: {recorder.seconds:.1f} s in {len(path.times)} keyframes")
 
     def focus(self) -> None:
-        """Focus on what is in the middle of the window."""
+        """Begin to focus on the surface in the middle of the window."""
         self.pull.start(self.renderer.distance_at())
         off = self.renderer.settings.dof.mode == "none"
         self.tell(
@@ -109,7 +109,7 @@ class State(Viewer):
         )
 
     def pull_focus(self, dt: float) -> None:
-        """Turn the lens for `dt` seconds if a new focus distance was chosen."""
+        """Turn the lens for `dt` seconds towards the focus distance that the user or the autofocus has chosen."""
         lens = self.renderer.settings.dof
         if lens.autofocus and lens.mode != "none":
             self.pull.start(self.renderer.distance_at())

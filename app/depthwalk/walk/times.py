@@ -1,4 +1,4 @@
-"""Measure how long frames take."""
+"""Keep how long the last frames took, for the HUD."""
 
 from collections import deque
 
@@ -15,17 +15,17 @@ class FrameTimes:
         self._seconds: deque[float] = deque(maxlen=length)
 
     def add(self, seconds: float) -> None:
-        """Add the duration of a frame, `seconds`."""
+        """Add the duration of a frame in `seconds`."""
         self._seconds.append(seconds)
 
     @property
     def milliseconds(self) -> NDArray[np.float32]:
-        """Durations (n,) of the last frames, milliseconds, oldest first."""
+        """The durations (n,) of the last frames, milliseconds, oldest first."""
         return np.array(self._seconds, np.float32) * 1e3
 
     @property
     def smoothed(self) -> float:
-        """Mean duration of the frames of about the last half second, seconds; 0 before the first frame."""
+        """The mean duration of the frames of about the last half second, seconds; 0 before the first frame."""
         total, count = 0.0, 0
         for seconds in reversed(self._seconds):
             total, count = total + seconds, count + 1

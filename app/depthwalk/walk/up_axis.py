@@ -1,4 +1,4 @@
-"""Tell which axis of a model points upward, and turn the model by it, without reading or baking it again."""
+"""Guess which axis of a model's file points upward, and turn the model accordingly, without reading it again."""
 
 from typing import Literal
 
@@ -24,13 +24,13 @@ _TURNS: dict[Up, NDArray[np.float32]] = {
 def guess_up(points: Array) -> Up:
     """Return the axis along which a model most probably stands: the one along which its lower end is broad.
 
-    Busts, statues, buildings and things on feet touch the ground at places that are far apart; their sides end in
-    curves. What stands along neither axis keeps y, which most files have upward.
+    Busts, statues, buildings and things on feet touch the ground at places that are far apart, while their sides end in
+    curves. The answer is "y", which points upward in most files, unless the lower end along z is clearly the broader.
 
     Parameters
     ----------
     points
-        (n, 3) vertices of the model, n ≥ 1, as its file has them.
+        (n, 3) vertices of the model, n ≥ 1, in any unit and in the axes of its file.
 
     Returns
     -------
@@ -49,7 +49,10 @@ def _stands(points: Array) -> float:
 
 
 def model_points(renderer: Renderer) -> Array:
-    """Return points (n, 3) of the only asset of a scene, asset frame, metres: vertices of its mesh or depth images."""
+    """Return points (n, 3), metres, asset frame, of the only asset in the scene of `renderer`.
+
+    They are the vertices of the asset's mesh or, without a mesh, of its depth images.
+    """
     assets = renderer.assets
     levels = assets.meshes.levels(0)
     if levels is not None:
@@ -72,9 +75,9 @@ def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:
     renderer
         The renderer that draws the scene.
     points
-        (n, 3) what `model_points` returns.
+        (n, 3) what `model_points` returns, metres, asset frame.
     up
-        The axis.
+        The axis that shall point upward.
     """
     turned = rotate(_TURNS[up], points)
     low, high = turned.min(0), turned.max(0)
@@ -85,16 +88,16 @@ def turn_model(scene: Scene, renderer: Renderer, points: Array, up: Up) -> None:
 
 
 class ModelTurn:
-    """Turn a model that is shown without a scene: at first as it probably stands, then as its viewer says.
+    """Turn a model that is shown without a scene: at first as it probably stands, then as the user says.
 
     Attributes
     ----------
     guess
-        What to tell of the first turn; "" where there was none.
+        A message to the user about the turn that was guessed; "" where the model was left as it is.
     """
 
     def __init__(self, scene: Scene, renderer: Renderer) -> None:
-        """Guess how the model of `scene` stands, and turn it so in `renderer`; do nothing for scenes of other kinds."""
+        """Guess how the model of `scene` stands, and turn it upright in `renderer`; leave scenes from a file alone."""
         self._scene, self._renderer = scene, renderer
         self._points: Array | None = None
         self._up: Up = "y"
@@ -107,7 +110,10 @@ class ModelTurn:
             self.guess = "It seems to stand along z; U turns it"
 
     def turn(self) -> str | None:
-        """Let the other axis point upward; return what to tell of it, None where the scene is no single model."""
+        """Let the other one of y and z point upward, and return a message to the user.
+
+        None stands for a scene that is no single model, in which nothing is turned.
+        """
         if self._points is None:
             return None
         self._up = "z" if self._up == "y" else "y"

@@ -24,7 +24,7 @@ _EMPTY = 10.0  # metres: the radius that an empty scene is given
 
 
 class Mode(Enum):
-    """Name how keys and mouse move the camera; the value is the mode's name in the panel."""
+    """Name the ways in which keys and mouse move the camera; a value is the mode's name in the panel."""
 
     FLY = "fly"
     WALK = "walk on the ground"
@@ -42,7 +42,7 @@ class Viewer:
     renderer
         The renderer that draws the scene.
     walker
-        The viewer; moves with the camera in every mode.
+        The position and look of a viewer who flies or walks. In orbit they follow the camera.
     home
         The camera that the key Home returns to.
     playback
@@ -50,7 +50,7 @@ class Viewer:
     turned
         In Mode.ORBIT the camera that turns about its target; else None.
     held
-        The keys that are down.
+        The moves whose keys are down.
     fast
         Whether Shift is held.
     """
@@ -74,7 +74,7 @@ class Viewer:
 
     @property
     def toast(self) -> str:
-        """The message to show now, or an empty string."""
+        """The message to show now, or an empty string where there is none or its time is over."""
         return self._toast if time.monotonic() < self._toast_end else ""
 
     @property
@@ -85,13 +85,13 @@ class Viewer:
 
     @property
     def extent(self) -> tuple[NDArray[np.float64], float]:
-        """Centre (3,), world, and radius, metres, of a sphere that holds all objects."""
+        """The centre (3,), metres, world, and the radius, metres, of a sphere that holds all objects."""
         bounds = self.renderer.world.bounds()
         return bounds.sphere() if len(bounds.bounding_radius) else (np.zeros(3), _EMPTY)
 
     @property
     def mode(self) -> Mode:
-        """How keys and mouse move the camera now."""
+        """The way in which keys and mouse move the camera now."""
         if self.turned is not None:
             return Mode.ORBIT
         return Mode.WALK if self.walker.walking else Mode.FLY
@@ -104,9 +104,9 @@ class Viewer:
         return self.turned or self.walker.camera
 
     def arrive(self) -> None:
-        """Begin the walk in a scene: with the camera at home, and with the speed that suits the scene.
+        """Begin the walk in a scene, with the camera at `home` and the speed that suits the scene.
 
-        A mesh without a scene is looked at in orbit.
+        A mesh that is shown without a scene file is looked at in orbit.
         """
         self._pace = self.walker.speed = self.scene.walk.speed or natural_speed(self.extent[1])
         self.walker.walking = False
@@ -114,9 +114,10 @@ class Viewer:
         self._place(self.home)
 
     def take_pace(self) -> None:
-        """Set the walking speed that suits the scene, once all objects of the scene are shown.
+        """Set the speed that suits the whole scene, once all objects of the scene are shown.
 
-        Do nothing before that, after the first time, or where the user has changed the speed since `arrive`.
+        `arrive` could only judge by the objects that were loaded. Do nothing while some are missing, after the first
+        time, and where the user has changed the speed since `arrive`.
         """
         if self._pace and self.renderer.world.is_whole:
             if self.walker.speed == self._pace:
@@ -124,7 +125,10 @@ class Viewer:
             self._pace = 0.0
 
     def advance(self, dt: float) -> None:
-        """Move by the keys that are held, or play the path, for `dt` seconds; a key that moves stops the path."""
+        """Move the camera for `dt` seconds: along the path while it plays, else by the keys that are held.
+
+        A key that moves the viewer stops the path.
+        """
         held = self.held.take(dt)
         if self.playback is not None and self.playback.playing:
             if held:
@@ -145,9 +149,9 @@ class Viewer:
                 self._turn_to(camera)
 
     def look(self, right: float, down: float) -> None:
-        """Turn the camera by a motion of the mouse, `right` and `down` pixels; stop the path.
+        """Turn the camera by a motion of the mouse, `right` and `down` pixels, and stop the path.
 
-        In orbit the camera turns about its target.
+        In orbit the camera turns about its target, else about its own position.
         """
         self._take_over()
         if self.turned is None:
@@ -156,9 +160,14 @@ class Viewer:
             self._turn_to(orbit.turn(self.turned, right, down))
 
     def pan(self, right: float, down: float) -> None:
-        """Move the camera sideways, in orbit, by a drag of the mouse; `right` and `down` are heights of the window.
+        """Move the camera sideways by a drag of the mouse, so that the target follows the mouse.
 
-        What is as far away as the target follows the mouse.
+        Do nothing in other modes than orbit.
+
+        Parameters
+        ----------
+        right, down
+            How far the mouse moved, in heights of the window.
         """
         if self.turned is not None:
             self._take_over()
@@ -166,7 +175,10 @@ class Viewer:
             self._turn_to(orbit.pan(self.turned, right, down))
 
     def wheel(self, notches: float) -> None:
-        """Change the speed or, in orbit, the distance to the target, by `notches` of the wheel."""
+        """Change the speed or, in orbit, the distance to the target, by `notches` of the wheel.
+
+        Positive numbers make the viewer faster, or bring the target nearer.
+        """
         if self.turned is None:
             self.walker.change_speed(notches)
             self.tell(f"Speed {self.walker.speed:.3g} m/s")
@@ -175,22 +187,22 @@ class Viewer:
             self._turn_to(orbit.dolly(self.turned, notches))
 
     def seek(self, seconds: float) -> None:
-        """Go to the time `seconds` of the path."""
+        """Move the camera to where the path is `seconds` after its beginning; do nothing without a path."""
         if self.playback is not None:
             self.playback.time = seconds
             self._look_from(self.playback.camera)
 
     def toggle_path(self) -> None:
-        """Play or stop the path."""
+        """Play or stop the camera path; where there is none, tell the user how to get one."""
         if self.playback is None:
             self.tell("No camera path: drop a path file on the window, start with --path FILE, or record one with K")
         else:
             self.playback.toggle()
 
     def set_mode(self, mode: Mode) -> None:
-        """Let keys and mouse move the camera as `mode` says; the view stays.
+        """Let keys and mouse move the camera as `mode` says, without moving it now.
 
-        In orbit, what is in the middle of the view becomes the target.
+        For orbit, the surface in the middle of the picture becomes the target.
         """
         self.walker.walking = mode is Mode.WALK
         self._aimed = None
@@ -204,15 +216,15 @@ class Viewer:
         self.tell({Mode.FLY: "Flying", Mode.WALK: "Walking on the ground", Mode.ORBIT: "In orbit about a target"}[mode])
 
     def toggle_walking(self) -> None:
-        """Change between walking and flying."""
+        """Change from walking to flying, and from any other mode to walking."""
         self.set_mode(Mode.FLY if self.mode is Mode.WALK else Mode.WALK)
 
     def toggle_orbit(self) -> None:
-        """Change between orbit and flying."""
+        """Change from orbit to flying, and from any other mode to orbit."""
         self.set_mode(Mode.FLY if self.mode is Mode.ORBIT else Mode.ORBIT)
 
     def turn_about(self, across: float, down: float) -> None:
-        """Make the surface at a place of the window the camera's target, and turn towards it.
+        """Turn towards the surface at a place of the window, and orbit about it from then on.
 
         Parameters
         ----------
@@ -231,7 +243,7 @@ class Viewer:
         self._aimed = point
 
     def frame_all(self, aspect: float) -> None:
-        """Move the camera so that all objects are seen in the present direction.
+        """Move the camera, without turning it, to where it sees all objects; a viewer who walked flies from then on.
 
         Parameters
         ----------
@@ -244,7 +256,7 @@ class Viewer:
         self._place(self.renderer.frame_all(aspect, camera.fov, -camera.look))
 
     def go_home(self) -> None:
-        """Return to the camera that the walk began with."""
+        """Place the camera at `home`, with which the walk began, and stop the path."""
         self._take_over()
         self._place(self.home)
 

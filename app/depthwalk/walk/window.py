@@ -23,7 +23,7 @@ Window = glfw_window.Window
 
 
 class NoDisplayError(Exception):
-    """Report that no window can be opened; the message says why in one line."""
+    """Report that no window can be opened, as on a machine without display; the message says why in one line."""
 
 
 def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> Window:
@@ -65,9 +65,9 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:
-    """Call `action` with the paths of the files that are dropped on `window`.
+    """Have `action` called with the paths of files that the user drops on `window`.
 
-    moderngl-window itself does this only for windows of pyglet.
+    moderngl-window itself offers this only for windows of pyglet.
     """
 
     def dropped(handle: Any, names: Any) -> None:
