@@ -28,7 +28,7 @@ _STIFFNESS = 1e-3  # of a surface's weight: draws a vertex to the middle of its 
 _SHORT = 1e-4  # part of an edge's length that counts as an error: where all is flat, short ones go first
 _LEAST = 1e-200  # metres⁴: costs are never 0, so that chance makes all of them differ
 _TURN = 0.2  # cosine: triangles that turn further than that have flipped
-_BATCH = 1 << 12  # edges or triangles at a time: their arrays stay in the cache
+_BATCH = 1 << 15  # edges or triangles at a time: with fewer, threads wait for each other more than for memory
 
 
 @dataclass(frozen=True)

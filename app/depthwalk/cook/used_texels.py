@@ -19,7 +19,7 @@ from depthwalk.types import Array, Ints, Mask
 SUB_TILE = 4  # texels
 TILE = 2 * SUB_TILE  # texels: has an entry of the virtual texture's table
 _SLACK = 0.25  # texels around a triangle: surface points of pixels may lie beside it; 3 changed no picture of an ogre
-_BATCH = 1 << 13  # triangles at a time: their arrays stay in the cache
+_BATCH = 1 << 15  # triangles at a time: with fewer, threads wait for each other more than for memory
 _HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never fits into a few sub-tiles of the side
 
 

@@ -25,7 +25,7 @@ _TURNED = 0.5  # or where the surface faces elsewhere
 _EDGE_ON = 0.1  # cosine: a sample faces its ray, wherever a leaf's normals point; where rays are steeper, these tell
 _NEAR = 2.0  # times a triangle's longest side and a texel: samples farther away are not of its surface
 _ROUNDING = 1e-3  # by which lower bounds may be too high: all is in single precision
-_BATCH = 1 << 13  # triangles at a time: their arrays stay in the cache
+_BATCH = 1 << 15  # triangles at a time: with fewer, threads wait for each other more than for memory
 
 
 class _Look(NamedTuple):
