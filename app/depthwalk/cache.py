@@ -33,13 +33,15 @@ _DAMAGE = (InputError, ValueError, TypeError, LookupError, ArithmeticError)
 
 
 def cache_folder() -> Path:
-    """Return the folder that holds all cached files, as `docs/baking.md` says; it need not exist."""
+    """Return the folder, inside the user's cache folder, that holds all cached files; it need not exist."""
     return user_cache_path("depthwalk", appauthor=False) / "baked"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cache:
     """Find and keep files of one kind in the cache folder, one for each key.
+
+    A key is a text of hex digits, a hash of everything that the file is made from.
 
     Attributes
     ----------
@@ -53,7 +55,7 @@ class Cache:
     content: str
 
     def file(self, key: str) -> Path:
-        """Return where the file of `key` is kept, whether or not it exists."""
+        """Return the path at which the file of `key` is kept, whether or not it exists."""
         return cache_folder() / (key + self.suffix)
 
     def find(self, key: str, read: Callable[[Path], T]) -> T | None:
@@ -62,7 +64,7 @@ class Cache:
         Parameters
         ----------
         key
-            The key.
+            The key under which `keep` stored the file.
         read
             Reads the file at the path that it is given.
 
@@ -147,7 +149,7 @@ class Cache:
 
 
 class DamagedFileError(OSError):
-    """Report that a cached file does not hold what was written to it, or nothing that its readers can use."""
+    """Report that a cached file has changed since it was written, or holds what its reader cannot use."""
 
 
 def forget(key: str) -> None:
@@ -186,9 +188,21 @@ def make_room(newest: Path) -> None:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
-    """Write `arrays`, by their names, to the `.npz` file `path`, whole or not at all.
+    """Write arrays to a `.npz` file, whole or not at all.
 
-    `compressed` deflates them. Raises OSError where the file cannot be written.
+    Parameters
+    ----------
+    path
+        The file to write or replace.
+    arrays
+        The arrays, of any shape and dtype, by the names under which `read_arrays` finds them.
+    compressed
+        Whether to deflate them, which takes longer and makes the file smaller.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written.
     """
     with replacing(path) as temporary, temporary.open("wb") as file:
         (np.savez_compressed if compressed else np.savez)(file, **arrays)
@@ -209,7 +223,7 @@ def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, NDA
     Returns
     -------
     dict
-        The arrays by their names.
+        The arrays by their names, with the shapes and dtypes that they were written with.
 
     Raises
     ------

@@ -12,9 +12,19 @@ class InputError(Exception):
 
 
 def suggest(word: str, choices: Iterable[str]) -> str:
-    """Return `; did you mean 'x'?`, to end a message with, for the one of `choices` that is closest to `word`.
+    """Return the end of an error message, `; did you mean 'x'?`, that helps whoever misspelt a word.
 
-    Returns "" where none is close.
+    Parameters
+    ----------
+    word
+        The word that was given.
+    choices
+        The words that would be right; the one spelt most like `word` is named.
+
+    Returns
+    -------
+    str
+        The end of the message; "" where no choice resembles the word.
     """
     close = get_close_matches(word, list(choices), n=1, cutoff=0.6)
     return f"; did you mean {close[0]!r}?" if close else ""

@@ -109,10 +109,24 @@ def _flush(path: Path) -> None:
 
 
 def staging_folder(folder: Path) -> "tempfile.TemporaryDirectory[str]":
-    """Make a folder for unfinished files in `folder`, on the same disk; it is removed when the `with` block ends.
+    """Make a folder for unfinished files, on the same disk as their final place.
 
-    What killed processes left in `folder` is removed first, see `remove_leftovers`. Raises OSError where no folder can
-    be made.
+    What killed processes left there is removed first, see `remove_leftovers`.
+
+    Parameters
+    ----------
+    folder
+        The folder in which the new one is made.
+
+    Returns
+    -------
+    tempfile.TemporaryDirectory
+        Gives the path of the new folder to a `with` block, and removes the folder when the block ends.
+
+    Raises
+    ------
+    OSError
+        Where no folder can be made.
     """
     remove_leftovers(folder, (_STAGING,))
     return tempfile.TemporaryDirectory(prefix=f"{_STAGING}{os.getpid()}-", dir=folder)

@@ -63,8 +63,8 @@ MAX_DPCI_PARTS = 16
 """Parts that a mesh is divided into: each has depth images and impostors of its own."""
 
 MAX_BOUNDARY_STRIP_ENTRIES = 1 << 28
-"""Vertices and triangles of all borders in a baked file: two thirds of the most texels that it can hold, which borders,
-lying along outlines, never reach."""
+"""Vertices and triangles of all boundary strips in a baked file: two thirds of the most texels that it can hold, which
+strips, lying along outlines, never reach."""
 
 MAX_CACHE_BYTES = 4 << 30
 """Bytes of the cache folder: a hundred trees or five hundred statues of 512², three layers deep."""

@@ -45,17 +45,17 @@ def thread_map(workers: int | None = None) -> Iterator[Map]:
 
 
 def default_workers(processes: int = 1) -> int:
-    """Return how many threads each of `processes` processes that bake side by side should use.
+    """Return how many threads each process should use where `processes` of them bake side by side.
 
-    Together they use one thread per core, but each at least one and at most four.
+    Together the processes use one thread per core, but each of them at least one and at most four.
     """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(max(cores // processes, 1), _MAX_WORKERS)
 
 
 def batches(count: int, size: int) -> list[slice]:
-    """Return slices of at most `size` things each that together cover `count` things.
+    """Divide a sequence of `count` things into slices of at most `size` things each, and return them in order.
 
-    Without any things the result is one empty slice.
+    Where `count` is 0, the result is one empty slice.
     """
     return [slice(first, first + size) for first in range(0, max(count, 1), size)]

@@ -9,7 +9,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Params(BaseModel):
-    """Hold a group of parameters. Unknown names are errors; assignments are validated."""
+    """Hold a group of parameters, which a subclass declares by `param`.
+
+    Raises pydantic's ValidationError for unknown names, and whenever a value is set that a declaration does not allow.
+    """
 
     model_config = ConfigDict(extra="forbid", validate_assignment=True)
 
@@ -20,7 +23,7 @@ def param(default: Any, help: str, *, unit: str = "", ge: float | None = None, l
     Parameters
     ----------
     default
-        The value where nobody sets the parameter.
+        The value where nobody sets the parameter; `...` for a parameter that must be set.
     help
         One line that tells users what the parameter does.
     unit

@@ -38,7 +38,7 @@ class LinearImage:
 
 
 def save_exr(path: Path, file: "OpenEXR.File") -> None:
-    """Write the OpenEXR `file` to `path`, whole or not at all. Raises OSError where that fails."""
+    """Write `file`, an OpenEXR file in memory, to `path`, whole or not at all. Raises OSError where that fails."""
     with replacing(path) as temporary:
         try:
             file.write(str(temporary))
@@ -60,12 +60,12 @@ def write_exr(path: Path, image: LinearImage) -> None:
 
 
 def png_bytes(pixels: Picture) -> bytes:
-    """Return the PNG file of `pixels`, (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top."""
+    """Return the bytes of a PNG file of `pixels`, (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top."""
     return _encoded(pixels, "PNG", compress_level=_PNG_EFFORT)
 
 
 def jpeg_bytes(pixels: Picture) -> bytes:
-    """Return the JPEG file of `pixels`, (H, W, 3) uint8 sRGB, row 0 at the top."""
+    """Return the bytes of a JPEG file of `pixels`, (H, W, 3) uint8 sRGB, row 0 at the top."""
     return _encoded(pixels, "JPEG", quality=_JPEG_QUALITY, subsampling="4:4:4")
 
 

@@ -7,7 +7,7 @@ import depthwalk
 
 
 def commit() -> str | None:
-    """Return the commit of the checkout that this package runs from.
+    """Return the hash, in hex, of the git commit that is checked out where this package runs from.
 
     Returns None where the package is installed, even inside the checkout of another project, and where git is missing.
     """

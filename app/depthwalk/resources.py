@@ -16,7 +16,7 @@ def data_root() -> Path:
     Raises
     ------
     FileNotFoundError
-        Where the installation is incomplete. The functions below raise it too.
+        Where the installation is incomplete.
     """
     for root in (_PACKAGE / "_data", _PACKAGE.parent.parent):
         if (root / "shaders").is_dir():
@@ -25,15 +25,21 @@ def data_root() -> Path:
 
 
 def shader_root() -> Path:
-    """Return the folder of the shaders, which has a folder per pass."""
+    """Return the folder of the shaders, which has a folder per pass. Raises FileNotFoundError as `data_root` does."""
     return data_root() / "shaders"
 
 
 def scene_root() -> Path:
-    """Return the folder of the shipped scenes, which also has `paths` through them."""
+    """Return the folder of the shipped scenes, which also holds a folder `paths` of camera paths through them.
+
+    Raises FileNotFoundError as `data_root` does.
+    """
     return data_root() / "scenes"
 
 
 def asset_root() -> Path:
-    """Return the folder of meshes and textures of the shipped scenes; every scene may name files in it."""
+    """Return the folder of meshes and textures of the shipped scenes; every scene may name files in it.
+
+    Raises FileNotFoundError as `data_root` does.
+    """
     return data_root() / "assets"

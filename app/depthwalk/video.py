@@ -81,7 +81,13 @@ class VideoEncoder:
         self._process.stdin.write(np.ascontiguousarray(frame).data)
 
     def finish(self) -> str:
-        """Wait until all frames are encoded; return what went wrong, in one line, or "" where nothing did."""
+        """Wait until all frames that were sent are encoded.
+
+        Returns
+        -------
+        str
+            What went wrong, in one line; "" where nothing did.
+        """
         with suppress(OSError):  # it has ended, and its status says why
             assert self._process.stdin is not None
             self._process.stdin.close()

@@ -12,24 +12,27 @@ Shape = tuple[NDArray[np.float32], NDArray[np.uint32]]  # positions (v, 3) and t
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeAdjacency:
-    """Hold the edges of f triangles, and the faces on both sides of each.
+    """Hold the edges of f triangles of a mesh, and the faces on both sides of each.
+
+    Silhouettes, where a front face meets a back face, can be found by this without a look at the triangles. An edge is
+    open where it belongs to one face only.
 
     Attributes
     ----------
     points
-        (v, 3) float32, metres.
+        (v, 3) float32, positions of the vertices, metres, object frame.
     ends
-        (e, 2) int32, rows of `points`, directed as the first face runs.
+        (e, 2) int32, rows of `points`: both ends of each edge, in the direction in which its first face runs.
     faces
-        (e, 2) int32, rows of `planes`; the second is the last row where an edge is open.
+        (e, 2) int32, rows of `planes`: both faces of each edge; the second is the last row where the edge is open.
     planes
-        (f + 1, 4) float32, unit normals and distances from the origin along them. Faces without area, and the last
-        row, are zero: never seen from the front.
+        (f + 1, 4) float32: unit normal of each face, and the distance of its plane from the origin along the normal,
+        metres. Faces without area, and the last row, are zero, so that they never count as front faces.
     folds
         (e,) float32, cosine of the angle between the normals of the two faces; 1 where an edge is open.
     density
-        Mean length of silhouette per area of faces seen from their front, both as projected, over all view directions,
-        1/m.
+        How much silhouette to expect, 1/m: projected length of silhouettes over projected area of front faces, each
+        averaged over all view directions.
     """
 
     points: NDArray[np.float32]
@@ -41,7 +44,7 @@ class EdgeAdjacency:
 
     @property
     def open(self) -> NDArray[np.bool_]:
-        """Which edges (e,) have one face only."""
+        """Return which edges have one face only, (e,) bool."""
         return np.asarray(self.faces[:, 1] == len(self.planes) - 1)
 
 
@@ -54,9 +57,9 @@ def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integ
     Parameters
     ----------
     positions
-        (v, 3), metres.
+        (v, 3) float, metres, object frame.
     triangles
-        (f, 3) rows of `positions`, counter-clockwise seen from the front.
+        (f, 3) int, rows of `positions`, counter-clockwise seen from the front.
 
     Returns
     -------

@@ -22,9 +22,9 @@ def normals_and_areas(point: Array, triangles: Ints) -> tuple[Array, Array]:
 
 
 def vertex_directions(point: Array, triangles: Ints) -> Array:
-    """Return the sums (n, 3), metres², of the doubled area vectors of the triangles at each vertex.
+    """Return a vector at each vertex that points as its normal does, and is longer the larger the triangles around it.
 
-    They point as vertex normals do, and are as long as the area around the vertex is large.
+    It is the sum of the triangles' area vectors, which are normal to a triangle and twice as long as its area.
 
     Parameters
     ----------
@@ -60,7 +60,8 @@ def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints
     Returns
     -------
     tuple
-        Both ends (m,) of each edge, and vectors (m, 3) in the triangle's plane away from it, as long as the edge.
+        The rows (m,) of `point` where each of the m edges begins, those (m,) where it ends, and vectors (m, 3), metres,
+        that point away from its triangle, in the triangle's plane, and are as long as the edge.
     """
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     # Both directions of an edge side by side, the last bit telling them apart.
@@ -76,9 +77,19 @@ def open_edges(point: Array, triangles: Ints, normal: Array) -> tuple[Ints, Ints
 
 
 def distinct_triangles(triangles: Ints) -> Ints:
-    """Return those of `triangles` (t, 3) that have three different corners, each once, smallest number first.
+    """Leave out triangles without three different corners, and all but one of several equal ones.
 
-    Copies that are wound the other way are not equal.
+    Triangles of the same corners that are wound in opposite directions are not equal.
+
+    Parameters
+    ----------
+    triangles
+        (t, 3) numbers of vertices, below 2²¹.
+
+    Returns
+    -------
+    numpy.ndarray
+        (u, 3) int64, the triangles that stay, in rising order, each rotated so that its smallest number comes first.
     """
     a, b, c = triangles.T
     # Of the three rotations, that with the smallest number first has the smallest key.
@@ -89,7 +100,7 @@ def distinct_triangles(triangles: Ints) -> Ints:
 
 
 def any_corner(vertices: Mask, triangles: Ints) -> Mask:
-    """Return which of `triangles` (t, 3) have a corner among `vertices`, a mask (n,): (t,) bool."""
+    """Return which of `triangles` (t, 3), numbers of vertices, have a corner in the mask `vertices` (n,): (t,) bool."""
     a, b, c = triangles.T
     return np.asarray(
         vertices[a] | vertices[b] | vertices[c]

@@ -18,7 +18,7 @@ def rotate(quaternion: Array, vector: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the cross products (…, 3) of `a` and `b`, (…, 3) each; both broadcast.
+    """Return the cross products (…, 3) of the vectors `a` and `b`, (…, 3) each; both broadcast.
 
     The values are those of `numpy.cross`, which takes several times as long for the few vectors of a frame.
     """
@@ -26,9 +26,10 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def matrices(quaternion: Array) -> NDArray[np.float64]:
-    """Return the rotation matrices (n, 3, 3) float64 of the unit `quaternion` (n, 4), x y z w.
+    """Return the rotation matrices (n, 3, 3) of the unit `quaternion` (n, 4), x y z w, in its precision.
 
-    Where several vectors are rotated by each, `rows @ matrices` is twice as fast as `rotate` by the inverse.
+    They multiply column vectors. Where each rotation applies to several row vectors, `vectors @ matrices` is twice as
+    fast as `rotate` by the inverse.
     """
     vector, scalar = quaternion.T[:3], quaternion.T[3]
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = 2.0 * vector[:, None] * vector

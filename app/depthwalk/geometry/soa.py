@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 
 class StructOfArrays:
-    """Give a data class of arrays with one row per thing the operations of a table.
+    """Give a data class whose fields are arrays of one length the operations of a table.
 
-    A subclass is a data class all of whose fields are arrays of the same length. Work over thousands of objects then
+    Each field is a column of the table, and row k of all columns describes thing k. Work over thousands of objects then
     stays vectorised, and no column is forgotten where rows are selected.
     """
 
@@ -39,11 +39,19 @@ class StructOfArrays:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """Return one structure with the rows of all `parts`, in their order."""
+        """Return one structure with the rows of all `parts`, structures of this class, one after the other."""
         names = cls.__dataclass_fields__
         return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
     def put(self, rows: NDArray[np.integer] | slice, other: Self) -> None:
-        """Overwrite the rows numbered `rows` (m,) of every column with the m rows of `other`."""
+        """Overwrite m rows of every column, in place.
+
+        Parameters
+        ----------
+        rows
+            Row numbers (m,) int, or a slice of m rows.
+        other
+            A structure of m rows, which are copied.
+        """
         for name in self.__dataclass_fields__:
             getattr(self, name)[rows] = getattr(other, name)

@@ -22,7 +22,7 @@ def within_runs(counts: Rows) -> Rows:
     Returns
     -------
     numpy.ndarray
-        (sum of `counts`,), of the type of `counts`.
+        (sum of `counts`,), of the dtype of `counts`.
     """
     dtype = counts.dtype
     return np.arange(int(counts.sum()), dtype=dtype) - np.repeat(np.cumsum(counts, dtype=dtype) - counts, counts)
@@ -34,14 +34,14 @@ def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
     Parameters
     ----------
     first
-        (c + 1,) where cell k of all c has the members first[k] to first[k + 1] − 1.
+        (c + 1,) for c cells: the members of cell k are numbered first[k] to first[k + 1] − 1.
     cells
-        (k,) numbers of the chosen cells.
+        (m,) numbers of the chosen cells.
 
     Returns
     -------
     numpy.ndarray
-        (members,) int64.
+        (members of all chosen cells,) int64.
     """
     counts = first[cells + 1] - first[cells]
     ends = np.cumsum(counts)
@@ -49,10 +49,22 @@ def cell_members(first: Rows, cells: Rows) -> NDArray[np.int64]:
 
 
 def kd_tree_order(points: Array, size: int) -> Rows:
-    """Return an order (n,) of `points` (n, 3) in which each run of `size` is a leaf of a balanced k-d tree.
+    """Return an order of points in which each run of `size` is a leaf of a balanced k-d tree (Bentley 1975).
 
     Each run of twice, four times … `size` is an inner node. The boxes around such runs have a third of the volume of
     those around runs of a Morton curve.
+
+    Parameters
+    ----------
+    points
+        (n, 3) float, in any unit and frame.
+    size
+        Number of points in a leaf.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n,) int64, rows of `points`.
     """
     order = np.arange(len(points))
     together = size
@@ -72,7 +84,10 @@ def kd_tree_order(points: Array, size: int) -> Rows:
 
 
 def morton_codes(points: Array) -> NDArray[np.uint32]:
-    """Return the places (n,) uint32 of `points` (n, 3) on a Morton curve through the cube around them."""
+    """Return the places (n,) uint32 of `points` (n, 3), in any unit, on a Morton curve through the cube around them.
+
+    Points whose places differ little are near each other (Morton 1966).
+    """
     if not len(points):
         return np.zeros(0, np.uint32)
     low = points.min(0)

@@ -15,13 +15,24 @@ _SAMPLED = np.stack([np.cos(_STEP * np.arange(DIRECTIONS)), np.sin(_STEP * np.ar
 
 
 def support_values(points: Array) -> Array:
-    """Return how far (DIRECTIONS,), metres, `points` (n, 3), object frame, and the axis reach in each direction."""
+    """Return the support function of a set of points and the axis, seen from above.
+
+    Parameters
+    ----------
+    points
+        (n, 3) float, metres, object frame.
+
+    Returns
+    -------
+    numpy.ndarray
+        (DIRECTIONS,) float64, metres from the axis, at least 0: how far they reach in each sampled direction.
+    """
     across = points[:, [0, 2]].astype(np.float64)
     return np.array([(across @ direction).max(initial=0.0) for direction in _SAMPLED])
 
 
 def box_support_values(half_width: Array, half_depth: Array) -> Array:
-    """Return the support functions (n, DIRECTIONS) of boxes about their axes.
+    """Return the support functions of boxes that are centred on their axes.
 
     Parameters
     ----------
@@ -31,7 +42,7 @@ def box_support_values(half_width: Array, half_depth: Array) -> Array:
     Returns
     -------
     Array
-        (n, DIRECTIONS) metres.
+        (n, DIRECTIONS) metres from the axis.
     """
     half = np.stack([half_width, half_depth], -1)
     return np.asarray(half @ np.abs(_SAMPLED).T)
@@ -43,7 +54,7 @@ def support(footprints: Array, direction: Array) -> Array:
     Parameters
     ----------
     footprints
-        (n, DIRECTIONS) support functions, metres.
+        (n, DIRECTIONS) support functions of the objects, metres.
     direction
         (n, 2) unit vectors, x and z of the object frame.
 

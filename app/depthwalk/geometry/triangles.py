@@ -21,9 +21,10 @@ def spread_directions(count: int) -> NDArray[np.float64]:
 
 
 def face_normals(corners: Array) -> tuple[Array, Array]:
-    """Return the unit normals (n, 3) and the areas (n,) of triangles with `corners` (n, 3, 3).
+    """Return the unit normals (n, 3) and the areas (n,), metres², of triangles with `corners` (n, 3, 3), metres.
 
-    The normal of a triangle without area is 0.
+    `corners[k]` holds the three corners of triangle k, counter-clockwise seen from the front. The normal of a triangle
+    without area is 0.
     """
     a, b, c = corners.transpose(1, 2, 0)
     (ux, uy, uz), (vx, vy, vz) = b - a, c - a
@@ -68,7 +69,7 @@ def sample_batches(corners: Array, areas: Array, count: int) -> Iterator[tuple[A
     Yields
     ------
     tuple
-        Points (m, 3) and the triangle (m,) that each lies on.
+        Points (m, 3), metres, and the number (m,) of the triangle that each lies on.
     """
     ends = np.cumsum(areas)
     # One stream of random numbers per variable, each where the one before it ends.
@@ -120,7 +121,7 @@ def row_ids(columns: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]
     Returns
     -------
     tuple
-        The number (n,) of each row, and the first row (m,) that has each number.
+        The number (n,) int64 of each row, from 0 to m − 1, and for each number the first row (m,) int64 that has it.
     """
     varying = columns[:, (columns != columns[:1]).any(axis=0)]
     if varying.shape[1] == 0:
