@@ -19,10 +19,10 @@ _BLOCK = 256  # rows fitted at a time
 
 
 def noise(values: Array) -> float:
-    """Return the standard deviation of the noise of `values` (H, W), in their unit.
+    """Return the standard deviation of the noise of `values` (H, W), in their unit; 0 where too few are finite.
 
-    It is estimated from the median of second differences along rows and columns. Slopes do not change these, and edges
-    hardly change their median.
+    It is estimated from the median absolute deviation (Hampel 1974) of second differences along rows and columns.
+    Slopes do not change these differences, and edges hardly change their median.
     """
     with np.errstate(invalid="ignore"):
         bends = np.concatenate([np.diff(values, 2, axis=axis).ravel() for axis in (0, 1)])
@@ -31,9 +31,10 @@ def noise(values: Array) -> float:
 
 
 def tolerance(values: Array, cell: Array | float) -> Array:
-    """Return the largest steps between neighbours that are always taken for one surface.
+    """Return the largest steps between neighbouring texels that are always taken for one surface.
 
-    They are a slope of STEEP, what noise makes, or two units in which the file counts, whichever is largest.
+    Such a step is the largest of three: a depth of STEEP texel widths, what noise makes, and two of the units in which
+    the file counts.
 
     Parameters
     ----------
@@ -57,8 +58,8 @@ def tolerance(values: Array, cell: Array | float) -> Array:
 def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
     """Return whether the surface continues from each texel to the next one along an axis.
 
-    A step larger than allowed is a slope if it is one of three similar ones in a row, else a tear: one or two such
-    steps are an edge with a pixel between foreground and background on it, which is what depth cameras make of edges.
+    A step larger than allowed is a slope if it is one of three similar steps in a row. Else it is a tear: depth cameras
+    make one or two such steps of an edge, with a pixel between foreground and background.
 
     Parameters
     ----------
@@ -72,7 +73,7 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
     Returns
     -------
     numpy.ndarray
-        (H − 1, W) bool for axis 0, (H, W − 1) bool for axis 1.
+        (H − 1, W) bool for axis 0, (H, W − 1) bool for axis 1: True where the surface continues.
     """
     rows, limit = (np.moveaxis(array, axis, 1) for array in (values, allowed))
     with np.errstate(invalid="ignore"):

@@ -39,9 +39,19 @@ def read_header(data: bytes, path: Path) -> dict[str, Any]:
 
 
 def external_uris(header: dict[str, Any], key: str) -> list[str]:
-    """Return the names of the files in which the list `key` of a glTF `header`, "buffers" or "images", keeps its data.
+    """Return the names of the files that hold the buffers or the images of a glTF file.
 
-    Leaves out data that the header holds itself (data URIs).
+    Parameters
+    ----------
+    header
+        The JSON header, as `read_header` returns it.
+    key
+        The list of the header to look at, "buffers" or "images".
+
+    Returns
+    -------
+    list
+        The URIs as they are written, without those that hold the data themselves (data URIs).
     """
     uris = (item.get("uri", "data:") for item in header.get(key, []))
     return [uri for uri in uris if not uri.startswith("data:")]

@@ -46,9 +46,24 @@ class PlanarImage:
 
 
 def open_image(data: bytes, name: str) -> "Image.Image":
-    """Return the image in the bytes `data` with its header read and its size checked; no pixel is decoded yet.
+    """Open a picture: its header is read and its size checked, but no pixel is decoded yet.
 
-    Raises InputError, which begins with `name`, where the image is of an unknown format, damaged or too large.
+    Parameters
+    ----------
+    data
+        The bytes of the picture file.
+    name
+        What messages call the file.
+
+    Returns
+    -------
+    PIL.Image.Image
+        The picture.
+
+    Raises
+    ------
+    InputError
+        Where it is of an unknown format, damaged or too large.
     """
     from PIL import Image
 
@@ -65,7 +80,7 @@ def open_image(data: bytes, name: str) -> "Image.Image":
 
 
 def check_size(image: "Image.Image", name: str) -> None:
-    """Raise InputError, which begins with `name`, where `image` is larger than the limits allow."""
+    """Raise InputError where `image`, which messages call `name`, has more texels than `limits` allow."""
     width, height = image.size
     if max(width, height) > MAX_TEXTURE_SIDE or width * height > MAX_TEXTURE_PIXELS:
         raise InputError(f"{name}: image of {width} × {height} pixels is larger than {MAX_TEXTURE_SIDE} a side")
@@ -74,7 +89,8 @@ def check_size(image: "Image.Image", name: str) -> None:
 def rgba(image: "Image.Image", name: str) -> NDArray[np.uint8]:
     """Decode `image`, of any mode, to (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
 
-    Raises InputError, which begins with `name`, where it is damaged, too large or of a format that is not supported.
+    Raises InputError where the image, which messages call `name`, is damaged, too large or of a format that is not
+    supported.
     """
     from PIL import Image
 
@@ -101,7 +117,10 @@ def load_texture(path: Path) -> NDArray[np.uint8]:
 
 
 def decode_texture(data: bytes, path: Path) -> NDArray[np.uint8]:
-    """Return what `load_texture` returns, from the bytes `data` of the file `path`."""
+    """Decode the bytes `data` of the picture file `path` to (H, W, 4) uint8, sRGB with alpha, row 0 at the top.
+
+    Raises InputError where they are damaged, too large or of a format that is not supported.
+    """
     return rgba(open_image(data, str(path)), str(path))
 
 

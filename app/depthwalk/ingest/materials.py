@@ -22,13 +22,14 @@ def convert_material(material: object, name: str) -> Material | None:
     Parameters
     ----------
     material : trimesh.visual.material.Material or None
+        The material as trimesh has it; None for a mesh without one.
     name : str
         The file, for messages.
 
     Returns
     -------
     Material | None
-        The material; None where the file gave none.
+        The material; None where the file gives none, be it that trimesh has put a grey one in its place.
 
     Raises
     ------

@@ -12,18 +12,18 @@ CREASE_ANGLE = np.radians(60.0)
 def split_at_creases(
     positions: Array, faces: Ints, crease: float = CREASE_ANGLE
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    """Compute angle-weighted vertex normals, and duplicate vertices at creases so that each side has its own.
+    """Compute vertex normals, and duplicate vertices at creases so that each side has normals of its own.
 
+    A normal is the mean of those of the faces around it, weighted by their angles there (Thürmer and Wüthrich 1998).
     The corners of faces at one position form a smooth group as long as each shares an edge, folded by less than
-    `crease`, with the next; vertices at the same position (texture seams) count as one. Takes time linear in the
-    number of faces, apart from sorting.
+    `crease`, with the next. Vertices at the same position (texture seams) count as one.
 
     Parameters
     ----------
     positions
         (V, 3) float64, metres.
     faces
-        (F, 3) int64, none of zero area.
+        (F, 3) int64, rows of `positions`, none of zero area.
     crease
         Angle between two faces, radians, from which their edge stays sharp.
 

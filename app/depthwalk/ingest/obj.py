@@ -37,7 +37,7 @@ class ObjMesh:
     Attributes
     ----------
     vertices
-        (V, 3) float64 positions, in the file's unit.
+        (V, 3) float64 positions, in the frame and unit of the file.
     colours : (V, 3) float64 or None
         sRGB from 0 to 1, written after the coordinates; None unless every vertex has them.
     texture : (T, 2) float64 or None

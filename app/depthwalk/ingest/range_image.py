@@ -21,7 +21,7 @@ _PLAIN = 204  # sRGB, light grey: the colour of surfaces without a picture
 
 @dataclass(frozen=True, kw_only=True)
 class Intrinsics:
-    """Describe a pinhole camera without distortion, in pixels of the depth image.
+    """Describe a pinhole camera without distortion, by which points in space and pixels of a depth image correspond.
 
     Attributes
     ----------
@@ -48,9 +48,9 @@ class RangeImage:
     colour : (H, W, 3) uint8
         sRGB.
     normal : (H, W, 3) float32
-        Unit length.
+        Unit length, in the camera's frame.
     lens : Intrinsics
-        Of the camera; `cy` is counted from row 0 here, which is at the bottom.
+        The camera; here `cy` is counted from row 0, which is at the bottom.
     """
 
     depth: NDArray[np.float32]
@@ -60,7 +60,7 @@ class RangeImage:
 
     @cached_property
     def points(self) -> NDArray[np.float32]:
-        """Return the points (H, W, 3) that the pixels saw, metres, camera frame.
+        """Return the points (H, W, 3) float32 that the camera saw in each pixel, metres, camera frame.
 
         They are (0, 0, −inf) where nothing was measured.
         """
@@ -91,9 +91,9 @@ def load_depth_image(
     depth_range
         Metres between white, at the plane, and black, for grey without `unit`.
     unit
-        Metres per unit of the file, 0 being no surface in grey; None: floats are metres.
+        Metres per unit of the file, in which 0 means no surface; None: floats are metres.
     colour
-        SRGB picture, resampled to the depth's resolution; None: light grey.
+        A picture in sRGB, resampled to the depth's resolution; None: light grey.
     normal
         RGB normal map, x right, y up, z toward the viewer, resampled likewise; None: fitted to the depth.
 
@@ -139,7 +139,7 @@ def load_range_image(
     unit
         Metres per unit of the file; None: floats are metres.
     colour
-        sRGB picture, resampled to the depth's resolution; None: light grey.
+        A picture in sRGB, resampled to the depth's resolution; None: light grey.
     normal
         RGB normal map, x right, y up, z toward the camera, resampled likewise; None: fitted to the depth.
 

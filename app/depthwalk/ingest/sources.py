@@ -28,6 +28,7 @@ class Sources:
     """
 
     def __init__(self) -> None:
+        """Begin without any file."""
         self._data: dict[Path, bytes] = {}
         self._found: dict[tuple[Path, Path], bool] = {}
 
@@ -41,7 +42,20 @@ class Sources:
         return self._data[path]
 
     def is_inside(self, path: Path, root: Path) -> bool:
-        """Return whether `path` is an existing file in the folder `root`, or below it; `root` has no symbolic links."""
+        """Return whether a file exists and lies inside a folder.
+
+        Parameters
+        ----------
+        path
+            The file.
+        root
+            The folder, in which the file may lie at any depth; a path without symbolic links.
+
+        Returns
+        -------
+        bool
+            True where it does, after symbolic links are followed; the first answer is kept.
+        """
         if (path, root) not in self._found:
             try:
                 self._found[path, root] = path.is_file() and path.resolve().is_relative_to(root)
@@ -167,7 +181,7 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
 
 
 def read_libraries(libraries: list[Path], sources: Sources) -> bytes:
-    """Return the texts of the material `libraries`, read through `sources`, one after the other, in UTF-8."""
+    """Return the texts of the MTL files `libraries`, read through `sources`, one after the other, in UTF-8."""
     return b"\n".join(as_utf8(sources.read(library)) for library in libraries)
 
 
