@@ -20,7 +20,7 @@ class Representation(IntEnum):
 
     @property
     def label(self) -> str:
-        """Return the name in scene files and on the command line."""
+        """Return the name by which scene files and the command line ask for this representation."""
         return self.name.lower().replace("_", "-")
 
 
@@ -34,7 +34,7 @@ class Objects(StructOfArrays):
     Attributes
     ----------
     asset : (n,) int32
-        Index into Scene.assets.
+        Index into `Scene.assets`.
     position : (n, 3) float32
         Metres, world: where the centre of the base of the asset's bounding box is.
     rotation : (n, 4) float32
@@ -42,7 +42,7 @@ class Objects(StructOfArrays):
     scale : (n,) float32
         Size relative to the asset, > 0.
     representation : (n,) uint8
-        A Representation.
+        How each is drawn: the number of a Representation.
     """
 
     asset: NDArray[np.int32]
@@ -52,6 +52,7 @@ class Objects(StructOfArrays):
     representation: NDArray[np.uint8]
 
     def __len__(self) -> int:
+        """Return how many objects there are."""
         return len(self.asset)
 
     @property
@@ -81,7 +82,7 @@ class Camera:
 
     @property
     def look(self) -> glm.dvec3:
-        """The vector from the camera to its target, metres, world."""
+        """Return the vector from the camera to its target, metres, world."""
         return glm.dvec3(*self.target) - glm.dvec3(*self.position)
 
     def moved(self, shift: glm.dvec3) -> "Camera":

@@ -42,9 +42,9 @@ class Document:
     name
         The path as the user gave it; errors cite it.
     root
-        Ruamel's node of the whole text.
+        The node of the whole text, as ruamel.yaml parses it.
     value
-        None, bool, int, float, str, list or dict, nested.
+        The values of the file: None, bool, int, float, str, list or dict, nested.
     """
 
     name: str
@@ -52,28 +52,50 @@ class Document:
     value: Any
 
     def holds(self, loc: Loc) -> bool:
-        """Return whether the text itself holds a value at `loc`."""
+        """Return whether the text itself holds a value at the place `loc`, keys and list indices from the root."""
         return len(list(_nodes_along(self.root, loc))) == len(loc) + 1
 
     def where(self, loc: Loc, *, at_key: bool = False) -> str:
-        """Return `file:line:column` of the value at `loc`, or of its nearest parent in the text.
+        """Return the place of a value in the text, or of its nearest parent that the text holds.
 
-        With `at_key` the place is that of the value's key.
+        Parameters
+        ----------
+        loc
+            Keys and list indices from the root to the value.
+        at_key
+            Whether to return the place of the value's key instead.
+
+        Returns
+        -------
+        str
+            `file:line:column`, counted from 1.
         """
         key, value = list(_nodes_along(self.root, loc))[-1]
         nothing = isinstance(value, ScalarNode) and value.value == ""  # `key:` alone: YAML puts it on the next line
         return _where(self.name, key if key is not None and (at_key or nothing) else value)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """Return the error `file:line:column: loc: message`, from `message` and the place of the value at `loc`.
+        """Return an error about a value of the document.
 
-        With `at_key` the place is that of the value's key.
+        Parameters
+        ----------
+        loc
+            Keys and list indices from the root to the value.
+        message
+            What is wrong with it.
+        at_key
+            Whether to cite the place of the value's key instead of its own.
+
+        Returns
+        -------
+        InputError
+            `file:line:column: loc: message`, counted from 1.
         """
         return _labelled(self.where(loc, at_key=at_key), loc, message)
 
 
 def label(loc: Loc) -> str:
-    """Return the place `loc` as text: `objects[3].scale` for ("objects", 3, "scale")."""
+    """Return the place `loc`, keys and list indices, as text: `objects[3].scale` for ("objects", 3, "scale")."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{_printable(part)}" for part in loc).removeprefix(".")
     return text if len(text) <= _LONGEST_LABEL else f"{text[: _LONGEST_LABEL // 2]}...{text[-_LONGEST_LABEL // 2 :]}"
 
@@ -85,10 +107,8 @@ def located(name: str, line: int, column: int, message: str) -> InputError:
     ----------
     name
         The file, as the error cites it.
-    line
-        Line of the place, counted from 0.
-    column
-        Column of the place, counted from 0.
+    line, column
+        Line and column of the place, counted from 0.
     message
         What is wrong.
 
@@ -122,9 +142,9 @@ def read_document(path: Path) -> Document:
 
 
 def parse_document(text: str, name: str) -> Document:
-    """Parse the YAML `text`; errors cite it as `name`.
+    """Return the document in the YAML `text`, which errors cite as the file `name`.
 
-    Raises InputError as `read_document` does.
+    Raises InputError, with line and column, where the text is not YAML or is nested deeper than the limits.
     """
     root = _compose(text, name)
     if root is None:

@@ -24,7 +24,7 @@ Direction = Annotated[Vector, AfterValidator(_not_zero)]
 
 
 class SkyParams(FileParams):
-    """A sky: two colours that blend from the horizon to the zenith, or a clear daylight sky around the sun."""
+    """Describe a sky: two colours that blend from the horizon to the zenith, or clear daylight around the sun."""
 
     model: Literal["gradient", "preetham"] = param(
         "gradient",
@@ -41,7 +41,7 @@ class SkyParams(FileParams):
 
 
 class FogParams(FileParams):
-    """Fog that gets thinner with height."""
+    """Describe fog that gets thinner with height."""
 
     density: float = param(0.01, "Fraction of the light that is lost per metre", unit="1/m", ge=0, le=1)
     height: Coordinate = param(0.0, "y up to which the fog has its full density", unit="m")
@@ -52,7 +52,7 @@ class FogParams(FileParams):
 
 
 class GroundParams(FileParams):
-    """A horizontal square centred on the origin."""
+    """Describe the ground: a horizontal square centred on the origin."""
 
     height: Coordinate = param(0.0, "y of the ground", unit="m")
     colour: Colour = param((0.45, 0.47, 0.40), "Colour; multiplies the texture", unit="sRGB")
@@ -62,7 +62,7 @@ class GroundParams(FileParams):
 
 
 class SunParams(FileParams):
-    """A directional light."""
+    """Describe the sun: light that has the same direction everywhere."""
 
     direction: Direction = param((-0.4, -0.8, -0.6), "Direction in which the light travels, of any length")
     colour: Colour = param((1.0, 0.96, 0.90), "Colour of the light", unit="sRGB")
@@ -70,14 +70,14 @@ class SunParams(FileParams):
 
 
 class AmbientParams(FileParams):
-    """Light that comes evenly from all directions."""
+    """Describe light that comes evenly from all directions."""
 
     colour: Colour = param((0.85, 0.92, 1.0), "Colour of the light", unit="sRGB")
     intensity: float = param(0.35, "Strength", ge=0, le=100)
 
 
 class LampParams(FileParams):
-    """A lamp: a point light, or with `direction` a spot light."""
+    """Describe a lamp: a point light, or with `direction` a spot light."""
 
     position: Vector = param(..., "Position in the world", unit="m")
     colour: Colour = param((1.0, 0.85, 0.65), "Colour of the light", unit="sRGB")
@@ -101,7 +101,7 @@ class LampParams(FileParams):
 
 
 class Environment(FileParams):
-    """Sky, ground and lights. A file without it has neither sky nor ground, and the default sun."""
+    """Describe sky, ground and lights. A file without it has neither sky nor ground, and the default sun."""
 
     background: Colour = param((0.18, 0.19, 0.21), "Colour behind everything where there is no sky", unit="sRGB")
     sky: SkyParams | None = param(None, "Sky; left out: none is drawn")
@@ -115,7 +115,7 @@ class Environment(FileParams):
 
 
 class CameraParams(FileParams):
-    """A pinhole camera."""
+    """Describe a pinhole camera."""
 
     position: Vector = param(..., "Position of the camera", unit="m")
     target: Vector = param(..., "Point it looks at, in the middle of the picture", unit="m")
@@ -129,7 +129,7 @@ class CameraParams(FileParams):
 
 
 class WalkParams(FileParams):
-    """Walking in the window."""
+    """Say how somebody walks through the scene in the window."""
 
     speed: float | None = param(
         None,

@@ -15,15 +15,15 @@ MIN_SCALE, MAX_SCALE = 1e-4, 1e4
 
 
 class FileParams(Params):
-    """Keys of a file, more strictly typed than `Params`: no text for numbers, no `true` for 1."""
+    """Hold keys of a file, more strictly typed than `Params`: no text is taken for a number, nor `true` for 1."""
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 def numbers(*names: str) -> BeforeValidator:
-    """Return a check that a value is a list of as many numbers as there are `names`.
+    """Return a check that a value is a list of as many items as there are `names`, by which errors call the items.
 
-    Pydantic alone would speak of missing fields.
+    pydantic alone would speak of missing fields.
     """
 
     def check(value: Any) -> Any:

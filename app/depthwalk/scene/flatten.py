@@ -49,13 +49,13 @@ class Row:
     Attributes
     ----------
     loc
-        Where it stands in the file.
+        Where the item stands in the file: keys and list indices from the root.
     spec
         The values that the file gives the item.
     parent
-        The row of the group that holds it, −1 at the top.
+        The number of the row of the group that holds the item, −1 at the top.
     depth
-        How many groups hold it.
+        How many groups hold the item.
     """
 
     loc: Loc
@@ -66,12 +66,18 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True)
 class Flat:
-    """Hold what a scene graph flattens into.
+    """Hold the arrays into which a scene graph of m nodes and n objects flattens, as `Scene` has them too.
 
     Attributes
     ----------
-    objects, nodes, instances, owner
-        The attributes of `Scene` with these names.
+    objects
+        The n objects, in the world.
+    nodes
+        The m nodes that hold them.
+    instances
+        n transforms, float32, metres: each object in its node.
+    owner
+        (n,) int32, the node of each object.
     """
 
     objects: Objects
@@ -88,7 +94,7 @@ def list_rows(items: list[ItemParams], source: Source) -> list[Row]:
     items
         The file's `objects`.
     source
-        Where values came from, to locate errors.
+        Where the values came from, to locate errors.
 
     Returns
     -------
@@ -129,9 +135,9 @@ def reference_errors(
     assets
         The assets by name.
     source
-        Where values came from, to locate errors.
+        Where the values came from, to locate errors.
     missing
-        Names of the assets whose mesh need not exist, and does not.
+        Names of the assets of which no mesh was found, and that are drawn by depth images only.
 
     Returns
     -------
@@ -167,9 +173,9 @@ def flatten(rows: list[Row], assets: Mapping[str, AssetParams], places: Places, 
     assets
         The assets by name, which all exist (see `reference_errors`).
     places
-        For each `places` item, the transforms that its file lists.
+        For each `places` item, by its place in the scene file, the transforms that its own file lists.
     source
-        Where values came from, to locate errors.
+        Where the values came from, to locate errors.
 
     Returns
     -------

@@ -23,7 +23,7 @@ def scene_json_schema() -> dict[str, Any]:
 
 
 def scene_json_text() -> str:
-    """Return the schema as the shipped file holds it."""
+    """Return the text of the shipped file: the JSON schema of a scene file, indented."""
     return json.dumps(scene_json_schema(), indent=2, ensure_ascii=False) + "\n"
 
 

@@ -44,7 +44,7 @@ def load_scene(
     asset_roots
         Folders besides the scene's own in which its files may lie; the program's own assets come last.
     overrides
-        Dotted path in the file → YAML text of the value, as `--set` gives them.
+        Values to replace: YAML text by dotted path in the file, as `--set` gives them; None replaces none.
 
     Returns
     -------
@@ -118,17 +118,24 @@ class FileFinder:
     def find(self, loc: Loc, name: Path) -> Path:
         """Return the absolute path of the file `name`, which the scene names at the place `loc`.
 
-        Where there is no such file, adds to `errors` and returns a path without meaning.
+        Where there is no such file, this adds to `errors` and returns a path that must not be used.
         """
         found = self._searched(name)
         return found if isinstance(found, Path) else self._complain(loc, name, found)
 
     def find_optional(self, loc: Loc, name: Path | None) -> Path | None:
-        """Return what `find` returns for `name` at the place `loc`; None where `name` is None."""
+        """Return the absolute path of the file `name`, which the scene names at the place `loc`, as `find` does.
+
+        Where the scene names none and `name` is None, the result is None too.
+        """
         return None if name is None else self.find(loc, name)
 
     def find_if_present(self, loc: Loc, name: Path | None) -> Path | None:
-        """Return what `find` returns for `name` at the place `loc`; None for no name or a file that does not exist."""
+        """Return the absolute path of the file `name`, which the scene names at the place `loc`, where it exists.
+
+        The result is None where `name` is None or there is no such file. Names that may not be used at all add to
+        `errors`, as with `find`.
+        """
         return None if name is None or self._searched(name) == _NOT_FOUND else self.find(loc, name)
 
     def _searched(self, name: Path) -> Path | str:

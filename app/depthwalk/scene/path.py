@@ -57,13 +57,13 @@ class CameraPath:
     fps
         Frames per second.
     interpolation
-        "smooth", a curve through the keyframes, or "step", which holds each until the next.
+        "smooth", a curve through the keyframes, or "step", which holds each keyframe until the next.
     times
-        (k,) float64, seconds, ascending.
+        (k,) float64, seconds, ascending: when each keyframe is.
     views
-        (k, 6) float64, position and target, metres, world.
+        (k, 6) float64, position and target of the camera at each keyframe, metres, world.
     fovs
-        (k,) float64, vertical angles of view, radians.
+        (k,) float64, its vertical angles of view, radians.
     """
 
     fps: float
@@ -99,7 +99,7 @@ class CameraPath:
         Returns
         -------
         tuple
-            Views (n, 6), metres, and angles of view (n,), radians, as in `views` and `fovs`.
+            Positions and targets (n, 6) float64, metres, world, and vertical angles of view (n,) float64, radians.
         """
         return self._view_curve(times), self._fov_curve(times)
 
@@ -119,7 +119,7 @@ class CameraPath:
 
 
 def load_path(path: Path) -> CameraPath:
-    """Read the camera path file `path`. Raises InputError with one located line per mistake."""
+    """Read the camera path in the file `path`. Raises InputError with one located line per mistake."""
     document = read_document(Path(path))
     if document.holds(("assets",)):
         raise InputError(f"{path}: is a scene file, not a camera path")

@@ -20,13 +20,13 @@ _LIMITS |= {"y": _LIMITS["x"], "z": _LIMITS["x"]}
 
 
 def read_places(path: Path) -> Similarity:
-    """Read the positions of objects within their node.
+    """Read where the objects of a `places` item stand, in the frame of its node.
 
     Parameters
     ----------
     path
-        `.npy`, an array (n, 3 to 5) of x, y, z, yaw, scale; or CSV text whose first line names those columns, in any
-        order, yaw and scale being optional. Metres and degrees.
+        The file: `.npy`, an array (n, 3 to 5) of x, y, z, yaw and scale; or CSV text whose first line names those
+        columns, in any order. Yaw and scale may be left out. Lengths are metres, angles degrees.
 
     Returns
     -------
@@ -36,7 +36,8 @@ def read_places(path: Path) -> Similarity:
     Raises
     ------
     InputError
-        `path:line: defect`, or with the row of an array, counted from 0; also for more than MAX_INSTANCES rows.
+        `path:line: defect`, or with the row of an array, counted from 0, in place of the line; also for more than
+        MAX_INSTANCES rows.
     """
     if path.stat().st_size > MAX_PLACES_BYTES:
         raise InputError(f"{path}: too large: the limit is {MAX_PLACES_BYTES} bytes")

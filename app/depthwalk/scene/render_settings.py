@@ -14,7 +14,7 @@ from depthwalk.params import Params, param
 
 
 class MeshLodParams(Params):
-    """Level of detail of meshes."""
+    """Set the level of detail of meshes."""
 
     error: float = param(
         1.0,
@@ -27,13 +27,13 @@ class MeshLodParams(Params):
 
 
 class MeshParams(MeshLodParams):
-    """Drawing of polygon meshes."""
+    """Set how polygon meshes are drawn."""
 
     wireframe: bool = param(False, "Draw the edges of the triangles only")
 
 
 class FxaaParams(Params):
-    """Fast approximate anti-aliasing, in effect with `render.aa: fxaa`."""
+    """Set fast approximate anti-aliasing, in effect with `render.aa: fxaa`."""
 
     edge_threshold: float = param(
         0.125,
@@ -44,7 +44,7 @@ class FxaaParams(Params):
 
 
 class CompositeParams(Params):
-    """Drawing of the impostors, the images that depth images were warped into."""
+    """Set how impostors, the images that depth images were warped into, are drawn to the screen."""
 
     parallax_steps: int = param(
         1,
@@ -57,7 +57,7 @@ class CompositeParams(Params):
 
 
 class GpaaParams(Params):
-    """Geometric anti-aliasing, in effect with `render.aa: gpaa` and `gpaa-edge`."""
+    """Set geometric anti-aliasing, in effect with `render.aa: gpaa` and `gpaa-edge`."""
 
     samples: int = param(
         2,
@@ -76,7 +76,7 @@ class GpaaParams(Params):
 
 
 class TileParams(Params):
-    """Layout and reuse of the impostors."""
+    """Set how impostors are laid out and for how long they are reused."""
 
     tile_mapping: Literal["screen", "plane"] = param(
         "screen",
@@ -110,7 +110,7 @@ class TileParams(Params):
 
 
 class WarpParams(TileParams):
-    """Warping of depth images into impostors."""
+    """Set how depth images are warped into impostors, and for how long impostors are reused."""
 
     order: Literal["depth", "epipole"] = param(
         "depth",
@@ -121,7 +121,7 @@ class WarpParams(TileParams):
 
 
 class LightParams(Params):
-    """Lighting."""
+    """Set when light is computed."""
 
     mode: Literal["deferred", "forward"] = param(
         "deferred",
@@ -131,7 +131,7 @@ class LightParams(Params):
 
 
 class LodParams(Params):
-    """Level of detail of depth images: with which resolution an object is drawn, and from which of its images."""
+    """Set the level of detail of depth images: how finely an object is drawn, and from which of its images."""
 
     mode: Literal["error", "paper"] = param(
         "error", "Choose the geometry by its error on the screen, or by distance as in the paper (Iter_step)"
@@ -188,7 +188,7 @@ class LodParams(Params):
 
 
 class SmaaParams(Params):
-    """Enhanced subpixel morphological anti-aliasing, in effect with `render.aa: smaa`."""
+    """Set enhanced subpixel morphological anti-aliasing, in effect with `render.aa: smaa`."""
 
     edge_threshold: float = param(
         0.05, "Smallest difference in perceived brightness that counts as an edge", ge=0, le=1
@@ -202,7 +202,7 @@ NEAREST_FOCUS, FARTHEST_FOCUS = 0.5, 10000.0  # metres; the former is beyond any
 
 
 class DofParams(Params):
-    """Depth of field of a thin lens. The height of its sensor follows from the focal length and the camera's `fov`."""
+    """Set the depth of field of a thin lens. Focal length and the camera's `fov` say how high its sensor is."""
 
     mode: Literal["none", "paper", "gather", "accumulate"] = param(
         "none",
@@ -234,7 +234,7 @@ class DofParams(Params):
 
 
 class OutputParams(Params):
-    """Conversion of the lit picture to what a screen can show."""
+    """Set how the lit picture is converted to what a screen can show."""
 
     tone_mapping: Literal["none", "reinhard", "aces", "agx"] = param(
         "none", "Curve that brings light of any strength into the range of a screen; none clips it at white"
@@ -252,7 +252,7 @@ MAX_CASCADES = 4
 
 
 class ShadowParams(Params):
-    """Shadows of the sun, and of lamps with `shadow: true`."""
+    """Set the shadows of the sun, and of lamps with `shadow: true`."""
 
     enabled: bool = param(False, "Let the sun cast shadows of objects on each other and on the ground")
     cascades: int = param(
@@ -289,9 +289,9 @@ class ShadowParams(Params):
 
     @property
     def worst_error(self) -> float:
-        """Return the geometric error to expect of shadow casters, texels.
+        """Return the geometric error to expect of shadow casters, texels of a shadow map.
 
-        It is larger than `error`, which `triangles_per_texel` may not allow.
+        It is larger than the `error` that is asked for, which `triangles_per_texel` may be too low to reach.
         """
         return WORST_ERROR * self.error
 
@@ -300,7 +300,7 @@ DEFAULT_BUDGET = 2 << 30  # bytes: with pictures and atlas at 4K, half of what c
 
 
 class PictureParams(Params):
-    """Settings of the picture as a whole."""
+    """Set what concerns the picture as a whole."""
 
     aa: Literal["none", "coverage", "msaa", "fxaa", "smaa", "gpaa", "gpaa-edge", "ssaa"] = param(
         "none",
@@ -311,7 +311,7 @@ class PictureParams(Params):
 
 
 class CullingParams(Params):
-    """Leaving out what cannot be seen."""
+    """Set which objects are left out because they cannot be seen."""
 
     min_pixels: float = param(
         0.5,
@@ -347,7 +347,7 @@ Bytes = Annotated[
 
 
 class RenderSettings(PictureParams):
-    """Everything that changes the picture but not the scene: `render:` of the scene file.
+    """Hold everything that changes the picture but not the scene: `render:` of the scene file.
 
     Besides the settings of the picture as a whole, there is a group for the level of detail, one for culling, and one
     for each pass that has parameters, under the name of the pass.

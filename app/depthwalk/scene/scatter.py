@@ -12,7 +12,7 @@ _IDLE_ROUNDS = 40  # rounds of darts without a hit after which the area counts a
 
 
 def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: float) -> Similarity:
-    """Return a rectangular grid of objects, centred on the origin.
+    """Return the transforms of objects in a rectangular grid, centred on the origin of their node.
 
     Parameters
     ----------
@@ -21,12 +21,12 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
     spacing
         Metres between neighbours along x and along z.
     scale
-        Scale of every object.
+        Size of every object relative to its asset.
 
     Returns
     -------
     Similarity
-        count[0] · count[1] transforms, float32, x running fastest.
+        count[0] · count[1] transforms, float32, metres and radians, the position along x changing fastest.
     """
     instances = identities(count[0] * count[1], np.float32)
     x, z = ((np.arange(n) - (n - 1) / 2) * step for n, step in zip(count, spacing, strict=True))
@@ -39,7 +39,7 @@ def grid_instances(count: tuple[int, int], spacing: tuple[float, float], scale: 
 def scatter_instances(
     count: int, area: tuple[float, float], spacing: float, scale: tuple[float, float], seed: int
 ) -> Similarity:
-    """Place objects at random in a rectangle centred on the origin, with random yaw and scale.
+    """Place objects at random in a rectangle centred on the origin of their node, with random yaw and scale.
 
     Parameters
     ----------
@@ -50,14 +50,14 @@ def scatter_instances(
     spacing
         Smallest distance between two objects, metres.
     scale
-        Lowest and highest scale of an object.
+        Lowest and highest size of an object relative to its asset.
     seed
         Start of the random numbers; the same seed gives the same objects.
 
     Returns
     -------
     Similarity
-        Transforms, float32; fewer than `count` where no more found room.
+        Transforms, float32, metres and radians; fewer than `count` where no more found room.
     """
     random = np.random.default_rng(seed)
     places = _spaced_places(random, count, np.asarray(area), spacing)
@@ -69,7 +69,9 @@ def scatter_instances(
 
 
 def room_for(area: tuple[float, float], spacing: float) -> float:
-    """Return an upper bound on the number of points that fit a rectangle: that of discs in their densest packing.
+    """Return an upper bound on the number of points that fit a rectangle at a given distance from each other.
+
+    It is the number of discs in their densest packing, which is hexagonal (Thue 1910).
 
     Parameters
     ----------

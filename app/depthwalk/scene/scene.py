@@ -117,9 +117,9 @@ class Nodes:
     first_object, object_count : (m,) int32
         The run of objects of the subtree.
     local : m transforms, float64
-        The node in its parent.
+        Parent from node: where the node stands in its group.
     world : m transforms, float64
-        The node in the world, kept up to date by `set_node_transform`.
+        World from node, kept up to date by `set_node_transform`.
     """
 
     name: tuple[str, ...]
@@ -132,6 +132,7 @@ class Nodes:
     world: Similarity
 
     def __len__(self) -> int:
+        """Return how many nodes there are."""
         return len(self.name)
 
 
@@ -158,7 +159,7 @@ class Scene:
     environment : Environment
         Sky, ground, lights and fog.
     camera : Camera or None
-        The first view; None: one that shows all objects, whose bounds the renderer knows.
+        The first view; None for one that shows all objects, which the renderer chooses since it knows their bounds.
     render : RenderSettings
         How the picture is made.
     walk : WalkParams

@@ -74,7 +74,7 @@ Axis = Annotated[AxisName | Vector, BeforeValidator(_axis)]
 
 
 class MesoParams(FileParams):
-    """Meso-structure: a small relief that is repeated all over an object and changes its silhouette too."""
+    """Describe meso-structure: a small relief that is repeated all over an object and changes its silhouette too."""
 
     depth: FilePath = param(..., "Seamless depth image: white is on the surface, black `height` below it")
     normal: FilePath | None = param(None, "Normal map of the relief; left out: computed from the depth")
@@ -85,7 +85,7 @@ class MesoParams(FileParams):
 
 
 class DpciParams(FileParams):
-    """Baking of an asset to depth images on a cylinder: one around its side, one for its top, one for its bottom."""
+    """Say how to bake an asset to depth images on a cylinder: one around its side, one each for top and bottom."""
 
     resolution: int = param(
         512,
@@ -126,7 +126,7 @@ class DpciParams(FileParams):
 
 
 class MeshAssetParams(FileParams):
-    """An asset read from a mesh file."""
+    """Describe an asset that is read from a mesh file."""
 
     mesh: FilePath = param(..., "OBJ, PLY, STL, GLB or glTF file, a path relative to the scene file")
     texture: FilePath | None = param(None, "Colour image that replaces the textures of the mesh file")
@@ -136,7 +136,7 @@ class MeshAssetParams(FileParams):
 
 
 class BakedAssetParams(FileParams):
-    """An asset whose depth images are a file: nothing is read, baked or cooked before it is seen."""
+    """Describe an asset whose depth images are a file: nothing is read, baked or cooked before it is seen."""
 
     baked: FilePath = param(..., "Cooked depth images, .dpci.npz, or depth images, .dpci.exr, made by `depthwalk bake`")
     mesh: FilePath | None = param(
@@ -148,7 +148,7 @@ class BakedAssetParams(FileParams):
 
 
 class IntrinsicsParams(FileParams):
-    """The pinhole camera of a range image, without distortion; 0, 0 is the centre of the top left pixel."""
+    """Describe the pinhole camera of a range image, without distortion; 0, 0 is the centre of the top left pixel."""
 
     fx: Focal = param(..., "Horizontal focal length", unit="pixels")
     fy: Focal = param(..., "Vertical focal length", unit="pixels")
@@ -157,7 +157,7 @@ class IntrinsicsParams(FileParams):
 
 
 class DepthImageParams(FileParams):
-    """An upright picture with a depth per pixel: a relief (with `size`) or a range image (with `intrinsics`)."""
+    """Describe an upright picture with a depth per pixel: a relief (`size`) or a range image (`intrinsics`)."""
 
     depth: FilePath = param(..., "Depths: PNG, TIFF, EXR (channel Z) or NPY; whole numbers need `unit` or `range`")
     colour: FilePath | None = param(None, "Colour image; left out: light grey")
@@ -189,7 +189,7 @@ class DepthImageParams(FileParams):
 
 
 class DepthImageAssetParams(FileParams):
-    """An asset read from a depth image or a range image."""
+    """Describe an asset that is read from a depth image or a range image."""
 
     depth_image: DepthImageParams = param(..., "A relief or a range image: colour with a depth per pixel")
 
@@ -222,7 +222,7 @@ AssetParams = Annotated[
 
 
 class PlacedParams(FileParams):
-    """Keys of every node of the scene graph."""
+    """Hold the keys that every node of the scene graph has."""
 
     name: str | None = param(None, "Name, for programs that move the node")
     position: Vector = param(
@@ -232,7 +232,7 @@ class PlacedParams(FileParams):
 
 
 class ObjectParams(PlacedParams):
-    """One placed object."""
+    """Place one object."""
 
     asset: str = param(..., "Name of the asset")
     scale: Scale = param(1.0, "Size relative to the asset")
@@ -242,7 +242,7 @@ class ObjectParams(PlacedParams):
 
 
 class GridParams(PlacedParams):
-    """Objects of one asset in rows along x and z, centred on `position`; `yaw` turns the whole grid."""
+    """Place objects of one asset in rows along x and z, centred on `position`; `yaw` turns the whole grid."""
 
     asset: str = param(..., "Name of the asset")
     count: GridCount = param(..., "Objects along x and z")
@@ -254,7 +254,7 @@ class GridParams(PlacedParams):
 
 
 class ScatterParams(PlacedParams):
-    """Objects of one asset at random positions in a rectangle centred on `position`, each with a random yaw."""
+    """Place objects of one asset at random in a rectangle centred on `position`, each with a random yaw."""
 
     asset: str = param(..., "Name of the asset")
     count: _Count = param(..., "Number of objects")
@@ -270,7 +270,7 @@ class ScatterParams(PlacedParams):
 
 
 class PlacesParams(PlacedParams):
-    """Objects of one asset at positions that a file lists."""
+    """Place objects of one asset at positions that a file lists."""
 
     asset: str = param(..., "Name of the asset")
     file: FilePath = param(
@@ -283,32 +283,32 @@ class PlacesParams(PlacedParams):
 
 
 class GroupParams(PlacedParams):
-    """Nodes that move, turn and scale together."""
+    """Group nodes, which move, turn and scale together."""
 
     scale: Scale = param(1.0, "Scales the objects of the group and the distances between them")
     objects: list["ItemParams"] = param(..., "Nodes of the group")
 
 
 class GridItemParams(FileParams):
-    """A grid of objects."""
+    """Hold the item `grid` of a list of nodes."""
 
     grid: GridParams = param(..., "Objects in rows along x and z")
 
 
 class ScatterItemParams(FileParams):
-    """Objects at random positions."""
+    """Hold the item `scatter` of a list of nodes."""
 
     scatter: ScatterParams = param(..., "Objects at random positions")
 
 
 class PlacesItemParams(FileParams):
-    """Objects at positions that a file lists."""
+    """Hold the item `places` of a list of nodes."""
 
     places: PlacesParams = param(..., "Objects at positions that a file lists")
 
 
 class GroupItemParams(FileParams):
-    """A group of nodes."""
+    """Hold the item `group` of a list of nodes."""
 
     group: GroupParams = param(..., "Nodes that move, turn and scale together")
 
@@ -324,7 +324,7 @@ ItemParams = Annotated[
 
 
 class SceneFile(FileParams):
-    """A scene file as it is written."""
+    """Describe a scene file as it is written."""
 
     version: Version = param(..., "Version of the file format")
     assets: Annotated[dict[str, AssetParams], Field(max_length=MAX_ASSETS)] = Field({}, description="Models, by name")

@@ -16,11 +16,11 @@ class Similarity:
     Attributes
     ----------
     position : (n, 3) float
-        Metres.
+        Metres, in the parent's frame.
     yaw : (n,) float
         Radians about +Y, counter-clockwise seen from above (+X turns to −Z).
     scale : (n,) float
-        > 0.
+        Factors, above 0.
     """
 
     position: NDArray[np.floating]
@@ -28,17 +28,20 @@ class Similarity:
     scale: NDArray[np.floating]
 
     def __len__(self) -> int:
+        """Return how many transforms there are."""
         return len(self.yaw)
 
     def __getitem__(self, index: slice | NDArray[np.integer]) -> "Similarity":
+        """Return the transforms with the row numbers, or in the slice, `index`."""
         return Similarity(self.position[index], self.yaw[index], self.scale[index])
 
     def __setitem__(self, index: slice | NDArray[np.integer], value: "Similarity") -> None:
+        """Overwrite the transforms with the row numbers, or in the slice, `index` by those of `value`."""
         self.position[index], self.yaw[index], self.scale[index] = value.position, value.yaw, value.scale
 
 
 def identities(count: int, dtype: type[np.floating] = np.float64) -> Similarity:
-    """Return `count` transforms that change nothing, as arrays of `dtype`."""
+    """Return `count` transforms that change nothing, metres and radians, as arrays of `dtype`."""
     return Similarity(np.zeros((count, 3), dtype), np.zeros(count, dtype), np.ones(count, dtype))
 
 

@@ -37,7 +37,9 @@ Model = TypeVar("Model", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Source:
-    """Know where a model's values came from: a document and the `--set` options laid over it.
+    """Know where the values of a pydantic model came from: a document and the `--set` options laid over it.
+
+    A place is a tuple of keys and list indices from the root of the document.
 
     Attributes
     ----------
@@ -54,10 +56,21 @@ class Source:
     renamed: dict[Loc, Loc] = field(default_factory=dict)
 
     def error(self, loc: Loc, message: str, *, at_key: bool = False) -> InputError:
-        """Return the error `message` about the value at `loc`.
+        """Return an error about a value, which cites the `--set` option that gave it, else the file's line and column.
 
-        It cites the `--set` option that gave the value, else the file's line and column, with `at_key` those of the
-        key.
+        Parameters
+        ----------
+        loc
+            The place of the value.
+        message
+            What is wrong with it.
+        at_key
+            Whether to cite line and column of the value's key instead of its own.
+
+        Returns
+        -------
+        InputError
+            `where: place: message`.
         """
         for place, key in reversed(self.overrides.items()):
             if loc[: len(place)] == place:
@@ -119,12 +132,12 @@ def check_model(
     model
         The pydantic model of what the file must hold.
     overrides
-        Dotted path in the document → YAML text of the value.
+        Values to replace: YAML text by dotted path in the document; None replaces none.
 
     Returns
     -------
     tuple
-        The model, and where its values came from, for errors that are found later.
+        The document's values as a `model`, and where they came from, for errors that are found later.
 
     Raises
     ------
@@ -152,7 +165,7 @@ def raise_all(errors: list[InputError]) -> None:
 
 
 def shown(value: object) -> str:
-    """Return `value` as messages show it: shortened, in the way in which users write it."""
+    """Return `value`, of a document, as error messages show it: as users write it, and shortened."""
     match value:
         case None:
             return "null"
