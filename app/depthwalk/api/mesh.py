@@ -61,8 +61,8 @@ def bake_mesh(
     parts
         Most objects that share the mesh, each with images of its own; "auto": as many as sample its surface well.
     axis
-        Axis of the cylinder, a letter or a direction (3,) in the asset's frame; "auto": the one that samples the
-        surface best.
+        Axis of the cylinder: "x", "y", "z" or a direction (x, y, z) of any length in the asset's frame; "auto": the
+        one that samples the surface best.
     method
         How surfaces are sampled: by rays, or by the six views of the paper; "paper": by six views, and with nothing
         that the paper does not have.
@@ -75,7 +75,7 @@ def bake_mesh(
     force
         Whether to bake even where the file is up to date.
     progress
-        Called with the name of each stage as it begins.
+        Called with the name of each stage as it begins; None logs it.
 
     Returns
     -------

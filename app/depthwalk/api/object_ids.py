@@ -30,7 +30,7 @@ def object_ids(renderer: Renderer, ids: ObjectIdPass, scene_objects: Objects) ->
     renderer
         The renderer, which has just drawn a frame; its context is current.
     ids
-        One of the renderer's passes, whose `wanted` was set before that frame.
+        One of the renderer's passes, which finds objects drawn as polygons; its `requested` was set before that frame.
     scene_objects
         The objects of the scene, one row for each number.
 

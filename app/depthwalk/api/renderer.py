@@ -40,8 +40,8 @@ class Image:
     depth
         (H, W) float32, metres along the view axis to the nearest surface in each pixel, +inf where there is none.
     object_id
-        (H, W) int32: number of the scene's object in front, −1 where there is none. None unless `render` was asked for
-        it.
+        (H, W) int32: number of the scene's object in front, −1 where there is none. None unless `render` was told to
+        find it.
 
     Examples
     --------
@@ -135,6 +135,7 @@ class Renderer:
         reuse: bool = False,
         progress: Callable[[str, str], None] | None = None,
     ) -> None:
+        """Read the scene's assets, and make the context and the programs that draw them."""
         if len(size) != 2 or min(size) < 1:
             raise InputError(f"size {size}: must be a width and a height of at least 1 pixel")
         self.size = size
@@ -149,11 +150,13 @@ class Renderer:
         scene.watch(self._note_moved)
 
     def __enter__(self) -> "Renderer":
+        """Return the renderer itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        """Free what the renderer holds on the GPU, as `close` does."""
         self.close()
 
     def close(self) -> None:

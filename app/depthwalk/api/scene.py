@@ -34,42 +34,43 @@ class Scene:
     """
 
     def __init__(self, loaded: LoadedScene) -> None:
+        """Hold the arrays `loaded` of a scene. Users call `load_scene`."""
         self._loaded = loaded
         self._watchers: list[WeakMethod[Callable[[slice], None]]] = []
 
     @property
     def loaded(self) -> LoadedScene:
-        """The arrays behind the scene, which the package's own modules work on."""
+        """Return the arrays behind the scene, which the package's own modules work on."""
         return self._loaded
 
     @property
     def path(self) -> Path:
-        """The file, as it was given to `load_scene`."""
+        """Return the path of the file, as it was given to `load_scene`."""
         return self._loaded.path
 
     @property
     def camera(self) -> Camera | None:
-        """The file's camera; None where it has none and `Renderer.render` shows every object."""
+        """Return the file's camera; None where it has none, so that `Renderer.render` shows every object."""
         return self._loaded.camera
 
     @property
     def settings(self) -> RenderSettings:
-        """The render settings, the file's `render`. They may be changed; the next frame follows them."""
+        """Return the render settings, the file's `render`. They may be changed; the next frame follows them."""
         return self._loaded.render
 
     @property
     def environment(self) -> Environment:
-        """Sun, sky, lamps, ground and fog. They may be changed; the next frame follows them."""
+        """Return sun, sky, lamps, ground and fog. They may be changed; the next frame follows them."""
         return self._loaded.environment
 
     @property
     def nodes(self) -> tuple[str, ...]:
-        """The name of every node in the order of the file, "" for those without one."""
+        """Return the name of every node in the order of the file, "" for those without one."""
         return self._loaded.nodes.name
 
     @property
     def object_count(self) -> int:
-        """The number of objects."""
+        """Return how many objects the scene has."""
         return len(self._loaded.objects)
 
     def objects_of(self, node: int | str) -> range:
@@ -84,6 +85,11 @@ class Scene:
         -------
         range
             The numbers of the objects.
+
+        Raises
+        ------
+        InputError
+            For a node that does not exist, and for a name that several nodes share.
         """
         number, nodes = self._number(node), self._loaded.nodes
         first = int(nodes.first_object[number])
@@ -112,9 +118,17 @@ class Scene:
         return int(self._loaded.owner[object_id])
 
     def position_of(self, node: int | str) -> tuple[float, float, float]:
-        """Return where a node is in its parent's frame, metres.
+        """Return where a node is: x, y and z in its parent's frame, metres.
 
-        `node` is the node's number, its row in `nodes`, or its name. Raises InputError as `move` does.
+        Parameters
+        ----------
+        node
+            The node's number, its row in `nodes`, or its name.
+
+        Raises
+        ------
+        InputError
+            For a node that does not exist, and for a name that several nodes share.
         """
         x, y, z = self._loaded.nodes.local.position[self._number(node)].tolist()
         return x, y, z
@@ -127,9 +141,9 @@ class Scene:
         yaw: float | None = None,
         scale: float | None = None,
     ) -> None:
-        """Move a node, with everything below it, within its parent.
+        """Move, turn or scale a node, with everything below it, within its parent.
 
-        What is not given stays as it is. Every renderer of the scene shows the change in its next frame.
+        What is None stays as it is. Every renderer of the scene shows the change in its next frame.
 
         Parameters
         ----------
@@ -168,7 +182,13 @@ class Scene:
                 notify(changed)
 
     def watch(self, notify: Callable[[slice], None]) -> None:
-        """Call the method `notify` with each run of objects that `move` moves, as long as the method's owner lives."""
+        """Call a method with each run of objects that `move` moves, as long as the object that the method is of lives.
+
+        Parameters
+        ----------
+        notify
+            The method, which is given a slice of the scene's objects.
+        """
         self._watchers = [watcher for watcher in self._watchers if watcher() is not None]
         self._watchers.append(WeakMethod(notify))
 
@@ -190,18 +210,18 @@ class Scene:
 def load_scene(
     path: PathLike, asset_roots: Sequence[PathLike] = (), overrides: Mapping[str, str] | None = None
 ) -> Scene:
-    """Load a scene file, or a mesh as a scene of its own.
+    """Load a scene file; or a mesh, or depth images, as a scene that holds nothing else.
 
     Assets are not read yet, only looked for: a `Renderer` reads them.
 
     Parameters
     ----------
     path
-        A scene file (docs/scene-file.md), or a mesh.
+        A scene file (docs/scene-file.md), a mesh, or a file of depth images.
     asset_roots
         Folders besides the scene's own in which its files may lie.
     overrides
-        Values to replace, YAML text by dotted key, as `--set` of the command line takes them.
+        Values to replace, YAML text by dotted key, as `--set` of the command line takes them; None replaces none.
 
     Returns
     -------

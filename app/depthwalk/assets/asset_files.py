@@ -49,9 +49,22 @@ def read_mesh(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 
 def read_hashed(spec: MeshAsset) -> tuple[Mesh, str]:
-    """Read the mesh of the asset `spec`, and return it with the `source_hash` of the same bytes.
+    """Read the mesh of an asset, and hash the same bytes, so that the hash is right though a file may be replaced.
 
-    Raises InputError for files that cannot be used.
+    Parameters
+    ----------
+    spec
+        The asset.
+
+    Returns
+    -------
+    tuple
+        The mesh, asset frame, metres, and the SHA-256 in hex that `source_hash` makes of its files.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be used.
     """
     sources = Sources()
     mesh = read_mesh(spec, sources)
@@ -84,7 +97,7 @@ def read_body(spec: MeshAsset, sources: Sources | None = None) -> Mesh:
 
 
 def read_meso(meso: MesoParams) -> Meso:
-    """Read the relief that the scene file's entry `meso` lays over an asset's depth images.
+    """Read the meso-structure, a small repeated relief, that the key `meso` of a scene file adds to an asset.
 
     Raises InputError for files that cannot be used.
     """
@@ -150,7 +163,7 @@ def complaints_about(file: Path) -> Iterator[None]:
 
 
 def model_params(dpci: DpciParams) -> ModelParams:
-    """Return the bake parameters that `dpci`, of a scene file, asks for."""
+    """Return the parameters of a bake that the key `dpci` of a scene file asks for."""
     return ModelParams(
         resolution=dpci.resolution, layers=dpci.layers, method=dpci.method, parts=dpci.parts, axis=dpci.axis
     )
@@ -166,7 +179,7 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
     params
         How it is baked.
     source
-        The `source_hash` of the bytes that the mesh is read from; None hashes what its files hold now.
+        The hash, by `source_hash`, of the bytes that the mesh is read from; None hashes what its files hold now.
 
     Returns
     -------
@@ -192,14 +205,14 @@ def mesh_key(spec: MeshAsset, params: ModelParams, source: str | None = None) ->
 
 
 def levels_key(spec: MeshAsset, source: str) -> str:
-    """Return the key of the simplified levels of a mesh asset.
+    """Return the key in the cache of the simplified levels of a mesh asset.
 
     Parameters
     ----------
     spec
         The asset.
     source
-        The `source_hash` of the bytes that the mesh was read from.
+        The hash, by `source_hash`, of the bytes that the mesh was read from.
 
     Returns
     -------
@@ -210,7 +223,9 @@ def levels_key(spec: MeshAsset, source: str) -> str:
 
 
 def range_key(spec: DepthImageAsset) -> str:
-    """Return the key of the depth image that the range image of `spec` is baked to: a hash of what its files hold now.
+    """Return the key, 64 hex digits, of the depth image that the range image of `spec` is baked to.
+
+    It is a hash of what the files of the range image hold now and of everything else that the result depends on.
 
     Raises InputError for files that cannot be read.
     """

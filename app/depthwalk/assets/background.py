@@ -48,7 +48,7 @@ class Progress:
     done, total
         How many assets were baked and cooked, and how many had to be since the preparation began.
     name, stage
-        The asset that is being worked on, and what is being done; "" before the first report.
+        The name of the asset that is being worked on, and what is being done; "" before the first report.
     fraction
         The part of the work that is done, 0 to 1.
     seconds_left
@@ -96,10 +96,10 @@ class BackgroundLibrary(SceneLibrary):
         assets
             The assets, by number.
         report
-            Told what is being done by methods that the caller waits for.
+            Called with the name of an asset and what is being done for it, by methods that the caller waits for.
         processes
-            How many processes bake; None: as many as there are cores. They import the program's main module again. 0,
-            for programs that would run again then, bakes in a thread.
+            How many processes bake; None: as many as there are cores. Each imports the program's main module. 0 bakes
+            in a thread, for programs that would run again when they are imported.
         """
         super().__init__(assets, report, processes)
         self.failures: list[str] = []
@@ -116,15 +116,27 @@ class BackgroundLibrary(SceneLibrary):
         self._batch = _Batch()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "BackgroundLibrary":
-        """Return a library of other assets, which bakes as many at a time."""
+        """Return a library of other `assets`, which bakes as many at a time as this one."""
         return BackgroundLibrary(assets, processes=self._processes)
 
     # What drawing asks for -------------------------------------------------------------------------------------------
 
     def is_cooked(self, asset: int, options: CookOptions) -> bool:
-        """Return whether `cooked` will return at once; if not, the asset is prepared from now on.
+        """Return whether the cooked depth images of an asset are ready; if not, the asset is prepared from now on.
 
         Assets are prepared in the order in which they are first asked for.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        options
+            How it is cooked.
+
+        Returns
+        -------
+        bool
+            True where `cooked` returns at once.
         """
         request = asset, options
         if request in self._ready:
@@ -134,16 +146,32 @@ class BackgroundLibrary(SceneLibrary):
         return False
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> Objects:
-        """Return the cooked depth images of an asset, one object for each part; see `cooked_objects`.
+        """Return the cooked depth images of an asset, one object for each part.
 
         The caller waits where `is_cooked` is False.
+
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        options
+            How it is cooked.
+        again
+            Whether to cook although the library or the cache has them, because what they have cannot be loaded.
+
+        Raises
+        ------
+        InputError
+            For files that cannot be used.
+        LookupError
+            Where the asset has no depth images.
         """
         if again or (asset, options) not in self._ready:
             self._ready[asset, options] = super().cooked(asset, options, again=again)
         return self._ready[asset, options]
 
     def poll(self) -> bool:
-        """Take over what has been found or made since the last call; return whether any asset became ready."""
+        """Take over what has been found or made since the last call; return True where any asset became ready."""
         before = len(self._ready)
         for request in [request for request, future in self._finding.items() if future.done()]:
             self._take_found(request, self._finding.pop(request))
@@ -156,12 +184,12 @@ class BackgroundLibrary(SceneLibrary):
 
     @property
     def is_searching(self) -> bool:
-        """Whether it is not known of an asset that was asked for whether the cache has it."""
+        """Return whether the cache is still being searched for an asset that was asked for."""
         return bool(self._finding)
 
     @property
     def progress(self) -> Progress | None:
-        """How far baking and cooking have come; None where nothing is baked or cooked."""
+        """Return how far baking and cooking have come; None where nothing is being baked or cooked."""
         if not self._making:
             return None
         batch, elapsed = self._batch, time.perf_counter() - self._batch.began
@@ -180,7 +208,7 @@ class BackgroundLibrary(SceneLibrary):
         )
 
     def cancel(self) -> None:
-        """Stop baking and cooking; what is not ready stays so."""
+        """Stop baking and cooking. Assets that are not ready stay so, and are not prepared again."""
         self._failed.update(self._finding.keys() | self._making.keys())
         for future in self._finding.values():
             future.cancel()
@@ -190,7 +218,7 @@ class BackgroundLibrary(SceneLibrary):
         self._batch = _Batch()
 
     def close(self) -> None:
-        """Stop all work and remove what was written outside the cache."""
+        """Stop all work, and remove the files that were written outside the cache."""
         self.cancel()
         if self._finder is not None:
             self._finder.shutdown(wait=False, cancel_futures=True)

@@ -98,7 +98,7 @@ class Kept:
     out
         The file.
     cached
-        Whether it was copied from the user's cache folder; else it was up to date.
+        Whether the file was copied from the user's cache folder; else it was there and up to date.
     """
 
     out: Path
@@ -320,7 +320,13 @@ _reports: Any = None  # in a worker process: the queue into which it says what i
 
 
 def set_up_worker(reports: Any) -> None:
-    """Prepare a worker process: it leaves Ctrl-C to its parent, and ends with it."""
+    """Prepare a worker process: it leaves Ctrl-C to its parent, and ends with it.
+
+    Parameters
+    ----------
+    reports
+        The queue, of `multiprocessing`, into which `report_stage` puts what this process does.
+    """
     global _reports
     _reports = reports
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
@@ -341,5 +347,5 @@ def _work(number: int, job: Job, staged: Path, workers: int) -> Baked | Kept:
 
 
 def report_stage(number: int, stage: str) -> None:
-    """Tell the parent of this worker process what is being done for its job `number`."""
+    """Tell the parent of this worker process that the stage called `stage` of the job numbered `number` begins."""
     _reports.put((number, stage))

@@ -31,10 +31,10 @@ def cooked_objects(
     options
         What is built of each object.
     again
-        Whether to cook although the cache has them, because what it has cannot be loaded. The objects returned then
-        hold their arrays in memory, so that a cache which fails again does no harm.
+        Whether to cook although the cache has the objects, because what it has cannot be loaded. The objects returned
+        then hold their arrays in memory, so that a cache which fails again does no harm.
     begin
-        Called when the cooking begins, if it does.
+        Called when the cooking begins; not called where the cache has the objects.
 
     Raises
     ------

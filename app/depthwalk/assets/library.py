@@ -121,9 +121,9 @@ class SceneLibrary:
         return load_texture(path)
 
     def key(self, asset: int) -> str:
-        """Return the key of the depth images of the asset numbered `asset`.
+        """Return the key in the cache of the depth images of the asset numbered `asset`.
 
-        It is "" where the cache keeps none, or keeps them otherwise than they are drawn.
+        It is "" where the cache keeps none, or keeps them without the meso-structure that they are drawn with.
         """
         if asset not in self._keys:
             self._keys[asset] = _key_of(self._assets[asset])
@@ -146,9 +146,21 @@ class SceneLibrary:
         return None if spec.dpci is None else self._mesh_model(asset, spec)
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        """Return the cooked depth images of the asset numbered `asset`, one object for each part.
+        """Return the cooked depth images of an asset, one object for each part.
 
-        The parameters `options` and `again` are those of `cooked_objects`.
+        Parameters
+        ----------
+        asset
+            The number of the asset.
+        options
+            How it is cooked; of no effect where the scene names cooked depth images.
+        again
+            Whether to cook although the cache has the objects, because what it has cannot be loaded.
+
+        Raises
+        ------
+        LookupError
+            Where the asset has no depth images.
         """
         spec = self._assets[asset]
         if not (isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)):
@@ -176,7 +188,7 @@ class SceneLibrary:
         return self._bake_mesh(asset, spec, params, GRID_TEXELS) if found is None else found
 
     def is_shipped_cooked(self, asset: int) -> bool:
-        """Return whether the scene names cooked depth images of an asset, so that none are ever made."""
+        """Return whether the scene names cooked depth images of the asset numbered `asset`, so that none are made."""
         spec = self._assets[asset]
         return isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)
 

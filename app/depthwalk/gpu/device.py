@@ -1,4 +1,4 @@
-"""A GL context and everything made in it.
+"""Hold a GL context and everything that is made in it.
 
 moderngl frees no GL object by itself and hides failed allocations. So all objects are created through a `Scope`, which
 checks the driver's error after each, and owns it: whoever asks the device for a scope releases the scope, and with it
@@ -37,7 +37,7 @@ class Device:
     live
         How many objects live, by kind.
     state
-        The GL state as far as it was set through `Scope.state`.
+        Sets GL state and remembers it; `Scope.state` calls it.
     renderer
         The driver's name for the hardware.
     software
@@ -51,7 +51,7 @@ class Device:
     """
 
     def __init__(self, context: moderngl.Context) -> None:
-        """Find out what `context`, the current one, can do."""
+        """Find out what `context`, moderngl's, can do; it must be the current one."""
         self.context = context
         self.live: Counter[str] = Counter()
         self.state = StateKeeper(context)
@@ -145,9 +145,14 @@ class Scope:
         return texture
 
     def srgb_texture(self, size: tuple[int, int], data: bytes) -> moderngl.Texture:
-        """Create and return an RGBA texture of 8-bit sRGB colours (alpha is linear), repeating, with mip-maps.
+        """Create and return an RGBA texture of 8-bit sRGB colours (alpha is linear) with mip-maps that repeats.
 
-        It has `size` (width, height) texels; `data` are the texels, four bytes each, lower row first.
+        Parameters
+        ----------
+        size
+            (width, height), texels.
+        data
+            The texels, four bytes each, lower row first.
         """
         return self.tiling_texture(size, 4, data, internal_format=_SRGB8_ALPHA8)
 
@@ -186,7 +191,7 @@ class Scope:
         data
             The texels of the finest level, lower row first.
         levels
-            The number of the coarsest mip-map, each half as large as the one before.
+            The number of the coarsest mip-map; 0 is the finest, and each is half as wide and high as the one before.
         **layout
             moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
         """
@@ -238,7 +243,7 @@ class Scope:
         components
             Numbers per sample, 1 to 4.
         dtype
-            As for `texture`.
+            As moderngl names it: "f1" 8-bit, "f4" float and so on.
         """
         self._check_size(size)
         make = self.device.context.texture
@@ -248,14 +253,20 @@ class Scope:
         return texture
 
     def multisampled_depth(self, size: tuple[int, int], samples: int) -> moderngl.Texture:
-        """Create and return a 24-bit depth texture of `size` (width, height) texels, with `samples` samples in each."""
+        """Create and return a 24-bit depth texture of `size` (width, height) texels, with `samples` samples per texel.
+
+        `Device.max_samples` is the most that there may be.
+        """
         self._check_size(size)
         make = self.device.context.depth_texture
         texture: moderngl.Texture = self._make("texture", size, lambda: make(size, samples=samples))
         return texture
 
     def depth_texture(self, size: tuple[int, int]) -> moderngl.Texture:
-        """Create and return a 24-bit depth texture of `size` (width, height) texels, plain numbers for shaders."""
+        """Create and return a 24-bit depth texture of `size` (width, height) texels.
+
+        Shaders read its depths as numbers from 0 to 1, without comparison and without filtering.
+        """
         self._check_size(size)
         texture: moderngl.Texture = self._make("texture", size, lambda: self.device.context.depth_texture(size))
         texture.compare_func = ""
@@ -266,7 +277,15 @@ class Scope:
     def framebuffer(
         self, colours: list[moderngl.Texture], depth: moderngl.Texture | None = None
     ) -> moderngl.Framebuffer:
-        """Create and return a framebuffer that draws into `colours` and `depth`, textures that stay the caller's."""
+        """Create and return a framebuffer that draws into textures.
+
+        Parameters
+        ----------
+        colours
+            The textures of the shader's outputs, in their order; none for a framebuffer of depth only.
+        depth
+            The depth texture; None for a framebuffer without depth.
+        """
         make = self.device.context.framebuffer
         framebuffer: moderngl.Framebuffer = self._make("framebuffer", None, lambda: make(colours, depth))
         return framebuffer
@@ -281,7 +300,7 @@ class Scope:
         reserve
             Size in bytes of a buffer without `data`.
         dynamic
-            Whether the contents will be replaced often.
+            Whether the contents will be replaced often, which the driver is told.
         """
         size = reserve if data is None else len(memoryview(data).cast("B"))
         if not size:
@@ -291,12 +310,17 @@ class Scope:
         return buffer
 
     def program(self, vertex: str, fragment: str) -> moderngl.Program:
-        """Compile, link and return the program of the shaders `vertex` and `fragment`, both GLSL.
+        """Compile, link and return a program.
+
+        Parameters
+        ----------
+        vertex, fragment
+            The text of its two shaders, GLSL without `#include` and `#from`, which `gpu.program` resolves.
 
         Raises
         ------
         moderngl.Error
-            Where the compiler refuses them; the message is its log.
+            Where the compiler refuses the shaders; the message is its log.
         """
         make = self.device.context.program
         program: moderngl.Program = self._make(
@@ -305,10 +329,17 @@ class Scope:
         return program
 
     def vertex_array(self, program: moderngl.Program, content: list[Any], **options: Any) -> moderngl.VertexArray:
-        """Create and return a vertex array for draws by `program`.
+        """Create and return a vertex array, which tells a program where its attributes lie in buffers.
 
-        `content` holds buffers, formats and names of attributes, and `options` keyword arguments such as
-        `index_buffer`, all as `moderngl.Context.vertex_array` takes them.
+        Parameters
+        ----------
+        program
+            The program that draws with it.
+        content
+            Tuples of a buffer, its format and the names of the attributes, as `moderngl.Context.vertex_array` takes
+            them.
+        **options
+            Keyword arguments of `moderngl.Context.vertex_array`, such as `index_buffer`.
         """
         make = self.device.context.vertex_array
         array: moderngl.VertexArray = self._make("vertex_array", None, lambda: make(program, content, **options))
@@ -324,7 +355,16 @@ class Scope:
     ) -> AbstractContextManager[None]:
         """Set GL state for a `with` block; afterwards it is what it was before.
 
-        The parameters `into`, `depth_write`, `colour_mask` and `changes` are those of `StateKeeper.changed`.
+        Parameters
+        ----------
+        into
+            The framebuffer to draw into, which stays bound after the block; None leaves it as it is.
+        depth_write
+            Whether draws write the framebuffer's depth, where there is a depth test.
+        colour_mask
+            Whether draws write red, green, blue and alpha of the framebuffer's one texture; None: all four.
+        **changes
+            Fields of `State` with their new values; those that are not named stay as they are.
         """
         return self.device.state.changed(into, depth_write=depth_write, colour_mask=colour_mask, **changes)
 

@@ -47,7 +47,7 @@ class InstanceStream:
             self._buffer.write(records.tobytes())
 
     def bind(self, array: moderngl.VertexArray, first: int) -> None:
-        """Let instance 0 of the next draws of `array` read the record with the number `first`."""
+        """Let the next draws of `array` read the records from the one numbered `first` on, one for each instance."""
         for name, layout, offset in self._fields:
             attribute: Any = array.program.get(name, None)
             if attribute is not None:

@@ -19,8 +19,8 @@ def sample_offsets(device: Device, samples: int) -> NDArray[np.float64]:
 
     Returns
     -------
-    NDArray[np.float64]
-        (samples, 2) pixels to the right and up of the pixel's middle.
+    numpy.ndarray
+        (samples, 2) float64, pixels to the right of the pixel's middle and above it.
     """
     scope = device.scope("samples")
     try:

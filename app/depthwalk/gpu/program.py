@@ -73,7 +73,7 @@ class Source:
         name
             A file below `shaders/`, or the Path of a file elsewhere, which may also include files that lie beside it.
         preamble
-            Lines that come before its first.
+            Lines of GLSL to put before the first line of the shader.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class Source:
         return "\n".join(out) + "\n"
 
     def locate(self, message: str) -> str:
-        """Return the compiler's `message` with `shaders/file:line` in place of the numbers of sources."""
+        """Return the compiler's `message` with `shaders/file:line` in place of the numbers that stand for files."""
 
         def name(match: re.Match[str]) -> str:
             number = int(match[1])
@@ -202,7 +202,8 @@ class Program:
         vertex, fragment
             The shaders of its two stages, as `Source` takes them.
         defines
-            Names that the shaders may ask for by #ifdef, which stand for 1 or, written NAME=VALUE, for that.
+            Names to define in both shaders, by which #ifdef chooses code; they stand for 1 or, as NAME=VALUE, for
+            VALUE.
         blocks
             Binding points of uniform blocks by their names; those that are not named are bound to point 0.
 
@@ -255,15 +256,15 @@ class Program:
 
     @cached_property
     def array(self) -> moderngl.VertexArray:
-        """The vertex array without attributes, for vertex shaders that compute vertices from `gl_VertexID`."""
+        """Return the vertex array without attributes, for vertex shaders that compute vertices from `gl_VertexID`."""
         return self._scope.vertex_array(self.gl, [])
 
     def fill(self) -> None:
-        """Draw one triangle that covers the whole picture, for common/fullscreen.vert or common/far_plane.vert."""
+        """Draw one triangle, with which common/fullscreen.vert or common/far_plane.vert covers the whole picture."""
         self.array.render(moderngl.TRIANGLES, vertices=3)
 
     def rectangles(self, count: int = 1) -> None:
-        """Draw `count` rectangles, as instances of four vertices each."""
+        """Draw `count` rectangles, each an instance of four vertices whose positions the vertex shader computes."""
         self.array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
 
@@ -271,11 +272,11 @@ class Variants(dict[tuple[str, ...], T]):
     """Keep what is made of the variants of a program, by their defines; each is made when it is first asked for."""
 
     def __init__(self, make: Callable[[tuple[str, ...]], T]) -> None:
-        """Remember `make`, which takes the defines of a variant and returns that variant."""
+        """Begin without any variant. `make` is called with the defines of a variant, and returns what to keep of it."""
         super().__init__()
         self._make = make
 
     def __missing__(self, defines: tuple[str, ...]) -> T:
-        """Make the variant that is asked for the first time."""
+        """Make the variant with these `defines`, which has not been asked for before."""
         self[defines] = made = self._make(defines)
         return made

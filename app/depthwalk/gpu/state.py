@@ -29,11 +29,11 @@ class State:
     cull
         Whether back faces are left out.
     blend
-        Factors of source and destination; None: no blending.
+        Factors of source and destination, as moderngl names them; None: no blending.
     wireframe
         Whether triangles are drawn as lines.
     direct
-        Capabilities that moderngl has no name for, as GL numbers them.
+        The capabilities to enable that moderngl has no name for, as GL numbers them.
     """
 
     depth_test: str | None = None
@@ -44,7 +44,7 @@ class State:
 
 
 class Changes(TypedDict, total=False):
-    """The fields of `State` that a block changes."""
+    """Name fields of `State` with the values that a block gives them; all may be left out."""
 
     depth_test: str | None
     cull: bool
@@ -54,10 +54,16 @@ class Changes(TypedDict, total=False):
 
 
 class StateKeeper:
-    """Set the state of one context and remember it; GL itself is never asked, which would be slow."""
+    """Set the state of one context and remember it; GL itself is never asked, which would be slow.
+
+    Attributes
+    ----------
+    now
+        The state at the moment.
+    """
 
     def __init__(self, context: moderngl.Context) -> None:
-        """Begin with the defaults of `State`, which a new `context` has."""
+        """Begin with the defaults of `State`, in which moderngl's `context` must be, as a new one is."""
         self._context = context
         self.now = State()
 
@@ -77,11 +83,11 @@ class StateKeeper:
         into
             The framebuffer to draw into, which stays bound after the block; None leaves it as it is.
         depth_write
-            Whether its depth is written, where there is a depth test.
+            Whether draws write the framebuffer's depth, where there is a depth test.
         colour_mask
-            Which of red, green, blue and alpha are written into its one texture; None: all.
+            Whether draws write red, green, blue and alpha of the framebuffer's one texture; None: all four.
         **changes
-            Fields of `State`.
+            Fields of `State` with their new values.
         """
         before = self.now
         masks = (into.depth_mask, into.color_mask) if into is not None else None

@@ -19,23 +19,24 @@ _DRAINED_EVERY = 8  # frames, one of which is drained: its passes cannot share t
 
 
 class PassTimers:
-    """Measure the passes of every frame.
+    """Measure how long the passes of a frame take.
 
     Attributes
     ----------
     kind
         "gpu": timer queries in every frame; "finish": the pipeline is drained around each pass of every eighth frame,
-        so that the passes add up to the frame.
+        so that the times of its passes add up to that of the frame.
     milliseconds
-        By name of the pass, of the newest frame whose times are known; the sum where a frame does a pass repeatedly.
+        How long each pass took, by its name, in the newest frame whose times are known; the sum where a frame does a
+        pass repeatedly.
     frame
-        The number of the frame under way.
+        The number of the frame under way, counted from 0.
     of_frame
-        The number of the frame whose times `milliseconds` are; −1 before there are any.
+        The number of the frame that `milliseconds` belongs to; −1 before any frame's times are known.
     """
 
     def __init__(self, device: Device) -> None:
-        """Choose the kind of measurement that suits `device`."""
+        """Choose the kind of measurement that suits `device`: "finish" where the CPU does the drawing, else "gpu"."""
         self._context = device.context
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
@@ -77,7 +78,7 @@ class PassTimers:
         return self.kind == "finish" and self.frame >= self._next
 
     def awaited(self, frame: int) -> bool:
-        """Return whether the times of `frame`, a frame's number, or of an earlier frame are still to come."""
+        """Return whether times of the frame with the number `frame`, or of an earlier one, are still to come."""
         return bool(self._pending) and self._pending[0][0] <= frame
 
     def end_frame(self) -> None:
