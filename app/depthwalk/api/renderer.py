@@ -90,13 +90,13 @@ class Renderer:
 
     Parameters
     ----------
-    size
-        Width and height of the pictures, pixels.
     scene
         What to render. Changes of the scene show in the next picture.
+    size
+        Width and height of the pictures, pixels.
     representation
-        How to draw every object whose asset allows it, and nothing else in its place; None leaves it to the scene
-        file, and draws meshes in place of depth images near by.
+        How to draw every object whose asset allows it, from near by too; None leaves it to the scene file, and draws
+        meshes in place of depth images near by.
     passes
         The passes of a frame in their order: `default_passes()` with others in between. None uses the default ones.
     reuse

@@ -75,7 +75,9 @@ class _Batch:
 
 
 class BackgroundLibrary(SceneLibrary):
-    """A `SceneLibrary` that says which assets are ready, and makes the others so while frames are drawn.
+    """Provide the assets of a scene as `SceneLibrary` does, but say which are ready and prepare others meanwhile.
+
+    So a program can draw frames, with meshes in place of depth images, until the depth images have been baked.
 
     Attributes
     ----------

@@ -90,8 +90,8 @@ class RecordTexture:
 class AssetArrays:
     """Keep the vertex arrays of one program over the assets' buffers, each made when it is first drawn.
 
-    The arrays belong to the scope of the pass that draws; the buffers are the asset store's, which therefore has every
-    pass `forget` its arrays before buffers go.
+    The arrays belong to the scope of the pass that draws, the buffers to the asset store. So before that releases
+    buffers, it lets every pass `forget` its arrays.
     """
 
     def __init__(self, scope: Scope, program: moderngl.Program, layout: str, *attributes: str) -> None:
@@ -141,6 +141,6 @@ class AssetArrays:
         return self._arrays[key]
 
     def forget(self) -> None:
-        """Release all arrays; to be called before the assets' buffers go."""
+        """Release all arrays, which must happen before the assets' buffers are released."""
         self._scope.free(*self._arrays.values())
         self._arrays.clear()

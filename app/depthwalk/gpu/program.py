@@ -183,7 +183,13 @@ def _included(by: str | Path, name: str) -> str | Path:
 
 
 class Program:
-    """Hold a linked program, whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`."""
+    """Hold a linked program, whose uniforms are set by keyword: `program.set(near=0.1, albedo=texture_unit)`.
+
+    Attributes
+    ----------
+    gl
+        moderngl's program, of which vertex arrays are made.
+    """
 
     def __init__(
         self,

@@ -30,7 +30,7 @@ class Soup:
     material : (F,) int64
         Index of each face's material in `materials`.
     materials : tuple of Material
-        In the order of their first use.
+        The materials, in the order of their first use.
     """
 
     positions: NDArray[np.float64]

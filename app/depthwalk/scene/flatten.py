@@ -75,9 +75,9 @@ class Flat:
     nodes
         The m nodes that hold them.
     instances
-        n transforms, float32, metres: each object in its node.
+        n transforms, float32, metres: where each object stands in the frame of its node.
     owner
-        (n,) int32, the node of each object.
+        (n,) int32, the row in `nodes` of the node that holds each object.
     """
 
     objects: Objects

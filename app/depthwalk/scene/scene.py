@@ -153,9 +153,9 @@ class Scene:
     nodes : Nodes
         The m nodes that hold them.
     instances : n transforms, float32
-        Each object in its node.
+        Where each object stands in the frame of its node, metres.
     owner : (n,) int32
-        The node of each object.
+        The row in `nodes` of the node that holds each object.
     environment : Environment
         Sky, ground, lights and fog.
     camera : Camera or None
