@@ -29,7 +29,7 @@ def read_depth(path: Path, *, depth_range: float | None, unit: float | None, cam
     path
         The file: NPY, OpenEXR, PNG or TIFF.
     depth_range
-        Metres between white (depth 0) and black, for whole numbers where `unit` is None.
+        Metres between white (depth 0) and black, for whole numbers where `unit` is None; None where it is not known.
     unit
         Metres per unit of the file; None: floats are metres.
     camera

@@ -39,14 +39,14 @@ def tolerance(values: Array, cell: Array | float) -> Array:
     Parameters
     ----------
     values
-        (H, W) float, depths or what is affine in them.
+        (H, W) float, metres or 1/m: depths of a relief, or inverse depths of a range image.
     cell
         (H, W) or one number: how much `values` changes by a step in depth as large as a texel is wide.
 
     Returns
     -------
     Array
-        (H, W), in the unit of `values`.
+        (H, W) float, in the unit of `values`.
     """
     levels = np.unique(values[np.isfinite(values)])
     # A file with two or three depths does not count coarsely: it shows two or three surfaces.
@@ -64,9 +64,9 @@ def continues(values: Array, allowed: Array, axis: int) -> NDArray[np.bool_]:
     Parameters
     ----------
     values
-        (H, W) float, depths or what is affine in them.
+        (H, W) float, metres or 1/m: depths of a relief, or inverse depths of a range image.
     allowed
-        (H, W), the result of `tolerance`.
+        (H, W) float in the unit of `values`, the result of `tolerance`.
     axis
         0 for steps between rows, 1 for steps between columns.
 
@@ -101,7 +101,7 @@ def fit_planes(values: Array, cell: Array | float) -> tuple[NDArray[np.float64],
     Parameters
     ----------
     values
-        (H, W) float, depths or what is affine in them.
+        (H, W) float, metres or 1/m: depths of a relief, or inverse depths of a range image.
     cell
         (H, W) or one number: how much `values` changes by a step in depth as large as a texel is wide.
 

@@ -42,14 +42,15 @@ def load_mesh(
     path
         The mesh file.
     texture
-        A picture that replaces the file's own textures and base colours; the mesh must have texture coordinates.
+        A picture that replaces the file's own textures and base colours, for which the mesh must have texture
+        coordinates; None keeps these.
     up
         The file's upward axis. Meshes with z upward are turned: (x, y, z) becomes (x, z, −y).
     height
         Height in metres to which the mesh is scaled uniformly; None takes the file's units for metres.
     sources
-        Reads files and keeps their bytes. Pass the object that `source_hash` used where the mesh must be made of the
-        same bytes as the hash.
+        Reads files and keeps their bytes; None reads them from the disk. Pass the object that `source_hash` used where
+        the mesh must be made of the same bytes as the hash.
 
     Returns
     -------
@@ -95,10 +96,16 @@ def check_mesh(
 
     Parameters
     ----------
-    path, texture, up, height
-        As `load_mesh` takes them.
+    path
+        The mesh file.
+    texture
+        A picture that would replace the file's own textures; None keeps these.
+    up
+        The file's upward axis.
+    height
+        Height in metres to which the mesh would be scaled; None takes the file's units for metres.
     upright
-        Whether to raise also what `check_height` would raise of the mesh.
+        Whether to raise InputError also for a mesh that is flat and horizontal, so that it cannot be baked.
     """
     path = Path(path)
     sources = Sources()

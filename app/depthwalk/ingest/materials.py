@@ -57,7 +57,7 @@ def phong_from_mtl(terms: dict[str, Any], image: "Image.Image | None", name: str
     terms : dict
         Numbers or lists of numbers by the keys "kd", "ks" and "ns"; what is missing or makes no sense has a default.
     image : PIL.Image.Image or None
-        The colour texture.
+        The colour texture; None for a material without one.
     name : str
         The texture, for messages.
 

@@ -89,7 +89,7 @@ def load_depth_image(
     size
         Width and height of the image, metres.
     depth_range
-        Metres between white, at the plane, and black, for grey without `unit`.
+        Metres between white, at the plane, and black, for grey without `unit`; None where it is not known.
     unit
         Metres per unit of the file, in which 0 means no surface; None: floats are metres.
     colour

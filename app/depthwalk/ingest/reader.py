@@ -21,7 +21,7 @@ def read_soup(path: Path, sources: Sources | None = None) -> Soup:
     path
         The mesh file.
     sources
-        What the file and those that it names are read through, each once; None reads them from the disk.
+        Reads files and keeps their bytes; None reads them from the disk.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def unit_normals(normals: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def check_triangle_count(count: int, path: Path) -> None:
-    """Raise InputError where `count`, the triangles of the file `path`, is 0 or above the limit."""
+    """Raise InputError where `count`, the number of triangles in the file `path`, is 0 or above the limit."""
     if count == 0:
         raise InputError(f"{path}: no faces")
     if count > MAX_MESH_TRIANGLES:

@@ -75,7 +75,7 @@ def source_files(path: Path, texture: Path | None = None, sources: Sources | Non
     path
         The mesh file.
     texture
-        A picture that replaces the file's own textures.
+        A picture that replaces the file's own textures; None keeps these.
     sources
         Reads files and keeps their bytes; None reads them from the disk.
 
@@ -119,7 +119,7 @@ def source_hash(path: Path, texture: Path | None = None, sources: Sources | None
     path
         The mesh file.
     texture
-        A picture that replaces the file's own textures.
+        A picture that replaces the file's own textures; None keeps these.
     sources
         Reads files and keeps their bytes; None reads them from the disk.
 

@@ -46,7 +46,7 @@ def clip_from_view(fov: float, aspect: float, near: float, far: float) -> glm.dm
     Returns
     -------
     glm.dmat4
-        Clip coordinates from view coordinates.
+        The matrix that takes view coordinates to clip coordinates.
     """
     focal = 1 / math.tan(fov / 2)
     scale, shift = -1.0, -2 * near

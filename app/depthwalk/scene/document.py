@@ -131,7 +131,7 @@ def read_document(path: Path) -> Document:
     Returns
     -------
     Document
-        Its values and their places.
+        The values of the file and their places.
 
     Raises
     ------

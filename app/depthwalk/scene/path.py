@@ -63,7 +63,7 @@ class CameraPath:
     views
         (k, 6) float64, position and target of the camera at each keyframe, metres, world.
     fovs
-        (k,) float64, its vertical angles of view, radians.
+        (k,) float64, vertical angle of view at each keyframe, radians.
     """
 
     fps: float

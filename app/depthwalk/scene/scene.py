@@ -252,9 +252,9 @@ def place_objects(
     nodes
         All nodes of the scene, with their present world transforms.
     instances
-        n transforms: each object in its node's frame.
+        n transforms, metres: where each object stands in the frame of its node.
     owner
-        (n,) int32, the node of each object.
+        (n,) int32, the row in `nodes` of the node that holds each object.
     which
         The run of objects.
     """

@@ -70,7 +70,7 @@ class Source:
         Returns
         -------
         InputError
-            `where: place: message`.
+            `file:line:column: place: message`, or `--set key: message`.
         """
         for place, key in reversed(self.overrides.items()):
             if loc[: len(place)] == place:
