@@ -1,4 +1,4 @@
-"""The sRGB transfer function (IEC 61966-2-1): files and screens hold sRGB, everything between is linear."""
+"""Convert colours by the sRGB transfer function (IEC 61966-2-1): files and screens hold sRGB, all between is linear."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

@@ -1,4 +1,4 @@
-"""The one exception that means "the user's input is wrong", and help with misspelt words."""
+"""Define the one exception that means "the user's input is wrong", and help with misspelt words."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches

@@ -1,4 +1,4 @@
-"""Upper bounds on what an input may ask for, each checked before memory is allocated.
+"""Set upper bounds on what an input may ask for, each checked before memory is allocated.
 
 A scene file, a mesh or an option may come from anybody. Without a bound a mistyped number, or a file made to do harm,
 would take all memory or all of a day before it fails; with one it fails at once, with a message that names the place

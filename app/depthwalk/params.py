@@ -1,4 +1,4 @@
-"""Declaration of a parameter: once, with default, unit, range and help.
+"""Declare parameters, each once, with default, unit, range and help.
 
 The scene file, the panel, `--set KEY=VALUE` and the docs all read these declarations.
 """

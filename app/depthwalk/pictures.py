@@ -1,4 +1,4 @@
-"""Pictures as files: PNG and JPEG for screens, OpenEXR for linear light and depth.
+"""Write pictures to files: PNG and JPEG for screens, OpenEXR for linear light and depth.
 
 OpenEXR and Pillow are imported when a picture is written, since most commands write none and should start fast.
 """

@@ -1,4 +1,4 @@
-"""The array types that signatures of the whole package name.
+"""Name the array types of signatures in the whole package.
 
 They say what an array's values are. Its shape stands in the docstring of the function that takes it, since NumPy's
 types cannot say it.

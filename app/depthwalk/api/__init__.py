@@ -1,1 +1,1 @@
-"""The library's public interface, in front of the packages that do the work: import its names from `depthwalk`."""
+"""Offer the library's public interface, in front of the packages that do the work; `depthwalk` exports its names."""

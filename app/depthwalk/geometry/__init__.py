@@ -1,1 +1,1 @@
-"""Geometry over arrays: vectors, quaternions, triangles, edges and orders in space; no GL and no files."""
+"""Compute with arrays of vectors, quaternions, triangles and edges, and order points in space; no GL and no files."""

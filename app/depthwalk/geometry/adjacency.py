@@ -1,4 +1,4 @@
-"""Edges of triangles and the two faces that meet in each: built once per mesh, independent of the viewer."""
+"""Find the edges of a mesh and the two faces that meet in each: once per mesh, since no viewer matters."""
 
 from dataclasses import dataclass
 

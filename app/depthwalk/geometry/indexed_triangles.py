@@ -1,4 +1,4 @@
-"""Triangles that share vertices, as rows (t, 3) of vertex numbers: copies, unused vertices, boundary edges, normals.
+"""Work on triangles that share vertices, rows (t, 3) of vertex numbers: find copies, boundary edges and normals.
 
 Three vertex numbers, or three coordinates of a voxel, are packed into one 64-bit key: sorting keys is many times as
 quick as sorting rows.

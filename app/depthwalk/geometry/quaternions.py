@@ -1,4 +1,4 @@
-"""Rotations of many vectors at once by unit quaternions (x, y, z, w).
+"""Rotate many vectors at once by unit quaternions (x, y, z, w).
 
 For a single rotation PyGLM reads better; here a scene's objects are rotated together.
 """

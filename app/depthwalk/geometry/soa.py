@@ -1,4 +1,4 @@
-"""Structures of arrays: a data class whose fields are columns, and whose rows are selected in all of them at once."""
+"""Define structures of arrays: data classes whose fields are columns, and whose rows are selected in all at once."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar, Self

@@ -1,4 +1,4 @@
-"""Orders in which points that are near each other stand side by side, and runs of such orders.
+"""Order points so that those near each other stand side by side, and number the members of runs of such orders.
 
 What is drawn or culled together should be small in space: a leaf of a tree, a batch of triangles that share vertices.
 """

@@ -1,4 +1,4 @@
-"""How far objects reach from their axes, seen from above: samples of their support functions h(u) = max u·p.
+"""Measure how far objects reach from their axes, seen from above: sample their support functions h(u) = max u·p.
 
 The impostor of an object is as wide as the object looks from where the viewer stands, and a circle about the axis
 overestimates a wall by far. Between two sampled directions the bound is that of any convex shape: u = a·u₁ + b·u₂ with

@@ -1,4 +1,4 @@
-"""Triangles over arrays: normals, areas, points spread over them, and vertices that are one."""
+"""Measure arrays of triangles: normals, areas, points spread over them, and vertices that are one."""
 
 from collections.abc import Iterator
 from typing import Any

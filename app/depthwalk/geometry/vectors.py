@@ -1,4 +1,4 @@
-"""Arithmetic over long lists of 3-D vectors."""
+"""Compute with long lists of 3-D vectors."""
 
 import numpy as np
 

@@ -298,7 +298,7 @@ class Scope:
         data
             Its contents: bytes, or an array of any shape and dtype. None leaves them undefined.
         reserve
-            Size in bytes of a buffer without `data`.
+            Size in bytes, above 0, of a buffer without `data`.
         dynamic
             Whether the contents will be replaced often, which the driver is told.
         """

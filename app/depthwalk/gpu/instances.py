@@ -1,4 +1,4 @@
-"""Instanced drawing: records per object as vertex attributes or in a texture, and one vertex array per asset.
+"""Draw instances: hold records per object as vertex attributes or in a texture, and one vertex array per asset.
 
 An asset that is drawn many times is one draw call, in which the vertex stage reads a record for each object. GL 3.3 has
 no base instance, so that `InstanceStream.bind` points the attributes at the first record of each draw.

@@ -1,4 +1,4 @@
-"""GLSL programs from files, with includes, constants of Python, located compiler messages and checked uniforms.
+"""Make GLSL programs of files, with includes, constants of Python, located compiler messages and checked uniforms.
 
 Two kinds of lines are resolved before the compiler sees a shader:
 
