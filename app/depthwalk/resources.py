@@ -8,15 +8,7 @@ _PACKAGE = Path(__file__).resolve().parent
 def data_root() -> Path:
     """Return the folder that holds `shaders`, `scenes` and `assets`.
 
-    Returns
-    -------
-    Path
-        The folder.
-
-    Raises
-    ------
-    FileNotFoundError
-        Where the installation is incomplete.
+    Raises FileNotFoundError where the installation is incomplete.
     """
     for root in (_PACKAGE / "_data", _PACKAGE.parent.parent):
         if (root / "shaders").is_dir():
