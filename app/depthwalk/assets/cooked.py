@@ -23,11 +23,11 @@ def cooked_objects(
     Parameters
     ----------
     key
-        Returns the key in the cache of the asset's depth images; "" where the cache is not to keep them. Another one
-        than before, if the asset's file was replaced before it was baked.
+        Returns the key in the cache of the asset's depth images; "" where the cache is not to keep them. It is called
+        again after `baked`, since the asset's file may have been replaced before it was baked.
     baked
-        Returns the asset's depth images, baked if they must be; None where it has none. Not called where the cache has
-        what was cooked of them.
+        Returns the asset's depth images, baked if need be; None where the asset has none. It is not called where the
+        cache has what was cooked of them.
     options
         What is built of each object.
     again

@@ -1,1 +1,4 @@
-"""From a mesh to depth images: sampling, connecting, choosing owners, and the file that keeps the result."""
+"""Bake a mesh to depth images: sample its surface, connect the samples, choose owners, and keep the result in a file.
+
+Meshes come from `ingest`; what is baked goes on to `cook`. `baker.bake_object` is the outline.
+"""

@@ -31,11 +31,11 @@ def choose_axis(caster: RayCaster, points: Array, probes: Probes, params: BakePa
     caster
         The object, ready for rays, asset frame.
     points
-        (n, 3) metres, asset frame: its vertices, which the cylinder encloses.
+        (n, 3) metres, asset frame: the object's vertices, which the cylinder encloses.
     probes
-        Points spread over its surface, at which the footprints are measured.
+        Points spread over the object's surface, at which the footprints are measured.
     params
-        How it would be baked; its axis is ignored.
+        How the object would be baked; an axis that they name is ignored.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""From a mesh to depth images (Liu, Liu and Wu 2007, §3.1).
+"""Bake a mesh to the depth images of one cylinder (Liu, Liu and Wu 2007, §3.1).
 
 Surfaces are sampled by ray casting, with layers by depth peeling, or by the paper's six views. Neighbouring samples are
 connected to triangles, of which those are dropped that do not lie on the surface.
@@ -49,20 +49,20 @@ _OVERLAP = 3  # texels of overlap: a box face extends so far beyond what it samp
 class Refinements:
     """Choose what the baker does beyond the paper, as docs/baking.md describes it.
 
-    All of it is on, but for the ablation (docs/ablation.md).
+    All are on, except where their effect is measured one by one (docs/ablation.md).
 
     Attributes
     ----------
     discontinuity_cut
-        Drop triangles that do not lie on the mesh, tested by rays.
+        Whether to drop triangles that do not lie on the mesh, as rays tell.
     across_layers
-        Let a triangle's corners be on different layers.
+        Whether a triangle's corners may be on different layers.
     boundary_strips
-        Add boundary strips, which complete the grids up to the edges of their surfaces.
+        Whether to add boundary strips, which complete the grids up to the edges of their surfaces.
     owners
-        Draw each piece of surface from the face that samples it best.
+        Whether each piece of surface is drawn only from the face that samples it best.
     box_faces
-        Add images of the upright faces of the box around the cylinder.
+        Whether to add images of the upright faces of the box around the cylinder.
     """
 
     discontinuity_cut: bool = True
@@ -85,7 +85,7 @@ class BakeParams:
     resolution
         Side of every image, texels.
     layers
-        Depth-peeled surfaces per image; auto: as many as a file may hold.
+        How many surfaces along each ray to keep, each in an image of its own; auto: as many as a file may hold.
     method
         How the surfaces are sampled: by rays, or by the paper's six views; `paper`: by six views, and nothing is done
         beyond the paper.
@@ -112,7 +112,7 @@ class BakeParams:
 
     @property
     def by_six_views(self) -> bool:
-        """Whether the surfaces are sampled by six views, which see one surface per ray and make no box faces."""
+        """Return whether surfaces are sampled by six views, which see one surface per ray and make no box faces."""
         return self.method != "raycast"
 
 
@@ -132,9 +132,9 @@ def bake_object(
     Parameters
     ----------
     mesh
-        In the object frame: the cylinder's axis is +Y through the origin, metres.
+        The mesh, metres, in the object frame: the cylinder's axis is +Y through the origin.
     params
-        Resolution, layers and method.
+        How the mesh is sampled.
     key
         Hex digest of what the object is made from, kept with it.
     progress
@@ -144,7 +144,8 @@ def bake_object(
     workers
         How many threads to use; None: as many as `default_workers` returns.
     max_stepped
-        Images of more texels across get the grid of step 1 alone, for whom needs no coarser ones; None: all steps.
+        Most texels across of images that get grids of all steps; larger ones get the grid of step 1 only, for callers
+        that use no coarser grids. None: images of every size get all.
 
     Returns
     -------
@@ -239,9 +240,9 @@ def cast_face(
     grid
         The face, with a ray for each texel.
     params
-        Says how many surfaces along a ray count.
+        How the mesh is baked; `layers` says how many surfaces along a ray count.
     rivals
-        Faces that were sampled before. A box face leaves out what these hold well enough.
+        The faces that were sampled before; None for none. A box face leaves out what these hold well enough.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -284,22 +285,22 @@ def connect_face(
     refinements: Refinements = EVERYTHING,
     parallel_map: Map = map,
 ) -> list[DepthImage]:
-    """Build the layers of one face, leaving out layers that hold no sample.
+    """Build the depth images of one face from its samples; a face without samples has none.
 
     Until owners are assigned, the face owns all its samples.
 
     Parameters
     ----------
     caster
-        The mesh, for the discontinuity cut.
+        The mesh, ready for rays, object frame, by which triangles off its surface are found.
     grid
-        The face.
+        Rays and texels of the face.
     seen
-        Its samples.
+        The samples of the face, one or several layers.
     steps
         Number of grids, of steps 1, 2, … 2^(steps − 1).
     refinements
-        Whether to cut, and whether to connect across layers.
+        What is done beyond the paper; of this only `discontinuity_cut` and `across_layers` matter here.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -343,9 +344,9 @@ def trace_boundary_strips(
     caster
         The mesh, ready for rays, object frame.
     grids
-        For each face that has images, its rays and texels.
+        The rays and texels of each face that has images.
     seen
-        For each face that has images, its samples.
+        The samples of each face that has images.
     images
         The depth images of all faces, with their owners.
     parallel_map

@@ -1,4 +1,4 @@
-"""The surface between the last samples of a depth image and its true edge.
+"""Trace boundary strips: the surface between the last samples of a depth image and its true edge.
 
 A grid triangle needs three samples of one surface, so on its own a grid ends up to a cell before every silhouette and
 every discontinuity cut, and thin things (a leaf, a finger) fall through it. From each sample whose neighbour does not
@@ -31,11 +31,11 @@ class Samples:
     Attributes
     ----------
     depth
-        (L, H, W) float32, metres from the face inward, +inf where empty. Hits fill the first layers.
+        (L, H, W) float32, metres from the face inward, +inf where empty. In each texel, hits fill the first layers.
     facing
         (L, H, W, 3) float32, unit, object frame: the normals of the triangles that were hit, toward the ray's origin.
     flipped
-        (L, H, W) bool: the surface was hit from behind.
+        (L, H, W) bool, True where the surface was hit from behind.
     """
 
     depth: NDArray[np.float32]
@@ -62,15 +62,15 @@ def trace_boundary_strip(
     caster
         The mesh, ready for rays, object frame.
     grid
-        The face.
+        Rays and texels of the face.
     samples
-        The hits of the face's rays.
+        What the face's rays hit.
     level
         The grid has step 2^level.
     codes
-        The cells (cells,) of each layer at this level, as `connect` returns them.
+        The triangles of each layer at this level, (cells,) uint16 as in `DepthImage.cells`.
     followed
-        (L, H, W) bool: the samples from which the surface is followed.
+        (L, H, W) bool, True for the samples from which the surface is followed.
 
     Returns
     -------

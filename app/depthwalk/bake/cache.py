@@ -24,7 +24,7 @@ def bake_key(source: str, **parameters: object) -> str:
     source
         Hash of the files that the model is made from.
     **parameters
-        The parameters of the bake, values that JSON can hold. The file format is added.
+        The parameters of the bake, values that JSON can hold. The version of the file format is added.
 
     Returns
     -------

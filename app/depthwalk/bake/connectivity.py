@@ -48,9 +48,9 @@ def connect(
     caster
         The mesh, ready for rays, object frame.
     grid
-        The face.
+        Rays and texels of the face.
     depths
-        (L, H, W) float32, metres, +inf where empty; hits fill the first layers.
+        (L, H, W) float32, metres from the face inward, +inf where empty; in each texel, hits fill the first layers.
     steps
         Number of grids, of steps 1, 2, … 2^(steps − 1).
     cut
@@ -63,7 +63,7 @@ def connect(
     Returns
     -------
     list
-        The `cells` of every layer and level, [layer][level], see `DepthImage`.
+        For each layer a list with an array (cells,) uint16 for each level, as in `DepthImage.cells`.
     """
     corners = [grid_cells(grid.shape, grid.face, 1 << level) for level in range(steps)]
     codes = [np.zeros((len(depths), level[0].size), np.uint16) for level in corners]

@@ -47,7 +47,18 @@ class Cell:
         return np.asarray(np.all(self.beyond(points) <= 0, axis=1))
 
     def cut(self, plane: Array) -> tuple["Cell", "Cell"]:
-        """Return the cell's pieces on either side of `plane`, (4,) as a row of `planes`; n · point ≤ d in the first."""
+        """Cut the cell in two.
+
+        Parameters
+        ----------
+        plane
+            (4,) a unit normal n and an offset d, metres, asset frame, as a row of `planes`.
+
+        Returns
+        -------
+        tuple
+            The piece where n · point ≤ d, and the one on the other side.
+        """
         return Cell(planes=np.vstack([self.planes, plane])), Cell(planes=np.vstack([self.planes, -plane]))
 
 
@@ -91,7 +102,7 @@ def part_faces(mesh: Mesh, cell: Cell, margin: float) -> NDArray[np.bool_]:
     Returns
     -------
     numpy.ndarray
-        (F,) bool.
+        (F,) bool, True for such faces.
     """
     return np.asarray(np.all(cell.beyond(mesh.positions)[mesh.faces].min(1) <= margin, axis=1))
 
@@ -104,7 +115,7 @@ def divide(mesh: Mesh, caster: RayCaster, params: BakeParams, texel: float, most
     mesh, caster
         The mesh, asset frame, and the same one ready for rays.
     params
-        How its parts would be baked.
+        How the mesh's parts would be baked.
     texel
         Side of a texel of all parts' images, metres.
     most

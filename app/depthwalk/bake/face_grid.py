@@ -1,4 +1,4 @@
-"""The texels of one face of a cylinder in space: their rays, and the texel that a point falls on.
+"""Relate the texels of one face of a cylinder to space: by the ray of each texel, and the texel of each point.
 
 A depth image holds depths alone; what they mean follows from its face and its size (Liu, Liu and Wu 2007, §2 for planar
 images and §3.1 for the cylinder's). Texel (row, column) is at u = (column + 0.5) / W and v = (row + 0.5) / H; u runs
@@ -28,9 +28,9 @@ class Projection(StructOfArrays):
     point
         (n, 3), metres, object frame.
     u, v
-        (n,), position on the face, in [0, 1] within its bounds.
+        (n,), positions on the face, from 0 to 1 within its bounds.
     origin, direction
-        (n, 3) float32, the rays at those texels: metres on the face, and unit vectors inward.
+        (n, 3) float32, object frame, the rays there: points on the face, metres, and unit vectors inward.
     """
 
     point: Array
@@ -41,7 +41,7 @@ class Projection(StructOfArrays):
 
     @property
     def depth(self) -> Array:
-        """Depth (n,) of the points, metres from the face inward."""
+        """Return the depth (n,) of the points, metres from the face inward."""
         return lengths(self.point - self.origin)
 
 
@@ -56,9 +56,9 @@ class FaceGrid:
     cylinder
         The volume that the face bounds, object frame, metres.
     face
-        Which of its faces.
+        Which of the cylinder's faces it is.
     height, width
-        Size H, W of the face's images, texels.
+        Height H and width W of the face's images, texels.
     """
 
     cylinder: Cylinder
@@ -74,19 +74,19 @@ class FaceGrid:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Height H and width W of the face's images."""
+        """Return height H and width W of the face's images, texels."""
         return self.height, self.width
 
     @property
     def max_depth(self) -> float:
-        """The greatest depth that the face measures, metres: up to the opposite side."""
+        """Return the greatest depth that the face measures, metres: up to the opposite side of the cylinder."""
         if self.face is Face.SIDE:
             return 2 * self.cylinder.radius
         return float(self.cylinder.box[1][INWARD[self.face][0]])
 
     @cached_property
     def texel_size(self) -> tuple[float, float]:
-        """Width and height of a texel on the face itself, metres."""
+        """Return width and height of a texel on the face itself, where depth is 0, metres."""
         if self.face is Face.SIDE:
             return 2 * np.pi * self.cylinder.radius / self.width, self.cylinder.height / self.height
         _, size = self.cylinder.box
@@ -95,12 +95,15 @@ class FaceGrid:
 
     @property
     def longest_texel(self) -> float:
-        """The longer side of a texel on the face itself, metres."""
+        """Return the longer side of a texel on the face itself, where depth is 0, metres."""
         return max(self.texel_size)
 
     @cached_property
     def rays(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """The rays through the texels' centres, as `rays_at` returns them: origins and directions (H, W, 3)."""
+        """Return the rays through the texels' centres: origins on the face, metres, and unit directions inward.
+
+        Both are (H, W, 3) float32, object frame.
+        """
         return self.rays_at(texel_centres(self.width), texel_centres(self.height)[:, None])
 
     def rays_at(self, u: Array, v: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -117,9 +120,9 @@ class FaceGrid:
         Returns
         -------
         origin
-            (…, 3) float32, metres, on the face.
+            (…, 3) float32, points on the face, metres, object frame.
         direction
-            (…, 3) float32, unit, inward.
+            (…, 3) float32, unit vectors inward, object frame.
         """
         cylinder = self.cylinder
         origin = np.empty((*np.broadcast_shapes(u.shape, v.shape), 3), np.float32)
@@ -174,9 +177,9 @@ class FaceGrid:
         Parameters
         ----------
         images
-            All layers of the face, in order.
+            The depth images of all layers of the face, in order.
         border
-            A strip of this face.
+            A boundary strip of this face.
 
         Returns
         -------
@@ -192,9 +195,10 @@ class FaceGrid:
         return self.points_at(u, v, depth).astype(np.float32), depth.astype(np.float32)
 
     def position_of(self, point: Array) -> tuple[Array, Array]:
-        """Return u and v, (n,) each, of `point` (n, 3), metres, object frame, on this face's side of the axis.
+        """Return u and v, (n,) each, of the rays that meet `point` (n, 3), metres, object frame.
 
-        Both are in [0, 1] where the point falls on the face.
+        Both are in [0, 1] where the point falls on the face. Of the side's two rays, it is the one that meets the point
+        before the axis.
         """
         if self.face is Face.SIDE:
             theta = np.arctan2(point[:, 2], point[:, 0])

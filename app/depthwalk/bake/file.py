@@ -97,7 +97,8 @@ def read_baked(path: Path) -> BakedModel:
     Raises
     ------
     InputError
-        Where the file is missing, not an EXR, not ours, of another version, inconsistent or larger than the limits.
+        Where the file is missing, no OpenEXR file of depth images, of another version, inconsistent or larger than the
+        limits.
     OSError, MemoryError
         Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
     """

@@ -1,4 +1,4 @@
-"""The grids of a depth image, of steps 1, 2, 4 …: two triangles to a cell of samples, and which are on the surface."""
+"""Number the cells and triangles of a depth image's grids, of steps 1, 2, 4 …, with two triangles to a cell."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,7 @@ def grid_cells(shape: tuple[int, int], face: Face, step: int) -> tuple[NDArray[n
     shape
         Height H and width W of the image, texels.
     face
-        Its face: the side image wraps.
+        The face that the image lies on; the side image wraps.
     step
         Texels between two nodes.
 
@@ -103,12 +103,12 @@ def whole_cells(image: DepthImage, level: int) -> NDArray[np.bool_]:
 def layer_triangles(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the corners of the surface triangles whose first corner is in `image`.
+    """Return the corners of the grid triangles that lie on the surface and have their first corner in one image.
 
     Parameters
     ----------
     image
-        One layer.
+        The depth image, one layer of a face.
     level
         The grid has step 2^level.
     without
@@ -130,7 +130,7 @@ def triangle_corners(
     Parameters
     ----------
     image
-        The layer of their first corners.
+        The depth image that holds their first corners, one layer of a face.
     level
         The grid has step 2^level.
     half
@@ -158,12 +158,12 @@ def triangle_corners(
 def triangle_places(
     image: DepthImage, level: int, without: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return in which cells the triangles of `layer_triangles` lie, in its order.
+    """Return in which cells of a grid the triangles lie that `layer_triangles` returns, in the same order.
 
     Parameters
     ----------
     image
-        One layer.
+        The depth image, one layer of a face.
     level
         The grid has step 2^level.
     without
@@ -172,7 +172,7 @@ def triangle_places(
     Returns
     -------
     tuple
-        Half (0 the lower, 1 the upper triangle) and number of the cell, each (triangles,).
+        Half (0 for the lower, 1 for the upper triangle) and number of the cell, each (triangles,) int64.
     """
     codes = image.cells[level] if without is None else np.where(without, 0, image.cells[level])
     lower, upper = np.flatnonzero(codes & 1), np.flatnonzero(codes & 128)

@@ -1,4 +1,4 @@
-"""The header of a baked file: its layout, and what must hold before a pixel is decoded."""
+"""Read the header of a baked file, and check all that must hold before a pixel is decoded."""
 
 import math
 import re
@@ -30,12 +30,20 @@ _MOST_DEFLATED = 1032  # times: what deflate can shrink at most, so no file hold
 
 @dataclass(frozen=True, kw_only=True)
 class Header:
-    """Hold what every part of a file says about the object that it belongs to.
+    """Hold what every part of an OpenEXR file says about the object that it belongs to.
 
     Attributes
     ----------
-    cylinder, position, rotation, shininess, steps, key
-        The attributes of `BakedObject` with these names.
+    cylinder
+        The volume that the object's images enclose, object frame, metres.
+    position, rotation
+        The cylinder's place in the asset's frame, metres and a unit quaternion (x, y, z, w).
+    shininess
+        Phong exponent.
+    steps
+        Number of grids, of steps 1, 2, … 2^(steps − 1) texels.
+    key
+        Hex digest of what the object was made from.
     checksum
         CRC-32 in hex over all pixels of the file.
     """
@@ -65,7 +73,8 @@ def inspect_header(path: Path) -> tuple[dict[str, Any], tuple[Header, ...]]:
     Raises
     ------
     InputError
-        Where the file is missing, not ours, of another version, inconsistent or larger than the limits.
+        Where the file is missing, no OpenEXR file of depth images, of another version, inconsistent or larger than the
+        limits.
     OSError, MemoryError
         Where the machine lacks file handles or memory, or cannot read its disk: the file may be in order.
     """
@@ -246,7 +255,7 @@ def check_entries(path: Path, entries: int) -> None:
     path
         The file, for the message.
     entries
-        Entries in all lists of the file.
+        Number of vertices and triangles of all boundary strips in the file, with the padding of their lists.
 
     Raises
     ------
@@ -261,19 +270,19 @@ def check_entries(path: Path, entries: int) -> None:
 
 
 def is_list(name: str) -> bool:
-    """Return whether the part `name` holds half of a boundary strip instead of an image."""
+    """Return whether the part called `name` holds vertices or triangles of a boundary strip instead of an image."""
     return split_name(name)[1].startswith(LISTS)
 
 
 def channel_names(name: str, steps: int) -> tuple[str, ...]:
-    """Return the channels of the part `name` in a file of `steps` grids."""
+    """Return the names of the channels of the part called `name`, of an object whose images have `steps` grids."""
     if is_list(name):
         return _LIST_CHANNELS[split_name(name)[1].split(".")[0]]
     return (*CHANNELS, *(f"cells.{pair}" for pair in range((steps + 1) // 2)))
 
 
 def channel_type(channel: str) -> type[np.generic]:
-    """Return the type of the pixels of the channel called `channel`, in whichever part it is."""
+    """Return the NumPy type of the pixels of the channel called `channel`, the same in all parts that have it."""
     if channel.startswith("cells.") or channel in ("owner", "start", "used", "a", "b", "c"):
         return np.uint32
     return np.float32 if channel == "Z" else np.float16

@@ -1,4 +1,4 @@
-"""Depth images and the object they make up: plain arrays, in the frame of docs/conventions.md.
+"""Define depth images and the object that they make up: plain arrays, in the frame of docs/conventions.md.
 
 Object frame: the cylinder's axis is +Y through the origin, metres. Row 0 of every image is at the bottom
 (smallest y, or smallest z for the caps). Empty texels have depth +inf. What follows from a face's place on the cylinder
@@ -68,12 +68,12 @@ class Cylinder:
 
     @property
     def height(self) -> float:
-        """Distance between the caps, metres."""
+        """Return the distance between the caps, metres."""
         return self.top - self.bottom
 
     @property
     def box(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Lowest corner (3,) and size (3,) of the box around the cylinder, float32 metres."""
+        """Return lowest corner (3,) and size (3,) of the box around the cylinder, float32, metres, object frame."""
         low = np.array([-self.half_width, self.bottom, -self.half_depth], np.float32)
         return low, np.array([2 * self.half_width, self.height, 2 * self.half_depth], np.float32)
 
@@ -135,7 +135,7 @@ class DepthImage:
 
     @property
     def name(self) -> str:
-        """The name of the image in files: `side.0`, `top.1`, …."""
+        """Return the name of the image in files: `side.0`, `top.1`, …."""
         return f"{self.face.name.lower()}.{self.layer}"
 
 
@@ -148,14 +148,14 @@ class BoundaryStrip:
     face, level
         The grid that the strip completes, of step 2^level.
     start
-        (b,) int32, ascending: the sample (layer · H · W + texel) whose surface each boundary vertex ends.
+        (b,) int32, ascending: the sample (layer · H · W + texel) whose surface each of the b boundary vertices ends.
     offset
-        (b, 2) float16, from that sample, in texels along u and v.
+        (b, 2) float16, way from that sample to the vertex, in texels along u and v.
     rise
-        (b,) float16, metres: the depth less that sample's.
+        (b,) float16, depth of the vertex minus that of the sample, metres.
     triangles
-        (t, 3) int32; numbers below L · H · W are samples, the rest are boundary vertices. The first of each row is a
-        sample.
+        (t, 3) int32, corners: numbers below L · H · W are samples of the face's L layers, the rest are boundary
+        vertices. The first of each row is a sample.
     """
 
     face: Face
@@ -168,12 +168,12 @@ class BoundaryStrip:
 
 @dataclass(frozen=True, kw_only=True)
 class BakedObject:
-    """Hold everything the renderer needs of one object.
+    """Hold what baking makes of one object: all its depth images and what is needed to draw them.
 
     Attributes
     ----------
     cylinder
-        The volume that the images enclose, object frame.
+        The volume that the images enclose, object frame, metres.
     images
         All images, ordered by face, then layer, and all of one size.
     boundary_strips
@@ -188,7 +188,7 @@ class BakedObject:
         The cylinder's place in the asset's frame, metres and a unit quaternion (x, y, z, w): asset point = position +
         rotate(rotation, object point).
     meso
-        Relief that is laid over the images when they are drawn. Baking and files know nothing of it.
+        Relief that is laid over the images when they are drawn, None for none. Baking and files know nothing of it.
     """
 
     cylinder: Cylinder

@@ -17,9 +17,7 @@ _ARRAYS = (*_VERTEX, "faces")
 
 
 def find_levels(mesh: Mesh, key: str) -> tuple[MeshLevel, ...] | None:
-    """Find the simplified levels of a mesh in the cache.
-
-    Removes a damaged file, with a warning.
+    """Find the simplified levels of a mesh in the cache, and remove a damaged file, with a warning.
 
     Parameters
     ----------

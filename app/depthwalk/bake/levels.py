@@ -1,4 +1,4 @@
-"""Coarser versions of a mesh, drawn from afar: what a polygon renderer has in place of depth images.
+"""Make coarser versions of a mesh, to be drawn from afar: what a polygon renderer has in place of depth images.
 
 Quadric decimation moves points and knows nothing else. So normals, colours and texture coordinates are those of the
 nearest vertex of the original, materials those of its nearest face; where a texture has a seam, coarse levels smear it.

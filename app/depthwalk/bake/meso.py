@@ -1,4 +1,4 @@
-"""Meso-structure: a tiling depth image that modulates the depth of an object's images (Liu et al. 2007, §3.4)."""
+"""Define meso-structure: a tiling depth image that changes the depth of an object's images (Liu et al. 2007, §3.4)."""
 
 from dataclasses import dataclass
 
@@ -68,11 +68,11 @@ def straight_share(normal: Array, outward: Array, from_axis: Array) -> Array:
     Parameters
     ----------
     normal
-        (…, 3) unit normals of the surfaces.
+        (…, 3) unit normals of the surfaces, object frame.
     outward
-        (…, 3) unit vectors out of the face.
+        (…, 3) unit vectors out of the face, object frame.
     from_axis
-        (…, 3) unit vectors from the cylinder's axis.
+        (…, 3) unit vectors from the cylinder's axis to the surfaces, object frame.
 
     Returns
     -------

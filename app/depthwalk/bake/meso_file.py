@@ -1,4 +1,4 @@
-"""Meso-structure from picture files."""
+"""Read meso-structure from picture files."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ def load_meso(depth: Path, *, height: float, tile: tuple[float, float], normal: 
     tile
         Width and height of the tile on the object, metres.
     normal
-        RGB normal map, x right, y up, z outward; None: the slopes are those of the depth.
+        File of a normal map in RGB, x right, y up, z outward; None computes the slopes from the depth.
 
     Returns
     -------

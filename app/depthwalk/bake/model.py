@@ -1,4 +1,4 @@
-"""A baked asset: the objects with depth images that together show one mesh."""
+"""Define a baked asset: the objects with depth images that together show one mesh."""
 
 from dataclasses import dataclass
 
@@ -20,5 +20,5 @@ class BakedModel:
 
     @property
     def key(self) -> str:
-        """Hex digest of what the model was made from."""
+        """Return the hex digest of what the model was made from."""
         return self.parts[0].key

@@ -35,9 +35,9 @@ class FaceLayers:
     grid
         Rays and texels of the face.
     images
-        Its layers, in order; at least one.
+        The depth images of the face's layers, in order; at least one.
     inner
-        (L, H, W), see `inner_texels`.
+        (L, H, W) bool, True for texels that the face's finest grid surrounds with triangles on all sides.
     """
 
     grid: FaceGrid
@@ -50,7 +50,7 @@ Rivals = Mapping[Face, FaceLayers]
 
 
 def face_layers(grid: FaceGrid, images: Sequence[DepthImage]) -> FaceLayers:
-    """Return the layers of one face together with their inner texels.
+    """Return the layers of one face, with the texels that lie well inside a surface, where it may be an owner.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def assign_owners(rivals: Rivals, parallel_map: Map = map) -> list[NDArray[np.ui
     Parameters
     ----------
     rivals
-        The layers of each face.
+        The faces that compete, each with its layers.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -112,14 +112,14 @@ def worth_adding(rivals: Rivals, grid: FaceGrid, point: Array, normal: Array) ->
     rivals
         The layers of the faces that exist.
     grid
-        The further face.
+        Rays and texels of the further face.
     point, normal
         (n, 3) points of the surface, metres, and its unit normals, object frame.
 
     Returns
     -------
     numpy.ndarray
-        (n,) bool.
+        (n,) bool, True where the further face would be the owner.
     """
     own = _handicap(grid.face) * footprints(grid, grid.project(point), normal)
     worth = np.isfinite(own)
@@ -137,13 +137,13 @@ def yield_triangles(rivals: Rivals, parallel_map: Map = map) -> list[DepthImage]
     """Mark the triangles that another face holds better, whoever owns their corners.
 
     A triangle across a gap between two samples, as over the tread of a step between two risers, lies on another surface
-    than the samples, so their normals and owners do not tell who should draw it. And where the areas of two owners
+    than the samples. So the samples' owners do not tell which face should draw it. And where the areas of two owners
     meet, triangles of both overlap, of which the more slanted one is the worse guess at the surface.
 
     Parameters
     ----------
     rivals
-        The layers of each face.
+        The faces that compete, each with its layers.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 
@@ -215,7 +215,7 @@ def footprints(grid: FaceGrid, seen_from: Projection, normal: Array) -> NDArray[
     Parameters
     ----------
     grid
-        The face, and the size of its images.
+        Rays and texels of the face.
     seen_from
         n points as `grid` projects them.
     normal
@@ -255,7 +255,7 @@ def _holds(rival: FaceLayers, seen_from: Projection, normal: Array, footprint: A
 
 
 def inner_texels(layers: Sequence[DepthImage]) -> Mask:
-    """Return the texels that a face's finest grid surrounds with triangles on all sides.
+    """Return which texels a face's finest grid surrounds with triangles on all sides.
 
     Parameters
     ----------
@@ -265,7 +265,7 @@ def inner_texels(layers: Sequence[DepthImage]) -> Mask:
     Returns
     -------
     numpy.ndarray
-        (L, H, W) bool.
+        (L, H, W) bool, True for such texels.
     """
     size = layers[0].depth.size
     count = np.zeros(len(layers) * size, np.int64)

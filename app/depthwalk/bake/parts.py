@@ -26,9 +26,9 @@ _OVERLAP = 2.0  # texels of surface beyond a cut that a part holds besides its o
 
 @dataclass(frozen=True, kw_only=True)
 class ModelParams(BakeParams):
-    """Choose how a mesh is baked.
+    """Choose how a mesh is baked: as `BakeParams` does, and in how many parts and about which axis.
 
-    With layers auto, images have as many layers as it takes to hold what can be seen.
+    Where `layers` is auto, images have as many layers as it takes to hold what can be seen.
 
     Attributes
     ----------
@@ -68,9 +68,9 @@ def bake_model(
     Parameters
     ----------
     mesh
-        In the asset's frame, metres.
+        The mesh, asset frame, metres.
     params
-        How it is sampled and split.
+        How the mesh is sampled and split.
     key
         Hex digest of what the model is made from, kept with it.
     progress
@@ -78,7 +78,8 @@ def bake_model(
     workers
         How many threads to use; None: as many as `default_workers` returns.
     max_stepped
-        See `bake_object`.
+        Most texels across of images that get grids of all steps; larger ones get the grid of step 1 only. None: images
+        of every size get all.
 
     Returns
     -------

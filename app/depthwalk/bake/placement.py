@@ -31,19 +31,19 @@ class Placement:
     rotation: "Rotation"
 
     def into_object(self, points: Array) -> Array:
-        """Return `points` (n, 3), metres, which are in the asset's frame, in the object's."""
+        """Convert `points` (n, 3), metres, from the asset's frame to the object's, and return them."""
         return np.asarray(self.rotation.apply(points - self.position, inverse=True))
 
     def into_asset(self, points: Array) -> NDArray[np.float32]:
-        """Return `points` (n, 3), metres, which are in the object's frame, in the asset's, as float32."""
+        """Convert `points` (n, 3), metres, from the object's frame to the asset's, and return them as float32."""
         return np.asarray((self.position + self.rotation.apply(points)).astype(np.float32))
 
     def turned_into_object(self, vectors: Array) -> Array:
-        """Return direction `vectors` (n, 3), which are in the asset's frame, in the object's."""
+        """Convert the directions `vectors` (n, 3) from the asset's frame to the object's, and return them."""
         return np.asarray(self.rotation.apply(vectors, inverse=True))
 
     def placed(self, mesh: Mesh) -> Mesh:
-        """Return `mesh`, which is in the asset's frame, moved into the object's, metres."""
+        """Convert `mesh`, metres, from the asset's frame to the object's, and return it."""
         positions, normals = self.into_object(mesh.positions), self.turned_into_object(mesh.normals)
         return replace(mesh, positions=positions.astype(np.float32), normals=normals.astype(np.float32))
 
@@ -57,14 +57,14 @@ def place_along(axis: ArrayLike, points: Array) -> Placement:
     Parameters
     ----------
     axis
-        (3,) unit vector, asset frame: +Y of the cylinder's frame.
+        (3,) direction of any length above 0, asset frame: +Y of the cylinder's frame.
     points
         (n, 3) metres, asset frame.
 
     Returns
     -------
     Placement
-        The frame in the asset's frame.
+        Where the cylinder's frame is in the asset's.
     """
     from scipy.spatial.transform import Rotation
 

@@ -1,4 +1,4 @@
-"""A single planar depth image (Liu et al. 2007, §2) as an object: a top cap without a cylinder around it."""
+"""Make an object of a single planar depth image (Liu et al. 2007, §2): a top cap without a cylinder around it."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def bake_planar(image: PlanarImage, key: str, cut: bool = True) -> BakedObject:
     key
         Hex digest of what the object is made from, kept with it.
     cut
-        Whether texels are left apart where the depth jumps; the paper connects all.
+        Whether to leave texels apart where the depth jumps; the paper connects all.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def range_mesh(image: RangeImage) -> Mesh:
 def connect_texels(
     depth: NDArray[np.float32], cell: float, steps: int, cut: bool = True
 ) -> tuple[NDArray[np.uint16], ...]:
-    """Connect the texels of a planar image, judged from the image alone.
+    """Connect the texels of a planar depth image to triangles by what the image alone tells of its surface.
 
     A triangle of step 2^k is kept if the surface continues, texel by texel, along its two legs. So no grid, however
     coarse, spans a tear, and a slope that the finest grid has is in all of them.
@@ -165,18 +165,18 @@ def connect_texels(
     Parameters
     ----------
     depth
-        (H, W) float32, metres, +inf where empty.
+        (H, W) float32, metres from the image's plane, +inf where empty.
     cell
         Width of a texel, metres.
     steps
-        Number of grids.
+        Number of grids, of steps 1, 2, … 2^(steps − 1) texels.
     cut
-        Whether a surface ends where the depth jumps; otherwise all neighbours that are not empty are one.
+        Whether a surface ends where the depth jumps; otherwise all neighbours that are not empty are one surface.
 
     Returns
     -------
     tuple
-        The `cells` of each level, see `DepthImage`.
+        The triangles of each level, (cells,) uint16 as in `DepthImage.cells`.
     """
     allowed = tolerance(depth, cell) if cut else np.full_like(depth, np.inf)
     # Tears up to each texel: equal counts at two of a row say that none is between them.

@@ -1,4 +1,4 @@
-"""Depth peeling with embreex: the front-facing hits along each ray, in order."""
+"""Cast rays at a mesh with Embree, and find the surfaces along each ray one behind the other: depth peeling."""
 
 from dataclasses import dataclass, fields
 
@@ -28,7 +28,7 @@ class Hits:
     normal
         (L, n, 3) float32, unit normal of the triangle, turned toward the ray's origin.
     flipped
-        (L, n) bool: the surface was hit from behind.
+        (L, n) bool, True where the surface was hit from behind.
     """
 
     distance: NDArray[np.float32]
@@ -54,7 +54,7 @@ class FirstHits:
     normal
         (n, 3) float32, unit normal of the triangle, turned toward the ray's origin.
     flipped
-        (n,) bool: the surface was hit from behind.
+        (n,) bool, True where the surface was hit from behind.
     """
 
     distance: NDArray[np.float32]
@@ -70,7 +70,7 @@ class RayCaster:
     epsilon
         How far behind a hit the next ray starts, metres.
     two_sided
-        Whether the mesh is open, so that its surfaces are seen from behind too.
+        Whether surfaces are seen from behind too, as those of an open mesh are.
     """
 
     def __init__(self, mesh: Mesh, two_sided: bool | None = None) -> None:
@@ -131,7 +131,7 @@ class RayCaster:
         Returns
         -------
         numpy.ndarray
-            (n,) bool.
+            (n,) bool, True where a ray meets nothing.
         """
 
         def escapes(batch: slice) -> NDArray[np.bool_]:
@@ -155,11 +155,11 @@ class RayCaster:
         Parameters
         ----------
         origin, direction
-            (n, 3) float32, metres in the mesh's frame, and unit vectors.
+            (n, 3) float32, mesh's frame: where the rays begin, metres, and unit vectors along them.
         layers
             How many surfaces along each ray to find, at most.
         max_distance
-            How far the rays go, metres; (n,) or the same for all.
+            How far the rays go, metres: (n,) or one number for all.
         parallel_map
             `map`, or what `thread_map` yields to work in several threads.
 
@@ -235,7 +235,7 @@ def facing_normals(
     Returns
     -------
     tuple
-        The unit normals (n, 3) float32, and which (n,) bool were turned around.
+        The unit normals (n, 3) float32, and (n,) bool, True for those that were turned around.
     """
     flipped = np.einsum("ij,ij->i", normal, direction) > 0
     length = np.maximum(lengths(normal), np.float32(1e-30))
@@ -243,7 +243,7 @@ def facing_normals(
 
 
 def no_hits(layers: int, count: int) -> Hits:
-    """Return hits of `layers` layers along `count` rays, all of them empty."""
+    """Return `layers` layers of hits along `count` rays, all of them empty: distance +inf, face −1, the rest 0."""
     shape = (layers, count)
     return Hits(
         distance=np.full(shape, np.inf, np.float32),

@@ -1,4 +1,4 @@
-"""What one face of the cylinder sees of a mesh, however it was sampled."""
+"""Define what one face of the cylinder sees of a mesh, however it was sampled."""
 
 from dataclasses import dataclass
 
@@ -41,7 +41,7 @@ def face_samples(mesh: Mesh, hits: Hits, shape: tuple[int, int], parallel_map: M
     hits
         (L, H · W) hits: those of each texel's ray, row by row.
     shape
-        Height H and width W of the face's images.
+        Height H and width W of the face's images, texels.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 

@@ -33,7 +33,8 @@ class Probes(StructOfArrays):
     normal
         (n, 3) unit normals, asset frame.
     weight
-        (n,) 0 to 1: the part of the directions above the surface from which the point is seen, weighted by cosine.
+        (n,) 0 to 1: the part of the directions above the surface from which the point is seen, weighted by the cosine
+        to the normal.
     """
 
     point: Array
@@ -45,7 +46,7 @@ class Probes(StructOfArrays):
         return len(self.point)
 
     def principal_axes(self) -> NDArray[np.float64]:
-        """Return the unit directions (3, 3), rows, along which the points spread least to most."""
+        """Return the principal axes (3, 3) of the points: unit rows, from the axis of least spread to that of most."""
         return np.linalg.eigh(np.cov(self.point.T))[1].T
 
 

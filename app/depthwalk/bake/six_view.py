@@ -1,4 +1,4 @@
-"""Sampling as the paper does it (Liu, Liu and Wu 2007, §3.1): six planar depth images of the bounding box, warped.
+"""Sample a mesh as the paper does (Liu, Liu and Wu 2007, §3.1): by six planar depth images of its box, warped.
 
 The box is the one around the cylinder, so that its top and bottom images are the caps themselves. Each view is drawn
 on the GPU as a picture of triangle numbers; the exact point, normal and colour at each texel's centre follow from the
@@ -85,16 +85,16 @@ def sample_six_views(mesh: Mesh, cylinder: Cylinder, size: int) -> dict[Face, Fa
     Parameters
     ----------
     mesh
-        Object frame, metres.
+        The mesh, object frame, metres.
     cylinder
-        Encloses the mesh.
+        The cylinder that encloses the mesh, object frame, metres.
     size
         Side of every image, texels.
 
     Returns
     -------
     dict
-        The samples of each face: one layer, and in the side image less than rays meet, where no view sees the surface.
+        The samples by face, side, top and bottom, one layer each. The side lacks surfaces that none of the views sees.
 
     Raises
     ------

@@ -27,7 +27,8 @@ def surface_at(mesh: Mesh, hits: Hits, parallel_map: Map = map) -> tuple[NDArray
     Returns
     -------
     normal
-        (L, n, 3) float32, unit, interpolated, turned as the hit's; zero without a hit.
+        (L, n, 3) float32, the mesh's interpolated unit normals in its frame, turned around where the surface was hit
+        from behind; zero without a hit.
     albedo
         (L, n, 4) float32, linear RGB and specular strength; zero without a hit.
     """

@@ -24,7 +24,7 @@ def trim(
     images
         All depth images of an object, with their owners.
     borders
-        All its boundary strips.
+        All boundary strips of the object.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 

@@ -56,13 +56,13 @@ def prune_hidden(
     caster
         The mesh, ready for rays, object frame.
     rays
-        Origins and directions (n, 3) float32 of the texels' rays, metres and unit vectors.
+        Origins and directions (n, 3) float32 of the texels' rays, metres and unit vectors, object frame.
     hits
         What the rays meet, L layers.
     shape
         Height H and width W of the image; n = H · W.
     found
-        (L, n) bool: the hits that may stay. The first of each ray always does.
+        (L, n) bool, True for the hits that may stay. Of these, those of the first layer always do.
     parallel_map
         `map`, or what `thread_map` yields to work in several threads.
 

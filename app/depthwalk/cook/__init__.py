@@ -1,1 +1,1 @@
-"""Cooking: from depth images to the arrays that the GPU reads; no GL and no viewer. `cook.cook` is its outline."""
+"""Cook depth images: turn them into the arrays that the GPU reads; no GL and no viewer. `cook.cook` is the outline."""

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 
 def pack_words(values: NDArray[np.uint16]) -> NDArray[np.uint8]:
-    """Return columns of words as differences from row to row, their low bytes and their high bytes apart.
+    """Store columns of 16-bit numbers as differences from row to row, with low bytes and high bytes apart.
+
+    Small differences of either sign become small numbers (zigzag coding), so that most high bytes are 0.
 
     Parameters
     ----------
@@ -18,7 +20,8 @@ def pack_words(values: NDArray[np.uint16]) -> NDArray[np.uint8]:
 
     Returns
     -------
-    (2 k, n) uint8; small differences of either sign are small numbers, so that most high bytes are 0.
+    numpy.ndarray
+        (2 k, n) uint8: the low bytes of a column in one row, its high bytes in the next.
     """
     step = np.diff(values, axis=0, prepend=np.uint16(0)).view(np.int16).astype(np.int32)
     folded = ((step << 1) ^ (step >> 15)).astype("<u2")
@@ -27,7 +30,23 @@ def pack_words(values: NDArray[np.uint16]) -> NDArray[np.uint8]:
 
 
 def unpack_words(packed: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """Return what was given to `pack_words`. Raises ValueError for another shape."""
+    """Restore columns of 16-bit numbers.
+
+    Parameters
+    ----------
+    packed
+        (2 k, n) uint8, as `pack_words` returns them.
+
+    Returns
+    -------
+    numpy.ndarray
+        (n, k) uint16, what `pack_words` was given.
+
+    Raises
+    ------
+    ValueError
+        For an array of another shape.
+    """
     if packed.ndim != 2 or len(packed) % 2:
         raise ValueError(f"packed words of shape {packed.shape}")
     low, high = packed[::2].astype(np.uint16), packed[1::2].astype(np.uint16)
@@ -37,12 +56,15 @@ def unpack_words(packed: NDArray[np.uint8]) -> NDArray[np.uint16]:
 
 
 def pack_picture(texels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a picture (h, w, c) uint8 as c pictures (c, h, w) of the differences from the texel below each."""
+    """Store the picture `texels`, (h, w, c) uint8, as (c, h, w) uint8: differences, modulo 256, from row to row."""
     return np.ascontiguousarray(np.moveaxis(np.diff(texels, axis=0, prepend=np.uint8(0)), -1, 0))
 
 
 def unpack_picture(packed: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return what was given to `pack_picture`. Raises ValueError for another shape."""
+    """Restore the picture (h, w, c) uint8 from `packed`, (c, h, w) uint8, as `pack_picture` returns it.
+
+    Raises ValueError for an array without three axes.
+    """
     if packed.ndim != 3:
         raise ValueError(f"a packed picture of shape {packed.shape}")
     return np.ascontiguousarray(np.moveaxis(np.add.accumulate(packed, axis=1, dtype=np.uint8), 0, -1))

@@ -1,4 +1,4 @@
-"""Which triangles of an object a viewer may see: the paper's three cases, made of 26 pieces.
+"""Find out which triangles of an object a viewer may see: the paper's three cases, made of 26 pieces.
 
 Liu et al. 2007, §3.3 and figure 11, draw an object in one of three cases: a viewer within the cylinder's height needs
 the image of its side alone, one above also that of the top cap, one below also that of the bottom cap. There the case
@@ -112,9 +112,17 @@ _EDGES = _cone_edges()
 
 
 def piece_numbers(corners: Array) -> Ints:
-    """Return in which piece (t,) each of `corners`, triangles (t, 3, 3), lies: the piece of its normal.
+    """Return in which piece each triangle lies, which its normal alone decides.
 
-    The triangles are counter-clockwise seen from the front, object frame, metres.
+    Parameters
+    ----------
+    corners
+        (t, 3, 3) triangles, counter-clockwise seen from the front, metres, object frame.
+
+    Returns
+    -------
+    Ints
+        (t,) numbers of pieces, 0 to PIECES − 1.
     """
     x, y, z = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).T
     direction = np.round(np.arctan2(z, x) * (_DIRECTIONS / (2 * np.pi))).astype(np.int64) % _DIRECTIONS
@@ -126,7 +134,7 @@ def piece_numbers(corners: Array) -> Ints:
 
 
 def piece_horizons(corners: Array, piece: Rows) -> Array:
-    """Return how far the triangles of each piece extend backward along the edges of its cone.
+    """Return how far the triangles of each piece extend backward along the edges of the cone of their normals.
 
     Parameters
     ----------
@@ -155,11 +163,11 @@ def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_
     Parameters
     ----------
     horizon
-        (n, k, 4) metres, see `piece_horizons`; −inf: always seen.
+        (n, p, 4) metres, of p pieces for each of n viewers, see `piece_horizons`; −inf: always seen.
     viewer
         (n, 3) positions C of the viewers, object frame, metres.
     among
-        (k,) numbers of the pieces that are asked for.
+        (p,) numbers of the pieces that are asked for.
 
     Returns
     -------
@@ -172,7 +180,7 @@ def seen_pieces(horizon: Array, viewer: Array, among: NDArray[np.intp] = _PIECE_
 
 
 def drawn_cases(pieces: Rows) -> Rows:
-    """Return the `Case` (n,) of each of `pieces` (n,), bit masks of pieces: the caps whose pieces the mask holds."""
+    """Return the `Case` (n,) that the bit masks `pieces` (n,) draw: the side, with the caps whose bits are set."""
     return (pieces >> TOP_PIECE & 1) * Case.SIDE_AND_TOP + (pieces >> BOTTOM_PIECE & 1) * Case.SIDE_AND_BOTTOM
 
 
@@ -191,7 +199,7 @@ def piece_runs(first: Rows, count: Rows, pieces: int = ALL_PIECES) -> tuple[tupl
     Returns
     -------
     tuple
-        First index and number of indices of each run. Ranges that follow one another become one run.
+        A pair for each run, its first index and its number of indices. Ranges that follow one another become one run.
     """
     wanted = np.flatnonzero((pieces >> np.arange(RANGES) & 1 > 0) & (count > 0))
     if not len(wanted):

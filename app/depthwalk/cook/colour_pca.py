@@ -23,11 +23,11 @@ class ColourComponents(NamedTuple):
     Attributes
     ----------
     components
-        (H, W, k), k = 0, 1 (int8, of 127) or 4 (uint8, of 255).
+        (H, W, k) where k is 0, 1 (int8, 127 for 1.0) or 4 (uint8, 255 for 1.0).
     tints
-        (H / 2, W / 2, 2) uint8, of 255, where k is 1, else empty.
+        (H / 2, W / 2, 2) uint8, 255 for 1.0, where k is 1; else empty.
     palette
-        (4, 4) float32, √linear RGB and specular strength.
+        (4, 4) float32, rows of √linear RGB and specular strength.
     """
 
     components: NDArray[np.int8] | NDArray[np.uint8]
@@ -41,9 +41,9 @@ def few_components(colours: NDArray[np.uint16], used: NDArray[np.bool_]) -> Colo
     Parameters
     ----------
     colours
-        (H, W, 4) uint16, of 65535: √linear RGB and specular strength; H and W are even.
+        (H, W, 4) uint16, 65535 for 1.0: √linear RGB and specular strength; H and W are even.
     used
-        (H, W) bool: the texels whose colours matter.
+        (H, W) bool, True for texels whose colours matter.
 
     Returns
     -------

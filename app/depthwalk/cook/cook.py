@@ -53,9 +53,9 @@ class CookOptions(NamedTuple):
     Attributes
     ----------
     stepped
-        Build levels as grids of step 1, 2, 4 … (the paper's level of detail), whatever the object's size.
+        Whether to build levels as grids of step 1, 2, 4 … (the paper's level of detail), whatever the object's size.
     paper_cases
-        Add what only the paper's three cases draw (see `cook.cases`); that is half as many triangles again.
+        Whether to add what only the paper's three cases draw (see `cook.cases`): half as many triangles again.
     """
 
     stepped: bool = False
@@ -74,13 +74,17 @@ class CookedObject:
     Attributes
     ----------
     outline
-        The object, its images with their sizes but without pixels.
+        The baked object, its images with their sizes but without pixels.
     footprint
-        (DIRECTIONS,) metres, support function, see `geometry.support_function`.
-    first, count, horizon, error
-        The arrays of `LodGeometry` with these names.
+        (DIRECTIONS,) metres: how far the object reaches from its axis, see `geometry.support_function`.
+    first, count
+        (levels, RANGES), first index and number of indices of each piece and further range, see `LodGeometry`.
+    horizon
+        (levels, PIECES, 4) metres, from where each piece may be seen, see `piece_horizons`.
+    error
+        (levels,) metres, geometric error of each level, the finest first.
     bytes
-        Memory that the object takes on the GPU.
+        Bytes of GPU memory that the object takes.
     load
         Returns geometry and texture. Raises OSError where the file that holds them is missing or damaged.
     """
@@ -96,19 +100,19 @@ class CookedObject:
 
 
 class Preloaded:
-    """Load geometry and texture of an object before they are asked for; a `CookedObject.load`.
+    """Load geometry and texture of an object before they are asked for; it takes the place of `CookedObject.load`.
 
     The first call hands over what was loaded, which is then forgotten; later calls load again.
     """
 
     def __init__(self, load: Callable[[], tuple[LodGeometry, VirtualTexture]]) -> None:
-        """Load at once by `load`, which may raise OSError or InputError."""
+        """Call `load`, the `CookedObject.load` to replace, at once. Raises what `load` does: OSError or InputError."""
         self._load = load
         self._arrays: tuple[LodGeometry, VirtualTexture] | None = load()
 
     @property
     def is_held(self) -> bool:
-        """Whether the next call returns at once."""
+        """Return whether what was loaded is still in memory, so that the next call returns at once."""
         return self._arrays is not None
 
     def drop(self) -> None:
@@ -116,7 +120,7 @@ class Preloaded:
         self._arrays = None
 
     def __call__(self) -> tuple[LodGeometry, VirtualTexture]:
-        """Return geometry and texture."""
+        """Return geometry and texture of the object, loaded anew where they are no longer in memory."""
         arrays, self._arrays = self._arrays, None
         return self._load() if arrays is None else arrays
 
@@ -167,7 +171,7 @@ def _bare(image: DepthImage) -> DepthImage:
 
 
 def bare_image(face: Face, layer: int, shape: tuple[int, ...]) -> DepthImage:
-    """Return an empty image of `shape`, (H, W) texels, on layer `layer` of `face`; its arrays take no memory."""
+    """Return an image without any sample, of `shape` (H, W) texels, on layer `layer` of `face`; it takes no memory."""
     empty = np.broadcast_to(np.float32(np.inf), shape)
     none = np.broadcast_to(np.float32(0), (*shape, 4))
     return DepthImage(

@@ -39,7 +39,7 @@ _SMALL = "first", "count", "horizon", "error"  # fields of `LodGeometry` that ar
 def find_cooked(key: str, options: CookOptions) -> tuple[CookedObject, ...] | None:
     """Find the cooked objects of a model in the cache.
 
-    Reads what drawing must know at once; each object's `load` reads and checks geometry and textures.
+    Only what drawing must know at once is read; each object's `load` reads and checks geometry and textures.
 
     Parameters
     ----------
@@ -105,9 +105,9 @@ def write_cooked(path: Path, key: str, objects: tuple[CookedObject, ...]) -> Non
 
 
 def cooked_key(path: Path) -> str | None:
-    """Return the key of the depth images from which `write_cooked` made the file `path`.
+    """Return the key of the depth images that were cooked to the file `path`.
 
-    Returns None for other files, and for those that another COOK_VERSION wrote.
+    Returns None for files that `write_cooked` did not write, and for those that another COOK_VERSION wrote.
     """
     try:
         made_of = _made_of(path)
@@ -118,9 +118,19 @@ def cooked_key(path: Path) -> str | None:
 
 
 def read_cooked(path: Path) -> tuple[CookedObject, ...]:
-    """Return the objects in `path`, a file of `write_cooked`.
+    """Return the cooked objects in a file.
 
-    Each object's `load` reads its geometry and textures when it is called.
+    Each object's `load` reads geometry and textures when it is called.
+
+    Parameters
+    ----------
+    path
+        The file, which `write_cooked` has written.
+
+    Returns
+    -------
+    tuple
+        The objects in the model's order.
 
     Raises
     ------

@@ -59,7 +59,7 @@ class _Edges(StructOfArrays):
 
 
 def collapse_edges(surface: ClusteredSurface, tolerance: float, parallel: Map = map) -> ClusteredSurface:
-    """Return a surface with fewer triangles that deviates by about a tolerance at most.
+    """Return a surface with fewer triangles, by collapsing edges while it deviates by about a tolerance at most.
 
     An edge may collapse to a vertex while the squared distance of this vertex, integrated over the surface that it
     stands for, is at most tolerance⁴: an area of tolerance² may be off by the tolerance, a smaller area by more.
@@ -67,7 +67,7 @@ def collapse_edges(surface: ClusteredSurface, tolerance: float, parallel: Map = 
     Parameters
     ----------
     surface
-        What to simplify.
+        The surface to simplify.
     tolerance
         Allowed distance from the original surface, metres.
     parallel

@@ -26,7 +26,8 @@ _EASE_TEXELS = 6  # over which a face's own meso-structure fades in from where a
 class Run(IntEnum):
     """Order the triangles in an index list by the faces that sample them best.
 
-    What another face samples better than the side is kept apart, so that it is drawn only where that face is not.
+    Triangles on the side image that another face samples better are kept apart, so that they can be drawn only where
+    that face is not.
     """
 
     BOX_FACES = 0  # their own
@@ -47,14 +48,16 @@ _OWN_RUN = {Face.TOP: Run.TOP, Face.BOTTOM: Run.BOTTOM} | dict.fromkeys(BOX_FACE
 
 @dataclass(frozen=True)
 class FaceGrids:
-    """Hold the grids of one face.
+    """Hold the triangles of all grids of one face, and their vertices.
 
     Attributes
     ----------
-    vertices, texels
-        (v, 4) uint16 and (v, 2) int16, see `LodGeometry`.
+    vertices
+        (v, 4) uint16, encoded position and image of each vertex, as in `LodGeometry.vertices`.
+    texels
+        (v, 2) int16, column and row of the sample that each vertex is; −1 where it is none.
     runs
-        Triangles (t, 3) by level and Run, rows of `vertices`.
+        Triangles (t, 3) uint32, rows of `vertices`, by level and Run.
     """
 
     vertices: NDArray[np.uint16]
@@ -67,8 +70,10 @@ def build_face_grids(baked: BakedObject, face: Face, tolerance: float, paper_cas
 
     Parameters
     ----------
-    baked, face
-        The object, and the face, which has images.
+    baked
+        The object.
+    face
+        One of the object's faces that has images.
     tolerance
         How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
     paper_cases

@@ -53,12 +53,12 @@ def build_grid_lods(
     baked
         The object; it has `baked.steps` grids per image.
     paper_cases
-        Sort triangles into the index ranges of the paper's cases, with what only these draw.
+        Whether to sort triangles into the index ranges of the paper's cases, with those that only these draw.
     tolerance
         How far samples may be off the triangles of step s, in parts of s texels; −inf keeps every cell.
     in_pieces
-        Sort triangles into the pieces of `cook.cases`, unless for the paper's cases. Otherwise all are in the first
-        piece, in the order of their faces.
+        Whether to sort triangles into the pieces of `cook.cases`, where `paper_cases` is False. Otherwise all are in
+        the first piece, in the order of their faces.
     parallel
         `map`, or what `thread_map` yields to work in several threads.
 

@@ -1,4 +1,4 @@
-"""Index lists of 16 bits: triangles come in chunks, whose indices count from a vertex of their own.
+"""Read index lists of 16 bits: triangles come in chunks, whose indices count from a vertex of their own.
 
 Indices of 16 bits take half the memory of 32, but reach 65536 vertices only; an object may have more.
 """
@@ -22,7 +22,7 @@ def vertex_numbers(indices: NDArray[np.unsignedinteger], chunks: Chunks, first: 
     indices
         (i,) uint16 or uint32, all indices of an object.
     chunks
-        (c, 2), the chunks of the object, see `Chunks`.
+        (c, 2) int64, rising: first index of each chunk, and the vertex from which its indices count.
     first, count
         First index and number of indices of the run, which may span several chunks.
 
@@ -41,7 +41,7 @@ def chunk_runs(chunks: Chunks, first: int, count: int) -> list[tuple[int, int, i
     Parameters
     ----------
     chunks
-        (c, 2), the chunks of the object, see `Chunks`.
+        (c, 2) int64, rising: first index of each chunk, and the vertex from which its indices count.
     first, count
         First index and number of indices of the run.
 

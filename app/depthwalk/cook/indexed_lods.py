@@ -38,11 +38,12 @@ def index_levels(grid: LodGeometry, levels: list[Array], views: Ints, error: Arr
     Parameters
     ----------
     grid
-        Geometry of the same object, over whose box positions are counted.
+        Other geometry of the same object, whose box the encoded positions refer to.
     levels
         (t, 3, 3) triangles of each level, metres, object frame; finest first.
     views
-        (all t,) the image that each triangle looks into, with flags; triangles whose image is `NOWHERE` are left out.
+        (all t,) the image that each triangle of all levels looks into, as `select_views` returns it; triangles whose
+        image is `NOWHERE` are left out.
     error
         (levels,) geometric error of each level, metres.
     parallel

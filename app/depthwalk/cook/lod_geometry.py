@@ -1,4 +1,4 @@
-"""The geometry of an object as shaders read it: vertex and index arrays, in levels of detail.
+"""Define the geometry of an object as shaders read it: vertex and index arrays, in levels of detail.
 
 A vertex is 8 bytes: a position in 16 bits per axis over the box around the object, and the depth image that its
 triangle looks into, with flags.
@@ -32,15 +32,17 @@ class LodGeometry:
     Attributes
     ----------
     vertices
-        (V, 4) uint16: x, y, z over the box `box_low` + [0, 1] · `box_size`, and the image's number with flags.
+        (V, 4) uint16: x, y, z over the box `box_low` + [0, 1] · `box_size`, and the number of the image that the vertex
+        looks into, face · 8 + layer, with flags.
     texels
         (V, 2) int16, column and row of the sample that each vertex is; −1 where it is none.
     indices
-        (I,) uint16 or uint32, triangles; they count from a vertex of the chunk that they are in.
+        (I,) uint16 or uint32, three for each triangle; they count from the first vertex of their chunk.
     chunks
-        (c, 2), see `index_chunks.Chunks`.
+        (c, 2) int64, rising: first index of each chunk, and the vertex from which its indices count.
     first, count
-        (levels, RANGES), ranges of `indices`, see `cook.cases`.
+        (levels, RANGES) int64, first index and number of indices of each piece and of each further range of
+        `cook.cases`.
     horizon
         (levels, PIECES, 4) metres, from where each piece may be seen, see `piece_horizons`.
     box_low, box_size
@@ -62,15 +64,18 @@ class LodGeometry:
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Positions (V, 3) of the vertices, object frame, metres."""
+        """Return the positions (V, 3) float64 of the vertices, object frame, metres."""
         return vertex_positions(self.vertices, self.box_low, self.box_size)
 
     def triangles(self, first: int, count: int) -> NDArray[np.int64]:
-        """Return the vertices (count / 3, 3) of the triangles in the run of `count` indices from index `first` on."""
+        """Return the triangles in the run of `count` indices from index `first` on: (count / 3, 3) rows of vertices."""
         return vertex_numbers(self.indices, self.chunks, first, count).reshape(-1, 3)
 
     def drawn(self, level: int, pieces: int = ALL_PIECES) -> NDArray[np.int64]:
-        """Return the vertices (t, 3) of the triangles of level `level` whose pieces are in `pieces`, a bit mask."""
+        """Return the triangles (t, 3), rows of vertices, of level `level` that are in pieces of the mask `pieces`.
+
+        Bit k of the mask stands for piece k.
+        """
         runs = piece_runs(self.first[level], self.count[level], pieces)
         return np.concatenate([np.zeros((0, 3), np.int64), *(self.triangles(*run) for run in runs)])
 
@@ -85,9 +90,9 @@ def vertex_positions(
     Parameters
     ----------
     vertices
-        (n, 4) uint16, see `LodGeometry`.
+        (n, 4) uint16, as in `LodGeometry`, whose first three numbers are positions from 0 to POSITION_STEPS.
     box_low, box_size
-        (3,) float32, the box that they are counted over, metres.
+        (3,) float32, lowest corner and size of the box that those positions divide, metres, object frame.
 
     Returns
     -------

@@ -17,12 +17,12 @@ def pack_masks(masks: list[Mask]) -> tuple[list[tuple[int, int]], tuple[int, int
     Parameters
     ----------
     masks
-        (h, w) bool each: which cells it needs.
+        (h, w) bool each, True for the cells that a mask needs.
 
     Returns
     -------
     tuple
-        Row and column of each mask in the picture, and the picture's height and width.
+        Row and column at which each mask begins in the picture, and the picture's height and width, all in cells.
     """
     sizes = [int(mask.sum()) for mask in masks]
     width = max(int(np.sqrt(sum(sizes))), *(mask.shape[1] for mask in masks))

@@ -1,4 +1,4 @@
-"""Quadric error metrics: what a vertex of a simplified surface stands for, as a sum of squared distances from planes.
+"""Compute quadric error metrics: sums of squared distances from the planes that a simplified vertex stands for.
 
 Garland and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics": merging two vertices adds their
 quadrics, and the best place for the new vertex is the minimum of the sum.
@@ -41,7 +41,7 @@ class ClusteredSurface:
 
     @property
     def area(self) -> float:
-        """Area of all triangles, metres²."""
+        """Return the area of all triangles together, metres²."""
         return float(normals_and_areas(self.point, self.triangles)[1].sum())
 
 
@@ -57,9 +57,9 @@ def clustered_surface(point: Array, triangles: Ints, features: SharpFeatures | N
     triangles
         (t, 3) rows of `point`.
     features
-        One plane for each of the n vertices, or None. The planes of a triangle's corners then count one half; its own
-        plane and those along the boundary count the other. The corners' planes meet in ridges that the triangles' own
-        planes cut off. Where the surface is round, the former lie outside of it and the latter inside.
+        One plane for each of the n vertices, so that ridges stay sharp, which the triangles' own planes cut off. The
+        planes of a triangle's corners then count one half; its own plane and those along the boundary count the other.
+        None for no such planes.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def squared_distances(quadric: Array, point: Array) -> Array:
     Parameters
     ----------
     quadric
-        (10, n), see `ClusteredSurface`.
+        (10, n), whose columns are quadrics as in `ClusteredSurface`.
     point
         (n, 3) metres.
 
@@ -101,7 +101,7 @@ def optimal_points(quadric: Array, stiffness: Array, middle: Array) -> Array:
     Parameters
     ----------
     quadric
-        (10, n), see `ClusteredSurface`.
+        (10, n), whose columns are quadrics as in `ClusteredSurface`.
     stiffness
         (n,) stiffness of the springs, metres².
     middle

@@ -33,7 +33,7 @@ class Surface:
     normal
         (n, 3) float32, unit.
     label
-        (n,): texels of one triangle must share it.
+        (n,) int; cells whose corners differ in it are never replaced by larger triangles.
     """
 
     point: NDArray[np.float32]
@@ -85,17 +85,17 @@ def rtin_triangles(
     Parameters
     ----------
     image, surface
-        One layer, and its samples.
+        One layer of a face, and its samples.
     level
         The grid has step 2^level.
     tolerance
-        How far samples may be off the triangles, along their normals, metres; −inf replaces nothing.
+        How far samples may be off the triangles, along the samples' normals, metres; −inf replaces nothing.
 
     Returns
     -------
     tuple
-        Triangles (t, 3) of texel numbers, with the front faces of `cell_triangles`; and which cells (cells,), in the
-        order of `grid_cells`, they replace.
+        Triangles (t, 3) int64 of texel numbers, wound as those of `cell_triangles`; and (cells,) bool in the order of
+        `grid_cells`, True for cells that they replace.
     """
     height, width = image.depth.shape
     wraps = image.face is Face.SIDE

@@ -1,4 +1,4 @@
-"""Levels of an object as one simplified surface over all of its faces, with ever fewer triangles.
+"""Build levels of an object as one simplified surface over all of its faces, with ever fewer triangles.
 
 Grids end at every edge of a surface, in boundary strips, and overlap where ownership changes from face to face: two
 thirds of their triangles are there, however smooth the surface. Here the finest grids are merged into one surface
@@ -57,7 +57,7 @@ def build_simplified_lods(baked: BakedObject, parallel: Map = map) -> LodGeometr
     Parameters
     ----------
     baked
-        The object.
+        The depth images of the object, object frame.
     parallel
         `map`, or what `thread_map` yields to work in several threads.
 

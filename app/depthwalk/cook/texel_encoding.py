@@ -22,14 +22,15 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
     Parameters
     ----------
     cylinder
-        The volume whose face the image lies on.
+        The volume whose face the image lies on, metres.
     image
-        One layer, (H, W) texels.
+        The depth image, (H, W) texels.
 
     Returns
     -------
-    NDArray[np.uint16]
-        (H, W, 8): encoded normal (3, of 255), `depth_code` (of 255), √linear RGB and specular strength (4, of 65535).
+    numpy.ndarray
+        (H, W, 8) uint16: 3 numbers of the normal, as `encode_normals` returns them, and the `depth_code`, up to 255;
+        √linear RGB and specular strength, 65535 for 1.0.
     """
     solid = np.isfinite(image.depth)
     texels: NDArray[np.uint16] = np.zeros((*solid.shape, 8), np.uint16)
@@ -52,10 +53,10 @@ def image_texels(cylinder: Cylinder, image: DepthImage) -> NDArray[np.uint16]:
 
 
 def depth_code(depth: Array) -> NDArray[np.uint8]:
-    """Return `depth` (…), in texels, modulo `DEPTH_PERIOD`, as (…) uint8.
+    """Return `depth` (…), in texels, modulo `DEPTH_PERIOD`, as (…) uint8 in steps of half a texel.
 
-    Whole depths in 8 bits could not tell surfaces apart that are a texel from each other. The remainder can, as what a
-    shader compares is never off by half a period.
+    Whole depths in 8 bits could not tell surfaces apart that are a texel from each other. The remainder can, because
+    the depths that a shader compares never differ by half a period.
     """
     return np.round(depth * (256 / DEPTH_PERIOD)).astype(np.int64).astype(np.uint8)
 

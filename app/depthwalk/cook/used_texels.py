@@ -24,21 +24,22 @@ _HALVINGS = 5  # of triangles' sides, at most: what winds about the axis never f
 
 
 def used_sub_tiles(baked: BakedObject, grids: LodGeometry, levels: list[int], parallel: Map = map) -> list[Mask]:
-    """Return the sub-tiles that triangles touch.
+    """Return which sub-tiles of an object's images are touched by the triangles that look into the images.
 
     Parameters
     ----------
     baked, grids
-        The object, and the triangles that look into its images.
+        The object, and the triangles of its levels of detail.
     levels
-        Ascending numbers of levels; each gives a mask of what the triangles of that many of the finest levels touch.
+        Ascending numbers; the number k asks for a mask of what the triangles of the k finest levels touch.
     parallel
         `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
     list
-        Masks (images, rows, columns) of sub-tiles; rows and columns are those of whole tiles.
+        For each of `levels` a mask (images, rows, columns) bool of sub-tiles, True where one is touched. There are
+        two rows and two columns for each of the image's tiles.
     """
     rows, columns = (2 * size for size in tile_counts(baked.images[0].depth.shape))
     counts = np.zeros((len(baked.images), rows + 1, 3 * columns + 1), np.int32)

@@ -29,7 +29,7 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
     Returns
     -------
     tuple
-        Vertices (m, 3) float64, and triangles (u, 3), each once.
+        Vertices (m, 3) float64, metres, and triangles (u, 3) int64, rows of these vertices, each once.
     """
     first, number = _groups(_voxel_keys(point - point.min(0), voxel_size), rank)
     facing = vertex_directions(point, triangles)

@@ -83,15 +83,15 @@ class _Triangles(NamedTuple):
 
 
 def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Ints:
-    """Return the image that shows each triangle best.
+    """Return the depth image that shows each triangle best.
 
-    In that image the samples at the triangle's middle and near its corners lie on its plane and face its way, are owned
-    by the image's face, and are seen squarely.
+    In that image the samples at the triangle's middle and near its corners lie on the triangle's plane, face as it
+    does, are owned by the image's face, and are seen squarely.
 
     Parameters
     ----------
     baked
-        The object.
+        The object, one of whose depth images is chosen for each triangle.
     corners
         (t, 3, 3) triangles, counter-clockwise seen from the front, metres, object frame.
     parallel
@@ -100,8 +100,9 @@ def select_views(baked: BakedObject, corners: Array, parallel: Map = map) -> Int
     Returns
     -------
     Ints
-        (t,) numbers of images (face · 8 + layer) with PAST_AXIS and EDGE; `NOWHERE` for a triangle that is turned away
-        from all samples near it: a fold, which shows where the surface is seen from behind.
+        (t,) numbers of images (face · 8 + layer), with the flags PAST_AXIS and EDGE of `lod_geometry`. `NOWHERE` for a
+        triangle that is turned away from all samples near it: a fold, which shows where the surface is seen from
+        behind.
     """
     looks = _looks(baked)
 

@@ -48,7 +48,7 @@ class VirtualTexture:
     first_rows
         `MAX_MIP_TIERS` numbers: the row of the table in which each mip tier begins.
     last_mip_tier
-        The coarsest one that exists.
+        The number of the coarsest mip tier that exists; 0 is the finest.
     """
 
     normals: NDArray[np.uint8]
@@ -61,7 +61,7 @@ class VirtualTexture:
 
     @property
     def bytes_with_mip_maps(self) -> int:
-        """Memory that the pictures take on the GPU."""
+        """Return how many bytes the pictures take on the GPU, mip-maps included."""
         size = self.normals.nbytes + self.colours.nbytes + self.tints.nbytes
         return sum(size >> 2 * level for level in range(LEVELS + 1))
 
