@@ -10,7 +10,7 @@ from depthwalk.bake.baker import BakeParams, cast_face
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.images import Face, enclosing_cylinder
 from depthwalk.bake.raycast import RayCaster
-from shapes import sphere
+from shapes import box, joined, sphere
 
 ROWS = 128
 
@@ -40,3 +40,17 @@ def test_a_stray_ray_keeps_little() -> None:
 
 def test_nothing_of_the_inside_of_a_closed_shell_stays() -> None:
     assert inside_kept(0) == 0
+
+
+@pytest.mark.parametrize("layers", [2, 3])
+def test_deep_layers_are_those_that_see_the_sky(layers: int) -> None:
+    """Under twenty plates a centimetre apart lies a floor that is seen from beside: it is the last layer from above."""
+    plates = [box(1, 0.002, 1, (0, 1 + 0.01 * number, 0)) for number in range(20)]
+    mesh = joined(box(1, 0.002, 1, (0, 0, 0)), *plates)
+    grid = FaceGrid(cylinder=enclosing_cylinder(mesh.positions), face=Face.TOP, height=32, width=32)
+    depth = cast_face(mesh, RayCaster(mesh), grid, BakeParams(resolution=32, layers=layers)).samples.depth
+    met = np.isfinite(depth[0])
+    height = grid.cylinder.top - depth
+    np.testing.assert_allclose(height[0][met], 1.191, atol=1e-4)
+    last = np.isfinite(depth).sum(0)[met] - 1
+    np.testing.assert_allclose(height[last, *met.nonzero()], 0.001, atol=1e-4)

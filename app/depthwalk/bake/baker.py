@@ -26,11 +26,11 @@ from depthwalk.bake.images import (
     with_margins,
 )
 from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_layers, worth_adding, yield_triangles
-from depthwalk.bake.raycast import RayCaster
+from depthwalk.bake.raycast import Hits, RayCaster, join_hits
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.bake.surface import mean_shininess
 from depthwalk.bake.trim import trim
-from depthwalk.bake.visibility import prune_hidden
+from depthwalk.bake.visibility import peel_exposed, prune_hidden
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
@@ -42,6 +42,7 @@ Method = Literal["raycast", "six-view", "paper"]
 Layers = int | Literal["auto"]
 _LEAST_SHARE = 0.3  # of the 5 × 5 texels around that a box face must sample better than others, to be worth the trouble
 _BATCH = 1 << 15  # samples at a time
+_VOXEL = 4  # texels, edge of the voxels over which it is averaged how much of the sky samples see
 _OVERLAP = 3  # texels of overlap: a box face extends so far beyond what it samples better than the others
 
 
@@ -252,7 +253,13 @@ def cast_face(
         Depths, normals and colours, L layers of (H, W) texels.
     """
     origin, direction = (part.reshape(-1, 3) for part in grid.rays)
-    hits = caster.peel(origin, direction, peeled_layers(params, caster), grid.max_depth, parallel_map)
+    layers = peeled_layers(params, caster)
+
+    def peeled(batch: slice) -> Hits:
+        rays = origin[batch], direction[batch]
+        return peel_exposed(caster, rays, layers, grid.max_depth, _VOXEL * grid.longest_texel)
+
+    hits = join_hits(list(parallel_map(peeled, batches(len(origin), _BATCH))))
     found = np.isfinite(hits.distance)
     if grid.face in BOX_FACES and rivals:
         layer, ray = found.nonzero()

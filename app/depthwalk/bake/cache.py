@@ -13,6 +13,8 @@ from depthwalk.errors import InputError
 
 log = logging.getLogger(__name__)
 
+_SAMPLING = 2  # what baking yields for the same parameters: raise it where it got better, so that caches bake again
+
 BAKED = Cache(suffix=SUFFIX, content="depth images")
 
 
@@ -31,7 +33,7 @@ def bake_key(source: str, **parameters: object) -> str:
     str
         64 hex digits.
     """
-    text = json.dumps({"source": source, "format": FORMAT_VERSION, **parameters}, sort_keys=True)
+    text = json.dumps({"source": source, "format": FORMAT_VERSION, "sampling": _SAMPLING, **parameters}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -1,5 +1,6 @@
 """Cast rays at a mesh with Embree, and find the surfaces along each ray one behind the other: depth peeling."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -173,11 +174,7 @@ class RayCaster:
         def peel(batch: slice) -> Hits:
             return self._peel(origin[batch], direction[batch], layers, limit[batch])
 
-        parts = list(parallel_map(peel, batches(len(origin), _BATCH)))
-        if len(parts) == 1:
-            return parts[0]
-        names = [field.name for field in fields(Hits)]
-        return Hits(**{name: np.concatenate([getattr(part, name) for part in parts], 1) for name in names})
+        return join_hits(list(parallel_map(peel, batches(len(origin), _BATCH))))
 
     def _peel(
         self, origin: NDArray[np.float32], direction: NDArray[np.float32], layers: int, limit: NDArray[np.float32]
@@ -240,6 +237,14 @@ def facing_normals(
     flipped = np.einsum("ij,ij->i", normal, direction) > 0
     length = np.maximum(lengths(normal), np.float32(1e-30))
     return np.asarray(normal / np.where(flipped, -length, length)[:, None], np.float32), flipped
+
+
+def join_hits(parts: Sequence[Hits]) -> Hits:
+    """Return the hits of several groups of rays, each with as many layers, as those of all rays in this order."""
+    if len(parts) == 1:
+        return parts[0]
+    names = [field.name for field in fields(Hits)]
+    return Hits(**{name: np.concatenate([getattr(part, name) for part in parts], 1) for name in names})
 
 
 def no_hits(layers: int, count: int) -> Hits:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.bake.raycast import Hits, RayCaster, no_hits
+from depthwalk.geometry.triangles import row_ids
 from depthwalk.geometry.vectors import lengths
 from depthwalk.parallel import Map
 from depthwalk.types import Mask
@@ -14,6 +15,8 @@ _QUARTERS = 4  # of the samples: those still in doubt in each cast their first r
 _NEAR = 9  # texels, square, for which a ray that escapes speaks
 _AROUND = 65  # texels, square, over which the second rays are counted
 _LEAST_SHARE = 1e-3  # of these that must escape
+_DEEPEST = 64  # surfaces along a ray among which the best seen are chosen
+_SKY_RAYS = 2  # from each, which tell how much of the sky it sees
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +42,78 @@ class _Behind:
     def without(self, selected: NDArray[np.intp], images: Mask) -> NDArray[np.intp]:
         """Return those of the samples `selected` at which `images` are False."""
         return selected[~images.reshape(len(images), -1)[self.layer[selected], self.texel[selected]]]
+
+
+def peel_exposed(
+    caster: RayCaster,
+    rays: tuple[NDArray[np.float32], NDArray[np.float32]],
+    layers: int,
+    max_distance: float,
+    voxel: float,
+) -> Hits:
+    """Find surfaces along rays: the first, and of those behind it the ones that see most of the sky.
+
+    Where a ray meets more surfaces than there are layers, the nearest are often the worst choice: behind the first leaf
+    of a tree come leaves that hardly anybody sees, and behind all of them the ground, which everybody sees from beside.
+    How much of the sky a hit sees is estimated by a few random rays from it, and is averaged over hits that lie in one
+    voxel and face the same way, so that neighbours choose alike.
+
+    Parameters
+    ----------
+    caster
+        The mesh, ready for rays, object frame.
+    rays
+        Origins and directions (n, 3) float32, metres and unit vectors.
+    layers
+        How many hits of each ray to keep.
+    max_distance
+        How far the rays go, metres.
+    voxel
+        Edge of the voxels, metres.
+
+    Returns
+    -------
+    Hits
+        L = `layers` hits along each ray, nearest first.
+    """
+    origin, direction = rays
+    hits = caster.peel(origin, direction, layers + 1, max_distance)
+    more = np.flatnonzero(np.isfinite(hits.distance[layers]))
+    hits = Hits(**{field.name: getattr(hits, field.name)[:layers] for field in fields(Hits)})
+    if len(more):
+        deep = caster.peel(origin[more], direction[more], _DEEPEST, max_distance)
+        exposure = _exposures(caster, origin[more], direction[more], deep, voxel)
+        best = np.argsort(-exposure, axis=0, kind="stable")[:layers]
+        kept = np.zeros(exposure.shape, bool)
+        np.put_along_axis(kept, best, True, axis=0)
+        chosen = _compacted(deep, kept & np.isfinite(deep.distance))
+        for field in fields(Hits):
+            getattr(hits, field.name)[: len(chosen), more] = getattr(chosen, field.name)
+    return hits
+
+
+def _exposures(
+    caster: RayCaster,
+    origin: NDArray[np.float32],
+    direction: NDArray[np.float32],
+    hits: Hits,
+    voxel: float,
+) -> NDArray[np.float64]:
+    """Return what part (L, n) of the sky hits see, about; 2 for the first hit of each ray, −1 where there is none."""
+    random = np.random.default_rng(0)
+    exposure = np.where(np.isfinite(hits.distance), 2.0, -1.0)
+    layer, ray = np.isfinite(hits.distance[1:]).nonzero()
+    normal = hits.normal[1 + layer, ray]
+    start = origin.take(ray, 0) + hits.distance[1 + layer, ray, None] * direction.take(ray, 0) + caster.epsilon * normal
+    free = np.zeros(len(layer))
+    for _ in range(_SKY_RAYS):
+        free += caster.escapes(start, _around(normal, random))
+    axis = np.abs(normal).argmax(1)
+    facing = 2 * axis + (np.take_along_axis(normal, axis[:, None], 1)[:, 0] > 0)
+    places = np.column_stack([np.floor(start / voxel).astype(np.int64), facing])
+    group = row_ids(places)[0]
+    exposure[1 + layer, ray] = (np.bincount(group, free) / np.bincount(group))[group] / _SKY_RAYS
+    return exposure
 
 
 def prune_hidden(
@@ -101,10 +176,8 @@ def _seen(caster: RayCaster, behind: _Behind, parallel_map: Map) -> Mask:
     random = np.random.default_rng(0)
 
     def escaping(selected: NDArray[np.intp]) -> Mask:
-        direction = behind.normal.take(selected, 0) + 0.98 * _unit(
-            random.normal(size=(len(selected), 3))
-        )  # cosine-weighted
-        return behind.marked(selected[caster.escapes(behind.start.take(selected, 0), _unit(direction), parallel_map)])
+        direction = _around(behind.normal.take(selected, 0), random)
+        return behind.marked(selected[caster.escapes(behind.start.take(selected, 0), direction, parallel_map)])
 
     def spread(escaped: Mask) -> Mask:
         return np.stack(list(parallel_map(lambda image: maximum_filter(image, _NEAR), escaped)))
@@ -134,6 +207,11 @@ def _compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
     for field in fields(Hits):
         getattr(compact, field.name)[places] = getattr(hits, field.name)[kept]
     return compact
+
+
+def _around(normal: NDArray[np.floating], random: np.random.Generator) -> NDArray[np.floating]:
+    """Return a random direction about each unit normal (n, 3), the likelier the nearer to it (cosine-weighted)."""
+    return _unit(normal + 0.98 * _unit(random.normal(size=normal.shape)))
 
 
 def _unit(vectors: NDArray[np.floating]) -> NDArray[np.floating]:
