@@ -190,11 +190,11 @@ def test_levels_that_cannot_be_drawn_are_passed_over(
 
 
 def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    (spec,) = load_scene(tiny_scene).assets
+    (spec,) = load_scene(tiny_scene, overrides={"assets.ball.dpci.resolution": "16"}).assets
     library = SceneLibrary((spec,))
     baked = library.baked(0)
     assert isinstance(spec, MeshAsset) and baked is not None
-    key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
+    key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=16, layers=1)
 
     def bake_once(force: bool = False) -> Baked | Kept | InputError:
         return dict(bake_all([Job(spec=spec, params=params, out=out, force=force)], 1, lambda *_: None))[0]
@@ -206,6 +206,7 @@ def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: 
     assert isinstance(bake_once(), Kept)
 
 
+@pytest.mark.slow
 def test_force_heals_all_of_the_asset(tiny_scene: Path, tmp_path: Path) -> None:
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))

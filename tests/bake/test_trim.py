@@ -27,12 +27,12 @@ def statue() -> Mesh:
 def untrimmed() -> BakedObject:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("depthwalk.bake.baker.trim", lambda images, borders, each: (images, borders))
-        return bake_object(statue(), BakeParams(resolution=96, layers=2), "untrimmed")
+        return bake_object(statue(), BakeParams(resolution=64, layers=2), "untrimmed")
 
 
 @pytest.fixture(scope="module")
 def trimmed() -> BakedObject:
-    return bake(statue(), resolution=96, layers=2)
+    return bake(statue(), resolution=64, layers=2)
 
 
 def grids_of(baked: BakedObject) -> LodGeometry:

@@ -145,6 +145,7 @@ def meshes(tmp_path: Path) -> tuple[Path, Path]:
     return good, bad
 
 
+@pytest.mark.slow
 def test_bake_goes_on_after_a_bad_mesh(run: Callable[..., Any], meshes: tuple[Path, Path], tmp_path: Path) -> None:
     good, bad = meshes
     other = write_ply(tmp_path / "box.ply", shapes.box(1.0, 2.0, 1.0))

@@ -20,6 +20,7 @@ def environment(cache_home: Path) -> dict[str, str]:
     return os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "PYTHONUNBUFFERED": "1"}
 
 
+@pytest.mark.slow
 def test_a_command_imports_what_it_needs_and_no_other_command(environment: dict[str, str], tiny_scene: Path) -> None:
     code = (
         "import sys\nfrom depthwalk.commands.cli import SUMMARIES, app\n"
@@ -127,6 +128,7 @@ as_program(guarded(main))()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(
     ("number", "code", "step"),
@@ -155,6 +157,7 @@ def test_closed_streams_are_no_error(
         assert picture.size == (96, 64)
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error_message(environment: dict[str, str], tiny_scene: Path) -> None:
     read, write = os.pipe()
     os.close(read)

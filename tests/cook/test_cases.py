@@ -49,6 +49,7 @@ def facing(corners: Array, viewer: ArrayLike) -> Mask:
     return np.einsum("ij,ij->i", normal, np.asarray(viewer) - corners[:, 0]) > 0
 
 
+@pytest.mark.slow
 def test_whoever_is_left_out_turns_away() -> None:
     """Random small objects and random viewers: every triangle that faces the viewer is in a piece that is seen; and of
     what turns away some is left out."""

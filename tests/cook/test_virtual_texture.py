@@ -68,6 +68,12 @@ def pages(baked: BakedObject, grids: LodGeometry) -> VirtualTexture:
     return build_virtual_texture(baked, grids)
 
 
+@pytest.fixture(scope="module")
+def texels(baked: BakedObject) -> list[Array]:
+    """What the images hold, (H, W, 8) each, of 255."""
+    return [image_texels(baked.cylinder, image) / (1, 1, 1, 1, 257, 257, 257, 257) for image in baked.images]
+
+
 @pytest.fixture(scope="module", autouse=True)
 def none_is_small() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
@@ -185,15 +191,16 @@ def points(image: DepthImage) -> Array:
 
 
 @pytest.mark.parametrize("lod", [0, 1, 2, 3, 4, 5, 0.5, 2.25])
-def test_pages_hold_what_the_images_hold(baked: BakedObject, pages: VirtualTexture, lod: float) -> None:
+def test_pages_hold_what_the_images_hold(
+    baked: BakedObject, texels: list[Array], pages: VirtualTexture, lod: float
+) -> None:
     """Wherever one looks, or else in a coarser segment, which stands in for what is never drawn."""
     for number, image in enumerate(baked.images):
-        texels = image_texels(baked.cylinder, image) / (1, 1, 1, 1, 257, 257, 257, 257)
         at, period = points(image), image.depth.shape[1] if image.face is Face.SIDE else 0
         found, segment = in_pages(pages, number, at, lod, image.depth.shape[::-1])
         for coarsest in np.unique(segment):
             here = segment == coarsest
-            expected = in_image(texels, at[here], int(coarsest), lod, period)
+            expected = in_image(texels[number], at[here], int(coarsest), lod, period)
             assert np.abs(found[here] - expected).max() <= ROUNDING, (image.name, coarsest)
 
 
@@ -219,6 +226,7 @@ def test_what_is_drawn_is_found_in_its_own_segment(
         assert (segment == min(int(lod / LEVELS), pages.last_mip_tier)).all()
 
 
+@pytest.mark.slow
 def test_pages_are_smaller_than_images() -> None:
     """What only the paper's cases draw is stored for those only."""
     baked = statue()

@@ -127,6 +127,7 @@ def test_what_was_prepared_is_read_as_it_was(
     assert find_cooked("0", form) is None
 
 
+@pytest.mark.slow
 def test_of_small_images_only_foliage_is_simplified() -> None:
     """Images that take longer to simplify than they are worth, and such as are all borders."""
     solid, dense = (bake(mesh, 32) for mesh in (box(1.0, 2.0, 1.0), leaves(200, 0.1)))
