@@ -96,7 +96,17 @@ def cache_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
+        patch.setattr(shapes, "shared_folder", folder)
         yield folder
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_thread(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Bakes in the calling thread where each core has a process already; tests of threads ask for some."""
+    with pytest.MonkeyPatch.context() as patch:
+        if "PYTEST_XDIST_WORKER" in os.environ:
+            patch.setattr("depthwalk.parallel.default_workers", lambda processes=1: 1)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -49,7 +49,8 @@ def jobs_of(meshes: list[Path]) -> list[Job]:
     ]
 
 
-@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("processes", [1, 2])
 def test_what_is_baked_already_is_left(meshes: list[Path], processes: int) -> None:
     """One that is up to date, one of another mesh by the same name, one that is asked for again, and a new one."""
     jobs = jobs_of(meshes)

@@ -66,7 +66,7 @@ def corners_of(baked: BakedObject, face: Face, level: int) -> Array:
 def test_a_step_is_cut_at_every_level(level: int) -> None:
     """A post before a plate: no triangle may bridge the air between them."""
     post = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
-    baked = bake(post, resolution=128)
+    baked = bake(post, resolution=64)
     corners = corners_of(baked, Face.SIDE, level)
     assert len(corners) > 10
     z = corners[..., 2]
@@ -74,6 +74,7 @@ def test_a_step_is_cut_at_every_level(level: int) -> None:
     assert not bridging.any()
 
 
+@pytest.mark.slow
 def test_a_slope_is_not_cut() -> None:
     """Every cell of a sphere's side image is surface, at every step, except at the poles."""
     baked = bake(sphere(columns=128, rows=64), resolution=128, layers=1)

@@ -39,6 +39,7 @@ def levels(ball: Mesh) -> tuple[MeshLevel, ...]:
     return mesh_levels(ball)
 
 
+@pytest.mark.slow
 def test_levels_are_ever_coarser(ball: Mesh, levels: tuple[MeshLevel, ...]) -> None:
     assert levels[0].mesh is ball and levels[0].error == 0
     assert len(levels) == len(RATIOS) + 1
@@ -48,6 +49,7 @@ def test_levels_are_ever_coarser(ball: Mesh, levels: tuple[MeshLevel, ...]) -> N
     assert errors == sorted(errors) and errors[1] > 0
 
 
+@pytest.mark.slow
 def test_the_error_is_how_far_a_sphere_bulges_out_of_its_facets(levels: tuple[MeshLevel, ...]) -> None:
     for level in levels[2:]:
         corners = level.mesh.positions[level.mesh.faces].astype(float) - [0, 1, 0]
