@@ -26,9 +26,10 @@ from shapes import ShapeLibrary, bake, box, joined, sphere
 ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
 
 
-def statue() -> BakedObject:
+def statue(resolution: int = 96) -> BakedObject:
     """A ball beside the axis, across the seam, over a plinth: caps, several layers and much that is empty."""
-    return bake(joined(sphere(0.5, 48, 24), box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1)), box(0.05, 0.05, 0.6, (0.7, 0.3, 0))))
+    rod = box(0.05, 0.05, 0.6, (0.7, 0.3, 0))
+    return bake(joined(sphere(0.5, 48, 24), box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1)), rod), resolution)
 
 
 def painted() -> BakedObject:
@@ -38,7 +39,8 @@ def painted() -> BakedObject:
             sphere(0.5, 48, 24, colour=(210, 190, 160)),
             box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1), colour=(105, 95, 80)),
             box(0.05, 0.05, 0.6, (0.7, 0.3, 0), colour=(53, 47, 40)),
-        )
+        ),
+        96,
     )
 
 
@@ -229,7 +231,7 @@ def test_what_is_drawn_is_found_in_its_own_segment(
 @pytest.mark.slow
 def test_pages_are_smaller_than_images() -> None:
     """What only the paper's cases draw is stored for those only."""
-    baked = statue()
+    baked = statue(128)
     all_cases, paper = (
         build_virtual_texture(baked, build_grid_lods(baked, paper_cases=wanted)) for wanted in (False, True)
     )
