@@ -30,6 +30,26 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-goldens", action="store_true", help="replace tests/images and write difference sheets")
+    parser.addoption(
+        "--most-cpu", type=float, metavar="SECONDS", help="fail tests that take more of a processor and are not slow"
+    )
+
+
+def _cpu_seconds() -> float:
+    """What this process has used of a processor, and what processes have that it started and that have ended."""
+    used = os.times()
+    return sum(used[:4])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """Fail what is not marked `slow` and takes long, where `--most-cpu` asks for it; fixtures do not count."""
+    before = _cpu_seconds()
+    result = yield
+    most, used = item.config.getoption("most_cpu"), _cpu_seconds() - before
+    if most is not None and used > most and not any(map(item.get_closest_marker, ("slow", "gl", "window"))):
+        pytest.fail(f"took {used:.2f} s of a processor: make it cheaper, or mark it slow", pytrace=False)
+    return result
 
 
 @pytest.hookimpl(wrapper=True)
