@@ -39,6 +39,7 @@ def empty_cache(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
 
 
+@pytest.mark.slow
 def test_what_is_cached_is_found(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
 ) -> None:

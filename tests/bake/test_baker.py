@@ -85,6 +85,7 @@ def test_a_slope_is_not_cut() -> None:
         assert (side.cells[level][middle] == (1 | 1 << 7)).all()
 
 
+@pytest.mark.slow
 def test_a_surface_goes_on_behind_an_edge() -> None:
     """Where the post hides the plate from above, plate triangles continue on the second layer."""
     step = joined(box(2.0, 0.2, 2.0, (0, 0.1, 0)), box(0.8, 0.1, 0.8, (0, 1.0, 0)))
@@ -99,6 +100,7 @@ def test_a_surface_goes_on_behind_an_edge() -> None:
     assert plate.sum() * area == pytest.approx(4.0, rel=0.06)  # whole, under the lid too
 
 
+@pytest.mark.slow
 def test_each_surface_belongs_to_the_face_that_sees_it_squarely() -> None:
     baked = bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=128, layers=1)
     side, top = images_of(baked, Face.SIDE)[0], images_of(baked, Face.TOP)[0]

@@ -16,6 +16,7 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.types import Rows
 from shapes import bake, box, joined, sphere
 
+pytestmark = pytest.mark.slow  # all need the same two bakes
 PACKED = np.array([1 << 32, 1 << 16, 1])
 
 

@@ -241,6 +241,7 @@ def test_info_says_so_where_there_is_no_opengl(run: Callable[..., Any], monkeypa
     assert rows(result.stdout)["OpenGL"] == "no OpenGL 3.3 context: none"
 
 
+@pytest.mark.slow
 def test_info_describes_files(
     run: Callable[..., Any], meshes: tuple[Path, Path], tiny_scene: Path, tmp_path: Path
 ) -> None:

@@ -98,6 +98,7 @@ def test_an_asset_replaced_by_one_of_other_parts_ends_no_walk(
     store.release()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "form", [CookOptions(), CookOptions(stepped=True), CookOptions(stepped=True, paper_cases=True)]
 )
