@@ -132,7 +132,11 @@ as_program(guarded(main))()
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(
     ("number", "code", "step"),
-    [("signal.SIGINT", 130, "advance()"), ("signal.SIGTERM", 143, "report('ball', 'side')")],
+    [
+        ("signal.SIGINT", 130, "advance()"),
+        ("signal.SIGTERM", 143, "report('ball', 'side')"),
+        ("signal.SIGTERM", 143, "1 / 0"),
+    ],
 )
 def test_an_interruption_that_gets_lost_ends_the_command_at_its_next_step(
     environment: dict[str, str], number: str, code: int, step: str

@@ -153,6 +153,9 @@ def _unwound_by_signals() -> Iterator[None]:
         before[signal.SIGINT] = signal.signal(signal.SIGINT, _end_by_signal)
     try:
         yield
+    except Exception:
+        end_if_interrupted()  # what trimesh, say, makes an error of its own of while it is imported
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler or signal.SIG_DFL)
