@@ -1,9 +1,10 @@
 """What tests of several parts share: a GL device, a cache of their own, and a small scene on disk."""
 
+import gc
 import logging
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,38 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-goldens", action="store_true", help="replace tests/images and write difference sheets")
+    parser.addoption(
+        "--most-cpu", type=float, metavar="SECONDS", help="fail tests that take more of a processor and are not slow"
+    )
+
+
+def _cpu_seconds() -> float:
+    """What this process has used of a processor, and what processes have that it started and that have ended."""
+    used = os.times()
+    return sum(used[:4])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """Fail what is not marked `slow` and takes long, where `--most-cpu` asks for it; fixtures do not count."""
+    before = _cpu_seconds()
+    result = yield
+    most, used = item.config.getoption("most_cpu"), _cpu_seconds() - before
+    if most is not None and used > most and not any(map(item.get_closest_marker, ("slow", "gl", "window"))):
+        pytest.fail(f"took {used:.2f} s of a processor: make it cheaper, or mark it slow", pytrace=False)
+    return result
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Keep the collector of garbage away from modules and tests, a million objects that stay: it looks at all of them
+    again and again, which is two fifths of the time that collecting tests takes."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -83,7 +116,17 @@ def cache_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
+        patch.setattr(shapes, "shared_folder", folder)
         yield folder
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_thread(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Bakes in the calling thread where each core has a process already; tests of threads ask for some."""
+    with pytest.MonkeyPatch.context() as patch:
+        if "PYTEST_XDIST_WORKER" in os.environ:
+            patch.setattr("depthwalk.parallel.default_workers", lambda processes=1: 1)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -2,11 +2,11 @@
 
 import hashlib
 import pickle
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Literal, NoReturn, TypedDict, Unpack, cast, overload
+from typing import Any, Literal, NoReturn, TypedDict, TypeVar, Unpack, cast, overload
 
 import numpy as np
 from tools.make_models.model import Model, vertex_normals
@@ -19,12 +19,15 @@ from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.model import BakedModel
 from depthwalk.bake.parts import ModelParams, bake_model, submesh
 from depthwalk.cook.cook import CookedObject, CookOptions
+from depthwalk.files import write_bytes
 from depthwalk.ingest.mesh import Material, Mesh, MeshLevel, Part
 from depthwalk.scene.arrays import Objects, Representation
 from depthwalk.scene.environment import Environment
 from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array, Rows
+
+T = TypeVar("T")
 
 
 class Look(TypedDict, total=False):
@@ -136,7 +139,25 @@ def bake(mesh: Mesh, resolution: int = 128, layers: int | Literal["auto"] = 2) -
 
 @lru_cache(maxsize=24)
 def _baked(call: bytes) -> BakedObject:
-    return bake_object(*pickle.loads(call))
+    return _shared(bake_object, call)
+
+
+def simplified(mesh: Mesh) -> tuple[MeshLevel, ...]:
+    """The levels of a mesh; of an equal one as before, those."""
+    return _shared(mesh_levels, pickle.dumps((mesh,)))
+
+
+shared_folder: Path | None = None  # where all processes of a test run find what one has made; None: each makes its own
+
+
+def _shared(function: Callable[..., T], call: bytes) -> T:
+    """What a function returns for the arguments that `call` holds, pickled: made by one process, read by the others."""
+    if shared_folder is None:
+        return function(*pickle.loads(call))
+    file = shared_folder / f"{function.__name__}-{hashlib.sha256(call).hexdigest()}.pickle"
+    if not file.exists():
+        write_bytes(file, pickle.dumps(function(*pickle.loads(call))))
+    return cast(T, pickle.loads(file.read_bytes()))
 
 
 @overload

@@ -14,13 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+import shapes
 from depthwalk import cache
 from depthwalk.assets.batch_bake import Baked, Job, Kept, bake_all
 from depthwalk.assets.library import SceneLibrary
 from depthwalk.bake.cache import BAKED
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.level_file import LEVELS, find_levels, keep_levels
-from depthwalk.bake.levels import mesh_levels
 from depthwalk.bake.parts import ModelParams
 from depthwalk.cache import DamagedFileError, read_arrays, write_arrays
 from depthwalk.cook.cook import CookedObject, CookOptions, cook_object
@@ -143,8 +143,8 @@ def test_a_walk_goes_on_over_damaged_files(
 
 @pytest.fixture(scope="module")
 def simplified() -> tuple[Mesh, tuple[MeshLevel, ...]]:
-    mesh = sphere(columns=32, rows=16)
-    return mesh, mesh_levels(mesh)
+    mesh = sphere(columns=48, rows=24)
+    return mesh, shapes.simplified(mesh)
 
 
 Arrays = dict[str, NDArray[Any]]
@@ -190,12 +190,13 @@ def test_levels_that_cannot_be_drawn_are_passed_over(
     assert f"{path}: damaged simplified meshes" in caplog.text and not path.exists()
 
 
+@pytest.mark.slow
 def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    (spec,) = load_scene(tiny_scene).assets
+    (spec,) = load_scene(tiny_scene, overrides={"assets.ball.dpci.resolution": "16"}).assets
     library = SceneLibrary((spec,))
     baked = library.baked(0)
     assert isinstance(spec, MeshAsset) and baked is not None
-    key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=64, layers=1)
+    key, out, params = baked.parts[0].key, tmp_path / "a.dpci.exr", ModelParams(resolution=16, layers=1)
 
     def bake_once(force: bool = False) -> Baked | Kept | InputError:
         return dict(bake_all([Job(spec=spec, params=params, out=out, force=force)], 1, lambda *_: None))[0]
@@ -207,6 +208,7 @@ def test_a_bake_takes_no_damaged_file(tiny_scene: Path, tmp_path: Path, caplog: 
     assert isinstance(bake_once(), Kept)
 
 
+@pytest.mark.slow
 def test_force_heals_all_of_the_asset(tiny_scene: Path, tmp_path: Path) -> None:
     (spec,) = load_scene(tiny_scene).assets
     library = SceneLibrary((spec,))

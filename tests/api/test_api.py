@@ -49,6 +49,7 @@ def test_importing_costs_nothing() -> None:
     assert float(seconds) < 0.1 and with_numpy == "False"
 
 
+@pytest.mark.slow
 def test_reading_a_scene_loads_no_graphics() -> None:
     code = "import depthwalk as dw, sys; dw.load_scene; dw.Camera; print('moderngl' in sys.modules)"
     assert in_a_process(code) == "False\n"

@@ -39,6 +39,7 @@ def empty_cache(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
 
 
+@pytest.mark.slow
 def test_what_is_cached_is_found(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
 ) -> None:
@@ -50,6 +51,7 @@ def test_what_is_cached_is_found(
     assert found[0].outline.key == made[0].outline.key and not library.is_searching
 
 
+@pytest.mark.slow
 def test_an_asset_is_baked_beside_the_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
 ) -> None:
@@ -69,6 +71,7 @@ def test_an_asset_is_baked_beside_the_frames(
     assert not Path(spill).exists()
 
 
+@pytest.mark.slow
 def test_a_mesh_that_cannot_be_baked_is_told_of_once(
     tmp_path: Path, tiny_scene: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
 ) -> None:
@@ -80,6 +83,7 @@ def test_a_mesh_that_cannot_be_baked_is_told_of_once(
     assert not library.is_cooked(0, OPTIONS) and not library.poll() and library.progress is None
 
 
+@pytest.mark.slow
 def test_cancelling_ends_the_processes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
 ) -> None:

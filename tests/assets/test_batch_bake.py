@@ -25,7 +25,7 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import MeshAsset
 from files import write_ply
 
-PARAMS = ModelParams(resolution=32, layers=1)
+PARAMS = ModelParams(resolution=16, layers=1)
 
 
 def ignore(number: int, stage: str) -> None:
@@ -49,7 +49,8 @@ def jobs_of(meshes: list[Path]) -> list[Job]:
     ]
 
 
-@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("processes", [1, 2])
 def test_what_is_baked_already_is_left(meshes: list[Path], processes: int) -> None:
     """One that is up to date, one of another mesh by the same name, one that is asked for again, and a new one."""
     jobs = jobs_of(meshes)
@@ -66,13 +67,12 @@ def test_what_is_baked_already_is_left(meshes: list[Path], processes: int) -> No
 
 def test_what_the_cache_holds_is_copied(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    spec = load_scene(tiny_scene).assets[0]
+    spec = load_scene(tiny_scene, overrides={"assets.ball.dpci.resolution": "16"}).assets[0]
     assert isinstance(spec, MeshAsset)
     SceneLibrary((spec,)).baked(0)
     out = tmp_path / ("copy" + SUFFIX)
-    params = ModelParams(resolution=64, layers=1)
-    assert dict(bake_all([Job(spec=spec, params=params, out=out)], 1, ignore)) == {0: Kept(out, cached=True)}
-    assert read_baked(out).key == mesh_key(spec, params)
+    assert dict(bake_all([Job(spec=spec, params=PARAMS, out=out)], 1, ignore)) == {0: Kept(out, cached=True)}
+    assert read_baked(out).key == mesh_key(spec, PARAMS)
 
 
 @pytest.mark.slow

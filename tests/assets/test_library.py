@@ -29,6 +29,8 @@ from depthwalk.scene.loader import load_scene
 from depthwalk.scene.scene import DepthImageAsset, MeshAsset
 from files import write_ply
 
+COARSE = {"assets.ball.dpci.resolution": "16"}  # where what the depth images show does not matter
+
 
 def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
@@ -40,7 +42,7 @@ def test_a_mesh_read_to_be_baked_is_not_kept(tiny_scene: Path, tmp_path: Path, m
         return mesh
 
     monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", watched)
-    library = SceneLibrary(load_scene(tiny_scene).assets)
+    library = SceneLibrary(load_scene(tiny_scene, overrides=COARSE).assets)
     assert library.baked(0) is not None
     gc.collect()
     assert [mesh() for mesh in read] == [None]
@@ -52,7 +54,7 @@ def test_a_mesh_that_is_there_already_is_baked(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
-    library = SceneLibrary(load_scene(tiny_scene).assets)
+    library = SceneLibrary(load_scene(tiny_scene, overrides=COARSE).assets)
     assert library.mesh(0) is not None
     monkeypatch.setattr(depthwalk.assets.asset_files, "load_mesh", None)  # reading once more would fail
     assert library.baked(0) is not None
@@ -64,7 +66,8 @@ def test_depth_images_that_are_there_are_told_of_too(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     for kept in (False, True):
         told: list[Any] = []
-        SceneLibrary(load_scene(tiny_scene).assets, lambda *what, told=told: told.append(what)).baked(0)
+        assets = load_scene(tiny_scene, overrides=COARSE).assets
+        SceneLibrary(assets, lambda *what, told=told: told.append(what)).baked(0)
         assert told[0] == ("ball", "depth images") and (len(told) == 1) == kept
 
 
@@ -81,6 +84,7 @@ def size_of(library: SceneLibrary) -> float:
     return (cylinder.top - cylinder.bottom) / 2
 
 
+@pytest.mark.slow
 def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +104,7 @@ def test_a_mesh_replaced_before_it_is_baked_is_kept_under_its_own_key(
     assert size_of(again) == pytest.approx(1, abs=0.1) and again.key(0) == before
 
 
+@pytest.mark.slow
 def test_a_mesh_replaced_after_it_was_read_poisons_no_key(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

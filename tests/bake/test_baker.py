@@ -21,8 +21,9 @@ def images_of(baked: BakedObject, face: Face) -> list[DepthImage]:
     return [image for image in baked.images if image.face is face]
 
 
+@pytest.mark.slow
 def test_a_sphere_has_known_depth() -> None:
-    baked = bake(sphere(columns=512, rows=256), resolution=128, layers=1)
+    baked = bake(sphere(), resolution=128, layers=1)
     radius = baked.cylinder.radius
     side = images_of(baked, Face.SIDE)[0]
     y = baked.cylinder.bottom + texel_centres(128) * baked.cylinder.height - 1
@@ -39,7 +40,7 @@ def test_a_sphere_has_known_depth() -> None:
 
 
 def test_points_lie_on_the_surface_and_normals_point_out() -> None:
-    baked = bake(sphere(), resolution=64, layers=3)
+    baked = bake(sphere(columns=128, rows=64), resolution=64, layers=3)
     for image in baked.images:
         solid = np.isfinite(image.depth)
         points = FaceGrid.of(baked.cylinder, image).points(image.depth)[solid] - [0, 1, 0]
@@ -65,7 +66,7 @@ def corners_of(baked: BakedObject, face: Face, level: int) -> Array:
 def test_a_step_is_cut_at_every_level(level: int) -> None:
     """A post before a plate: no triangle may bridge the air between them."""
     post = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
-    baked = bake(post, resolution=128)
+    baked = bake(post, resolution=64)
     corners = corners_of(baked, Face.SIDE, level)
     assert len(corners) > 10
     z = corners[..., 2]
@@ -73,9 +74,10 @@ def test_a_step_is_cut_at_every_level(level: int) -> None:
     assert not bridging.any()
 
 
+@pytest.mark.slow
 def test_a_slope_is_not_cut() -> None:
     """Every cell of a sphere's side image is surface, at every step, except at the poles."""
-    baked = bake(sphere(), resolution=128, layers=1)
+    baked = bake(sphere(columns=128, rows=64), resolution=128, layers=1)
     side = images_of(baked, Face.SIDE)[0]
     for level in range(3):
         _, j0, _, j1 = grid_cells((128, 128), Face.SIDE, 1 << level)
@@ -83,6 +85,7 @@ def test_a_slope_is_not_cut() -> None:
         assert (side.cells[level][middle] == (1 | 1 << 7)).all()
 
 
+@pytest.mark.slow
 def test_a_surface_goes_on_behind_an_edge() -> None:
     """Where the post hides the plate from above, plate triangles continue on the second layer."""
     step = joined(box(2.0, 0.2, 2.0, (0, 0.1, 0)), box(0.8, 0.1, 0.8, (0, 1.0, 0)))
@@ -97,6 +100,7 @@ def test_a_surface_goes_on_behind_an_edge() -> None:
     assert plate.sum() * area == pytest.approx(4.0, rel=0.06)  # whole, under the lid too
 
 
+@pytest.mark.slow
 def test_each_surface_belongs_to_the_face_that_sees_it_squarely() -> None:
     baked = bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=128, layers=1)
     side, top = images_of(baked, Face.SIDE)[0], images_of(baked, Face.TOP)[0]
@@ -110,6 +114,7 @@ def test_each_surface_belongs_to_the_face_that_sees_it_squarely() -> None:
     assert (side.owner[walls & (slant > np.radians(42))] != Face.SIDE).mean() > 0.8
 
 
+@pytest.mark.slow
 def test_a_tread_between_two_risers_is_left_to_the_cap() -> None:
     steps = joined(box(2.0, 0.3, 2.0, (0, 0.15, 0)), box(1.2, 0.3, 1.2, (0, 0.45, 0)))
     baked = bake(steps, resolution=128, layers=2)
@@ -135,7 +140,7 @@ def test_grids_reach_the_border(count: int, step: int, wraps: bool, last: int) -
 
 
 def test_a_file_gives_back_what_was_written(tmp_path: Path) -> None:
-    baked = bake(joined(box(1, 1, 1, (0, 0.5, 0)), box(0.2, 0.2, 0.2, (0.9, 0.5, 0))), resolution=64)
+    baked = bake(joined(box(1, 1, 1, (0, 0.5, 0)), box(0.2, 0.2, 0.2, (0.9, 0.5, 0))), resolution=32)
     path = tmp_path / "x.dpci.exr"
     write_baked(path, model_of(baked))
     (again,) = read_baked(path).parts
@@ -189,12 +194,13 @@ def test_the_cache_finds_by_key_and_passes_over_damage(tmp_path: Path, monkeypat
     assert key != bake_key("source", resolution=33) != bake_key("other", resolution=33)
     source = tmp_path / "ball.ply"
     assert find_baked(source, key) is None
-    path = keep_baked(model_of(bake_object(mesh, BakeParams(resolution=32, layers=1), key)))
+    baked = model_of(bake_object(mesh, BakeParams(resolution=32, layers=1), key))
+    path = keep_baked(baked)
     found = find_baked(source, key)
     assert found is not None and found.key == key
     path.write_bytes(b"damaged")
     assert find_baked(source, key) is None
-    write_baked(sidecar(source), model_of(bake_object(mesh, BakeParams(resolution=32, layers=1), key)))
+    write_baked(sidecar(source), baked)
     found = find_baked(source, key)
     assert found is not None and found.key == key
 

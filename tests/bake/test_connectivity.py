@@ -35,6 +35,7 @@ def test_batches_do_not_show(face: Face, monkeypatch: pytest.MonkeyPatch) -> Non
             np.testing.assert_array_equal(whole_codes, part_codes)
 
 
+@pytest.mark.slow
 def test_memory_hardly_grows_with_the_image() -> None:
     """512² × 3: all at once took 170 MB; the grid's own corners, 32 bytes a cell, and the result stay."""
     given = samples(512, 3, Face.SIDE)

@@ -36,6 +36,7 @@ def test_rays_go_as_deep_as_there_are_plates(plates: int) -> None:
     assert deep_enough(depths).layers == plates
 
 
+@pytest.mark.slow
 def test_what_hides_inside_needs_no_layers() -> None:
     shells = joined(sphere(1.0, columns=48, rows=24), *(sphere(r, columns=48, rows=24) for r in (0.8, 0.6, 0.4)))
     assert deep_enough(depths_of(shells)).layers == 1
@@ -57,6 +58,7 @@ def test_of_a_solid_inside_out_all_counts_alike() -> None:
     assert len(depths_of(cube)) == 8
 
 
+@pytest.mark.slow
 def test_auto_bakes_what_so_many_layers_do() -> None:
     mesh = stack(4)
     (auto,) = bake_model(mesh, ModelParams(resolution=32, layers="auto"), "").parts
@@ -65,6 +67,7 @@ def test_auto_bakes_what_so_many_layers_do() -> None:
     assert all(np.array_equal(a.depth, b.depth) for a, b in zip(auto.images, four.images, strict=True))
 
 
+@pytest.mark.slow
 def test_every_part_has_layers_of_its_own() -> None:
     """Half of the plates each, and one beside the cut."""
     parts = bake_model(stack(12), ModelParams(resolution=64, layers="auto", parts=2), "").parts

@@ -42,6 +42,7 @@ def test_a_ball_stays_whole() -> None:
     assert len(cell.planes) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("most", [1, 2])
 def test_there_are_as_many_parts_as_asked_for_where_they_are_of_use(most: int) -> None:
     balls = [sphere(radius=0.3, columns=24, rows=12) for _ in range(6)]

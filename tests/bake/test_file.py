@@ -35,10 +35,18 @@ def baked() -> BakedObject:
     return bake(joined(box(1, 1, 1, (0, 0.5, 0)), box(0.2, 0.2, 0.2, (0.9, 0.5, 0))), resolution=32, layers=2)
 
 
-@pytest.fixture
-def path(tmp_path: Path, baked: BakedObject) -> Path:
-    path = tmp_path / "x.dpci.exr"
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory, baked: BakedObject) -> bytes:
+    """The bytes of a file of `baked`."""
+    path = tmp_path_factory.mktemp("valid") / "x.dpci.exr"
     write_baked(path, model_of(baked))
+    return path.read_bytes()
+
+
+@pytest.fixture
+def path(tmp_path: Path, data: bytes) -> Path:
+    path = tmp_path / "x.dpci.exr"
+    path.write_bytes(data)
     return path
 
 
@@ -302,11 +310,10 @@ def test_what_the_library_says_of_damage_stays_off_standard_output(
 
 
 @pytest.fixture(scope="module")
-def valid(tmp_path_factory: pytest.TempPathFactory, baked: BakedObject) -> tuple[Path, bytes, int]:
+def valid(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> tuple[Path, bytes, int]:
     """A file's path and bytes, and where its headers end."""
     path = tmp_path_factory.mktemp("valid") / "x.dpci.exr"
-    write_baked(path, model_of(baked))
-    data = path.read_bytes()
+    path.write_bytes(data)
     return path, data, data.rindex(b"screenWindowWidth") + 32
 
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from depthwalk.bake.level_file import find_levels, keep_levels
-from depthwalk.bake.levels import mesh_levels
 from depthwalk.ingest.mesh import MeshLevel
-from shapes import sphere
+from shapes import simplified, sphere
 
 
 @pytest.fixture
@@ -18,7 +17,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def levels() -> tuple[MeshLevel, ...]:
-    return mesh_levels(sphere(columns=32, rows=16))
+    return simplified(sphere(columns=48, rows=24))
 
 
 def test_levels_are_found_again(cache: None, levels: tuple[MeshLevel, ...]) -> None:

@@ -5,12 +5,12 @@ import pytest
 
 from depthwalk.bake.levels import FEWEST, RATIOS, mesh_levels
 from depthwalk.ingest.mesh import MeshLevel
-from shapes import box, sphere
+from shapes import box, simplified, sphere
 
 
 @pytest.fixture(scope="module")
 def levels() -> tuple[MeshLevel, ...]:
-    return mesh_levels(sphere(columns=48, rows=24))
+    return simplified(sphere(columns=48, rows=24))
 
 
 def test_levels_thin_out_by_fours_and_say_how_far_off_they_are(

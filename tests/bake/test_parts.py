@@ -104,6 +104,7 @@ def test_texels_of_parts_are_about_as_large_as_the_whole_has(model: BakedModel) 
         assert 0.5 * size < extent / part.images[0].depth.shape[0] <= 1.01 * size
 
 
+@pytest.mark.slow
 def test_parts_are_at_most_as_many_as_wanted() -> None:
     assert len(bake_model(heap(2), ModelParams(resolution=32, layers=1, parts=2), "").parts) == 2
     for parts in (0, 17):
@@ -167,6 +168,7 @@ def test_options_that_say_nothing_of_use_are_refused(
     assert (result.exit_code, result.stdout, result.stderr.strip()) == (2, "", message)
 
 
+@pytest.mark.slow
 def test_bake_says_how_many_parts(tmp_path: Path) -> None:
     mesh = write_ply(tmp_path / "heap.ply", heap(2))
     arguments = ["--dpci-resolution", "32", "--layers", "1", "--parts", "2", "--axis", "auto"]

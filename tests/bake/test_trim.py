@@ -16,6 +16,7 @@ from depthwalk.ingest.mesh import Mesh
 from depthwalk.types import Rows
 from shapes import bake, box, joined, sphere
 
+pytestmark = pytest.mark.slow  # all need the same two bakes
 PACKED = np.array([1 << 32, 1 << 16, 1])
 
 
@@ -27,12 +28,12 @@ def statue() -> Mesh:
 def untrimmed() -> BakedObject:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("depthwalk.bake.baker.trim", lambda images, borders, each: (images, borders))
-        return bake_object(statue(), BakeParams(resolution=96, layers=2), "untrimmed")
+        return bake_object(statue(), BakeParams(resolution=64, layers=2), "untrimmed")
 
 
 @pytest.fixture(scope="module")
 def trimmed() -> BakedObject:
-    return bake(statue(), resolution=96, layers=2)
+    return bake(statue(), resolution=64, layers=2)
 
 
 def grids_of(baked: BakedObject) -> LodGeometry:

@@ -1,10 +1,12 @@
 """Running commands in this process."""
 
+import math
 from collections.abc import Callable
 
 import pytest
 from typer.testing import CliRunner
 
+from depthwalk.commands import progress
 from depthwalk.commands.cli import app
 
 
@@ -12,3 +14,11 @@ from depthwalk.commands.cli import app
 def run() -> Callable[..., object]:
     """run("check", path) → the command's exit_code, stdout, stderr and stdout_bytes."""
     return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(autouse=True)
+def plain_seconds(monkeypatch: pytest.MonkeyPatch) -> float:
+    """Keeps commands silent about what takes long, which on a busy machine is anything; returns how long that is."""
+    seconds = progress.PLAIN_SECONDS
+    monkeypatch.setattr(progress, "PLAIN_SECONDS", math.inf)
+    return seconds

@@ -145,6 +145,7 @@ def meshes(tmp_path: Path) -> tuple[Path, Path]:
     return good, bad
 
 
+@pytest.mark.slow
 def test_bake_goes_on_after_a_bad_mesh(run: Callable[..., Any], meshes: tuple[Path, Path], tmp_path: Path) -> None:
     good, bad = meshes
     other = write_ply(tmp_path / "box.ply", shapes.box(1.0, 2.0, 1.0))
@@ -240,6 +241,7 @@ def test_info_says_so_where_there_is_no_opengl(run: Callable[..., Any], monkeypa
     assert rows(result.stdout)["OpenGL"] == "no OpenGL 3.3 context: none"
 
 
+@pytest.mark.slow
 def test_info_describes_files(
     run: Callable[..., Any], meshes: tuple[Path, Path], tiny_scene: Path, tmp_path: Path
 ) -> None:

@@ -11,6 +11,7 @@ from signal import Signals
 import pytest
 from PIL import Image
 
+PATIENCE = 120  # s, on a busy machine
 COMMAND = [sys.executable, "-c", "from depthwalk.commands.cli import main; main()"]
 
 
@@ -19,6 +20,7 @@ def environment(cache_home: Path) -> dict[str, str]:
     return os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "PYTHONUNBUFFERED": "1"}
 
 
+@pytest.mark.slow
 def test_a_command_imports_what_it_needs_and_no_other_command(environment: dict[str, str], tiny_scene: Path) -> None:
     code = (
         "import sys\nfrom depthwalk.commands.cli import SUMMARIES, app\n"
@@ -52,6 +54,7 @@ def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(
         walk,
         "--resolution",
         "96,64",
+        "--quiet",  # a machine that is busy bakes for long, which would be told
     ]
     with subprocess.Popen(
         [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -59,7 +62,7 @@ def test_ctrl_c_ends_with_130_and_leaves_no_partial_file(
         assert process.stdout is not None
         assert process.stdout.readline() == f"{out / 'f0.png'}\n"
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=PATIENCE)
     assert (process.returncode, errors) == (130, "")
     assert all(path.name.startswith("f") for path in out.iterdir())
 
@@ -89,19 +92,58 @@ def test_an_interrupted_demo_leaves_whole_files_only(
     hidden = {name: value for name, value in environment.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     out = tmp_path / "depthwalk-demo"
     with subprocess.Popen(
-        [sys.executable, "-c", DEMO, "demo", "--resolution", "96,64", folder],
+        [sys.executable, "-c", DEMO, "demo", "--quiet", "--resolution", "96,64", folder],
         env=hidden, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
         assert process.stdout is not None
         stills = [process.stdout.readline().strip() for _ in range(6)]
         assert stills == [f"depthwalk-demo/garden-{k:02}.png" for k in range(6)]
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + PATIENCE
         while not any(path.suffix == ".mp4" for path in out.iterdir()) and time.monotonic() < deadline:
             time.sleep(0.01)
         process.send_signal(number)
-        rest, errors = process.communicate(timeout=30)
+        rest, errors = process.communicate(timeout=PATIENCE)
     assert (process.returncode, rest, errors.count("\n")) == (code, "", 1)  # that there is no display
     assert sorted(path.name for path in out.iterdir()) == [f"garden-{k:02}.png" for k in range(6)]
+
+
+LOST = """
+import os, signal
+from depthwalk.commands.program import as_program, guarded
+from depthwalk.commands.progress import asset_progress, frame_progress
+
+class Dropped:
+    def __del__(self):
+        os.kill(os.getpid(), NUMBER)  # Python drops what is raised here
+
+def main() -> None:
+    with asset_progress() as report, frame_progress("frames", 3) as advance:
+        print("begun")
+        Dropped()
+        print("goes on")
+        STEP
+        print("nobody noticed")
+
+as_program(guarded(main))()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize(
+    ("number", "code", "step"),
+    [
+        ("signal.SIGINT", 130, "advance()"),
+        ("signal.SIGTERM", 143, "report('ball', 'side')"),
+        ("signal.SIGTERM", 143, "1 / 0"),
+    ],
+)
+def test_an_interruption_that_gets_lost_ends_the_command_at_its_next_step(
+    environment: dict[str, str], number: str, code: int, step: str
+) -> None:
+    program = LOST.replace("NUMBER", number).replace("STEP", step)
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (code, "begun\ngoes on\n"), done.stderr
 
 
 @pytest.mark.gl
@@ -111,7 +153,7 @@ def test_closed_streams_are_no_error(
     environment: dict[str, str], tiny_scene: Path, tmp_path: Path, closed: str
 ) -> None:
     out = tmp_path / "out.png"
-    arguments: list[str | Path] = ["render", tiny_scene, "-o", out, "--resolution", "96,64"]
+    arguments: list[str | Path] = ["render", tiny_scene, "-o", out, "--resolution", "96,64", "--quiet"]
     command = ["sh", "-c", f'exec "$@" {closed}', "sh", sys.executable, "-m", "depthwalk", *arguments]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
@@ -119,6 +161,7 @@ def test_closed_streams_are_no_error(
         assert picture.size == (96, 64)
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error_message(environment: dict[str, str], tiny_scene: Path) -> None:
     read, write = os.pipe()
     os.close(read)

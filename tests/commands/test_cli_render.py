@@ -207,6 +207,7 @@ def test_an_error_on_the_way_leaves_no_partial_file(
     assert listing(tmp_path) == (["scene"] if name == "a.mp4" else ["a0.png", "scene"])
 
 
+@pytest.mark.slow
 def test_verbose_shows_the_traceback(
     run: Callable[..., Any], tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

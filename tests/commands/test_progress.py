@@ -77,7 +77,8 @@ def test_displays_leave_standard_output_alone(terminal: Callable[[], Terminal]) 
     assert options["console"].stderr and options["transient"] and not options["redirect_stdout"]
 
 
-def test_a_pipe_is_told_now_and_then_what_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pipe_is_told_now_and_then_what_takes_long(plain_seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("depthwalk.commands.progress.PLAIN_SECONDS", plain_seconds)
     monkeypatch.setattr(sys, "stderr", written := io.StringIO())
     monkeypatch.setattr(logging.getLogger("depthwalk"), "level", logging.WARNING)
     clock = iter([0.0, 1.0, 7.0, 8.0, 8.5, 14.0, 14.0])

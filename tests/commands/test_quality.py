@@ -135,6 +135,7 @@ def test_a_ground_without_the_objects_shadow_is_noticed(
     assert alone.measured == drawn.measured == 0 and not alone.reached
 
 
+@pytest.mark.slow
 def test_few_edges_of_closed_meshes_are_drawn(tiny_scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(edges, "REPEATS", 2)
     ball = sphere(1.0, 64, 32)

@@ -16,6 +16,7 @@ app = as_program(soak.main)
 BOUNDS = Bounds(np.array([[-20.0, 1, -5], [30, 1, 5]]), np.array([1.0, 2.0]))
 
 
+@pytest.mark.slow
 def test_the_walk_stays_among_the_objects_and_jumps_now_and_then() -> None:
     cameras = list(soak.random_walk(BOUNDS, 20_000))
     position = np.array([camera.position for camera in cameras])

@@ -1,6 +1,5 @@
 """The three cases: which pieces of an object are left out, that nobody sees them, and that no picture changes."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from numpy.typing import ArrayLike
 
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.bake.images import BakedObject
 from depthwalk.cook.cases import (
     ALL_PIECES,
     BOTTOM_PIECE,
@@ -49,6 +47,7 @@ def facing(corners: Array, viewer: ArrayLike) -> Mask:
     return np.einsum("ij,ij->i", normal, np.asarray(viewer) - corners[:, 0]) > 0
 
 
+@pytest.mark.slow
 def test_whoever_is_left_out_turns_away() -> None:
     """Random small objects and random viewers: every triangle that faces the viewer is in a piece that is seen; and of
     what turns away some is left out."""
@@ -79,6 +78,12 @@ def test_the_caps_are_what_lies_level() -> None:
     assert ((piece == BOTTOM_PIECE) == (slope > 179.5)).all() and (piece == BOTTOM_PIECE).any()
 
 
+@pytest.fixture(scope="module", params=[build_grid_lods, build_simplified_lods])
+def cube(request: pytest.FixtureRequest) -> LodGeometry:
+    """A box of 1 m that stands on the origin, in both systems of geometry."""
+    return request.param(bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=96))
+
+
 @pytest.mark.parametrize(
     ("viewer", "case"),
     [
@@ -88,16 +93,13 @@ def test_the_caps_are_what_lies_level() -> None:
         ((5, 9.0, 5), Case.SIDE_AND_TOP),
     ],
 )
-@pytest.mark.parametrize("build", [build_grid_lods, build_simplified_lods])
 def test_a_box_from_beside_from_above_and_from_below(
-    build: Callable[[BakedObject], LodGeometry], viewer: tuple[float, float, float], case: Case
+    cube: LodGeometry, viewer: tuple[float, float, float], case: Case
 ) -> None:
-    """Both systems of geometry."""
-    grids = build(bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=96))
-    for level in range(len(grids.error)):
-        mask = seen_pieces(grids.horizon[level][None], np.array([viewer], float))
+    for level in range(len(cube.error)):
+        mask = seen_pieces(cube.horizon[level][None], np.array([viewer], float))
         assert drawn_cases(mask).tolist() == [case]
-        everything, drawn = grids.positions[grids.drawn(level)], grids.positions[grids.drawn(level, int(mask[0]))]
+        everything, drawn = cube.positions[cube.drawn(level)], cube.positions[cube.drawn(level, int(mask[0]))]
         assert facing(everything, viewer).sum() == facing(drawn, viewer).sum()
         assert len(drawn) < (0.95 if level == 0 else 1) * len(everything)
 

@@ -25,6 +25,7 @@ def test_small_solid_objects_are_grids(ball: BakedObject, cooked: CookedObject) 
     np.testing.assert_array_equal(geometry.indices, build_grid_lods(ball).indices)
 
 
+@pytest.mark.slow
 def test_foliage_is_simplified_at_any_size() -> None:
     foliage = bake(leaves(200, 0.1), 32)
     simplified, stepped = (cook_object(foliage, CookOptions(stepped=stepped)).load()[0] for stepped in (False, True))

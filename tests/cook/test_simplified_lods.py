@@ -47,6 +47,7 @@ def test_the_finest_has_the_area_of_the_grids_in_far_fewer_triangles(baked: Bake
     assert face_normals(fine)[1].sum() == pytest.approx(face_normals(full)[1].sum(), rel=0.02)
 
 
+@pytest.mark.slow
 def test_foliage_stays_as_large_as_it_is() -> None:
     foliage = bake(leaves(300, 0.1), 32)
     levels, grids, side = build_simplified_lods(foliage), build_grid_lods(foliage), 0.5 * square_texel(foliage)
@@ -100,6 +101,7 @@ def test_folds_are_found_nowhere(baked: BakedObject, levels: LodGeometry) -> Non
     assert (select_views(baked, above[:, ::-1]) == NOWHERE).mean() > 0.95  # at the very top rays graze the ball
 
 
+@pytest.mark.slow
 def test_foliage_has_levels_between_its_leaves_and_what_is_welded() -> None:
     crown = bake(leaves(60, 0.25), 32, layers=3)
     levels = build_simplified_lods(crown)
@@ -108,6 +110,7 @@ def test_foliage_has_levels_between_its_leaves_and_what_is_welded() -> None:
     assert counts[1] > 0.5 * counts[0] and levels.error[0] < 0.25 * square_texel(crown)
 
 
+@pytest.mark.slow
 def test_a_sheet_stays_as_large_as_it_is_where_it_is_welded() -> None:
     corners = np.array([[-0.4, 0, 0], [0.4, 0, 0.1], [0.4, 1, 0.1], [-0.4, 1, 0]])
     levels = build_simplified_lods(bake(mesh_of(corners, np.array([[0, 1, 2], [0, 2, 3]]), np.eye(3)[[2] * 4])))

@@ -83,5 +83,6 @@ def test_bake_and_compare(run: Callable[..., Any], tmp_path: Path, gl_device: De
     assert sorted(os.listdir(tmp_path)) == ["ball.ply", "scene.yaml"]
 
 
+@pytest.mark.slow
 def test_the_window_says_why_there_is_none(run: Callable[..., Any]) -> None:
     assert "cannot open a window" in run("open_window.py", "scene.yaml", code=1)

@@ -308,6 +308,7 @@ def test_explicit_texture(tmp_path: Path) -> None:
         load_mesh(bare, texture=tmp_path / "p.png")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not MODELS.is_dir(), reason="the shared models are not here")
 @pytest.mark.parametrize(
     ("name", "up", "degenerate"),

@@ -145,6 +145,7 @@ HOSTILE: dict[str, Callable[[int], str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", HOSTILE)
 def test_twice_the_file_takes_about_twice_the_time(tmp_path: Path, kind: str) -> None:
     """Four times as much may take eight times as long, not sixteen times; what takes no time at all is not measured."""

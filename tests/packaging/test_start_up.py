@@ -66,6 +66,7 @@ def test_limits_and_errors_import_nothing_heavy(loaded: Callable[..., Any]) -> N
     assert not modules & (HEAVY | {"numpy", "pydantic"})
 
 
+@pytest.mark.slow
 def test_reading_a_scene_imports_neither_gl_nor_mesh_libraries(loaded: Callable[..., Any], obj_scene: Path) -> None:
     modules = loaded(LOAD_SCENE.format(scene=str(obj_scene)))
     assert not modules & HEAVY
@@ -78,15 +79,18 @@ def test_reading_an_obj_file_imports_numpy_only(loaded: Callable[..., Any], obj_
     assert not loaded(code) & HEAVY
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["render", "--help"]])
 def test_help_imports_nothing_heavy(loaded: Callable[..., Any], arguments: Sequence[str]) -> None:
     assert not loaded(RUN.format(arguments=arguments)) & (HEAVY | {"numpy"})  # typer brings pydantic
 
 
+@pytest.mark.slow
 def test_check_imports_nothing_heavy(loaded: Callable[..., Any], obj_scene: Path) -> None:
     assert not loaded(RUN.format(arguments=["check", str(obj_scene)])) & HEAVY
 
 
+@pytest.mark.slow
 def test_info_of_a_mesh_imports_what_reads_it(loaded: Callable[..., Any], obj_scene: Path) -> None:
     mesh = obj_scene.with_name("ball.obj")
     assert loaded(RUN.format(arguments=["info", str(mesh)])) & HEAVY <= {"PIL", "scipy"}

@@ -123,12 +123,14 @@ def test_samples_lie_on_the_surface_evenly() -> None:
     assert (np.abs(normals[:, 0]) > 0.5).mean() == pytest.approx(2 / 10, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_ball_is_a_good_candidate(ball: tuple[Mesh, BakedModel]) -> None:
     candidate = examine(*ball, ModelParams(resolution=64, layers=2))
     assert candidate.coverage > 0.99 and candidate.thin == 0 and candidate.parts == 1
     assert warnings(candidate, outlines=True) == []
 
 
+@pytest.mark.slow
 def test_poor_candidates_are_named_with_the_reason(ball: tuple[Mesh, BakedModel]) -> None:
     mesh, baked = ball
     bare = examine(mesh, caps_only(baked), ModelParams(resolution=64, layers=2))
@@ -155,6 +157,7 @@ def test_a_thin_sheet_with_right_outlines_is_no_foliage() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_more_layers_are_recommended_where_they_hold_more() -> None:
     plates = shapes.joined(*(shapes.box(2.0, 0.2, 2.0, (0, 0.5 * number, 0)) for number in range(4)))
     params = ModelParams(resolution=32, layers=2)

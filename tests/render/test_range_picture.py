@@ -135,6 +135,7 @@ def camera_points(camera: Camera, metres: Array) -> Array:
         return view.position + metres[..., None] * rays
 
 
+@pytest.mark.slow
 def test_the_second_start_reads_the_cache(scene: tuple[Scene, SceneLibrary], monkeypatch: pytest.MonkeyPatch) -> None:
     before = scene[1].baked(0)
     monkeypatch.setattr("depthwalk.assets.library.bake_range", lambda *_: pytest.fail("baked again"))

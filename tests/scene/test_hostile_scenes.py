@@ -168,7 +168,12 @@ def boxes(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("name", MESSAGES)
+SLOW = {"deep-brackets"}  # to be read
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in MESSAGES]
+)
 def test_message(name: str, boxes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(HOSTILE)
     with pytest.raises(InputError) as caught:

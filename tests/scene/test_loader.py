@@ -207,6 +207,7 @@ def test_grid_yaw_turns_x_towards_minus_z(tmp_path: Path) -> None:
     np.testing.assert_allclose(objects.rotation, [[0, math.sqrt(0.5), 0, math.sqrt(0.5)]] * 2, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_million_objects_come_from_one_line(tmp_path: Path) -> None:
     text = "objects: [{grid: {asset: baked, count: [1000, 1000], spacing: [3, 3], position: [0, 2, 0]}}]\n"
     objects = load(tmp_path, ASSETS + text).objects

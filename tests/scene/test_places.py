@@ -55,6 +55,7 @@ def test_a_file_may_hold_no_places(tmp_path: Path) -> None:
     assert len(scene_of(tmp_path, "places: {asset: baked, file: a.csv}").objects) == 0
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_places_load_in_seconds(tmp_path: Path) -> None:
     values = np.random.default_rng(0).uniform(-99, 99, (100_000, 5)).clip(0.1)
     np.savetxt(tmp_path / "a.csv", values, "%.6g", ",", header="x,y,z,yaw,scale", comments="")

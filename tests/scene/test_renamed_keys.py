@@ -1,5 +1,6 @@
 """Keys under the names that they had in an earlier version."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,12 @@ def told(folder: Path, text: str, overrides: dict[str, str] | None = None) -> st
     return str(caught.value)
 
 
+SCHEMA = cache(SceneFile.model_json_schema)
+
+
 def properties(former: str) -> dict[str, Any]:
     """The properties in the JSON schema of the mapping that held a key."""
-    schema = SceneFile.model_json_schema()
+    schema = SCHEMA()
     node = schema
     for part in former.split(".")[:-1]:
         node = node["properties"][part]

@@ -69,6 +69,7 @@ def test_random_yaml_pieces(tmp_path: Path, text: str) -> None:
     load_all(tmp_path, text.encode())
 
 
+@pytest.mark.slow
 @given(edits=st.lists(st.tuples(st.integers(0, len(SCENE) - 1), st.binary(max_size=2)), min_size=1, max_size=3))
 def test_a_scene_with_bytes_changed(tmp_path: Path, edits: list[tuple[int, bytes]]) -> None:
     data = SCENE
@@ -77,6 +78,7 @@ def test_a_scene_with_bytes_changed(tmp_path: Path, edits: list[tuple[int, bytes
     load_all(tmp_path, data)
 
 
+@pytest.mark.slow
 @given(values=st.dictionaries(st.sampled_from([*sorted(SceneFile.model_fields), "keyframes", "fps"]), VALUES))
 def test_random_values_under_known_keys(tmp_path: Path, values: dict[str, Any]) -> None:
     path = tmp_path / "dump.yaml"
@@ -85,6 +87,7 @@ def test_random_values_under_known_keys(tmp_path: Path, values: dict[str, Any]) 
     load_all(tmp_path, path.read_bytes())
 
 
+@pytest.mark.slow
 @given(key=st.lists(st.sampled_from([*WORDS, "0", "1", "-1", "", "x[0]"]), max_size=4).map(".".join), text=YAML_PIECES)
 def test_random_overrides(tmp_path: Path, key: str, text: str) -> None:
     (tmp_path / "box.obj").touch()

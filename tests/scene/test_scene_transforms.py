@@ -95,11 +95,13 @@ def assert_close(actual: NDArray[np.float64], wanted: list[NDArray[np.float64]])
     np.testing.assert_allclose(actual, wanted_array, rtol=1e-4, atol=1e-3)
 
 
+@pytest.mark.slow
 @given(ITEMS)
 def test_flattened_transforms_are_the_matrix_products(items: list[Any]) -> None:
     assert_close(matrices_of(scene_of(items)), matrices(items, np.eye(4)))
 
 
+@pytest.mark.slow
 @given(ITEMS.filter(bool), st.fixed_dictionaries(PLACEMENT), st.data())
 def test_moving_a_node_is_loading_it_there(items: list[Any], placement: dict[str, Any], data: st.DataObject) -> None:
     which = data.draw(st.integers(0, len(items) - 1))

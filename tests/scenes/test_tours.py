@@ -81,7 +81,7 @@ def gaps(scene: Scene, eyes: NDArray[np.float64]) -> dict[str, float]:
     return {name: near for name, near in found.items() if near < 2}
 
 
-@pytest.mark.parametrize("name", ["garden", "room"])
+@pytest.mark.parametrize("name", [pytest.param("garden", marks=pytest.mark.slow), "room"])
 def test_a_tour_passes_close_to_objects_and_through_none(name: str) -> None:
     scene, views = walked(name)
     found = gaps(scene, views[:, :3])

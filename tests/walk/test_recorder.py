@@ -40,6 +40,7 @@ def errors(path: CameraPath, times: Array, views: Array, fovs: Array) -> tuple[A
     return moved, np.arccos(np.minimum(cosine, 1)), np.abs([camera.fov for camera in found] - fovs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("uneven", [0.0, 0.8])
 def test_few_keyframes_show_the_same(uneven: float) -> None:
     samples = walk(uneven=uneven)

@@ -32,6 +32,7 @@ def test_what_stands_in_no_way_keeps_y() -> None:
         assert guess_up(points) == "y"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("up", ["y", "z"])
 def test_a_turned_model_stands_on_the_ground(up: Literal["y", "z"]) -> None:
     points: Array = load_mesh(Path(asset_root() / "man_of_the_paper.ply")).positions + np.array([1.0, 2.0, 3.0])

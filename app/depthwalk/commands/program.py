@@ -72,8 +72,9 @@ def guarded(command: Command) -> Command:
     """Wrap the function `command` so that it ends with the exit codes that this module documents.
 
     An InputError is printed as its bare message. Any other exception is printed in one line, with a traceback only
-    after --verbose. SIGTERM unwinds the command as Ctrl-C does, so that half-written files vanish. The command's
-    options `verbose` and `quiet` set up logging.
+    after --verbose. SIGTERM unwinds the command as Ctrl-C does, so that half-written files vanish; see
+    `end_if_interrupted` for what a command that runs long does besides. The command's options `verbose` and `quiet` set
+    up logging.
     """
 
     @functools.wraps(command)
@@ -82,7 +83,7 @@ def guarded(command: Command) -> Command:
         verbose = bool(options.get("verbose"))
         _configure_logging(verbose, bool(options.get("quiet")))
         try:
-            with _unwound_by_sigterm():
+            with _unwound_by_signals():
                 command(*args, **options)
             sys.stdout.flush()  # a reader that went away is noticed here, not at exit
         except (typer.Exit, typer.BadParameter):
@@ -111,22 +112,62 @@ def _open_closed_streams() -> None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - open until the process ends
 
 
+_asked_to_end: list[int] = []  # signals that have asked the running command to end, the first one first
+
+
+def end_if_interrupted() -> None:
+    """End the command where Ctrl-C or SIGTERM has asked for it, but went unnoticed; otherwise do nothing.
+
+    A signal raises an exception wherever the program is at that moment. Python drops exceptions that are raised in
+    `__del__`, in callbacks of weak references, and in calls from C; libraries catch more than they should. Commands
+    that run long call this between two steps, so that they end one step later at worst.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C.
+    SystemExit
+        After SIGTERM.
+    """
+    if _asked_to_end:
+        _raise_for(_asked_to_end[0])
+
+
+def _raise_for(number: int) -> NoReturn:
+    if number == signal.SIGINT:
+        raise KeyboardInterrupt
+    raise SystemExit(128 + number)
+
+
 @contextmanager
-def _unwound_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM raise SystemExit within the block, so that `finally` clauses run; by default Python just ends."""
+def _unwound_by_signals() -> Iterator[None]:
+    """Let SIGTERM raise SystemExit within the block, so that `finally` clauses run; by default Python just ends.
+
+    Ctrl-C raises KeyboardInterrupt as ever, where it is not ignored. Both are remembered for `end_if_interrupted`.
+    """
     if threading.current_thread() is not threading.main_thread():  # only that one may set handlers
         yield
         return
-    before = signal.signal(signal.SIGTERM, _exit_by_signal)
+    _asked_to_end.clear()
+    before = {signal.SIGTERM: signal.signal(signal.SIGTERM, _end_by_signal)}
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        before[signal.SIGINT] = signal.signal(signal.SIGINT, _end_by_signal)
     try:
         yield
+    except Exception:
+        end_if_interrupted()  # what trimesh, say, makes an error of its own of while it is imported
+        raise
     finally:
-        signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
+        for number, handler in before.items():
+            signal.signal(number, handler or signal.SIG_DFL)
+        _asked_to_end.clear()
 
 
-def _exit_by_signal(number: int, frame: FrameType | None) -> NoReturn:
-    signal.signal(number, signal.SIG_IGN)  # a second signal would interrupt the clean-up
-    raise SystemExit(128 + number)
+def _end_by_signal(number: int, frame: FrameType | None) -> NoReturn:
+    _asked_to_end.append(number)
+    if number == signal.SIGTERM:
+        signal.signal(number, signal.SIG_IGN)  # a second signal would interrupt the clean-up
+    _raise_for(number)
 
 
 class _OnceFilter(logging.Filter):

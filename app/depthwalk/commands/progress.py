@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from depthwalk.commands.program import end_if_interrupted
+
 log = logging.getLogger("depthwalk")
 
 PLAIN_SECONDS = 5.0  # between lines about what is waited for, where stderr is no terminal
@@ -41,6 +43,7 @@ class _PlainReport:
         self._last = time.monotonic()
 
     def __call__(self, name: str, stage: str) -> None:
+        end_if_interrupted()
         if log.isEnabledFor(logging.INFO):
             log.info("%s: %s", name, stage)
         elif log.isEnabledFor(logging.WARNING) and time.monotonic() - self._last > PLAIN_SECONDS:
@@ -81,14 +84,19 @@ def frame_progress(label: str, total: int) -> Iterator[Callable[[], None]]:
     Yields
     ------
     Callable[[], None]
-        A function to call after each frame.
+        A function to call after each frame. It also ends a command that was interrupted, see `end_if_interrupted`.
     """
     if total < 2 or not show_progress():
-        yield lambda: None
+        yield end_if_interrupted
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with Progress(*columns, **live_options()) as progress:
         task = progress.add_task(label, total=total)
-        yield lambda: progress.advance(task)
+
+        def advance() -> None:
+            progress.advance(task)
+            end_if_interrupted()
+
+        yield advance

@@ -1,6 +1,7 @@
 """Objects hidden behind others: the bounds that are tested, and the test itself."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -45,6 +46,7 @@ def test_outlines_hold_all_points() -> None:
     assert far.sum() > 300 and np.median(tight) > 0.7
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32), st.sampled_from([(37, 53), (8, 300), (90, 5), (1, 1)]), st.integers(1, 3))
 def test_hidden_means_nearer_everywhere(seed: int, shape: tuple[int, int], side: int) -> None:
     rng = np.random.default_rng(seed)

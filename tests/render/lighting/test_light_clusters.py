@@ -49,6 +49,7 @@ def test_no_lamps_leave_every_cluster_empty() -> None:
     assert (clusters.cells["numbers"][:, 1] == 0).all()
 
 
+@pytest.mark.slow
 def test_every_point_finds_the_lamps_that_reach_it() -> None:
     lamps = lamps_of(60)
     clusters = visible_lamps(VIEW, lamps)

@@ -39,6 +39,7 @@ def levels(ball: Mesh) -> tuple[MeshLevel, ...]:
     return mesh_levels(ball)
 
 
+@pytest.mark.slow
 def test_levels_are_ever_coarser(ball: Mesh, levels: tuple[MeshLevel, ...]) -> None:
     assert levels[0].mesh is ball and levels[0].error == 0
     assert len(levels) == len(RATIOS) + 1
@@ -48,6 +49,7 @@ def test_levels_are_ever_coarser(ball: Mesh, levels: tuple[MeshLevel, ...]) -> N
     assert errors == sorted(errors) and errors[1] > 0
 
 
+@pytest.mark.slow
 def test_the_error_is_how_far_a_sphere_bulges_out_of_its_facets(levels: tuple[MeshLevel, ...]) -> None:
     for level in levels[2:]:
         corners = level.mesh.positions[level.mesh.faces].astype(float) - [0, 1, 0]
@@ -56,6 +58,7 @@ def test_the_error_is_how_far_a_sphere_bulges_out_of_its_facets(levels: tuple[Me
         assert 0.9 * np.percentile(bulge, 99) < level.error < 1.1 * bulge.max()
 
 
+@pytest.mark.slow
 def test_looks_come_from_the_surface_nearby() -> None:
     red, blue = sphere(1.0, 64, 32, colour=(255, 0, 0)), sphere(1.0, 64, 32, colour=(0, 0, 255))
     red, blue = seamless(red), seamless(replace(blue, positions=blue.positions + np.array([3, 0, 0], np.float32)))
@@ -74,6 +77,7 @@ def test_looks_come_from_the_surface_nearby() -> None:
         assert (right[faces] == (part.material == 0)).all()
 
 
+@pytest.mark.slow
 def test_texture_coordinates_keep_their_side_of_a_seam(ball: Mesh) -> None:
     columns = 257
     u = np.tile(np.arange(columns) / 256, len(ball.positions) // columns).astype(np.float32)
@@ -172,6 +176,7 @@ def test_back_faces_of_a_solid_do_not_matter(studio: Studio) -> None:
     np.testing.assert_array_equal(pictures[0], pictures[1])
 
 
+@pytest.mark.slow
 def test_levels_are_kept_and_found_again(tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assets = load_scene(tiny_scene).assets
@@ -194,12 +199,16 @@ def test_levels_are_kept_and_found_again(tiny_scene: Path, tmp_path: Path, monke
 def test_a_full_disk_costs_nothing_but_time(
     tiny_scene: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    def two_levels(mesh: Mesh) -> tuple[MeshLevel, ...]:
+        return MeshLevel(mesh, 0.0), MeshLevel(mesh, 0.1)
+
     def full(levels: tuple[MeshLevel, ...], key: str) -> None:
         raise OSError("no space left")
 
     monkeypatch.setattr("depthwalk.assets.library.keep_levels", full)
     monkeypatch.setattr("depthwalk.assets.library.find_levels", lambda mesh, key: None)
-    assert len(SceneLibrary(load_scene(tiny_scene).assets).mesh_levels(0)) > 1
+    monkeypatch.setattr("depthwalk.assets.library.mesh_levels", two_levels)
+    assert len(SceneLibrary(load_scene(tiny_scene).assets).mesh_levels(0)) == 2
     assert "cannot keep the simplified meshes of ball: no space left" in caplog.text
 
 

@@ -65,6 +65,7 @@ def seen_triangles(mesh: Mesh, view: View, placed: void, solid: bool) -> Rows:
     return np.flatnonzero(seen & (front | (not solid)))
 
 
+@pytest.mark.slow
 def test_each_triangle_is_in_one_patch_of_its_part(mesh: Mesh) -> None:
     two = joined(mesh, bumpy(120, 60))
     parts = Part(0, len(mesh.faces), 0), Part(len(mesh.faces), len(two.faces) - len(mesh.faces), 0)
@@ -85,6 +86,7 @@ def test_vertices_lie_in_the_order_of_their_use(mesh: Mesh, meshlets: Meshlets) 
     assert (np.diff(first) > 0).all() and len(first) == len(meshlets.vertices)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solid", [True, False])
 def test_what_can_be_seen_is_drawn(mesh: Mesh, meshlets: Meshlets, solid: bool) -> None:
     kept, needed = 0, 0
