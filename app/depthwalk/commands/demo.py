@@ -1,6 +1,7 @@
 """`depthwalk demo`: a window on the garden; where there is no display, its tour as pictures and a video."""
 
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,19 +46,22 @@ def main(
     --frames limits the number.
     """
     size = parse_resolution(resolution)
-    from depthwalk import walk
     from depthwalk.assets.background import BackgroundLibrary
     from depthwalk.scene.path import load_path
 
     scene = open_scene(shipped_file("garden.yaml"), None, None)
-    tour = load_path(shipped_file("paths", "garden.yaml"))
     chosen = representation(representation_name)
-    library = BackgroundLibrary(scene.assets)
-    try:
-        walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
-    except walk.NoDisplayError as error:
-        print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
-        render_tour(scene, tour, frames, size, chosen)
+    with closing(BackgroundLibrary(scene.assets)) as library:
+        library.foresee(scene, chosen)  # files are read while the window's libraries are imported
+        from depthwalk import walk
+
+        tour = load_path(shipped_file("paths", "garden.yaml"))
+        try:
+            walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
+            return
+        except walk.NoDisplayError as error:
+            print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
+    render_tour(scene, tour, frames, size, chosen)
 
 
 def render_tour(

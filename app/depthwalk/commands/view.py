@@ -1,5 +1,6 @@
 """`depthwalk view`: a window to walk through a scene."""
 
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -55,7 +56,6 @@ def main(
     """
     size = parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle)
-    from depthwalk import walk
     from depthwalk.assets.background import BackgroundLibrary
     from depthwalk.scene.path import load_path
 
@@ -64,21 +64,25 @@ def main(
     def read(file: Path) -> "Scene":
         return open_scene(file, asset_root, settings if file == first else None)
 
-    loaded = read(first)
-    try:
-        walk.run(
-            loaded,
-            BackgroundLibrary(loaded.assets),
-            path=load_path(path) if path else None,
-            fullscreen=fullscreen,
-            size=size,
-            representation=representation(representation_name),
-            first_camera=camera.apply,
-            read=read,
-        )
-    except walk.NoDisplayError as error:
-        typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
-        raise typer.Exit(FAILURE) from None
+    loaded, chosen = read(first), representation(representation_name)
+    with closing(BackgroundLibrary(loaded.assets)) as library:
+        library.foresee(loaded, chosen)  # files are read while the window's libraries are imported
+        from depthwalk import walk
+
+        try:
+            walk.run(
+                loaded,
+                library,
+                path=load_path(path) if path else None,
+                fullscreen=fullscreen,
+                size=size,
+                representation=chosen,
+                first_camera=camera.apply,
+                read=read,
+            )
+        except walk.NoDisplayError as error:
+            typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
+            raise typer.Exit(FAILURE) from None
 
 
 def shipped_file(*name: str) -> Path:

@@ -229,6 +229,11 @@ class MeshStore:
             self._awaited[asset] = self._awaited.get(asset, False) or simplified
         return False
 
+    @property
+    def is_reading(self) -> bool:
+        """Whether meshes that `is_read` was asked about are still to be read."""
+        return bool(self._awaited)
+
     def levels(self, asset: int) -> tuple[MeshLevel, ...] | None:
         """Return the levels of a mesh, by the number of its asset, as far as a thread has read them; None: not read."""
         return self._fallbacks[asset].levels if asset in self._fallbacks else None
