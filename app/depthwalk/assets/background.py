@@ -14,6 +14,7 @@ import shutil
 import tempfile
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -26,10 +27,8 @@ import numpy as np
 from depthwalk.assets.batch_bake import report_stage, set_up_worker, terminate
 from depthwalk.assets.demand import asked_for, cook_options, nearest_first
 from depthwalk.assets.library import Report, SceneLibrary
-from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded
+from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded, ReadAhead
 from depthwalk.cook.cooked_file import find_cooked, read_cooked, write_cooked
-from depthwalk.cook.lod_geometry import LodGeometry
-from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import COOKED_SUFFIX
 from depthwalk.ingest.mesh import Mesh
@@ -45,7 +44,6 @@ _MOST_AHEAD = 128e6  # bytes of geometry and textures that are read before they 
 _PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
 
 Objects = tuple[CookedObject, ...]
-Load = Callable[[], tuple[LodGeometry, VirtualTexture]]
 _Request = tuple[int, CookOptions]
 
 
@@ -82,24 +80,6 @@ class _Batch:
     done: int = 0
     stages: dict[int, tuple[str, float]] = field(default_factory=dict)  # of running assets: stage, part of their time
     latest: int | None = None
-
-
-class ReadAhead:
-    """Have a thread load geometry and texture of an object before they are asked for; a `CookedObject.load`.
-
-    The first call hands over what was loaded, or raises what loading raised. Where the thread has not come to it, and
-    in later calls, the caller loads.
-    """
-
-    def __init__(self, load: Load, threads: Executor) -> None:
-        """Have one of `threads` call `load`."""
-        self._load = load
-        self._ahead: Future[tuple[LodGeometry, VirtualTexture]] | None = threads.submit(load)
-
-    def __call__(self) -> tuple[LodGeometry, VirtualTexture]:
-        """Return geometry and texture."""
-        ahead, self._ahead = self._ahead, None
-        return self._load() if ahead is None or ahead.cancel() else ahead.result()
 
 
 class BackgroundLibrary(SceneLibrary):
@@ -148,7 +128,7 @@ class BackgroundLibrary(SceneLibrary):
         self._held: list[Preloaded] = []
         self._bytes_ahead = 0  # of what was read ahead
         self._is_mesh_read = False  # whether a mesh was, or is being
-        self._reading = threading.Lock()
+        self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
         self._batch = _Batch()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "BackgroundLibrary":
@@ -179,10 +159,10 @@ class BackgroundLibrary(SceneLibrary):
                 self._read_mesh_ahead(self._threads, asset)
 
     def mesh(self, asset: int) -> Mesh | None:
-        """Return the mesh of the asset numbered `asset`; None where it has none. Waits while a thread reads a mesh."""
+        """Return the mesh of the asset numbered `asset`; None where it has none. Waits where a thread reads it."""
         if asset in self._meshes:
             return super().mesh(asset)
-        with self._reading:
+        with self._reading[asset]:
             return super().mesh(asset)
 
     # What drawing asks for -------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """`depthwalk demo`: a window on the garden; where there is no display, its tour as pictures and a video."""
 
 import sys
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from depthwalk.commands.options import (
     parse_resolution,
     representation,
 )
-from depthwalk.commands.program import guarded
+from depthwalk.commands.program import guarded, without_garbage
 from depthwalk.commands.view import shipped_file
 from depthwalk.errors import InputError
 
@@ -46,16 +46,18 @@ def main(
     --frames limits the number.
     """
     size = parse_resolution(resolution)
-    from depthwalk.assets.background import BackgroundLibrary
-    from depthwalk.scene.path import load_path
+    with ExitStack() as closed_at_end:
+        with without_garbage():
+            from depthwalk.assets.background import BackgroundLibrary
+            from depthwalk.scene.path import load_path
 
-    scene = open_scene(shipped_file("garden.yaml"), None, None)
-    chosen = representation(representation_name)
-    with closing(BackgroundLibrary(scene.assets)) as library:
-        library.foresee(scene, chosen)  # files are read while the window's libraries are imported
-        from depthwalk import walk
+            scene = open_scene(shipped_file("garden.yaml"), None, None)
+            chosen = representation(representation_name)
+            library = closed_at_end.enter_context(closing(BackgroundLibrary(scene.assets)))
+            library.foresee(scene, chosen)  # files are read while the window's libraries are imported
+            from depthwalk import walk
 
-        tour = load_path(shipped_file("paths", "garden.yaml"))
+            tour = load_path(shipped_file("paths", "garden.yaml"))
         try:
             walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
             return
