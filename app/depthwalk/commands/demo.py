@@ -23,6 +23,7 @@ from depthwalk.commands.view import shipped_file
 from depthwalk.errors import InputError
 
 if TYPE_CHECKING:
+    from depthwalk.assets.library import SceneLibrary
     from depthwalk.scene.arrays import Representation
     from depthwalk.scene.path import CameraPath
     from depthwalk.scene.scene import Scene
@@ -60,14 +61,18 @@ def main(
             tour = load_path(shipped_file("paths", "garden.yaml"))
         try:
             walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
-            return
         except walk.NoDisplayError as error:
             print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
-    render_tour(scene, tour, frames, size, chosen)
+            render_tour(scene, library, tour, frames, size, chosen)
 
 
 def render_tour(
-    scene: "Scene", tour: "CameraPath", frames: int | None, size: tuple[int, int], chosen: "Representation | None"
+    scene: "Scene",
+    library: "SceneLibrary",
+    tour: "CameraPath",
+    frames: int | None,
+    size: tuple[int, int],
+    chosen: "Representation | None",
 ) -> None:
     """Render stills and a video of a tour to `FOLDER`.
 
@@ -75,6 +80,8 @@ def render_tour(
     ----------
     scene
         What to show.
+    library
+        The scene's assets.
     tour
         The camera path through it.
     frames
@@ -97,6 +104,6 @@ def render_tour(
     except OSError as error:
         raise InputError(f"{FOLDER}: cannot be made: {error.strerror}") from None
     stills, video = Output(str(FOLDER / "garden-{frame:2}.png")), Output(str(FOLDER / "garden.mp4"))
-    with open_headless(scene, size, chosen) as headless:
+    with open_headless(scene, size, chosen, library) as headless:
         draw_frames(headless, sample_path(tour, STILLS)[: frames or STILLS], stills, tour.fps)
         draw_frames(headless, path_cameras(tour, frames), video, tour.fps)
