@@ -1,16 +1,22 @@
 """Preparing assets beside the frames: nothing waits, and nothing is left behind."""
 
+import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
 from depthwalk.assets.background import BackgroundLibrary, Progress
 from depthwalk.assets.library import SceneLibrary
-from depthwalk.cook.cook import CookOptions
+from depthwalk.cook.cook import CookOptions, ReadAhead
+from depthwalk.errors import InputError
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.scene.arrays import Representation
 from depthwalk.scene.loader import load_scene
+from depthwalk.scene.scene import MeshAsset
 
 OPTIONS = CookOptions()
 
@@ -33,6 +39,18 @@ def wait_until(library: BackgroundLibrary, done: Callable[[], bool], seconds: fl
             told.append(progress)
         time.sleep(0.005)
     return told
+
+
+def count_readings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the threads that read a mesh, from now on."""
+    read, threads = SceneLibrary._read_mesh, []
+
+    def counting(library: SceneLibrary, spec: MeshAsset) -> tuple[Mesh, str]:
+        threads.append(threading.current_thread().name)
+        return read(library, spec)
+
+    monkeypatch.setattr(SceneLibrary, "_read_mesh", counting)
+    return threads
 
 
 def empty_cache(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
@@ -99,3 +117,89 @@ def test_cancelling_ends_the_processes(
         assert time.monotonic() < end, "a process goes on"
         time.sleep(0.005)
     assert not library.poll() and library.progress is None and not library.is_cooked(0, OPTIONS)
+
+
+def test_what_the_first_picture_shows_is_read_before_there_is_a_window(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
+) -> None:
+    empty_cache(monkeypatch, tmp_path / "cache")
+    scene = load_scene(tiny_scene)
+    SceneLibrary(scene.assets).cooked(0, OPTIONS)
+    threads = count_readings(monkeypatch)
+    library.foresee(scene, None)
+    wait_until(library, lambda: library.is_cooked(0, OPTIONS))
+    load = library.cooked(0, OPTIONS)[0].load
+    assert isinstance(load, ReadAhead) and load()[0].count[0].sum() > 0
+    assert threads == []  # no mesh is needed
+
+
+@pytest.mark.parametrize("forced", [None, Representation.MESH])
+def test_the_first_mesh_is_read_once_and_by_a_thread(
+    tiny_scene: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    library: BackgroundLibrary,
+    forced: Representation | None,
+) -> None:
+    """Whether it stands in for depth images that are missing, or is what is to be drawn."""
+    empty_cache(monkeypatch, tmp_path / "cache")
+    library.baking_waits = True
+    threads = count_readings(monkeypatch)
+    library.foresee(load_scene(tiny_scene), forced)
+    wait_until(library, lambda: bool(threads))
+    assert library.mesh(0) is library.mesh(0) is not None
+    assert len(threads) == 1 and threads[0].startswith("depth-images")
+
+
+def test_a_mesh_that_cannot_be_read_ahead_is_complained_about_by_who_needs_it(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
+) -> None:
+    empty_cache(monkeypatch, tmp_path / "cache")
+    tiny_scene.with_name("ball.ply").write_bytes(b"ply\nnothing else\n")
+    library.foresee(load_scene(tiny_scene), Representation.MESH)
+    with pytest.raises(InputError, match=r"ball\.ply: "):
+        library.mesh(0)
+
+
+def test_baking_waits_until_it_may_begin(
+    tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: BackgroundLibrary
+) -> None:
+    empty_cache(monkeypatch, tmp_path / "cache")
+    library.baking_waits = True
+    assert not library.is_cooked(0, OPTIONS)
+    assert wait_until(library, lambda: not library.is_searching) == []
+    library.poll()
+    assert library._pool is None and not library.is_cooked(0, OPTIONS) and not library.is_searching
+    library.baking_waits = False
+    wait_until(library, lambda: library.progress is not None)
+
+
+def test_what_was_read_ahead_is_handed_over_once() -> None:
+    calls: list[str] = []
+    with ThreadPoolExecutor(1, "ahead") as threads:
+        load = ReadAhead(lambda: cast(Any, calls.append(threading.current_thread().name)), threads)
+    load()
+    assert calls == ["ahead_0"]
+    load()
+    assert calls == ["ahead_0", threading.current_thread().name]
+
+
+def test_who_needs_what_no_thread_has_come_to_reads_it() -> None:
+    """So that a frame never waits for what others need."""
+    begun, calls = threading.Event(), []
+    with ThreadPoolExecutor(1) as threads:
+        threads.submit(begun.wait)
+        load = ReadAhead(lambda: cast(Any, calls.append(threading.current_thread())), threads)
+        load()
+        begun.set()
+    assert calls == [threading.current_thread()]
+
+
+def test_what_goes_wrong_in_a_thread_is_raised_where_it_is_needed() -> None:
+    def damaged() -> Any:
+        raise InputError("bust.dpci.npz: damaged")
+
+    with ThreadPoolExecutor(1) as threads:
+        load = ReadAhead(damaged, threads)
+    with pytest.raises(InputError, match=r"^bust\.dpci\.npz: damaged$"):
+        load()

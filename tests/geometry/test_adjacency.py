@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from depthwalk.geometry.adjacency import build_adjacency
+from depthwalk.geometry.adjacency import build_adjacency, connected_groups
 from shapes import box
 
 
@@ -31,3 +33,17 @@ def test_the_silhouette_of_a_box_is_as_long_as_expected() -> None:
     and it covers a quarter of its surface."""
     mesh = box(2, 2, 2)
     assert build_adjacency(mesh.positions, mesh.faces).density == pytest.approx(np.pi * (2 + 2 + 2) / 2 / (24 / 4))
+
+
+@pytest.mark.parametrize(("count", "links"), [(1, 0), (5, 3), (100, 40), (100, 120), (3000, 2900), (3000, 6000)])
+def test_groups_are_those_of_scipy(count: int, links: int) -> None:
+    one, other = np.random.default_rng(count + links).integers(0, count, (2, links))
+    graph = coo_array((np.ones(links, bool), (one, other)), shape=(count, count))
+    expected = connected_components(graph, directed=False)[1]
+    np.testing.assert_array_equal(connected_groups(count, one, other), expected)
+
+
+def test_long_chains_are_one_group() -> None:
+    """However their members are numbered: a vertex may have thousands of faces."""
+    for order in (np.arange(5000), np.random.default_rng(0).permutation(5000)):
+        assert not connected_groups(5000, order[1:], order[:-1]).any()

@@ -52,11 +52,13 @@ def draw(timers: PassTimers) -> int:
 def test_software_rasterisers_are_drained_in_few_frames(context: Clocked) -> None:
     timers = PassTimers(cast(Device, SimpleNamespace(context=context, software=True)))
     assert timers.kind == "finish"
-    assert [draw(timers) for _ in range(10)] == [0] * 8 + [8] * 2
+    # The first frame compiles shaders: to wait for each pass there would keep a core idle, and time compilers.
+    assert [draw(timers) for _ in range(8)] == [-1] * 8 and context.drained == 0
+    assert [draw(timers) for _ in range(10)] == [8] * 8 + [16] * 2
     assert context.drained == 2 * 3 and set(timers.milliseconds) == {"plan", "warp", "light"}
     timers.time_next()
-    assert draw(timers) == 10 and not timers.awaited(10)
-    assert [draw(timers) for _ in range(8)] == [10] * 7 + [18]
+    assert draw(timers) == 18 and not timers.awaited(18)
+    assert [draw(timers) for _ in range(8)] == [18] * 7 + [26]
 
 
 def test_queries_are_read_some_frames_later(context: Clocked) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
@@ -101,3 +101,21 @@ def test_time_counts_as_loading_also_where_it_fails() -> None:
     with pytest.raises(StoppedError), loader.clock_stopped():
         raise StoppedError
     assert ended and loader.seconds > 0
+
+
+@pytest.mark.parametrize(("searching", "reading"), [(True, False), (False, True), (False, False)])
+def test_nothing_is_baked_while_there_is_something_else_to_wait_for(searching: bool, reading: bool) -> None:
+    """Baking would take the cores from what the first picture needs, unless it needs what is baked."""
+    window, _, screen = loading([])
+    waited: list[bool] = []
+
+    def take_arrivals(viewer: object) -> None:
+        waited.append(library.baking_waits)
+        world.is_whole = len(waited) == 2
+
+    world = SimpleNamespace(is_whole=False, take_arrivals=take_arrivals)
+    meshes = SimpleNamespace(failures=[], is_reading=reading)
+    renderer = SimpleNamespace(world=world, assets=SimpleNamespace(meshes=meshes))
+    library = SimpleNamespace(failures=[], is_searching=searching, baking_waits=True)
+    loader_of(window, screen)._wait(cast(Any, renderer), cast(Any, library), cast(Any, SimpleNamespace(camera=None)))
+    assert waited == [True, searching or reading]

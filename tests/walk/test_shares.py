@@ -29,10 +29,10 @@ class CountingRenderer:
 
 def test_an_answer_is_read_later_and_asked_for_once_a_second() -> None:
     renderer, late = CountingRenderer(), LateShares()
-    for renderer.frame in range(26):
+    for renderer.frame in range(29):
         late.update(cast(Renderer, renderer), 0.125)
-        assert bool(late.latest) == (renderer.frame >= 3)
-    assert (renderer.asked, renderer.read) == ([0, 11, 22], [3, 14, 25])
+        assert bool(late.latest) == (renderer.frame >= 6)  # the first picture does not wait for the question's shader
+    assert (renderer.asked, renderer.read) == ([3, 14, 25], [6, 17, 28])
     assert late.latest == {"share_dpci": 0.75, "share_dmesh": 0.0, "share_mesh": 0.25}
 
 

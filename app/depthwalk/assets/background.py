@@ -2,7 +2,7 @@
 
 What the cache has is looked up by a thread, one asset after the other. What it has not is baked and cooked by other
 processes, into the cache. The program that draws asks `is_cooked` for what it needs, in the order of need, and calls
-`poll` once a frame.
+`poll` once a frame. `foresee` asks before there is a window, so that files are read while the window is made.
 """
 
 import contextlib
@@ -12,7 +12,9 @@ import os
 import queue
 import shutil
 import tempfile
+import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -20,18 +22,24 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from depthwalk.assets.batch_bake import report_stage, set_up_worker, terminate
+from depthwalk.assets.demand import asked_for, cook_options, nearest_first
 from depthwalk.assets.library import Report, SceneLibrary
-from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded
+from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded, ReadAhead
 from depthwalk.cook.cooked_file import find_cooked, read_cooked, write_cooked
 from depthwalk.errors import InputError
 from depthwalk.ingest.formats import COOKED_SUFFIX
-from depthwalk.scene.scene import Asset
+from depthwalk.ingest.mesh import Mesh
+from depthwalk.scene.arrays import MESHES, Representation
+from depthwalk.scene.scene import Asset, Scene
 
 log = logging.getLogger(__name__)
 
 _NICENESS = 2  # of the processes that bake: frames come first, but not by so much that it never ends
 _MOST_HELD = 16  # preloaded objects, of some 10 MB each
+_MOST_AHEAD = 128e6  # bytes of geometry and textures that are read before they are asked for
 # What part of an asset's time has passed where a stage begins, measured on busts of 100,000 triangles.
 _PASSED = {"reading": 0.02, "structure": 0.05, "side": 0.12, "owners": 0.3, "boundary strips": 0.35, "cooking": 0.5}
 
@@ -83,6 +91,9 @@ class BackgroundLibrary(SceneLibrary):
     ----------
     failures
         Complaints about assets whose depth images cannot be made, oldest first; the caller may clear the list.
+    baking_waits
+        Whether what is missing is not baked yet, because processes would take the cores from something more urgent.
+        Once this is set to False, `poll` has it baked.
     """
 
     def __init__(
@@ -107,7 +118,9 @@ class BackgroundLibrary(SceneLibrary):
         self.failures: list[str] = []
         self._ready: dict[_Request, Objects] = {}
         self._finding: dict[_Request, Future[Objects | None]] = {}
+        self._unbaked: list[_Request] = []  # to be baked, but not yet
         self._making: dict[_Request, Future[str | None]] = {}
+        self.baking_waits = False
         self._failed: set[_Request] = set()
         self._finder: ThreadPoolExecutor | None = None
         self._pool: Executor | None = None
@@ -115,11 +128,44 @@ class BackgroundLibrary(SceneLibrary):
         self._reports: Any = None
         self._spill: str | None = None  # a folder for what the cache cannot keep
         self._held: list[Preloaded] = []
+        self._bytes_ahead = 0  # of what was read ahead
+        self._is_mesh_read = False  # whether a mesh was, or is being
+        self._reading: defaultdict[int, threading.Lock] = defaultdict(threading.Lock)  # by asset: its mesh
         self._batch = _Batch()
 
     def sibling(self, assets: tuple[Asset, ...]) -> "BackgroundLibrary":
         """Return a library of other `assets`, which bakes as many at a time as this one."""
         return BackgroundLibrary(assets, processes=self._processes)
+
+    # Before drawing begins --------------------------------------------------------------------------------------------
+
+    def foresee(self, scene: Scene, forced: Representation | None) -> None:
+        """Begin to read what the first picture will show: headers, then geometry and texture, the nearest first.
+
+        What fails fails again, and is complained about, when it is asked for.
+
+        Parameters
+        ----------
+        scene
+            The scene, whose assets these are.
+        forced
+            The representation of all objects whose asset has it; None: each object's own.
+        """
+        camera, options = scene.camera, cook_options(scene.render)
+        polygonal = np.isin(asked_for(scene.objects, self, forced), MESHES)
+        imaged = set(scene.objects.asset[~polygonal].tolist())
+        for asset in nearest_first(scene.objects, None if camera is None else np.array(camera.position)):
+            if asset in imaged:
+                self.is_cooked(asset, options)
+            elif self.has_mesh(asset):
+                self._read_mesh_ahead(self._threads, asset)
+
+    def mesh(self, asset: int) -> Mesh | None:
+        """Return the mesh of the asset numbered `asset`; None where it has none. Waits where a thread reads it."""
+        if asset in self._meshes:
+            return super().mesh(asset)
+        with self._reading[asset]:
+            return super().mesh(asset)
 
     # What drawing asks for -------------------------------------------------------------------------------------------
 
@@ -143,8 +189,10 @@ class BackgroundLibrary(SceneLibrary):
         request = asset, options
         if request in self._ready:
             return True
-        if request not in self._finding and request not in self._making and request not in self._failed:
-            self._finding[request] = self._threads.submit(self._find, asset, options)
+        known = request in self._finding or request in self._unbaked or request in self._making
+        if not known and request not in self._failed:
+            threads = self._threads
+            self._finding[request] = threads.submit(self._find, asset, options, threads)
         return False
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> Objects:
@@ -178,9 +226,13 @@ class BackgroundLibrary(SceneLibrary):
         for request in [request for request, future in self._finding.items() if future.done()]:
             self._take_found(request, self._finding.pop(request))
         self._take_reports()
+        if not self.baking_waits:
+            for request in self._unbaked:
+                self._submit(request)
+            self._unbaked.clear()
         for request in [request for request, future in self._making.items() if future.done()]:
             self._take_made(request, self._making.pop(request))
-        if not self._making and not self._finding:
+        if not self._making and not self._finding and not self._unbaked:
             self._batch = _Batch()
         return len(self._ready) > before
 
@@ -211,10 +263,11 @@ class BackgroundLibrary(SceneLibrary):
 
     def cancel(self) -> None:
         """Stop baking and cooking. Assets that are not ready stay so, and are not prepared again."""
-        self._failed.update(self._finding.keys() | self._making.keys())
+        self._failed.update(self._finding.keys() | self._making.keys(), self._unbaked)
         for future in self._finding.values():
             future.cancel()
         self._finding.clear()
+        self._unbaked.clear()
         self._making.clear()
         self._end_pool()
         self._batch = _Batch()
@@ -237,15 +290,35 @@ class BackgroundLibrary(SceneLibrary):
             self._finder = ThreadPoolExecutor(1, "depth-images")
         return self._finder
 
-    def _find(self, asset: int, options: CookOptions) -> Objects | None:
+    def _find(self, asset: int, options: CookOptions, threads: Executor) -> Objects | None:
         """Return what the cache, or the asset's own file, has of an asset; None where it must be baked or cooked.
 
-        What no cache may keep is cooked here: another process could not hand it over.
+        What no cache may keep is cooked here: another process could not hand it over. Of what is found, `threads` then
+        read the arrays, since the first picture needs most of them; of what is missing, the first mesh.
         """
         if self.is_shipped_cooked(asset):
-            return super().cooked(asset, options)
+            return self._read_ahead(threads, super().cooked(asset, options))
         key = self.key(asset)
-        return find_cooked(key, options) if key else super().cooked(asset, options)
+        if not key:
+            return super().cooked(asset, options)
+        found = find_cooked(key, options)
+        if found is not None:
+            return self._read_ahead(threads, found)
+        self._read_mesh_ahead(threads, asset)
+        return None
+
+    def _read_ahead(self, threads: Executor, objects: Objects) -> Objects:
+        """Return `objects`, whose arrays `threads` begin to read; but only so many bytes in all."""
+        self._bytes_ahead += sum(cooked.bytes for cooked in objects)
+        if self._bytes_ahead > _MOST_AHEAD:
+            return objects
+        return tuple(replace(cooked, load=ReadAhead(cooked.load, threads)) for cooked in objects)
+
+    def _read_mesh_ahead(self, threads: Executor, asset: int) -> None:
+        """Have the mesh of an asset read by `threads`, unless another one was; whoever needs it waits for it."""
+        if not self._is_mesh_read:
+            self._is_mesh_read = True
+            threads.submit(self.mesh, asset)
 
     def _load_made(self, asset: int, options: CookOptions, spilled: str | None) -> Objects:
         """Return what another process has made of an asset, loaded so that the mesh can give way to it at once."""
@@ -269,7 +342,7 @@ class BackgroundLibrary(SceneLibrary):
             self._hold(objects)
             return
         self._batch.total += 1
-        self._submit(request)
+        self._unbaked.append(request)
 
     def _hold(self, objects: Objects) -> None:
         """Remember preloaded objects; of too many, those that were loaded first are dropped until they are needed."""

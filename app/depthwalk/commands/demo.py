@@ -1,6 +1,7 @@
 """Declare `depthwalk demo`, which opens a window on the garden or, without a display, renders its tour to files."""
 
 import sys
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,11 +18,12 @@ from depthwalk.commands.options import (
     parse_resolution,
     representation,
 )
-from depthwalk.commands.program import guarded
+from depthwalk.commands.program import guarded, without_garbage
 from depthwalk.commands.view import shipped_file
 from depthwalk.errors import InputError
 
 if TYPE_CHECKING:
+    from depthwalk.assets.library import SceneLibrary
     from depthwalk.scene.arrays import Representation
     from depthwalk.scene.path import CameraPath
     from depthwalk.scene.scene import Scene
@@ -45,23 +47,32 @@ def main(
     --frames limits the number.
     """
     size = parse_resolution(resolution)
-    from depthwalk import walk
-    from depthwalk.assets.background import BackgroundLibrary
-    from depthwalk.scene.path import load_path
+    with ExitStack() as closed_at_end:
+        with without_garbage():
+            from depthwalk.assets.background import BackgroundLibrary
+            from depthwalk.scene.path import load_path
 
-    scene = open_scene(shipped_file("garden.yaml"), None, None)
-    tour = load_path(shipped_file("paths", "garden.yaml"))
-    chosen = representation(representation_name)
-    library = BackgroundLibrary(scene.assets)
-    try:
-        walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
-    except walk.NoDisplayError as error:
-        print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
-        render_tour(scene, tour, frames, size, chosen)
+            scene = open_scene(shipped_file("garden.yaml"), None, None)
+            chosen = representation(representation_name)
+            library = closed_at_end.enter_context(closing(BackgroundLibrary(scene.assets)))
+            library.foresee(scene, chosen)  # files are read while the window's libraries are imported
+            from depthwalk import walk
+
+            tour = load_path(shipped_file("paths", "garden.yaml"))
+        try:
+            walk.run(scene, library, path=tour, fullscreen=fullscreen, size=size, representation=chosen)
+        except walk.NoDisplayError as error:
+            print(f"{error}; rendering the tour to {FOLDER.resolve()}", file=sys.stderr)
+            render_tour(scene, library, tour, frames, size, chosen)
 
 
 def render_tour(
-    scene: "Scene", tour: "CameraPath", frames: int | None, size: tuple[int, int], chosen: "Representation | None"
+    scene: "Scene",
+    library: "SceneLibrary",
+    tour: "CameraPath",
+    frames: int | None,
+    size: tuple[int, int],
+    chosen: "Representation | None",
 ) -> None:
     """Render stills and a video of a tour to `FOLDER`.
 
@@ -69,6 +80,8 @@ def render_tour(
     ----------
     scene
         The scene to show.
+    library
+        The scene's assets.
     tour
         The camera path through the scene.
     frames
@@ -93,6 +106,6 @@ def render_tour(
     except OSError as error:
         raise InputError(f"{FOLDER}: cannot be made: {error.strerror}") from None
     stills, video = Output(str(FOLDER / "garden-{frame:2}.png")), Output(str(FOLDER / "garden.mp4"))
-    with open_headless(scene, size, chosen) as headless:
+    with open_headless(scene, size, chosen, library) as headless:
         draw_frames(headless, sample_path(tour, STILLS)[: frames or STILLS], stills, tour.fps)
         draw_frames(headless, path_cameras(tour, frames), video, tour.fps)

@@ -116,7 +116,9 @@ def path_cameras(path: CameraPath, frames: int | None) -> list[Camera]:
     return [path.sample(time) for time in path.frames()[:frames]]
 
 
-def open_headless(scene: Scene, size: tuple[int, int], representation: Representation | None) -> HeadlessRenderer:
+def open_headless(
+    scene: Scene, size: tuple[int, int], representation: Representation | None, library: SceneLibrary | None = None
+) -> HeadlessRenderer:
     """Return a renderer without a window, with the assets of a scene loaded, while stderr shows the progress.
 
     Parameters
@@ -127,6 +129,8 @@ def open_headless(scene: Scene, size: tuple[int, int], representation: Represent
         (width, height) of the pictures, pixels.
     representation
         How to draw every object; None leaves it to the scene.
+    library
+        The assets, of which some may have been read; None reads them all.
 
     Returns
     -------
@@ -141,7 +145,10 @@ def open_headless(scene: Scene, size: tuple[int, int], representation: Represent
         Where no OpenGL 3.3 context can be created.
     """
     with asset_progress() as report:
-        return HeadlessRenderer(scene, SceneLibrary(scene.assets, report, processes=None), size, representation)
+        if library is None:
+            library = SceneLibrary(scene.assets, processes=None)
+        library.report = report
+        return HeadlessRenderer(scene, library, size, representation)
 
 
 def draw_frames(headless: HeadlessRenderer, cameras: Sequence[Camera], output: Output, fps: float) -> None:

@@ -1,5 +1,6 @@
 """Declare `depthwalk view`, which opens a window to walk through a scene."""
 
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,7 +25,7 @@ from depthwalk.commands.options import (
     parse_resolution,
     representation,
 )
-from depthwalk.commands.program import FAILURE, guarded
+from depthwalk.commands.program import FAILURE, guarded, without_garbage
 from depthwalk.errors import InputError
 from depthwalk.resources import scene_root
 
@@ -55,30 +56,36 @@ def main(
     """
     size = parse_resolution(resolution)
     camera = parse_camera(camera_position, camera_target, camera_view_angle)
-    from depthwalk import walk
-    from depthwalk.assets.background import BackgroundLibrary
-    from depthwalk.scene.path import load_path
-
     first = scene or shipped_file("garden.yaml")
 
     def read(file: Path) -> "Scene":
         return open_scene(file, asset_root, settings if file == first else None)
 
-    loaded = read(first)
-    try:
-        walk.run(
-            loaded,
-            BackgroundLibrary(loaded.assets),
-            path=load_path(path) if path else None,
-            fullscreen=fullscreen,
-            size=size,
-            representation=representation(representation_name),
-            first_camera=camera.apply,
-            read=read,
-        )
-    except walk.NoDisplayError as error:
-        typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
-        raise typer.Exit(FAILURE) from None
+    with ExitStack() as closed_at_end:
+        with without_garbage():
+            from depthwalk.assets.background import BackgroundLibrary
+            from depthwalk.scene.path import load_path
+
+            loaded, chosen = read(first), representation(representation_name)
+            library = closed_at_end.enter_context(closing(BackgroundLibrary(loaded.assets)))
+            library.foresee(loaded, chosen)  # files are read while the window's libraries are imported
+            from depthwalk import walk
+
+            tour = load_path(path) if path else None
+        try:
+            walk.run(
+                loaded,
+                library,
+                path=tour,
+                fullscreen=fullscreen,
+                size=size,
+                representation=chosen,
+                first_camera=camera.apply,
+                read=read,
+            )
+        except walk.NoDisplayError as error:
+            typer.echo(f"{error}; `depthwalk render` needs no display", err=True)
+            raise typer.Exit(FAILURE) from None
 
 
 def shipped_file(*name: str) -> Path:

@@ -19,6 +19,7 @@ once per asset, in seconds; `cooked_file` keeps the result. Its steps, in the or
 """
 
 from collections.abc import Callable
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -123,6 +124,24 @@ class Preloaded:
         """Return geometry and texture of the object, loaded anew where they are no longer in memory."""
         arrays, self._arrays = self._arrays, None
         return self._load() if arrays is None else arrays
+
+
+class ReadAhead:
+    """Have a thread load geometry and texture of an object before they are asked for; a `CookedObject.load`.
+
+    The first call hands over what was loaded, or raises what loading raised. Where the thread has not come to it, and
+    in later calls, the caller loads.
+    """
+
+    def __init__(self, load: Callable[[], tuple[LodGeometry, VirtualTexture]], threads: Executor) -> None:
+        """Have one of `threads` call `load`."""
+        self._load = load
+        self._ahead: Future[tuple[LodGeometry, VirtualTexture]] | None = threads.submit(load)
+
+    def __call__(self) -> tuple[LodGeometry, VirtualTexture]:
+        """Return geometry and texture."""
+        ahead, self._ahead = self._ahead, None
+        return self._load() if ahead is None or ahead.cancel() else ahead.result()
 
 
 def cook_object(baked: BakedObject, options: CookOptions) -> CookedObject:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.geometry.triangles import doubled_areas, row_ids
+from depthwalk.types import Ints
 
 Shape = tuple[NDArray[np.float32], NDArray[np.uint32]]  # positions (v, 3) and triangles (t, 3)
 
@@ -102,3 +103,32 @@ def build_adjacency(positions: NDArray[np.floating], triangles: NDArray[np.integ
         folds=folds,
         density=density,
     )
+
+
+def connected_groups(count: int, one: Ints, other: Ints) -> NDArray[np.int64]:
+    """Find the groups of things that links connect, directly or by way of others.
+
+    Each round joins every group to the lowest that it is linked to, which at least halves the number of groups along a
+    chain. (SciPy does the same, but takes a third of a second to import.)
+
+    Parameters
+    ----------
+    count
+        How many things there are.
+    one, other
+        (n,) the things at the two ends of each link.
+
+    Returns
+    -------
+    NDArray[np.int64]
+        (count,) the group of each thing. Groups have numbers in the order of their first members.
+    """
+    least = np.arange(count)  # a member of the same group, in the end its first
+    while len(one):
+        np.minimum.at(least, np.maximum(one, other), np.minimum(one, other))
+        while ((further := least[least]) != least).any():
+            least = further
+        one, other = least[one], least[other]
+        apart = one != other
+        one, other = one[apart], other[apart]
+    return (np.cumsum(least == np.arange(count)) - 1)[least]

@@ -2,7 +2,7 @@
 
 A GPU works behind the CPU: its time is measured by timer queries, whose results come some frames later. On a software
 rasteriser queries tell nothing true, so the pipeline is drained before the clock is read; and since that costs time, it
-is done in few frames.
+is done in few frames. The first frames are none of them: there the pipeline is busy while shaders are compiled.
 """
 
 import time
@@ -25,7 +25,7 @@ class PassTimers:
     ----------
     kind
         "gpu": timer queries in every frame; "finish": the pipeline is drained around each pass of every eighth frame,
-        so that the times of its passes add up to that of the frame.
+        but not of the first, so that the times of its passes add up to that of the frame.
     milliseconds
         How long each pass took, by its name, in the newest frame whose times are known; the sum where a frame does a
         pass repeatedly.
@@ -41,7 +41,9 @@ class PassTimers:
         self.kind = "finish" if device.software else "gpu"
         self.milliseconds: dict[str, float] = {}
         self.frame, self.of_frame = 0, -1
-        self._next = 0  # frame to be drained
+        self._next = (
+            _DRAINED_EVERY  # frame to be drained; the first ones compile shaders, which tells of no other frame
+        )
         self._measured: list[tuple[str, float | moderngl.Query]] = []
         self._pending: deque[tuple[int, list[tuple[str, float | moderngl.Query]]]] = deque()
         self._spare: list[moderngl.Query] = []  # queries are used again: moderngl cannot release one

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.geometry.adjacency import connected_groups
 from depthwalk.geometry.triangles import doubled_areas, row_ids
 from depthwalk.types import Array, Ints
 
@@ -57,9 +58,6 @@ def split_at_creases(
 
 def _smooth_groups(welded: Ints, face_normals: Array, least_cosine: float) -> Ints:
     """Return the group number (3F,) of every face corner: corners at one position, linked across smooth edges."""
-    from scipy.sparse import coo_array  # a third of a second, for files without normals
-    from scipy.sparse.csgraph import connected_components
-
     count = welded.size
     start = np.arange(count)
     end = start - start % 3 + (start + 1) % 3  # half-edge k runs from corner k to the next of its face
@@ -72,10 +70,9 @@ def _smooth_groups(welded: Ints, face_normals: Array, least_cosine: float) -> In
     one, other = one[smooth], other[smooth]
     # Neighbours run along a shared edge in opposite directions, unless one of them is wound the wrong way.
     opposite = a[one] != a[other]
-    rows = np.concatenate([one, end[one]])
-    columns = np.concatenate([np.where(opposite, end[other], other), np.where(opposite, other, end[other])])
-    links = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
-    return np.asarray(connected_components(links, directed=False)[1], np.int64)
+    linked = np.concatenate([one, end[one]])
+    to = np.concatenate([np.where(opposite, end[other], other), np.where(opposite, other, end[other])])
+    return connected_groups(count, linked, to)
 
 
 def _corner_angles(positions: Array, faces: Ints) -> NDArray[np.float64]:

@@ -173,6 +173,8 @@ def material_libraries(data: bytes, folder: Path, sources: Sources) -> list[Path
         The MTL files, in the order of their names in the file.
     """
     libraries: list[Path] = []
+    if b"mtllib" not in data.lower():  # no need to look at a million lines
+        return libraries
     data = as_utf8(data)
     for line in _arguments(data, b"mtllib"):
         whole = find(text(line), [folder], sources)

@@ -200,6 +200,8 @@ class _Walk:
         else:  # minimised
             time.sleep(_IDLE_SECONDS)
         self._window.swap_buffers()
+        if self._background is not None:
+            self._background.baking_waits = False  # the first picture is there
         camera, self._camera_before = self._camera_before, self._state.camera
         if self._progress is not None and self._camera_before == camera:
             time.sleep(max(0.0, now + _STILL_SECONDS - time.perf_counter()))  # lets those work that bake

@@ -87,6 +87,7 @@ class SceneLoader:
             renderer.remembers = True
             if isinstance(library, BackgroundLibrary):
                 renderer.assets.background = library
+                library.baking_waits = True  # until the walk has drawn its first picture
                 self._wait(renderer, library, scene)
             renderer.world.table()
         except BaseException:
@@ -98,7 +99,8 @@ class SceneLoader:
     def _wait(self, renderer: Renderer, library: BackgroundLibrary, scene: Scene) -> None:
         """Wait until all objects can be shown in some way, but not long where the scene has a camera to begin with.
 
-        What comes later comes beside the frames. Raises InputError for files that cannot be used, and StoppedError.
+        What comes later comes beside the frames. Nothing is baked before there is nothing else to wait for. Raises
+        InputError for files that cannot be used, and StoppedError.
         """
         camera = scene.camera
         viewer = np.zeros(3) if camera is None else np.array(camera.position)
@@ -107,6 +109,8 @@ class SceneLoader:
             renderer.world.take_arrivals(viewer)
             if complaints := [*library.failures, *renderer.assets.meshes.failures]:
                 raise InputError("\n".join(complaints))
+            if not (library.is_searching or renderer.assets.meshes.is_reading):
+                library.baking_waits = False
             self._screen.wait("reading \u2026")
             time.sleep(_POLL_SECONDS)
 

@@ -257,6 +257,11 @@ class MeshStore:
             self._awaited[asset] = self._awaited.get(asset, False) or simplified
         return False
 
+    @property
+    def is_reading(self) -> bool:
+        """Whether meshes that `is_read` was asked about are still to be read."""
+        return bool(self._awaited)
+
     def levels(self, asset: int) -> tuple[MeshLevel, ...] | None:
         """Return the levels of a mesh as far as a thread has read them.
 

@@ -116,7 +116,7 @@ def build_meshlets(mesh: Mesh) -> Meshlets | None:
     corners = mesh.positions[mesh.faces].astype(np.float64)
     normals, _ = face_normals(corners)
     size = np.ptp(corners.reshape(-1, 3), axis=0).max()
-    places = np.hstack([corners.mean(1), _NORMAL_WEIGHT * size * normals])
+    places = np.ascontiguousarray(np.hstack([corners.mean(1), _NORMAL_WEIGHT * size * normals]).T)
     patches, part_of_patch = [], []
     for number, part in enumerate(mesh.parts):
         found = _patches(places, np.arange(part.first_face, part.first_face + part.face_count))
@@ -126,14 +126,14 @@ def build_meshlets(mesh: Mesh) -> Meshlets | None:
 
 
 def _patches(places: Array, rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """Divide `rows` (n,) of `places` (t, 6) into patches of SIZE rows, the last of fewer.
+    """Divide columns of `places` (6, t), those with the numbers `rows` (n,), into patches of SIZE, the last of fewer.
 
     They are halved again and again, across the coordinate in which they differ most.
     """
     if len(rows) <= SIZE:
         return [rows]
-    of_rows = places[rows]
-    along = of_rows[:, np.ptp(of_rows, axis=0).argmax()]
+    of_rows = np.take(places, rows, axis=1)  # not `places[:, rows]`, whose transposed layout is slow to reduce
+    along = of_rows[(of_rows.max(1) - of_rows.min(1)).argmax()]
     half = SIZE * (-(-len(rows) // SIZE) // 2)
     rows = rows[np.argpartition(along, half)]
     return _patches(places, rows[:half]) + _patches(places, rows[half:])
@@ -154,10 +154,11 @@ def _meshlets(
         (m,) the part that each belongs to.
     """
     count = np.array([len(patch) for patch in patches])
-    rows = np.array([np.resize(patch, SIZE) for patch in patches])  # (m, SIZE), repeated where there are fewer
-    low, high = corners[rows].min((1, 2)), corners[rows].max((1, 2))
-    centre = (low + high) / 2
-    radius = np.linalg.norm(corners[rows] - centre[:, None, None], axis=-1).max((1, 2))
+    place = (np.cumsum(count) - count)[:, None] + np.arange(SIZE) % count[:, None]
+    rows = np.concatenate(patches)[place]  # (m, SIZE), repeated where there are fewer
+    points = corners[rows].reshape(len(rows), -1, 3)
+    centre = (points.min(1) + points.max(1)) / 2
+    radius = np.sqrt(np.square(points - centre[:, None]).sum(-1).max(1))
     axis = normals[rows].sum(1)
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = np.divide(axis, length, out=np.zeros_like(axis), where=length > 0)

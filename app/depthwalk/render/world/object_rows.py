@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.assets.demand import asked_for
 from depthwalk.geometry.quaternions import multiply, rotate
 from depthwalk.geometry.spatial_order import within_runs
 from depthwalk.render.resources.asset_store import AssetStore, Library
-from depthwalk.render.world.stand_ins import StandIns, asked_for
+from depthwalk.render.world.stand_ins import StandIns
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Ints

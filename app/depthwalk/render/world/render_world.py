@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from depthwalk.cook.cook import CookOptions
+from depthwalk.assets.demand import cook_options
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable, asset_table
@@ -12,7 +12,6 @@ from depthwalk.render.world.object_rows import place_objects, placed_rows
 from depthwalk.render.world.spatial_cells import SpatialCells, sort_into_cells
 from depthwalk.render.world.stand_ins import StandIns, find_stand_ins
 from depthwalk.scene.arrays import Objects, Representation
-from depthwalk.scene.render_settings import RenderSettings
 from depthwalk.scene.scene import Scene
 from depthwalk.types import Array, Mask, Rows
 
@@ -95,7 +94,7 @@ class RenderWorld:
 
     def table(self) -> AssetTable:
         """Return bounds, cylinders and index ranges of the assets, which are loaded first if need be."""
-        options = _cook_options(self._scene.render)
+        options = cook_options(self._scene.render)
         if self._assets.cook_options != options:
             self._assets.release()
             self._assets.cook_options = options
@@ -157,13 +156,6 @@ class RenderWorld:
         if representation is not self._representation:
             self._representation = representation
             self._forget()
-
-
-def _cook_options(settings: RenderSettings) -> CookOptions:
-    """Return how depth images are cooked: the mechanisms of the papers need grids by step, not surfaces by error."""
-    lod, in_order = settings.lod, settings.warp.order == "epipole"
-    by_paper = lod.cases != "complete"
-    return CookOptions(lod.mode == "paper" or by_paper or in_order, by_paper)
 
 
 class FrameResidency:

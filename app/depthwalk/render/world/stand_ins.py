@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from depthwalk.assets.demand import asked_for, nearest_first
 from depthwalk.render.resources.asset_store import AssetStore, Library
 from depthwalk.scene.arrays import MESHES, Objects, Representation
 from depthwalk.types import Array, Mask
@@ -42,27 +43,6 @@ class StandIns:
         )
 
 
-def asked_for(objects: Objects, library: Library, forced: Representation | None) -> NDArray[np.uint8]:
-    """Return the representation in which each of n objects is to be drawn.
-
-    Parameters
-    ----------
-    objects : the scene's n objects.
-    library : tells which assets have meshes and depth images.
-    forced : the representation of all objects whose asset has it; None: each object's own.
-
-    Returns
-    -------
-    (n,) uint8 `Representation`.
-    """
-    representation = objects.representation.copy()
-    if forced is not None:
-        has = library.has_mesh if forced in MESHES else library.has_baked
-        able = np.array([has(asset) for asset in range(len(library))], bool)
-        representation[able[objects.asset]] = forced
-    return representation
-
-
 def find_stand_ins(
     objects: Objects, library: Library, store: AssetStore, forced: Representation | None, viewer: Array | None
 ) -> StandIns:
@@ -91,7 +71,7 @@ def find_stand_ins(
     counts = (np.bincount(objects.asset[mask], minlength=len(library)) for mask in (imaged, ~imaged, simplified))
     images, meshes, simplified_meshes = counts
     standing: set[int] = set()
-    for asset in _nearest_first(objects, viewer):
+    for asset in nearest_first(objects, viewer):
         found.ready[asset] = images[asset] > 0 and store.is_ready(asset)
         if (found.ready[asset] and not meshes[asset]) or not library.has_mesh(asset):
             continue
@@ -105,13 +85,3 @@ def find_stand_ins(
         found.too_many[asset] = images[asset] * len(levels[-1].mesh.faces) > _MAX_TRIANGLES
     store.meshes.show(standing)
     return found
-
-
-def _nearest_first(objects: Objects, viewer: Array | None) -> list[int]:
-    """Return the assets that `objects` use, those first of which an object is nearest to the `viewer` (3,)."""
-    assets, member = np.unique(objects.asset, return_inverse=True)
-    if viewer is None:
-        return list(assets.tolist())
-    nearest = np.full(len(assets), np.inf)
-    np.minimum.at(nearest, member, np.linalg.norm(objects.position - viewer, axis=1))
-    return list(assets[np.argsort(nearest, kind="stable")].tolist())

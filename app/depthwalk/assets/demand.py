@@ -1,0 +1,82 @@
+"""Say what a scene needs of its assets: how each object is drawn, which assets come first, how images are cooked."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.cook.cook import CookOptions
+from depthwalk.scene.arrays import MESHES, Objects, Representation
+from depthwalk.scene.render_settings import RenderSettings
+from depthwalk.types import Array
+
+
+class Stock(Protocol):
+    """Describe who knows what each asset has, by its number."""
+
+    def __len__(self) -> int:
+        """Return the number of assets."""
+        ...
+
+    def has_baked(self, asset: int) -> bool:
+        """Return whether the asset with the number `asset` has depth images, without making them."""
+        ...
+
+    def has_mesh(self, asset: int) -> bool:
+        """Return whether the asset with the number `asset` has a mesh, without reading it."""
+        ...
+
+
+def asked_for(objects: Objects, stock: Stock, forced: Representation | None) -> NDArray[np.uint8]:
+    """Return how each object is to be drawn.
+
+    Parameters
+    ----------
+    objects
+        The scene's n objects.
+    stock
+        Tells what each asset has.
+    forced
+        The representation of all objects whose asset has it; None: each object's own.
+
+    Returns
+    -------
+    NDArray[np.uint8]
+        (n,) a `Representation` each.
+    """
+    representation = objects.representation.copy()
+    if forced is not None:
+        has = stock.has_mesh if forced in MESHES else stock.has_baked
+        able = np.array([has(asset) for asset in range(len(stock))], bool)
+        representation[able[objects.asset]] = forced
+    return representation
+
+
+def nearest_first(objects: Objects, viewer: Array | None) -> list[int]:
+    """Return the assets that objects use, those first of which an object is nearest to the viewer.
+
+    Parameters
+    ----------
+    objects
+        The objects.
+    viewer
+        (3,) where the viewer stands, metres, world; None: not known, then assets come by their numbers.
+
+    Returns
+    -------
+    list[int]
+        Numbers of assets.
+    """
+    assets, member = np.unique(objects.asset, return_inverse=True)
+    if viewer is None:
+        return list(assets.tolist())
+    nearest = np.full(len(assets), np.inf)
+    np.minimum.at(nearest, member, np.linalg.norm(objects.position - viewer, axis=1))
+    return list(assets[np.argsort(nearest, kind="stable")].tolist())
+
+
+def cook_options(settings: RenderSettings) -> CookOptions:
+    """Return how `settings` have depth images cooked: the papers' mechanisms need grids by step, not by error."""
+    lod, in_order = settings.lod, settings.warp.order == "epipole"
+    by_paper = lod.cases != "complete"
+    return CookOptions(lod.mode == "paper" or by_paper or in_order, by_paper)
