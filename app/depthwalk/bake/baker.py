@@ -26,11 +26,11 @@ from depthwalk.bake.images import (
     with_margins,
 )
 from depthwalk.bake.ownership import FaceLayers, Rivals, assign_owners, face_layers, worth_adding, yield_triangles
-from depthwalk.bake.raycast import Hits, RayCaster, join_hits
+from depthwalk.bake.raycast import RayCaster
 from depthwalk.bake.samples import FaceSamples, face_samples
 from depthwalk.bake.surface import mean_shininess
 from depthwalk.bake.trim import trim
-from depthwalk.bake.visibility import peel_exposed, prune_hidden
+from depthwalk.bake.visibility import is_crowded, peel_exposed, prune_hidden
 from depthwalk.errors import InputError
 from depthwalk.ingest.mesh import Mesh
 from depthwalk.limits import MAX_DPCI_LAYERS
@@ -253,13 +253,11 @@ def cast_face(
         Depths, normals and colours, L layers of (H, W) texels.
     """
     origin, direction = (part.reshape(-1, 3) for part in grid.rays)
-    layers = peeled_layers(params, caster)
-
-    def peeled(batch: slice) -> Hits:
-        rays = origin[batch], direction[batch]
-        return peel_exposed(caster, rays, layers, grid.max_depth, _VOXEL * grid.longest_texel)
-
-    hits = join_hits(list(parallel_map(peeled, batches(len(origin), _BATCH))))
+    layers, rays = peeled_layers(params, caster), (origin, direction)
+    if is_crowded(caster, rays, grid.max_depth):
+        hits = peel_exposed(caster, rays, layers, grid.max_depth, _VOXEL * grid.longest_texel, parallel_map)
+    else:
+        hits = caster.peel(origin, direction, layers, grid.max_depth, parallel_map)
     found = np.isfinite(hits.distance)
     if grid.face in BOX_FACES and rivals:
         layer, ray = found.nonzero()
@@ -272,7 +270,7 @@ def cast_face(
         worth = np.zeros(found.shape, bool)
         worth[found] = np.concatenate(list(parallel_map(worth_it, batches(len(layer), _BATCH))))
         found &= _spread(worth.reshape(-1, *grid.shape)).reshape(found.shape)
-    hits = prune_hidden(caster, (origin, direction), hits, grid.shape, found, parallel_map)
+    hits = prune_hidden(caster, rays, hits, grid.shape, found, parallel_map)
     return face_samples(mesh, hits, grid.shape, parallel_map)
 
 

@@ -5,16 +5,20 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from depthwalk.bake.raycast import Hits, RayCaster, no_hits
+from depthwalk.bake.raycast import Hits, RayCaster, join_hits, no_hits
 from depthwalk.geometry.triangles import row_ids
 from depthwalk.geometry.vectors import lengths
-from depthwalk.parallel import Map
+from depthwalk.parallel import Map, batches
 from depthwalk.types import Mask
 
 _QUARTERS = 4  # of the samples: those still in doubt in each cast their first ray together
 _NEAR = 9  # texels, square, for which a ray that escapes speaks
 _AROUND = 65  # texels, square, over which the second rays are counted
 _LEAST_SHARE = 1e-3  # of these that must escape
+_CROWDED = 9  # surfaces along a ray, with which it passes through leaves
+_CROWDED_SHARE = 0.25  # of the rays that meet anything, with which the images are those of foliage
+_EVERY = 61  # ray that is asked
+_BATCH = 1 << 15  # rays at a time, of which each may meet 64 surfaces
 _DEEPEST = 64  # surfaces along a ray among which the best seen are chosen
 _SKY_RAYS = 2  # from each, which tell how much of the sky it sees
 
@@ -44,12 +48,35 @@ class _Behind:
         return selected[~images.reshape(len(images), -1)[self.layer[selected], self.texel[selected]]]
 
 
+def is_crowded(caster: RayCaster, rays: tuple[NDArray[np.float32], NDArray[np.float32]], max_distance: float) -> bool:
+    """Return whether a quarter of the rays that meet anything meet more surfaces than layers can hold, as in foliage.
+
+    Parameters
+    ----------
+    caster
+        The mesh, ready for rays, object frame.
+    rays
+        Origins and directions (n, 3) float32, metres and unit vectors.
+    max_distance
+        How far the rays go, metres.
+
+    Returns
+    -------
+    bool
+        Whether `peel_exposed` is worth its time; elsewhere the nearest layers are the right ones.
+    """
+    origin, direction = (part[::_EVERY] for part in rays)
+    met = np.isfinite(caster.peel(origin, direction, _CROWDED, max_distance).distance)
+    return bool(met[-1].sum() > _CROWDED_SHARE * met[0].sum())
+
+
 def peel_exposed(
     caster: RayCaster,
     rays: tuple[NDArray[np.float32], NDArray[np.float32]],
     layers: int,
     max_distance: float,
     voxel: float,
+    parallel_map: Map = map,
 ) -> Hits:
     """Find surfaces along rays: the first, and of those behind it the ones that see most of the sky.
 
@@ -70,12 +97,29 @@ def peel_exposed(
         How far the rays go, metres.
     voxel
         Edge of the voxels, metres.
+    parallel_map
+        `map`, or what `thread_map` yields to work in several threads.
 
     Returns
     -------
     Hits
         L = `layers` hits along each ray, nearest first.
     """
+
+    def peeled(batch: slice) -> Hits:
+        return _peel_exposed(caster, (rays[0][batch], rays[1][batch]), layers, max_distance, voxel)
+
+    return join_hits(list(parallel_map(peeled, batches(len(rays[0]), _BATCH))))
+
+
+def _peel_exposed(
+    caster: RayCaster,
+    rays: tuple[NDArray[np.float32], NDArray[np.float32]],
+    layers: int,
+    max_distance: float,
+    voxel: float,
+) -> Hits:
+    """Do what `peel_exposed` does, for one batch of rays."""
     origin, direction = rays
     hits = caster.peel(origin, direction, layers + 1, max_distance)
     more = np.flatnonzero(np.isfinite(hits.distance[layers]))
