@@ -27,10 +27,10 @@ from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.state import State
 from depthwalk.walk.up_axis import ModelTurn
-from depthwalk.walk.window import Window, on_files_dropped, open_window
+from depthwalk.walk.window import Window, on_files_dropped, open_window, wait_for_event
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
-_STILL_SECONDS = 0.06  # from frame to frame, at least, while nothing moves and assets are baked on the same cores
+_STILL_SECONDS = 0.25  # from frame to frame while nothing happens and assets are baked on the same cores
 _IDLE_SECONDS = 0.05  # between looks at a minimised window
 
 
@@ -203,8 +203,10 @@ class _Walk:
         if self._background is not None:
             self._background.baking_waits = False  # the first picture is there
         camera, self._camera_before = self._camera_before, self._state.camera
-        if self._progress is not None and self._camera_before == camera:
-            time.sleep(max(0.0, now + _STILL_SECONDS - time.perf_counter()))  # lets those work that bake
+        if self._progress is not None and self._camera_before == camera and self._state.recorder is None:
+            done = time.perf_counter()
+            wait_for_event(now + _STILL_SECONDS - done)  # lets those work that bake
+            self._last_time += time.perf_counter() - done  # no frame took that long
 
     def _take_news(self) -> None:
         """Tell what could not be made ready beside the frames, and walk at the scene's pace once all of it is shown."""

@@ -74,3 +74,9 @@ def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> No
         action([Path(name) for name in names])
 
     glfw.set_drop_callback(window._window, dropped)  # type: ignore[arg-type] # the stubs know one file only
+
+
+def wait_for_event(seconds: float) -> None:
+    """Wait until the user does something, such as pressing a key, and handle it; at most for `seconds`."""
+    if seconds > 0:
+        glfw.wait_events_timeout(seconds)
