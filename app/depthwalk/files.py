@@ -23,7 +23,7 @@ _STALE = 86_400  # seconds after which the leftovers of a process that is gone m
 def check_folder(path: Path) -> None:
     """Check that a file can be written, before work is put into its contents.
 
-    Tries to write in the folder of the file: only this shows missing permissions and read-only disks.
+    The check writes a file without a name in its folder: only this shows missing permissions and read-only disks.
 
     Parameters
     ----------

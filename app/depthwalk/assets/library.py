@@ -193,10 +193,11 @@ class SceneLibrary:
         return isinstance(spec, BakedAsset) and is_cooked_file(spec.baked)
 
     def bake_missing(self, assets: Sequence[int]) -> None:
-        """Bake the depth images that are missing into the cache, several at a time.
+        """Bake into the cache, several at a time, the depth images of assets for which none are found.
 
-        Does nothing where the library bakes one at a time or at most one model is missing: `baked` bakes that when it
-        is asked for. It also tries those again that fail here, and raises their errors.
+        The call does nothing where the library bakes one asset at a time, or where at most one lacks its depth images:
+        the method `baked` makes these when they are asked for. It also tries again what fails here, and raises its
+        error.
 
         Parameters
         ----------

@@ -70,8 +70,18 @@ def measure_depth(
 
 
 def deep_enough(depths: list[Depth]) -> Depth:
-    """Return the first of `depths`, in the order of `measure_depth`, that is about as good as the last.
+    """Choose the fewest layers whose images hold a surface about as well as those of the most layers.
 
-    Its mean squared footprint is less than a tenth of a texel² above that of the last.
+    Their mean squared footprint is less than a tenth of a texel² above that of the most layers.
+
+    Parameters
+    ----------
+    depths
+        What images of 1, 2, … layers hold of the surface, in this order, as `measure_depth` returns it; at least one.
+
+    Returns
+    -------
+    Depth
+        The first of `depths` that is good enough.
     """
     return next(depth for depth in depths if depth.footprint - depths[-1].footprint < _LEAST_GAIN)

@@ -109,13 +109,15 @@ class FaceGrid:
     def rays_at(self, u: Array, v: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the rays that depth is measured along.
 
-        Depth d at (u, v) stands for the point origin + d · direction, on the side B = ((R − d) cos θ, y, (R − d) sin θ)
-        (Liu, Liu and Wu 2007, §3.1).
+        Depth d at (u, v) stands for the point origin + d · direction. On the side this is ((R − d) cos θ, y,
+        (R − d) sin θ), where R is the cylinder's radius, θ = 2πu, and y is the height at v (Liu, Liu and Wu 2007,
+        §3.1).
 
         Parameters
         ----------
         u, v
-            Positions (…) on the face in [0, 1], broadcast against each other.
+            (…) positions on the face from 0 to 1, broadcast against each other. u runs with θ on the side, with z on
+            the right and left box faces, else with x; v runs with z on the caps, else with y.
 
         Returns
         -------

@@ -18,9 +18,10 @@ from depthwalk.types import Array
 class Face(IntEnum):
     """Name the surface that an image lies on; images are stored in this order.
 
-    The paper (Liu, Liu and Wu 2007, §3.1) has the cylinder's side and its two caps. Surfaces that face along θ (a
-    finger, the side of a leg, a flat figure) are sampled badly by all three, so the baker adds the four upright faces
-    of the box around the cylinder, which look at them squarely.
+    The paper (Liu, Liu and Wu 2007, §3.1) has the cylinder's side and its two caps. Surfaces that face along the circle
+    around the axis (a finger, the side of a leg, a flat figure) are sampled badly by all three, so the baker adds the
+    four upright faces of the box around the cylinder, which look at them squarely: FRONT and BACK are seen from +z and
+    −z, RIGHT and LEFT from +x and −x, object frame.
     """
 
     TOP = 0

@@ -50,7 +50,7 @@ def check_assets(scene: Scene) -> None:
     Parameters
     ----------
     scene
-        The scene.
+        The scene whose assets are read.
 
     Raises
     ------

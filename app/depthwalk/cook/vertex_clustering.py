@@ -18,7 +18,7 @@ def cluster_vertices(point: Array, triangles: Ints, rank: Ints, voxel_size: floa
     Parameters
     ----------
     point
-        (n, 3) vertices, metres.
+        (n, 3) vertices, metres, object frame, along whose axes the voxels lie.
     triangles
         (t, 3) rows of `point`.
     rank

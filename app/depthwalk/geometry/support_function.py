@@ -32,17 +32,17 @@ def support_values(points: Array) -> Array:
 
 
 def box_support_values(half_width: Array, half_depth: Array) -> Array:
-    """Return the support functions of boxes that are centred on their axes.
+    """Return the support functions of boxes that are centred on the y axes of their frames.
 
     Parameters
     ----------
     half_width, half_depth
-        (n,) half the extents along x and z, metres.
+        (n,) half the extents of the boxes along x and z, metres, object frames.
 
     Returns
     -------
     Array
-        (n, DIRECTIONS) metres from the axis.
+        (n, DIRECTIONS) how far each box reaches from its axis in each sampled direction, metres.
     """
     half = np.stack([half_width, half_depth], -1)
     return np.asarray(half @ np.abs(_SAMPLED).T)

@@ -79,9 +79,10 @@ class MaterialLibrary:
         Parameters
         ----------
         libraries
-            The MTL files.
+            The MTL files, whose folders are searched for textures after that of `mesh`.
         mesh
-            The OBJ file that names them, for messages.
+            The OBJ file that names them. Its folder is searched for textures first, and none outside the tree of that
+            folder is used; warnings and errors name the file.
         sources
             Reads files and keeps their bytes.
 

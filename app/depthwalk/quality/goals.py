@@ -89,7 +89,20 @@ class Summary:
 
 
 def summarise(measure: Measure, views: Sequence[ViewQuality]) -> Summary:
-    """Return mean and worst value of `measure` over those of `views` whose value is not NaN."""
+    """Return the mean and the worst value of a measure over several views.
+
+    Parameters
+    ----------
+    measure
+        The field of `ViewQuality` to summarise; it also says whether larger values are better.
+    views
+        What was measured of each view; views whose value is NaN do not count.
+
+    Returns
+    -------
+    Summary
+        Mean and worst value, and the view of the worst; NaN and None where no view has a value.
+    """
     values = np.array([getattr(view, measure.key) for view in views], np.float64)
     valued = np.flatnonzero(~np.isnan(values))
     if not len(valued):

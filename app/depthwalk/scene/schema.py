@@ -290,25 +290,25 @@ class GroupParams(PlacedParams):
 
 
 class GridItemParams(FileParams):
-    """Hold the item `grid` of a list of nodes."""
+    """Hold an entry of a scene file's list of nodes that has the key `grid`, and so places objects in rows."""
 
     grid: GridParams = param(..., "Objects in rows along x and z")
 
 
 class ScatterItemParams(FileParams):
-    """Hold the item `scatter` of a list of nodes."""
+    """Hold an entry of a scene file's list of nodes that has the key `scatter`, and so places objects at random."""
 
     scatter: ScatterParams = param(..., "Objects at random positions")
 
 
 class PlacesItemParams(FileParams):
-    """Hold the item `places` of a list of nodes."""
+    """Hold an entry of a scene file's list of nodes that has the key `places`: positions are in a file of their own."""
 
     places: PlacesParams = param(..., "Objects at positions that a file lists")
 
 
 class GroupItemParams(FileParams):
-    """Hold the item `group` of a list of nodes."""
+    """Hold an entry of a scene file's list of nodes that has the key `group`, and so moves several nodes together."""
 
     group: GroupParams = param(..., "Nodes that move, turn and scale together")
 

@@ -178,12 +178,25 @@ def natural_speed(radius: float) -> float:
 
 
 def orientation(yaw: float, pitch: float) -> glm.dquat:
-    """Return the rotation that turns a look along −z, world, into the look with `yaw` and `pitch`, radians."""
+    """Return the rotation, world, that turns a look along −z into the look of a viewer.
+
+    Parameters
+    ----------
+    yaw
+        Turn about +Y, radians, positive to the left; 0 looks along −z.
+    pitch
+        Angle of the look above the horizon, radians, positive upward.
+
+    Returns
+    -------
+    glm.dquat
+        The rotation.
+    """
     return glm.dquat(glm.dvec3(pitch, yaw, 0))
 
 
 def direction(yaw: float, pitch: float) -> glm.dvec3:
-    """Return the unit vector, world, along which a viewer with `yaw` and `pitch`, radians, looks."""
+    """Return the unit vector, world, along which a viewer looks; see `orientation` for `yaw` and `pitch`, radians."""
     return orientation(yaw, pitch) * glm.dvec3(0, 0, -1)
 
 

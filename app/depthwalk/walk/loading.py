@@ -26,7 +26,8 @@ class LoadingScreen:
     overlay
         Draws the text.
     told
-        Called with every stage as well; it may print it, as the command line does.
+        Called with the name of an asset and the stage of loading that begins, for every stage, before the window shows
+        it; it may print them, as the command line does.
 
     Attributes
     ----------

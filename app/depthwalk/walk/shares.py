@@ -26,7 +26,7 @@ class LateShares:
         self._frames, self._seconds, self._waits = 0, _EVERY, _FIRST
 
     def update(self, renderer: Renderer, dt: float) -> None:
-        """Begin a count, read one that is finished, or do neither; call this after every frame.
+        """Begin to count a frame's pixels, read a count that is finished, or do neither; call this after every frame.
 
         `renderer` has just drawn the frame, `dt` seconds after the last one.
         """

@@ -24,9 +24,9 @@ GUARD = 1.03  # the frustum is widened by this, so that a cropped tile has neigh
 
 @dataclass(frozen=True, kw_only=True)
 class Planes(StructOfArrays):
-    """Hold the planes of n objects, and rectangles on them.
+    """Hold the warp planes of n objects, and on each the rectangle that holds the object's warped samples.
 
-    `right` × `up` = `normal`, which points to the viewer.
+    `right` × `up` = `normal`, which points to the viewer. `crop_to_frustum` shrinks the rectangles to what is seen.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Planes(StructOfArrays):
     right : (n, 3) unit vectors on the plane to the viewer's right, object frames.
     up : (n, 3) unit vectors on the plane at right angles to `right`, object frames.
     normal : (n, 3) unit vectors towards the viewer, object frames.
-    distance : (n,) distance from the viewer to the plane, metres.
+    distance : (n,) distance from the viewer to the plane, metres; not positive where the viewer is behind it.
     epipole : (n, 2) point of the plane nearest to the viewer, in (right, up) coordinates, metres.
     offset : (n,) distance of the plane from the object's origin along the normal, metres.
     low : (n, 2) lower left corner of each rectangle, metres, relative to the epipole.

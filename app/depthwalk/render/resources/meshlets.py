@@ -78,7 +78,8 @@ class Meshlets:
         view
             The view of the picture.
         placed
-            A single PLACED_RECORD, of shape (), of the object that is drawn.
+            A single PLACED_RECORD, of shape (): where the object that is drawn stands relative to the viewer of `view`,
+            metres, world axes, its rotation and its scale.
         solid
             Whether back faces cannot be seen, so that meshlets which face away are left out.
 

@@ -124,7 +124,7 @@ def find_casters(view: MapView, bounds: Bounds) -> NDArray[np.intp]:
     view
         What the map sees.
     bounds
-        The n spheres, world.
+        Bounding spheres of n objects, metres, world.
 
     Returns
     -------
