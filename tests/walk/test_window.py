@@ -475,6 +475,37 @@ def test_multisampling_and_none_where_the_driver_has_too_few(
     assert off[shown] < 0.5 * min(off[aa] for aa in off if aa != shown)
 
 
+WAITER = """
+import threading
+import glfw
+from depthwalk.walk.window import open_window, wait_for_event
+
+window = open_window("waits", (64, 64))
+for _ in range(20):
+    wait_for_event(0.01)  # takes what opening the window brings
+happens = threading.Event()
+
+def happen():
+    happens.set()
+    glfw.post_empty_event()
+
+threading.Timer(0.2, happen).start()
+while not happens.is_set():
+    wait_for_event(1000)
+wait_for_event(0)
+wait_for_event(-1)
+print("awake")
+window.destroy()
+"""
+
+
+@linux
+def test_waiting_for_an_event_ends_with_it(display: None) -> None:
+    """In a process of its own, since GLFW looks for the display once. Without an event it would wait for minutes."""
+    done = subprocess.run([sys.executable, "-c", WAITER], capture_output=True, text=True, timeout=PATIENCE)
+    assert done.stdout == "awake\n", done.stderr
+
+
 @linux
 def test_without_a_display_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
