@@ -63,8 +63,8 @@ class SceneLibrary:
     again, they are read again, since the renderer keeps what it needs of them. Every method raises InputError for files
     that cannot be used.
 
-    What the cache keeps has the key of the bytes that it was made of. Where a file was replaced after the key of its
-    asset was first asked for, `key` returns the new file's from the time when that is baked.
+    What the cache keeps has the key of the bytes that it was made of. Where a file is replaced after the key of its
+    asset was first asked for, `key` returns the old key until the new file is baked, and then the new one.
 
     Attributes
     ----------

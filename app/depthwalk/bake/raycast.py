@@ -27,7 +27,7 @@ class Hits:
     u, v
         (L, n) float32, barycentric weights of the second and third corner of the triangle.
     normal
-        (L, n, 3) float32, unit normal of the triangle, turned toward the ray's origin.
+        (L, n, 3) float32, mesh's frame: unit normal of the triangle, turned toward the ray's origin.
     flipped
         (L, n) bool, True where the surface was hit from behind.
     """
@@ -51,9 +51,9 @@ class FirstHits:
     Attributes
     ----------
     distance
-        (n,) float32, metres, +inf for rays that meet nothing.
+        (n,) float32, metres along the ray, +inf for rays that meet nothing.
     normal
-        (n, 3) float32, unit normal of the triangle, turned toward the ray's origin.
+        (n, 3) float32, mesh's frame: unit normal of the triangle, turned toward the ray's origin.
     flipped
         (n,) bool, True where the surface was hit from behind.
     """
@@ -102,7 +102,7 @@ class RayCaster:
         origin
             (n, 3) metres, in the mesh's frame.
         direction
-            (n, 3) unit vectors.
+            (n, 3) unit vectors, in the mesh's frame.
 
         Returns
         -------
@@ -125,7 +125,7 @@ class RayCaster:
         origin
             (n, 3) metres, in the mesh's frame.
         direction
-            (n, 3) vectors of any length.
+            (n, 3) vectors of any length, in the mesh's frame.
         parallel_map
             `map`, or what `thread_map` yields to work in several threads.
 

@@ -51,7 +51,9 @@ class Probes(StructOfArrays):
 
 
 def probe(mesh: Mesh, caster: RayCaster, count: int) -> Probes:
-    """Spread points over a mesh, the same points each time; those of an open mesh lie on the side that is seen more.
+    """Spread points over a mesh, the same points each time.
+
+    Where the rays of `caster` meet both sides, as of an open mesh, normals point to the side from which more is seen.
 
     Parameters
     ----------

@@ -30,7 +30,9 @@ def table(depth: Array, distance: float) -> Array:
 
 
 def warp(points: Array, planes: Planes) -> tuple[Array, Array]:
-    """Warp one point per plane: X − e = λ (S − e), with S the projection of the point onto the plane and e the epipole.
+    """Warp one point per plane: move its projection S onto the plane toward the epipole e, the viewer's projection.
+
+    S moves to the point X of the plane for which X − e = λ (S − e).
 
     Parameters
     ----------
@@ -42,9 +44,10 @@ def warp(points: Array, planes: Planes) -> tuple[Array, Array]:
     Returns
     -------
     position : Array
-        (n, 2) on the plane, in its axes `right` and `up`, relative to the epipole, metres.
+        (n, 2) X − e, in the axes `right` and `up` of the planes, metres.
     lam : Array
-        (n,) λ = D_t / (D_t + depth) = 1 − Table(depth).
+        (n,) λ = D_t / (D_t + depth) = 1 − Table(depth), with D_t the distance of the viewer to the plane and `depth`
+        that of the point behind it.
     """
     depth = planes.offset - np.einsum("ni,ni->n", points, planes.normal)
     lam = planes.distance / (planes.distance + depth)

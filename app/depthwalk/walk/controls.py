@@ -27,7 +27,7 @@ _RESPONSE = 14.0  # 1/s: how fast velocity and walking height follow what is ask
 
 
 class Move(IntEnum):
-    """Name the six ways to move that keys ask for; opposite ways are neighbours."""
+    """Name the six ways to move that keys ask for; opposite ways have consecutive numbers."""
 
     RIGHT = 0
     LEFT = 1
