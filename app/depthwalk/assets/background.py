@@ -92,8 +92,8 @@ class BackgroundLibrary(SceneLibrary):
     failures
         Complaints about assets whose depth images cannot be made, oldest first; the caller may clear the list.
     baking_waits
-        Whether what is missing is not baked yet, because processes would take the cores from something more urgent.
-        Once this is set to False, `poll` has it baked.
+        Whether baking what is missing is put off, because its processes would take the cores from something more
+        urgent. The caller sets this; once it is False, `poll` begins to bake.
     """
 
     def __init__(

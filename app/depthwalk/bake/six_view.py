@@ -52,7 +52,7 @@ class _View:
 
     @property
     def clip_from_object(self) -> NDArray[np.float64]:
-        """Matrix (4, 4) from the object's frame to clip space."""
+        """Return the matrix (4, 4) from the object's frame, metres, to clip space."""
         rows = np.stack([self.across / (self.across @ self.across), self.up / (self.up @ self.up),
                          self.inward / self.max_depth])  # fmt: skip
         matrix = np.eye(4)
@@ -62,7 +62,7 @@ class _View:
 
     @property
     def mirrored(self) -> bool:
-        """Whether u to the right and v upward show the object as in a mirror; a top cap does."""
+        """Return whether u to the right and v upward show the object as in a mirror; a top cap does."""
         return bool(np.cross(self.across, self.up) @ self.inward > 0)
 
     def ray_origins(self, size: int) -> NDArray[np.float64]:

@@ -89,12 +89,12 @@ class Walk:
 
     @property
     def compared(self) -> list[Camera]:
-        """For each moment, the camera of the frame that is compared with a reference picture."""
+        """Return for each moment the camera of the frame that is compared with a reference picture."""
         return [moment[SETTLING] for moment in self.moments]
 
     @property
     def approaches(self) -> list[tuple[Camera, ...]]:
-        """For each moment, the cameras that lead up to the compared frame, with its own as the last."""
+        """Return for each moment the cameras that lead up to the compared frame, with its own as the last."""
         return [moment[: SETTLING + 1] for moment in self.moments]
 
 

@@ -64,7 +64,7 @@ class Setup:
 
     @property
     def settings(self) -> RenderSettings:
-        """The render settings of this row."""
+        """Return the render settings of this row."""
         return RenderSettings.model_validate({"lod": {"cases": self.cases}, "warp": {"tile_mapping": self.tiles}})
 
 

@@ -167,7 +167,7 @@ class CameraOptions:
 
     @property
     def given(self) -> bool:
-        """Whether any of the options is given."""
+        """Return whether any of the options is given."""
         return self != CameraOptions()
 
 

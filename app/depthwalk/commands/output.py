@@ -44,17 +44,17 @@ class Output:
 
     @property
     def to_stdout(self) -> bool:
-        """Whether the picture goes to stdout."""
+        """Return whether the picture goes to stdout."""
         return self.name == "-"
 
     @property
     def suffix(self) -> str:
-        """The suffix that names the format, in lower case."""
+        """Return the suffix that names the format, in lower case."""
         return ".png" if self.to_stdout else Path(self.name).suffix.lower()
 
     @property
     def is_series(self) -> bool:
-        """Whether each frame has a file of its own."""
+        """Return whether each frame has a file of its own."""
         return _FRAME.search(self.name) is not None
 
     def file(self, frame: int) -> Path:

@@ -64,12 +64,12 @@ class Growth:
 
     @property
     def bytes_per_frame(self) -> float:
-        """Slope of the straight line that fits the memory best, bytes per frame."""
+        """Return the slope of the straight line that fits the memory best, bytes per frame."""
         return float(np.polyfit(self.frame, self.memory, 1)[0])
 
     @property
     def grows(self) -> bool:
-        """Whether GL objects or memory grew by more than is allowed."""
+        """Return whether GL objects or memory grew by more than is allowed."""
         grown = self.bytes_per_frame * (self.frame[-1] - self.frame[0])
         return bool(self.gl_objects[-1] - self.gl_objects[0] > MAX_NEW_OBJECTS or grown > MAX_GROWTH)
 

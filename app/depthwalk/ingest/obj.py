@@ -41,9 +41,9 @@ class ObjMesh:
     colours : (V, 3) float64 or None
         sRGB from 0 to 1, written after the coordinates; None unless every vertex has them.
     texture : (T, 2) float64 or None
-        Texture coordinates, v upward.
-    normals
-        (N, 3) float64, of any length; None where the file has none.
+        Texture coordinates u and v, in widths and heights of the image, v upward; None where the file has none.
+    normals : (N, 3) float64 or None
+        Directions in the frame of the file, of any length; None where the file has none.
     corners : (C, 3) int64
         Vertex, texture coordinate and normal of every polygon corner, counted from 1; 0 where absent.
     sizes : (P,) int64

@@ -40,7 +40,7 @@ class Shot:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """The pixels that show the object, (H, W) bool."""
+        """Return which pixels show the object, (H, W) bool."""
         return np.isfinite(self.distance)
 
 
@@ -106,12 +106,12 @@ class PairRenderer:
 
     @property
     def driver(self) -> str:
-        """The GL driver's name."""
+        """Return the GL driver's name."""
         return self._headless.device.renderer
 
     @property
     def gpu_bytes(self) -> int:
-        """The GPU memory of the depth images, bytes: buffers and textures, with mip-maps."""
+        """Return the GPU memory of the depth images, bytes: buffers and textures, with mip-maps."""
         assets = self._headless.renderer.assets
         return sum(assets.cooked(number).bytes for number in assets.depth_numbers(0))
 

@@ -44,7 +44,7 @@ class Row:
 
     @property
     def reached(self) -> bool | None:
-        """Whether the goal is reached; None where there is no goal. A value that is not a number never reaches one."""
+        """Return whether the goal is reached, None where there is none; a value that is no number never reaches one."""
         return None if self.goal is None else bool((ge if self.more_is_better else le)(self.measured, self.goal))
 
 

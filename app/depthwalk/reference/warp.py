@@ -56,12 +56,14 @@ def warp(points: Array, planes: Planes) -> tuple[Array, Array]:
 
 
 def unwarp(position: Array, lam: Array, viewer: Array, planes: Planes) -> Array:
-    """Return the points that warped positions show: P = C + (X − C) / λ, the inverse of `warp`.
+    """Return the points P that warped positions X show: P = C + (X − C) / λ, the inverse of `warp`.
 
     Parameters
     ----------
-    position, lam
-        The two arrays that `warp` returns: (n, 2) metres and (n,).
+    position
+        (n, 2) the positions X on the planes, in their axes `right` and `up`, relative to the epipoles, metres.
+    lam
+        (n,) λ of each point, as `warp` returns it.
     viewer
         (n, 3) or (3,) the viewer C in the frames of the objects, metres.
     planes

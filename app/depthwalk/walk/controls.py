@@ -116,7 +116,7 @@ class Walker:
 
     @property
     def camera(self) -> Camera:
-        """The camera at the viewer's eyes; its target is one metre ahead."""
+        """Return the camera at the viewer's eyes; its target is one metre ahead."""
         ahead = self.position + direction(self.yaw, self.pitch)
         return Camera(self.position.to_tuple(), ahead.to_tuple(), self.fov)
 

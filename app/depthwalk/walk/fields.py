@@ -52,12 +52,12 @@ class Control:
 
     @property
     def label(self) -> str:
-        """The parameter's name as the panel writes it."""
+        """Return the parameter's name as the panel writes it."""
         return self.name.replace("_", " ")
 
     @property
     def tooltip(self) -> str:
-        """The text that appears under the mouse: what the parameter does, its range, and how to reset it."""
+        """Return the text that appears under the mouse: what the parameter does, its range, and how to reset it."""
         unit = f" {self.unit}" if self.unit else ""
         bounded = self.low is not None and self.high is not None
         span = f"\n{self.low:g} to {self.high:g}{unit}" if bounded else ""

@@ -73,7 +73,7 @@ class Input:
 
     @property
     def captured(self) -> bool:
-        """Whether the mouse is hidden and turns the viewer."""
+        """Return whether the mouse is hidden and turns the viewer."""
         return bool(self._window.mouse_exclusivity)
 
     def capture(self, on: bool) -> None:
@@ -86,7 +86,7 @@ class Input:
 
     @property
     def pointer(self) -> tuple[float, float]:
-        """Position of the mouse: x and y from the upper left corner, as parts of the window's width and height.
+        """Return where the mouse is: x and y from the upper left corner, as parts of the window's width and height.
 
         It is the window's middle while the mouse is captured, and before the mouse moved.
         """

@@ -29,12 +29,12 @@ class Playback:
 
     @property
     def duration(self) -> float:
-        """The time of the path's last keyframe, seconds from its beginning."""
+        """Return the time of the path's last keyframe, seconds from its beginning."""
         return float(self.path.times[-1])
 
     @property
     def camera(self) -> Camera:
-        """The path's camera at `time`."""
+        """Return the camera of the path at `time`."""
         return self.path.sample(self.time)
 
     def toggle(self) -> None:

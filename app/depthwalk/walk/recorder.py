@@ -58,7 +58,7 @@ class Recorder:
 
     @property
     def full(self) -> bool:
-        """Whether as many cameras are recorded as a path file can hold keyframes; further ones are left out."""
+        """Return whether as many cameras are recorded as a path file can hold keyframes; further ones are left out."""
         return len(self._times) == MAX_KEYFRAMES
 
     def add(self, dt: float, camera: Camera) -> None:

@@ -20,12 +20,12 @@ class FrameTimes:
 
     @property
     def milliseconds(self) -> NDArray[np.float32]:
-        """The durations (n,) of the last frames, milliseconds, oldest first."""
+        """Return the durations (n,) of the last frames, milliseconds, oldest first."""
         return np.array(self._seconds, np.float32) * 1e3
 
     @property
     def smoothed(self) -> float:
-        """The mean duration of the frames of about the last half second, seconds; 0 before the first frame."""
+        """Return the mean duration of the frames of about the last half second, seconds; 0 before the first frame."""
         total, count = 0.0, 0
         for seconds in reversed(self._seconds):
             total, count = total + seconds, count + 1

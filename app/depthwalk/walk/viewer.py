@@ -74,31 +74,31 @@ class Viewer:
 
     @property
     def toast(self) -> str:
-        """The message to show now, or an empty string where there is none or its time is over."""
+        """Return the message to show now, or an empty string where there is none or its time is over."""
         return self._toast if time.monotonic() < self._toast_end else ""
 
     @property
     def ground(self) -> float:
-        """Height of the ground, metres, world y; 0 where the scene has none."""
+        """Return the height of the ground, metres, world y; 0 where the scene has none."""
         ground = self.scene.environment.ground
         return ground.height if ground is not None else 0.0
 
     @property
     def extent(self) -> tuple[NDArray[np.float64], float]:
-        """The centre (3,), metres, world, and the radius, metres, of a sphere that holds all objects."""
+        """Return the centre (3,), metres, world, and the radius, metres, of a sphere that holds all objects."""
         bounds = self.renderer.world.bounds()
         return bounds.sphere() if len(bounds.bounding_radius) else (np.zeros(3), _EMPTY)
 
     @property
     def mode(self) -> Mode:
-        """The way in which keys and mouse move the camera now."""
+        """Return the way in which keys and mouse move the camera now."""
         if self.turned is not None:
             return Mode.ORBIT
         return Mode.WALK if self.walker.walking else Mode.FLY
 
     @property
     def camera(self) -> Camera:
-        """The camera to draw with: that of the path while it plays, else that of the viewer."""
+        """Return the camera to draw with: that of the path while it plays, else that of the viewer."""
         if self.playback is not None and self.playback.playing:
             return self.playback.camera
         return self.turned or self.walker.camera

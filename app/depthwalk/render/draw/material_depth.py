@@ -33,9 +33,13 @@ class MaterialRecords:
 
     Attributes
     ----------
-    records : (1 + n,) SURFACE_RECORD by the object's number; number 0, no object, lies at the far plane.
+    records : (1 + n,) SURFACE_RECORD by the object's number. The field `viewer` holds where the viewer stands in the
+        object's frame, metres there, and the object's scale; `rotation` the object's unit quaternion (x, y, z, w),
+        world from object; `material_depth` the depth that stands for its asset, whether it has an impostor tile (1 or
+        0), and two zeros. Number 0 is no object: its depth is 1, the far plane, and all else is 0.
     assets : (a,) numbers in `AssetStore` of the assets that may be visible.
-    material_depth : (a,) the depth that stands for each asset, see `FULL_COVERAGE`.
+    material_depth : (a,) the depth that stands for each asset where it covers a pixel whole, as the depth buffer holds
+        it: above `FULL_COVERAGE`, 0.5, and below 1. Where it covers a pixel in part, the depth is less by 0.5.
     low : (a, 2) lower left corner of the part of the picture in which each asset may be, −1 to 1, y upward.
     high : (a, 2) upper right corner of that part.
     """

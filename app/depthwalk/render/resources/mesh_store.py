@@ -259,7 +259,7 @@ class MeshStore:
 
     @property
     def is_reading(self) -> bool:
-        """Whether meshes that `is_read` was asked about are still to be read."""
+        """Return whether meshes that `is_read` was asked about are still to be read."""
         return bool(self._awaited)
 
     def levels(self, asset: int) -> tuple[MeshLevel, ...] | None:

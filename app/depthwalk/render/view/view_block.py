@@ -37,7 +37,7 @@ VIEW_BLOCK = np.dtype(
 
 
 class MapView(Protocol):
-    """Describe what a shadow map is seen through: a cascade of the sun (`Cascade`) or a lamp (`Spot`)."""
+    """Describe the view that one shadow map shows; `Cascade` does so for a map of the sun, `Spot` for a lamp's."""
 
     @property
     def clip_from_centre(self) -> glm.dmat4:
