@@ -147,8 +147,7 @@ def _exposures(
     random = np.random.default_rng(0)
     exposure = np.where(np.isfinite(hits.distance), 2.0, -1.0)
     layer, ray = np.isfinite(hits.distance[1:]).nonzero()
-    normal = hits.normal[1 + layer, ray]
-    start = origin.take(ray, 0) + hits.distance[1 + layer, ray, None] * direction.take(ray, 0) + caster.epsilon * normal
+    start, normal = _above(caster, (origin, direction), hits, 1 + layer, ray)
     free = np.zeros(len(layer))
     for _ in range(_SKY_RAYS):
         free += caster.escapes(start, _around(normal, random))
@@ -190,16 +189,14 @@ def prune_hidden(
     Hits
         The remaining hits, moved up to the first layers.
     """
-    origin, inward = rays
     layer, texel = found[1:].nonzero()
     if not len(layer):
         return _compacted(hits, found)
-    normal = hits.normal[1 + layer, texel]
-    start = origin.take(texel, 0) + hits.distance[1 + layer, texel, None] * inward.take(texel, 0)
+    start, normal = _above(caster, rays, hits, 1 + layer, texel)
     behind = _Behind(
         layer=layer,
         texel=texel,
-        start=start + caster.epsilon * normal,
+        start=start,
         normal=normal,
         shape=(len(found) - 1, *shape),
     )
@@ -251,6 +248,19 @@ def _compacted(hits: Hits, kept: NDArray[np.bool_]) -> Hits:
     for field in fields(Hits):
         getattr(compact, field.name)[places] = getattr(hits, field.name)[kept]
     return compact
+
+
+def _above(
+    caster: RayCaster,
+    rays: tuple[NDArray[np.float32], NDArray[np.float32]],
+    hits: Hits,
+    layer: NDArray[np.intp],
+    ray: NDArray[np.intp],
+) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """Return points (n, 3) just above the hits (n,) of `rays`, metres, and the normals (n, 3) there."""
+    normal = hits.normal[layer, ray]
+    point = rays[0].take(ray, 0) + hits.distance[layer, ray, None] * rays[1].take(ray, 0)
+    return point + caster.epsilon * normal, normal
 
 
 def _around(normal: NDArray[np.floating], random: np.random.Generator) -> NDArray[np.floating]:
