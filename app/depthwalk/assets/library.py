@@ -182,10 +182,7 @@ class SceneLibrary:
         spec = self._assets[asset]
         if not isinstance(spec, MeshAsset) or spec.dpci is None or spec.dpci.meso or options.needs_coarse_grids:
             return self.baked(asset)
-        key, params = self.key(asset), model_params(spec.dpci)
-        self.report(spec.name, "depth images")
-        found = self._unkept.get(key) or find_baked(spec.mesh, key)
-        return self._bake_mesh(asset, spec, params, GRID_TEXELS) if found is None else found
+        return self._mesh_model(asset, spec, GRID_TEXELS)
 
     def is_shipped_cooked(self, asset: int) -> bool:
         """Return whether the scene names cooked depth images of the asset numbered `asset`, so that none are made."""
@@ -235,13 +232,17 @@ class SceneLibrary:
                     jobs[key] = Job(spec=spec, params=params, out=BAKED.file(key))
         return list(jobs.values())
 
-    def _mesh_model(self, asset: int, spec: MeshAsset) -> BakedModel:
-        """Return the depth images of a mesh, with the relief that the scene lays over them."""
+    def _mesh_model(self, asset: int, spec: MeshAsset, max_stepped: int | None = None) -> BakedModel:
+        """Return the depth images of a mesh, with the relief that the scene lays over them.
+
+        Those baked with `max_stepped`, see `bake_model`, lack grids that others ask for; the cache does not keep them.
+        """
         assert spec.dpci is not None
         params = model_params(spec.dpci)
         key = self.key(asset) or mesh_key(spec, params)
         self.report(spec.name, "depth images")
-        baked = self._found_or_made(spec.name, spec.mesh, key, lambda: self._bake_mesh(asset, spec, params))
+        bake = partial(self._bake_mesh, asset, spec, params, max_stepped)
+        baked = self._found_or_made(spec.name, spec.mesh, key, bake, keep=max_stepped is None)
         if spec.dpci.meso is None:
             return baked
         meso = read_meso(spec.dpci.meso)
@@ -255,12 +256,18 @@ class SceneLibrary:
         """Return a planar depth image as it is: reading it takes no longer than reading a file of the cache."""
         return BakedModel(parts=(bake_planar(read_relief(spec), key="", cut=spec.method == "cut"),))
 
-    def _found_or_made(self, name: str, source: Path, key: str, bake: Callable[[], BakedModel]) -> BakedModel:
-        """Find the model of `key` beside its source or in the cache; else bake it, and let the cache keep it."""
+    def _found_or_made(
+        self, name: str, source: Path, key: str, bake: Callable[[], BakedModel], keep: bool = True
+    ) -> BakedModel:
+        """Find the model of `key` beside its source or in the cache; else bake it, and keep it there if `keep`."""
         found = self._unkept.get(key) or find_baked(source, key)
         if found is not None:
             return found
+        start = time.perf_counter()
         baked = bake()
+        log.info("baked %s in %.1f s", name, time.perf_counter() - start)
+        if not keep:
+            return baked
         try:
             keep_baked(baked)
         except OSError as error:  # a full or read-only disk costs the next start time, not this one
@@ -268,19 +275,14 @@ class SceneLibrary:
             self._unkept[baked.key] = baked
         return baked
 
-    def _bake_mesh(
-        self, asset: int, spec: MeshAsset, params: ModelParams, max_stepped: int | None = None
-    ) -> BakedModel:
+    def _bake_mesh(self, asset: int, spec: MeshAsset, params: ModelParams, max_stepped: int | None) -> BakedModel:
         """Read the mesh, unless it is in memory, and bake it under the key of what was read; see `bake_model`."""
-        start = time.perf_counter()
         # Not by `mesh`, which would keep in memory a mesh that may be drawn by its depth images only.
         mesh, source = self._meshes.get(asset) or self._read_mesh(spec)
         check_height(mesh, spec.mesh)
         key = mesh_key(spec, params, source)
         self._note_key(asset, key)
-        model = bake_model(mesh, params, key, lambda stage: self.report(spec.name, stage), max_stepped=max_stepped)
-        log.info("baked %s in %.1f s", spec.name, time.perf_counter() - start)
-        return model
+        return bake_model(mesh, params, key, lambda stage: self.report(spec.name, stage), max_stepped=max_stepped)
 
     def _bake_range(self, asset: int, spec: DepthImageAsset) -> BakedModel:
         """Read a range image and resample it to a depth image, under the key of what was read."""
