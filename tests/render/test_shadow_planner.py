@@ -32,7 +32,7 @@ def plan(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
         lambda view, rows, scene, rule, most: SimpleNamespace(view=view, rows=rows.tolist(), rule=rule, most=most),
     )
     bounds = Bounds(np.array([[0, 1, 0], [0, 1, 1]], np.float32), np.ones(2, np.float32))
-    world = SimpleNamespace(bounds=lambda: bounds, arrays=lambda: None)
+    world = SimpleNamespace(bounds=lambda: bounds, extent=lambda: None, arrays=lambda: None)
     uploads = SimpleNamespace(resident=lambda rows: rows == 0, is_mesh_resident=None)
     planner = shadow_planner.ShadowPlanner(
         cast(RenderWorld, world), cast(PassTimers, SimpleNamespace(measure_cpu=lambda name: nullcontext()))

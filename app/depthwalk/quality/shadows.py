@@ -38,6 +38,7 @@ LEAST_IOU = 0.99  # of images alone
 ALONE = "images alone"
 WAYS = {ALONE: Representation.DPCI, "as drawn": None}  # the latter with meshes in place where they are finer
 HEIGHT, RISE = 8.0, 2.0  # of the viewer and of what hangs, over the ground, radii of the object
+REACH = 1.5 * HEIGHT  # of the shadow map, radii: beyond where shadows fade there is nothing to see
 LEVEL = 0.01  # part of the viewer's height by which ground may seem to be off
 _BOTH, _MISSING, _EXTRA, _LIT, _OBJECT = (70, 70, 70), (214, 20, 20), (40, 90, 220), (225, 225, 225), (160, 190, 150)
 
@@ -120,7 +121,7 @@ def _row(asset: str, way: str, pairs: Mapping[str, tuple[Ground, Ground]]) -> Ro
 
 def _stage(sphere: Sphere) -> Scene:
     """Return a scene of the object at the origin over white ground."""
-    shadows = {"enabled": True, "cascades": 1, "distance": 100 * sphere.radius}  # beyond all that is seen
+    shadows = {"enabled": True, "cascades": 1, "distance": REACH * sphere.radius, "resolution": 2048}
     settings = RenderSettings.model_validate({"shadows": shadows})
     below = sphere.centre[1] - (1 + RISE) * sphere.radius
     ground = {"colour": (1.0, 1.0, 1.0), "height": below, "half_size": 100 * sphere.radius}

@@ -71,7 +71,7 @@ class ShadowPlanner:
         """
         with self._timers.measure_cpu("cull"):
             by_sun = params.enabled and bool(light.sun.any())
-            cascades = fit_cascades(view, light.to_sun, params) if by_sun else ()
+            cascades = fit_cascades(view, light.to_sun, params, self._world.extent()) if by_sun else ()
             chosen = choose_shadow_lamps(view, lamps)
             self._warn_of_lamps(len(chosen), params.lamps)
             tiles = assign_tiles(chosen[: params.lamps], lamps, params.lamps)

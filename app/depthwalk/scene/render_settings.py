@@ -258,10 +258,10 @@ class ShadowParams(Params):
     cascades: int = param(
         3, "Shadow maps of the sun, each for a range of distances from the camera", ge=1, le=MAX_CASCADES
     )
-    resolution: int = param(1024, "Width and height of each shadow map of the sun", unit="texels", ge=64, le=8192)
+    resolution: int = param(1408, "Width and height of each shadow map of the sun", unit="texels", ge=64, le=8192)
     distance: float = param(80.0, "Distance from the camera at which the sun's shadows end", unit="m", ge=0.01, le=1e6)
     split: float = param(
-        0.75,
+        0.8,
         "How the distance is divided among the cascades: 0 evenly, 1 logarithmically (each reaches the same number of "
         "times as far as the one before), between them a blend of both",
         ge=0,

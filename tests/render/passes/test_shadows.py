@@ -49,17 +49,18 @@ def test_the_lights_axes_are_a_rotation(to_sun: tuple[float, float, float]) -> N
 def test_what_is_seen_lies_in_a_map(
     to_sun: tuple[float, float, float], ahead: tuple[float, float, float], count: int
 ) -> None:
-    """Random points of the frustum up to the distance; those of a slice lie in its own map."""
+    """Random points of the frustum up to the distance, in every direction; those of a slice lie in its own map."""
     view = view_of((3, 2, 1), tuple(np.array([3, 2, 1]) + ahead))
     cascades = fit_cascades(view, np.array(to_sun), ShadowParams(cascades=count, distance=50.0))
     rng = np.random.default_rng(1)
-    forward = np.concatenate([rng.uniform(0.1, 50, 300), [50.0] * 4])[:, None]
+    distance = np.concatenate([rng.uniform(0.1, 50, 300), [50.0] * 4])
     corner = np.concatenate([rng.uniform(-1, 1, (300, 2)), [[-1, -1], [-1, 1], [1, -1], [1, 1]]])
-    points = view.position + forward * np.column_stack([corner, np.ones(304)]) @ view.ray_from_screen.T
+    rays = np.column_stack([corner, np.ones(304)]) @ view.ray_from_screen.T
+    points = view.position + (distance / np.linalg.norm(rays, axis=1))[:, None] * rays
     held = np.array([(np.abs(in_light(cascade, points)) <= 1).all(1) for cascade in cascades])
     assert held.any(0).all()
     ends = split_distances(50 / 64, 50, count, 0.75)
-    assert held[np.searchsorted(ends, forward[:, 0] - 1e-9), np.arange(304)].all()
+    assert held[np.searchsorted(ends, distance - 1e-9), np.arange(304)].all()
 
 
 def test_splits_go_from_even_to_logarithmic() -> None:
@@ -252,6 +253,25 @@ def test_far_maps_take_turns_where_frames_follow_one_another(studio: Studio, lib
         assert stage.draw(view)["shadow_maps"] == 4
 
 
+def test_who_turns_draws_no_map_and_who_walks_at_most_one_a_frame(studio: Studio, library: ShapeLibrary) -> None:
+    """Steps of a metre across three maps, then a turn on the spot; in the end shadows are those of a lone picture."""
+    scene = scene_of(*BALL_AND_BOX, representation=Representation.DMESH, **GROUND)
+    with Stage(studio, scene, library) as stage:
+        stage.renderer.remembers = True
+        assert stage.draw(view_of((0, 1.6, 0), (0, 1, -1)))["shadow_maps"] == 3
+        walk = [stage.draw(view_of((0, 1.6, z), (0, 1, z - 1)))["shadow_maps"] for z in range(1, 40)]
+        assert set(walk) == {0, 1} and sum(walk) > 5
+        for _ in range(3):
+            stage.draw(view_of((0, 1.6, 5), (0, 1, 4)))
+        turn = [view_of((0, 1.6, 5), (np.sin(a), 1.6 + np.cos(a), 5 - np.cos(a))) for a in np.arange(0, 6.3, 0.3)]
+        assert not any(stage.draw(view)["shadow_maps"] for view in turn)
+        stage.draw(view_of())
+        share = stage.share()
+        stage.renderer.remembers = False
+        stage.renderer.assets.before_release()  # as if no map had been drawn yet
+        assert stage.draw(view_of())["shadow_maps"] == 3 and (stage.share() == share).all()
+
+
 def test_what_is_behind_the_viewer_casts_shadows_before_him(studio: Studio, library: ShapeLibrary) -> None:
     """A tall box at his back, the sun low behind it."""
     places = ((1, (0, 0, 7.0), 0.0, 4.0),)
@@ -270,7 +290,7 @@ def test_ground_far_below_a_near_slice_has_its_shadows(studio: Studio, library: 
     """From high above, with the sun at his back, near slices lie in line with ground that only far maps reach."""
     places = [(0, (x, 0, z), 0.0, 1.0) for x in range(-12, 12, 4) for z in range(-12, 12, 4)]
     scene = scene_of(*places, ground={"height": 0.0}, sun={"direction": (-0.62, -0.72, -0.4)})
-    scene.render.shadows.resolution = 2048
+    scene.render.shadows.resolution, scene.render.shadows.distance = 2048, 40.0
     dark = []
     with Stage(studio, scene, library) as stage:
         for scene.render.shadows.cascades in (1, 3):

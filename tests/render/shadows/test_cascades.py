@@ -39,21 +39,31 @@ def test_every_point_in_sight_is_in_the_map_of_its_slice() -> None:
     rng = np.random.default_rng(3)
     cascades = fit_cascades(view, TO_SUN, PARAMS)
     assert len(cascades) == PARAMS.cascades
-    forward = rng.uniform(0.2, 60, 4000)
-    screen = np.column_stack([rng.uniform(-1, 1, (4000, 2)), np.ones(4000)])
-    points = view.position + forward[:, None] * (screen @ view.ray_from_screen.T)
-    begin = max(4.0 ** np.floor(np.log(0.2) / np.log(4.0)), min(PARAMS.distance, 64.0) / 64)
-    ends = split_distances(begin, min(PARAMS.distance, 64.0), PARAMS.cascades, PARAMS.split)
+    distance = rng.uniform(0.2, PARAMS.distance, 4000)
+    rays = np.column_stack([rng.uniform(-1, 1, (4000, 2)), np.ones(4000)]) @ view.ray_from_screen.T
+    points = view.position + distance[:, None] * rays / np.linalg.norm(rays, axis=1)[:, None]
+    ends = split_distances(PARAMS.distance / 64, PARAMS.distance, PARAMS.cascades, PARAMS.split)
     for number, cascade in enumerate(cascades):
-        inside = points[(forward <= ends[number]) & (forward > (ends[number - 1] if number else 0))]
+        inside = points[(distance <= ends[number]) & (distance > (ends[number - 1] if number else 0))]
         clip = matrix_array(cascade.clip_from_centre)[:3, :3] @ (inside - cascade.centre).T
         assert len(inside) > 20 and np.abs(clip).max() <= 1
 
 
-def test_maps_move_by_whole_texels_and_keep_their_size_while_the_viewer_turns() -> None:
+def places(cascades: tuple[Cascade, ...]) -> list[tuple[tuple[float, float, float], float]]:
+    return [(map_.centre, map_.half) for map_ in cascades]
+
+
+@pytest.mark.parametrize("target", [(-4.0, 1.0, 2.0), (1.0, 2.0, 9.0), (1.1, -5.0, 3.0)])
+@pytest.mark.parametrize("fov", [0.3, 1.7])
+def test_who_turns_or_zooms_changes_no_map(target: tuple[float, float, float], fov: float) -> None:
+    turned = View(Camera((1.0, 2.0, 3.0), target, fov), (320, 200), near=0.7, far=9.0)
+    assert places(fit_cascades(turned, TO_SUN, PARAMS)) == places(fit_cascades(seen_from(), TO_SUN, PARAMS))
+
+
+def test_maps_move_by_whole_texels_and_keep_their_size_while_the_viewer_walks() -> None:
     first = fit_cascades(seen_from(), TO_SUN, PARAMS)
-    for turned in (seen_from(target=(-4.0, 1.0, 2.0)), seen_from(position=(1.7, 2.1, 3.4), target=(4.7, 1.1, -1.6))):
-        for before, after in zip(first, fit_cascades(turned, TO_SUN, PARAMS), strict=True):
+    for walked in (seen_from(position=(1.7, 2.1, 3.4), target=(4.7, 1.1, -1.6)), seen_from((90.0, 1.0, -40.0))):
+        for before, after in zip(first, fit_cascades(walked, TO_SUN, PARAMS), strict=True):
             assert after.half == pytest.approx(before.half)
             moved = (np.subtract(after.centre, before.centre) @ before.axes.T)[:2] / before.texel
             assert moved == pytest.approx(np.round(moved), abs=1e-4)
@@ -66,6 +76,22 @@ def test_a_small_step_moves_no_map() -> None:
         moved = fit_cascades(seen_from((1 + 1e-4 * k, 2.0, 3.0), (4 + 1e-4 * k, 1.0, -2.0)), TO_SUN, PARAMS)
         still += [map_.centre for map_ in moved] == [map_.centre for map_ in cascades]
     assert still >= 9
+
+
+def test_the_last_map_holds_a_small_scene_and_never_moves() -> None:
+    """So far as no map about the viewer is smaller: from far off it is the only one."""
+    extent = np.array([2.0, 1.0, 3.0]), 5.0
+    for x, count in ((0.0, 3), (2.0, 3), (40.0, 1)):
+        cascades = fit_cascades(seen_from(position=(x, 1.0, 3.0)), TO_SUN, PARAMS, extent)
+        assert len(cascades) == count and places(cascades[-1:]) == [((2.0, 1.0, 3.0), 5.0)]
+        assert all(map_.half < 5.0 for map_ in cascades[:-1])
+
+
+def test_what_is_larger_than_the_distance_is_held_only_as_far() -> None:
+    extent = np.array([2.0, 1.0, 3.0]), 500.0
+    assert places(fit_cascades(seen_from(), TO_SUN, PARAMS, extent)) == places(
+        fit_cascades(seen_from(), TO_SUN, PARAMS)
+    )
 
 
 def test_there_are_no_maps_where_all_is_beyond_the_distance() -> None:

@@ -17,9 +17,13 @@ class Shown:
 
     content: int
     may_follow: bool = True
+    place: int = 0
 
     def shows_same(self, other: "Shown") -> bool:
-        return self.content == other.content
+        return (self.content, self.place) == (other.content, other.place)
+
+    def sees_same(self, other: "Shown") -> bool:
+        return self.place == other.place
 
     def follows(self, before: "Shown") -> bool:
         return self.may_follow
@@ -34,8 +38,8 @@ def atlas(gl_device: Device) -> Iterator[ShadowAtlas]:
     assert not scope._objects
 
 
-def shown(content: int, may_follow: bool = True) -> ShadowMap:
-    return cast(ShadowMap, Shown(content, may_follow))
+def shown(content: int, may_follow: bool = True, place: int = 0) -> ShadowMap:
+    return cast(ShadowMap, Shown(content, may_follow, place))
 
 
 def drawn(atlas: ShadowAtlas, maps: Mapping[int, ShadowMap]) -> list[int]:
@@ -54,7 +58,7 @@ def test_only_maps_that_changed_are_stale(atlas: ShadowAtlas) -> None:
 
 
 def test_farther_maps_take_turns(atlas: ShadowAtlas) -> None:
-    """The nearest is always drawn, and of those that can wait the one drawn longest ago."""
+    """The nearest is drawn whenever its objects change, and of those that can wait the one drawn longest ago."""
     atlas.fit(4, 8)
     drawn(atlas, atlas.due({tile: shown(0) for tile in range(4)}))
     turns = [drawn(atlas, atlas.due({tile: shown(frame) for tile in range(4)})) for frame in range(1, 5)]
@@ -62,6 +66,16 @@ def test_farther_maps_take_turns(atlas: ShadowAtlas) -> None:
     assert [cast(Shown, atlas.shown(tile)).content for tile in range(4)] == [4, 4, 2, 3]
     cannot_wait = {tile: shown(9, may_follow=False) for tile in range(4)}
     assert sorted(atlas.due(cannot_wait)) == [0, 1, 2, 3]
+
+
+def test_maps_that_only_moved_take_turns_and_so_does_the_nearest(atlas: ShadowAtlas) -> None:
+    atlas.fit(3, 8)
+    drawn(atlas, atlas.due({tile: shown(0) for tile in range(3)}))
+    moved = {tile: shown(1, place=1) for tile in range(3)}
+    assert [drawn(atlas, atlas.due(moved)) for _ in range(4)] == [[0], [1], [2], []]
+    assert drawn(atlas, atlas.due({0: shown(2, place=1), 1: shown(2, place=2), 2: shown(1, place=1)})) == [0, 1]
+    elsewhere = {tile: shown(2, may_follow=False, place=9) for tile in range(3)}
+    assert sorted(atlas.due(elsewhere)) == [0, 1, 2]
 
 
 def test_another_size_is_another_texture_and_forgets_its_maps(atlas: ShadowAtlas, gl_device: Device) -> None:

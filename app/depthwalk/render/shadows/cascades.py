@@ -1,4 +1,4 @@
-"""Fit the sun's shadow maps to the view: one for each of several slices by distance, each seen along the light.
+"""Place the sun's shadow maps about the viewer: one for each of several slices by distance, each seen along the light.
 
 Near the viewer a map covers little and shows fine edges; farther maps cover more (Zhang et al. 2006, "Parallel-Split
 Shadow Maps for Large-scale Virtual Environments"). The maps are placed so that they change as seldom as possible.
@@ -17,7 +17,7 @@ from depthwalk.scene.render_settings import ShadowParams
 from depthwalk.types import Array
 
 DEPTH = 1.5  # depth of a map, in widths: so deep a map need not move as often along the light; shaders read it
-_STEPS_PER_RADIUS = 4  # steps by which a map's centre moves sideways, per radius of its slice
+_STEPS_PER_RADIUS = 2  # steps by which the nearest map moves sideways, per radius of its slice; each map has one more
 _NEAREST_SPLIT = 1 / 64  # of the distance: logarithms of the near plane itself would give slices of centimetres
 
 
@@ -114,12 +114,15 @@ def light_axes(to_sun: Array) -> NDArray[np.float64]:
     return matrix_array(glm.dmat3(glm.lookAt(glm.dvec3(), -glm.dvec3(*to_sun), up)))
 
 
-def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Cascade, ...]:
-    """Place the sun's maps for what `view` sees up to `params.distance`.
+def fit_cascades(
+    view: View, to_sun: Array, params: ShadowParams, extent: tuple[Array, float] | None = None
+) -> tuple[Cascade, ...]:
+    """Place the sun's maps about the viewer, up to `params.distance` from him.
 
-    A map holds the bounding sphere of its slice of the frustum, so that its size does not change as the viewer turns.
-    Its centre moves by whole texels, so that edges of shadows do not swim, and by many at a time, so that it is seldom
-    redrawn; along the light by more still, which costs no texels.
+    A map holds the sphere about the viewer whose radius is the end of its slice, so that turning and zooming change no
+    map (a clipmap: Losasso and Hoppe 2004, "Geometry Clipmaps"). Its centre moves by whole texels, so that edges of
+    shadows do not swim, and by many at a time, so that it is seldom redrawn; along the light by more still, which costs
+    no texels. A map that would be larger than the whole scene holds the scene, stays where it is, and is the last.
 
     Parameters
     ----------
@@ -129,32 +132,34 @@ def fit_cascades(view: View, to_sun: Array, params: ShadowParams) -> tuple[Casca
         (3,) direction towards the sun, of any length, world.
     params
         How many maps there are, how far they reach, and how fine they are.
+    extent
+        Centre (3,), metres, world, and radius, metres, of a sphere that holds all surfaces; None where they go on
+        beyond `params.distance`.
 
     Returns
     -------
     tuple of Cascade
         The nearest first; none where everything in sight is beyond the distance.
     """
-    near, far = view.depth_range
-    distance = min(params.distance, _stepped(far, np.ceil, 2**0.5))
-    if near >= distance:
+    middle, size = (view.position, np.inf) if extent is None else extent
+    distance = min(params.distance, _power_of_two(float(np.linalg.norm(middle - view.position)) + size))
+    if view.depth_range[0] >= distance:
         return ()
     axes = light_axes(to_sun)
-    begin = max(_stepped(near, np.floor, 4.0), _NEAREST_SPLIT * distance)
-    ends = split_distances(begin, distance, params.cascades, params.split)
-    spread = float(np.square(view.half_extent).sum())
-    light_from_world, forward = glm.dmat3(axes), glm.dvec3(view.axes[2])
+    light_from_world = glm.dmat3(axes)
+    viewer = light_from_world * glm.dvec3(*view.position)
+    ends = split_distances(_NEAREST_SPLIT * distance, distance, params.cascades, params.split)
     cascades = []
-    for first, last in zip([0.0, *ends[:-1].tolist()], ends.tolist(), strict=True):
-        along = min(last, (first + last) / 2 * (1 + spread))
-        radius = float(np.sqrt(max((last - along) ** 2 + spread * last**2, (along - first) ** 2 + spread * first**2)))
-        step = radius / _STEPS_PER_RADIUS
+    for number, radius in enumerate(ends.tolist()):
+        if size <= radius:
+            cascades.append(Cascade(centre=tuple(middle.tolist()), half=size, axes=axes, resolution=params.resolution))
+            break
+        step = radius / (_STEPS_PER_RADIUS + number)
         half = radius + step / 2
         texel = 2 * half / params.resolution
         sideways = max(np.floor(step / texel), 1.0) * texel
         steps = glm.dvec3(sideways, sideways, 2 * (DEPTH * half - radius))
-        middle = light_from_world * (glm.dvec3(view.position) + forward * along)
-        centre = (glm.round(middle / steps) * steps) * light_from_world  # a row vector is turned back
+        centre = (glm.round(viewer / steps) * steps) * light_from_world  # a row vector is turned back
         cascades.append(Cascade(centre=centre.to_tuple(), half=half, axes=axes, resolution=params.resolution))
     return tuple(cascades)
 
@@ -183,6 +188,6 @@ def split_distances(near: float, far: float, count: int, share: float) -> NDArra
     return share * near * (far / near) ** part + (1 - share) * (near + (far - near) * part)
 
 
-def _stepped(distance: float, rounding: np.ufunc, base: float) -> float:
-    """Return a distance rounded to a power of `base`: so maps keep their size while the view's range changes little."""
-    return float(base ** rounding(np.log(distance) / np.log(base)))
+def _power_of_two(distance: float) -> float:
+    """Return the next power of 2 that is not less: so maps keep their size while somebody walks about a small scene."""
+    return float(2 ** np.ceil(np.log2(distance)))

@@ -14,7 +14,7 @@ from depthwalk.render.draw.draw_lists import DrawList, draw_batches
 from depthwalk.render.lod.mesh_fallback import MeshFallbackRule
 from depthwalk.render.lod.selection import affordable_level, error_level
 from depthwalk.render.resources.placed_records import placed_records
-from depthwalk.render.shadows.cascades import Cascade
+from depthwalk.render.shadows.cascades import DEPTH, Cascade
 from depthwalk.render.shadows.spot_maps import Spot
 from depthwalk.render.view.bounds import Bounds, object_bounds
 from depthwalk.render.world.asset_table import AssetTable
@@ -61,20 +61,25 @@ class ShadowMap:
         bool
             True where both see the same and have the same draws.
         """
+        return self.sees_same(other) and all(
+            drawn.batches == before.batches and np.array_equal(drawn.records, before.records)
+            for drawn, before in ((self.grids, other.grids), (self.meshes, other.meshes))
+        )
+
+    def sees_same(self, other: "ShadowMap") -> bool:
+        """Return whether another map lies at the same place and has the same size, whatever is drawn into the two."""
         mine, its = self.view, other.view
-        return (
-            (mine.centre, mine.resolution) == (its.centre, its.resolution)
-            and mine.clip_from_centre == its.clip_from_centre
-            and all(
-                drawn.batches == before.batches and np.array_equal(drawn.records, before.records)
-                for drawn, before in ((self.grids, other.grids), (self.meshes, other.meshes))
-            )
+        return (mine.centre, mine.resolution, mine.clip_from_centre) == (
+            its.centre,
+            its.resolution,
+            its.clip_from_centre,
         )
 
     def follows(self, before: "ShadowMap") -> bool:
         """Return whether an earlier map may be shown in place of this one for a few more frames.
 
-        It may if both are maps of the sun, the sun has not moved, and the map has moved by less than half its width.
+        It may if both are maps of the sun, the sun has not moved, and the map has moved by less than half its width and
+        half its depth.
 
         Parameters
         ----------
@@ -90,7 +95,8 @@ class ShadowMap:
         if not (isinstance(mine, Cascade) and isinstance(its, Cascade)):
             return False
         moved = np.subtract(mine.centre, its.centre) @ mine.axes.T
-        return mine.half == its.half and np.array_equal(mine.axes, its.axes) and bool((np.abs(moved) < mine.half).all())
+        near = np.abs(moved) < mine.half * np.array([1, 1, DEPTH])
+        return mine.half == its.half and np.array_equal(mine.axes, its.axes) and bool(near.all())
 
 
 @dataclass(frozen=True, kw_only=True)

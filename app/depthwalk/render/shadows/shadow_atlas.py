@@ -80,8 +80,10 @@ class ShadowAtlas:
     def due(self, requested: Mapping[int, ShadowMap]) -> dict[int, ShadowMap]:
         """Return which of some maps to draw in this frame, so that the others may wait for the next frames.
 
-        Drawn are the stale maps that cannot wait: the nearest, in tile 0, and those that do not follow what their tile
-        shows (`ShadowMap.follows`). Of the others the one drawn longest ago is drawn, too.
+        Stale maps are drawn at once that do not follow what their tile shows (`ShadowMap.follows`), and the nearest, in
+        tile 0, if its objects changed where it is: near by one sees that a shadow is late. If it only moved, as while
+        somebody walks, it may wait as the others may: until then the next map holds what it does not reach. Of those
+        that may wait the one drawn longest ago is drawn, too.
 
         Parameters
         ----------
@@ -94,7 +96,12 @@ class ShadowAtlas:
             Those to draw, by the number of their tile.
         """
         stale = self.stale(requested)
-        can_wait = [tile for tile in self._held if tile > 0 and tile in stale and stale[tile].follows(self._held[tile])]
+        held = {tile: map_ for tile, map_ in self._held.items() if tile in stale}  # in the order of drawing
+        can_wait = [
+            tile
+            for tile, before in held.items()
+            if stale[tile].follows(before) and (tile > 0 or not stale[tile].sees_same(before))
+        ]
         return {tile: map_ for tile, map_ in stale.items() if tile not in can_wait[1:]}
 
     def begin(self, tile: int, shadow_map: ShadowMap) -> None:

@@ -111,6 +111,19 @@ class RenderWorld:
             self._bounds = object_bounds(self.objects(), table.centre, table.bounding_radius)
         return self._bounds
 
+    def extent(self) -> tuple[Array, float] | None:
+        """Return a sphere that holds all surfaces of the scene.
+
+        Returns
+        -------
+        Its centre (3,), metres, world, and its radius, metres; None where ground goes on beyond the objects, or where
+        there are none.
+        """
+        bounds = self.bounds()
+        if self._scene.environment.ground is not None or not len(bounds.bounding_radius):
+            return None
+        return bounds.sphere()
+
     def cells(self) -> SpatialCells:
         """Return the objects sorted into cells of neighbours."""
         if self._cells is None:
