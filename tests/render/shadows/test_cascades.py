@@ -89,9 +89,8 @@ def test_the_last_map_holds_a_small_scene_and_never_moves() -> None:
 
 def test_what_is_larger_than_the_distance_is_held_only_as_far() -> None:
     extent = np.array([2.0, 1.0, 3.0]), 500.0
-    assert places(fit_cascades(seen_from(), TO_SUN, PARAMS, extent)) == places(
-        fit_cascades(seen_from(), TO_SUN, PARAMS)
-    )
+    without = fit_cascades(seen_from(), TO_SUN, PARAMS)
+    assert places(fit_cascades(seen_from(), TO_SUN, PARAMS, extent)) == places(without)
 
 
 def test_there_are_no_maps_where_all_is_beyond_the_distance() -> None:
