@@ -15,8 +15,8 @@ uniform float shadow_reach;         // distance from the viewer at which shadows
 // At `away` times `ray` from the viewer. ray: 1 m along the view axis; normal: world.
 float sun_share_at(vec3 ray, float away, vec3 normal) {
     normal = light_from_world * normal;
-    float distance = away * length(ray);
-    if (distance >= shadow_reach || normal.z >= 0.0) return 1.0;
+    float metres = away * length(ray);
+    if (metres >= shadow_reach || normal.z >= 0.0) return 1.0;
     vec3 point = (light_from_world * ray + normal * seen_error) * away;
     vec3 offset = normal * lift(length(normal.xy)) / float(map_resolution);
     float margin = map_margin(map_resolution);
@@ -26,7 +26,7 @@ float sun_share_at(vec3 ray, float away, vec3 normal) {
         at.z = 0.5 + (at.z - 0.5) / MAP_DEPTH;
         // Outside the map, also in depth: from high above, distant ground may be in line with a near cascade.
         if (any(lessThan(at, vec3(vec2(margin), 0.0))) || any(greaterThan(at, vec3(vec2(1.0 - margin), 1.0)))) continue;
-        float fade = clamp(10.0 * distance / shadow_reach - 9.0, 0.0, 1.0);
+        float fade = clamp(10.0 * metres / shadow_reach - 9.0, 0.0, 1.0);
         return mix(filtered(sun_maps, vec2(k % MAP_COLUMNS, k / MAP_COLUMNS), map_resolution, at), 1.0, fade);
     }
     return 1.0;
