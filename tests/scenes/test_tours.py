@@ -41,6 +41,7 @@ def file_of(asset: Asset) -> Path:
     return asset.baked
 
 
+@cache
 def walked(name: str) -> tuple[Scene, NDArray[np.float64]]:
     """The scene and its tour: (k, 6) position and target, ten a second."""
     scene = load_scene(scene_root() / f"{name}.yaml")
