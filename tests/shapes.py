@@ -200,6 +200,7 @@ class ShapeLibrary:
             baked = [bake(mesh, resolution, layers) for mesh in meshes if mesh is not None]
         self._baked = [model_of(each) for each in baked]
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
+        self._cooked: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] | None = {} if kept else None
         self._keys = [cache_key(each, cooked_as) if kept else "" for each in self._baked]
 
     def __len__(self) -> int:
@@ -221,7 +222,14 @@ class ShapeLibrary:
         return self._baked[asset]
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        return cooked_objects(lambda: self.key(asset), lambda: self.baked(asset), options, again=again)
+        def cook() -> tuple[CookedObject, ...]:
+            return cooked_objects(lambda: self.key(asset), lambda: self.baked(asset), options, again=again)
+
+        if again or self.key(asset) or self._cooked is None:
+            return cook()
+        if (asset, options) not in self._cooked:  # no file holds it: with a relief
+            self._cooked[asset, options] = cook()
+        return self._cooked[asset, options]
 
     def mesh(self, asset: int) -> Mesh | None:
         return self._meshes[asset]
