@@ -42,7 +42,7 @@ def toned(rng: np.random.Generator, colour: ArrayLike, spread: float) -> Array:
 def path_tile() -> Model:
     """Make 2 m of garden path along z, 1.2 m wide: flagstones of unequal width on a bed of gravel, 6 cm high."""
     rng = np.random.default_rng(51)
-    bed = rounded_block([-0.6, 0, -1], [0.6, 0.03, 1], 0.004, 0.004)
+    bed = rounded_block([-0.6, 0, -1], [0.6, 0.045, 1], 0.004, 0.004)
     gravel = 0.005 * ridged(bed.positions, 0.022, 54, 2)
     pebbles = mix((0.34, 0.31, 0.27), (0.56, 0.52, 0.45), 0.5 + noise(bed.positions, 0.02, 55))
     parts = [displaced(bed, gravel.astype(np.float32)).painted(pebbles)]
