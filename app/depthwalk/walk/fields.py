@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
-from imgui_bundle import imgui
+from depthwalk.walk.native_imgui import imgui
 from pydantic import ValidationError
 
 from depthwalk.params import Params

@@ -7,7 +7,7 @@ import ctypes
 
 import moderngl
 import numpy as np
-from imgui_bundle import imgui
+from depthwalk.walk.native_imgui import imgui
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Literal
 
-from imgui_bundle import imgui
+from depthwalk.walk.native_imgui import imgui
 
 from depthwalk.walk.controls import Move
 from depthwalk.walk.panel import Area

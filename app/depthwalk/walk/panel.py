@@ -1,6 +1,6 @@
 """Draw the panel: representation, mode, path, environment, then a section per group of the render settings."""
 
-from imgui_bundle import imgui
+from depthwalk.walk.native_imgui import imgui
 from pyglm import glm
 
 from depthwalk.params import Params

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from imgui_bundle import imgui as _imgui  # noqa: F401 - first: it names the GLFW library that both then share
+from depthwalk.walk.bundle import name_glfw
 
+name_glfw()
 # isort: split
 import glfw
 
@@ -62,6 +63,11 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
             window.size = size  # on a scaled desktop GLFW made it larger, unnoticed by moderngl-window
     window.exit_key = None  # Esc releases the mouse first
     return window
+
+
+def title_of(file: Path) -> str:
+    """Return what the title bar says while the scene of `file` is shown."""
+    return f"{file.name} \u2013 depthwalk"
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:
