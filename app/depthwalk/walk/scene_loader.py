@@ -109,6 +109,8 @@ class SceneLoader:
             renderer.world.take_arrivals(viewer)
             if complaints := [*library.failures, *renderer.assets.meshes.failures]:
                 raise InputError("\n".join(complaints))
+            if renderer.world.is_whole:
+                break
             if not (library.is_searching or renderer.assets.meshes.is_reading):
                 library.baking_waits = False
             self._screen.wait("reading \u2026")

@@ -4,21 +4,20 @@ GLFW names keys by their place on the keyboard, tells a press from a repetition 
 loses the focus. moderngl-window's pyglet window fails in full screen with pyglet 2.1.
 """
 
-import re
-import warnings
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pyglm import glm
+
 from depthwalk.walk.bundle import name_glfw
 
 name_glfw()
+sys.modules.setdefault("glm", glm)  # moderngl-window imports PyGLM by its old name, which warns
 # isort: split
 import glfw
-
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore", PendingDeprecationWarning)  # moderngl-window imports PyGLM by its old name
-    import moderngl_window.context.glfw.window as glfw_window
+import moderngl_window.context.glfw.window as glfw_window
 
 Window = glfw_window.Window
 
@@ -49,18 +48,19 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
     NoDisplayError
         Where no window can be opened.
     """
-    with warnings.catch_warnings(record=True) as notes:  # GLFW gives its reasons as warnings
-        warnings.simplefilter("always")
-        try:
-            window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
-        except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
-            reasons = [" ".join(str(note.message).split()) for note in notes] or [str(error)]
-            reason = re.sub(r"^\(\d+\) b?'(.*)'$", r"\1", reasons[-1])  # GLFW's: a number and bytes
-            raise NoDisplayError(f"cannot open a window: {reason}") from error
+    reasons: list[str] = []
+    glfw.set_error_callback(lambda code, reason: reasons.append(" ".join(reason.decode(errors="replace").split())))
+    try:
+        window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
+    except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
+        raise NoDisplayError(f"cannot open a window: {(reasons or [error])[-1]}") from error
+    else:
         if fullscreen:
             window.fullscreen = True
         else:
             window.size = size  # on a scaled desktop GLFW made it larger, unnoticed by moderngl-window
+    finally:
+        glfw.set_error_callback(None)
     window.exit_key = None  # Esc releases the mouse first
     return window
 
