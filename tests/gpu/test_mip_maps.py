@@ -3,17 +3,17 @@
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from depthwalk.gpu.device import Device
-from depthwalk.gpu.mip_maps import mip_maps
+from depthwalk.gpu.mip_maps import Texels, mip_maps
 
 KINDS = [(1, np.uint8), (2, np.uint8), (3, np.uint8), (4, np.uint8), (1, np.int8)]
 
 
-def _texels(shape: tuple[int, int, int], dtype: type = np.uint8) -> NDArray[np.uint8]:
+def _texels(shape: tuple[int, int, int], dtype: type = np.uint8) -> Texels:
     limits = np.iinfo(dtype)
-    return np.random.default_rng(0).integers(limits.min, limits.max, shape, endpoint=True).astype(dtype)
+    texels: Texels = np.random.default_rng(0).integers(limits.min, limits.max, shape, endpoint=True).astype(dtype)
+    return texels
 
 
 @pytest.mark.parametrize(("components", "dtype"), KINDS)

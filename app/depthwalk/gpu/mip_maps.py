@@ -5,7 +5,6 @@ picture.
 """
 
 import ctypes
-import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,7 +19,7 @@ _FORMATS = {1: 0x1903, 2: 0x8227, 3: 0x1907, 4: 0x1908}  # GL_RED, GL_RG, GL_RGB
 _INTERNAL = {1: 0x8229, 2: 0x822B, 3: 0x8051, 4: 0x8058}  # GL_R8, GL_RG8, GL_RGB8, GL_RGBA8
 R8_SNORM = 0x8F94
 _UNSIGNED, _SIGNED = 0x1401, 0x1400  # GL_UNSIGNED_BYTE, GL_BYTE
-_FUNCTION = ctypes.WINFUNCTYPE if sys.platform == "win32" else ctypes.CFUNCTYPE
+_FUNCTION = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)  # OpenGL is called in another way on Windows
 _TEX_IMAGE = _FUNCTION(None, *[ctypes.c_int] * 8, ctypes.c_void_p)
 _TEX_PARAMETER = _FUNCTION(None, *[ctypes.c_int] * 3)
 
@@ -53,7 +52,9 @@ def _halved(texels: Texels) -> Texels:
     # All components of a texel are added at once, as one long number, in which none carries into the next.
     whole = rows.view(f"u{2 * components}")[..., 0] if components in (2, 4) else rows
     sums = np.ascontiguousarray(whole[:, 0::2] + whole[:, 1::2]).view(wide)
-    return ((sums + 2) >> 2).astype(texels.dtype).reshape(height // 2, width // 2, components)
+    means: Any = (sums + 2) >> 2
+    halved: Texels = means.astype(texels.dtype).reshape(height // 2, width // 2, components)
+    return halved
 
 
 def set_mip_maps(context: moderngl.Context, texture: moderngl.Texture, pictures: Sequence[Texels]) -> None:

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 
 import moderngl
-from depthwalk.walk.bundle import FOLDER
-from depthwalk.walk.native_imgui import imgui
 
 from depthwalk.gpu.device import Device
+from depthwalk.walk.bundle import FOLDER
 from depthwalk.walk.imgui_renderer import ImguiRenderer
+from depthwalk.walk.native_imgui import imgui
 
 _FONT = "assets/fonts/Roboto/Roboto-Regular.ttf"  # comes with imgui-bundle; has Greek and Cyrillic
 _FONT_PIXELS = 16.0

@@ -4,17 +4,12 @@ GLFW names keys by their place on the keyboard, tells a press from a repetition 
 loses the focus. moderngl-window's pyglet window fails in full screen with pyglet 2.1.
 """
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pyglm import glm
+from depthwalk.walk import bundle as _bundle  # noqa: F401 - first: it names the libraries of those that follow
 
-from depthwalk.walk.bundle import name_glfw
-
-name_glfw()
-sys.modules.setdefault("glm", glm)  # moderngl-window imports PyGLM by its old name, which warns
 # isort: split
 import glfw
 import moderngl_window.context.glfw.window as glfw_window
@@ -49,18 +44,22 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
         Where no window can be opened.
     """
     reasons: list[str] = []
-    glfw.set_error_callback(lambda code, reason: reasons.append(" ".join(reason.decode(errors="replace").split())))
+
+    def note(code: int, reason: Any) -> None:  # by default, GLFW's errors become warnings
+        reasons.append(" ".join(reason.decode(errors="replace").split()))
+
+    glfw.set_error_callback(note)
     try:
         window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
     except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
-        raise NoDisplayError(f"cannot open a window: {(reasons or [error])[-1]}") from error
+        raise NoDisplayError(f"cannot open a window: {reasons[-1] if reasons else error}") from error
     else:
         if fullscreen:
             window.fullscreen = True
         else:
             window.size = size  # on a scaled desktop GLFW made it larger, unnoticed by moderngl-window
     finally:
-        glfw.set_error_callback(None)
+        glfw.set_error_callback(None)  # type: ignore[arg-type] # the stubs forget this
     window.exit_key = None  # Esc releases the mouse first
     return window
 
