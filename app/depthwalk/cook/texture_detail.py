@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from depthwalk.cook.mask_packing import pack_masks
 from depthwalk.cook.used_texels import SUB_TILE
 from depthwalk.cook.virtual_texture import VirtualTexture
-from depthwalk.types import Array, Ints, Mask
+from depthwalk.types import Ints, Mask
 
 _Texels = NDArray[Any]  # a picture of 8-bit numbers, with or without sign
 
@@ -139,7 +139,7 @@ def _coarse_charts(texture: VirtualTexture) -> list[_CoarseChart]:
     """Return where the texels of all mip tiers but the finest are."""
     first_rows = np.array(texture.first_rows[: texture.last_mip_tier + 1])
     entries = texture.table.astype(np.int64)
-    stored = (entries & _FLAGS).any(-1)
+    stored: Mask = np.any(entries & _FLAGS, axis=-1)
     stored[:, : first_rows[1]] = False
     image, row, column = stored.nonzero()
     tier = np.searchsorted(first_rows, row, "right") - 1

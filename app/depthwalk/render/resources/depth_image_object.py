@@ -134,7 +134,7 @@ class DepthObject:
     @property
     def least_texels(self) -> float:
         """Return the texels per metre of the face that has fewest, object frame."""
-        return min(self.surface["texels"])
+        return float(min(self.surface["texels"]))
 
     @property
     def _shown_texture(self) -> SurfaceTexture:
