@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from depthwalk.cook.mask_packing import pack_masks
-from depthwalk.cook.used_texels import SUB_TILE
+from depthwalk.cook.used_texels import SUB_TILE, TILE
 from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.types import Ints, Mask
 
@@ -112,12 +112,13 @@ def at_detail(texture: VirtualTexture, detail: Detail) -> VirtualTexture:
         return np.asarray(packed)
 
     quarter = detail is Detail.QUARTER
+    width_left = (TILE * table.shape[2] + SUB_TILE // 2 - 1) // SUB_TILE + 1  # as `_quarter` of virtual_texture has it
     return replace(
         texture,
         normals=picture(texture.normals, SUB_TILE),
         colours=picture(texture.colours, SUB_TILE) if texture.colours.size else texture.colours,
         tints=picture(texture.tints, SUB_TILE // 2) if texture.tints.size else texture.tints,
-        table=table[:, begin:].copy() if quarter else table,
+        table=table[:, begin:, : -(-width_left // TILE)].copy() if quarter else table,
         first_rows=[max(row - begin, 0) for row in texture.first_rows] if quarter else texture.first_rows,
     )
 

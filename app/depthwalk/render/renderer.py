@@ -183,7 +183,8 @@ class Renderer:
         if self.assets.has_partial:
             with self.timers.measure_cpu("upload"):
                 footprint = least_footprints(view, objects, materials, self.world.table())
-                self.assets.fit_textures(materials.assets.tolist(), footprint, self.upload_seconds)
+                numbers, exact = materials.assets.tolist(), not self.remembers
+                self.assets.fit_textures(numbers, footprint, self.upload_seconds, exact=exact)
         return materials
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:

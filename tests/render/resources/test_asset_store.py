@@ -106,7 +106,7 @@ def fine(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[AssetSt
 def fit(store: AssetStore, covered: float, seconds: float | None) -> Detail:
     """What is left of the texture where a pixel covers so many texels."""
     drawn = store.depth_object(1)
-    store.fit_textures([1], np.array([covered / drawn.least_texels]), seconds)
+    store.fit_textures([1], np.array([covered / drawn.least_texels]), seconds, exact=seconds is None)
     assert drawn.texture is not None
     return drawn.texture.detail
 

@@ -249,7 +249,9 @@ class AssetStore:
                 uploaded.texture = upload_texture(self.gl, texture, Detail.FULL)
         return self._depth[number]
 
-    def fit_textures(self, numbers: Sequence[int], footprint: Array, seconds: float | None) -> None:
+    def fit_textures(
+        self, numbers: Sequence[int], footprint: Array, seconds: float | None, *, exact: bool = False
+    ) -> None:
         """Upload as much of each object's texture as its pixels show, and no more.
 
         Textures are changed in steps, see `Detail`. Where there is no time, what is on the GPU is shown on: coarser
@@ -262,8 +264,11 @@ class AssetStore:
         footprint
             (n,) the least length that a pixel covers on each object, metres, object frame.
         seconds
-            Time after which no further texture is uploaded. Threads then read textures beside the frames, and what has
-            more texels than needed keeps them for a while. None: all have what they need when this returns.
+            Time after which no further texture is uploaded; a thread reads textures beside the frames. None: all have
+            what they need when this returns.
+        exact
+            Whether no texture may have more than it needs, so that pictures do not depend on those before. Otherwise it
+            keeps that while the viewer is not much farther away, lest it come and go.
         """
         start = time.perf_counter()
 
@@ -278,7 +283,7 @@ class AssetStore:
             wanted, lasting = (detail_for(c, self._partial[number]) for c in (covered, covered / _LASTING))
             if drawn.texture is None:
                 self._show(number, Detail.QUARTER if is_late() else wanted, set(numbers))
-            elif seconds is None and drawn.texture.detail != wanted:
+            elif seconds is None and (drawn.texture.detail > wanted or (exact and drawn.texture.detail != wanted)):
                 self._show(number, wanted, set(numbers))
             elif not lasting <= drawn.texture.detail <= wanted or number in self._reading:
                 self._change_beside(number, wanted, is_late(), set(numbers))
