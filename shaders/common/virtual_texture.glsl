@@ -1,7 +1,8 @@
 // Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail. What may be
 // looked up is stored in one texture, the pages; `page_table` tells where. A tile is 2 × 2 sub-tiles of SUB_TILE × SUB_TILE
 // texels. A mip tier serves MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its side.
-// COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component.
+// COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component. PARTIAL: texels of the
+// finest tier are left out.
 #from depthwalk.cook.used_texels import SUB_TILE
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
@@ -13,7 +14,11 @@ uniform isampler2DArray page_table;     // per tile: what takes a texel to its p
 uniform vec2 image_size;                // texels
 uniform int first_rows[MAX_MIP_TIERS];  // of the table, where the tiles of each mip tier begin
 uniform int last_mip_tier;              // the coarsest that is stored
-uniform int page_detail;                // of the finest tier: 0 all is stored, 1 every second texel, 2 none; see `Detail`
+#ifdef PARTIAL
+uniform int page_detail;                // of the finest tier: 1 every second texel is stored, 2 none; see `Detail`
+#else
+const int page_detail = 0;              // all is stored
+#endif
 
 // From texels of an image to those of one of its mip tiers, counted from half a sub-tile before it on. From one tier to the
 // next it is t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel, FIXED, where it is.

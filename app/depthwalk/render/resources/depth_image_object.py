@@ -48,7 +48,7 @@ class SurfaceTexture:
     detail
         How much of the texture is here.
     defines
-        Defines of shaders/common/virtual_texture.glsl: which colours the object has.
+        Defines of shaders/common/virtual_texture.glsl: which colours the object has, and whether texels are left out.
     uniforms
         Uniforms of shaders/common/virtual_texture.glsl, by name.
     bytes
@@ -306,7 +306,7 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
     SurfaceTexture
         The texture on the GPU.
     """
-    pictures = {"COLOURED": pages.colours, "TINTED": pages.tints}
+    variants = {"COLOURED": pages.colours.size, "TINTED": pages.tints.size, "PARTIAL": detail}
     images, rows, columns, _ = pages.table.shape
     return SurfaceTexture(
         normals=_upload_picture(gl, pages.normals, LEVELS),
@@ -314,7 +314,7 @@ def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceT
         tints=_upload_picture(gl, pages.tints, LEVELS - 1),
         page_table=gl.number_array((columns, rows, images), 2, pages.table.tobytes(), "i2"),
         detail=detail,
-        defines=tuple(name for name, picture in pictures.items() if picture.size),
+        defines=tuple(name for name, is_needed in variants.items() if is_needed),
         uniforms={
             "first_colour": tuple(pages.palette[0].tolist()),
             "colour_axes": tuple(pages.palette[1:].ravel().tolist()),
