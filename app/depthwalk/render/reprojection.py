@@ -1,0 +1,168 @@
+"""Show a finished picture as it appears to a camera that has moved since.
+
+A finished frame is itself a depth image: its colours, how far away each is, and the camera that it was seen through. So
+while the next frame is drawn, which may take long, the last one can follow the viewer at the cost of a few texture
+reads per pixel. What the picture does not hold is filled: at its borders from the nearest pixel, behind an object that
+has moved aside from the farther side. The shader is shaders/reprojection/reprojection.frag, its twin in NumPy
+`reference.reprojection`.
+"""
+
+import math
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from depthwalk.gpu.device import Device
+from depthwalk.gpu.program import Program, Variants
+from depthwalk.render.targets import Targets
+from depthwalk.render.view.view import View
+
+BEYOND = 1e6  # metres: how far away that counts as being which nothing was drawn, the sky
+STEPS = 2  # of the search along a ray; a third changes next to nothing
+HIDDEN = 0.95  # what is nearer than this part of the distance that a search ends at hides what the search looks for
+
+
+def widened(view: View, margin: float) -> View:
+    """Return `view` with more picture on every side: `margin` times its width and height, in whole pixels.
+
+    The pixels that both have in common are the same.
+    """
+    width, height = view.size
+    size = width + 2 * round(margin * width), height + 2 * round(margin * height)
+    fov = 2 * math.atan(math.tan(view.camera.fov / 2) * size[1] / height)
+    return replace(view, camera=replace(view.camera, fov=fov), size=size)
+
+
+def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return another camera as the camera of a picture sees it: right, up and ahead of that, metres.
+
+    Parameters
+    ----------
+    picture : the view of the picture.
+    view : the view of the other camera.
+
+    Returns
+    -------
+    rays : (3, 3), takes (x, y, 1), x and y from −1 to 1 over the picture of `view`, to a ray one metre along its axis.
+    viewer : (3,), the position of `view`.
+    axis : (3,), unit, the view axis of `view`.
+    """
+    axes = picture.axes
+    return axes @ view.ray_from_screen, axes @ (view.position - picture.position), axes @ view.axes[2]
+
+
+class Reprojection:
+    """Keep the last finished picture, and show it through other cameras.
+
+    Parameters
+    ----------
+    device : the GPU that draws.
+
+    Attributes
+    ----------
+    view : the view of the finished picture; None: there is none.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._gl = device.scope("reprojection")
+        vertex = "common/fullscreen.vert"
+        self._distance = Program(self._gl, vertex, "reprojection/distance.frag")
+        self._programs = Variants(
+            lambda defines: Program(self._gl, vertex, "reprojection/reprojection.frag", defines=defines)
+        )
+        self.view: View | None = None
+        self._pictures: list[moderngl.Framebuffer] = []  # that which is shown, and that which is drawn
+        self._distances: moderngl.Framebuffer | None = None
+
+    def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
+        """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into.
+
+        Another size than before loses the finished picture.
+        """
+        if not self._pictures or self._pictures[0].size != size:
+            self._forget()
+            for _ in range(2):
+                texture = self._gl.texture(size, 4)
+                texture.filter = moderngl.LINEAR, moderngl.LINEAR
+                self._pictures.append(self._gl.framebuffer([texture]))
+            self._distances = self._gl.framebuffer([self._gl.texture(size, 1, "f4")])
+        return self._pictures[1]
+
+    def take(self, targets: Targets, view: View) -> None:
+        """Make what was drawn into `canvas` the finished picture.
+
+        Parameters
+        ----------
+        targets : those that the picture was made of, with its depths.
+        view : the view of the picture, near and far plane fitted, of the size of the canvas.
+        """
+        assert self._distances is not None
+        targets.depth.use(0)
+        self._distance.set(depth_texture=0, planes=view.depth_range)
+        with self._gl.state(into=self._distances):
+            self._distance.fill()
+        self._pictures.reverse()
+        self.view = view
+
+    def show(self, view: View, screen: moderngl.Framebuffer) -> None:
+        """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
+        assert self.view is not None and self._distances is not None
+        self._pictures[0].color_attachments[0].use(0)
+        self._distances.color_attachments[0].use(1)
+        wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
+        same = (self.view.camera.position, self.view.camera.target) == (view.camera.position, view.camera.target)
+        is_part = math.isclose(self.view.focal_pixels, view.focal_pixels) and wide % 2 == high % 2 == 0
+        program = self._programs[("EXACT",) if same and is_part else ()]
+        rays, viewer, axis = seen_from(self.view, view)
+        program.set(
+            picture=0,
+            distances=1,
+            ray_from_screen=tuple(rays.T.ravel()),
+            viewer=tuple(viewer),
+            axis=tuple(axis),
+            half_extent=self.view.half_extent,
+            margin=(wide // 2, high // 2),
+        )
+        with self._gl.state(into=screen):
+            program.fill()
+
+    def distance_at(self, view: View, across: float, down: float) -> float:
+        """Return how far away the surface is that `show` shows at a place. Waits for the GPU.
+
+        Parameters
+        ----------
+        view : the view that the picture is shown through.
+        across : part of its width, from the left edge, 0 to 1.
+        down : part of its height, from the upper edge, 0 to 1.
+
+        Returns
+        -------
+        Metres along the axis of `view`; +inf where no surface is, or no picture.
+        """
+        if self.view is None or self._distances is None:
+            return math.inf
+        rays, viewer, axis = seen_from(self.view, view)
+        ray = rays @ (2 * across - 1, 1 - 2 * down, 1)
+        point, along = ray, 0.0
+        size, half_extent = np.array(self.view.size), np.array(self.view.half_extent)
+        for _ in range(STEPS + 1):
+            place = np.clip(0.5 + 0.5 * point[:2] / (max(point[2], 1e-3) * half_extent), 0, 1)
+            x, y = np.minimum((place * size).astype(int), size - 1).tolist()
+            ahead = float(np.frombuffer(self._distances.read((x, y, 1, 1), 1, dtype="f4"), np.float32)[0])
+            if ahead >= BEYOND:
+                return math.inf
+            along = float(axis @ (np.append((2 * place - 1) * half_extent, 1) * ahead - viewer))
+            point = viewer + along * ray
+        return along
+
+    def _forget(self) -> None:
+        for framebuffer in [*self._pictures, *([self._distances] if self._distances else [])]:
+            self._gl.free(framebuffer, *framebuffer.color_attachments)
+        self._pictures, self._distances, self.view = [], None, None
+
+    def release(self) -> None:
+        """Free everything on the GPU."""
+        self._gl.release()
+        self._pictures, self._distances, self.view = [], None, None
