@@ -37,6 +37,7 @@ from depthwalk.render.world.render_world import FrameResidency, RenderWorld
 from depthwalk.scene.arrays import Camera
 from depthwalk.scene.scene import Scene
 
+_END = object()  # of a pass: it has no further part
 _IN_FRONT = glm.dvec3(0, 0.25, 1)  # world, from the objects to a camera that sees them all, a little from above
 
 
@@ -109,7 +110,7 @@ class Renderer:
             pass
 
     def steps(self, view: View, screen: moderngl.Framebuffer, transparent: bool = False) -> Iterator[str]:
-        """Draw a picture as `render` does, pass by pass, so that the caller can do something else in between.
+        """Draw a picture as `render` does, but stop after each pass, and between the parts of long ones (`Pass.parts`).
 
         Neither the scene nor its settings may change before the last step, nor another picture be begun. What the
         caller draws meanwhile must leave GL state as it was, and the targets alone.
@@ -233,9 +234,11 @@ class Renderer:
             params = pass_.params_in(self.settings)
             own_frame = replace(frame, targets=self._declared[pass_])
             if pass_.enabled(own_frame, params):
-                with self.timers.measure(pass_.name):
-                    pass_.draw(own_frame, params)
-                yield pass_.name
+                parts, unfinished = pass_.parts(own_frame, params), True
+                while unfinished:
+                    with self.timers.measure(pass_.name):
+                        unfinished = next(parts, _END) is not _END
+                    yield pass_.name
 
     def sample_shares(self) -> PixelShares:
         """Ask the GPU which representation drew the pixels of the frame drawn last; waits for nothing.

@@ -20,7 +20,9 @@ from depthwalk.render.targets import Targets
 from depthwalk.render.view.view import View
 
 BEYOND = 1e6  # metres: how far away that counts as being which nothing was drawn, the sky
-STEPS = 2  # of the search along a ray; a third changes next to nothing
+FIXED_POINT_STEPS = 2  # a third changes next to nothing
+CELL = 16  # pixels along a cell, for each of which the nearest surface is known
+REACH = 24  # pixels around a cell that count as well: by how much a thing may move and still be found
 HIDDEN = 0.95  # what is nearer than this part of the distance that a search ends at hides what the search looks for
 
 
@@ -69,12 +71,14 @@ class Reprojection:
         self._gl = device.scope("reprojection")
         vertex = "common/fullscreen.vert"
         self._distance = Program(self._gl, vertex, "reprojection/distance.frag")
+        self._nearest_of = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._programs = Variants(
             lambda defines: Program(self._gl, vertex, "reprojection/reprojection.frag", defines=defines)
         )
         self.view: View | None = None
         self._pictures: list[moderngl.Framebuffer] = []  # that which is shown, and that which is drawn
         self._distances: moderngl.Framebuffer | None = None
+        self._nearest: moderngl.Framebuffer | None = None
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into.
@@ -88,6 +92,8 @@ class Reprojection:
                 texture.filter = moderngl.LINEAR, moderngl.LINEAR
                 self._pictures.append(self._gl.framebuffer([texture]))
             self._distances = self._gl.framebuffer([self._gl.texture(size, 1, "f4")])
+            cells = -(-size[0] // CELL), -(-size[1] // CELL)
+            self._nearest = self._gl.framebuffer([self._gl.texture(cells, 1, "f4")])
         return self._pictures[1]
 
     def take(self, targets: Targets, view: View) -> None:
@@ -98,19 +104,24 @@ class Reprojection:
         targets : those that the picture was made of, with its depths.
         view : the view of the picture, near and far plane fitted, of the size of the canvas.
         """
-        assert self._distances is not None
+        assert self._distances is not None and self._nearest is not None
         targets.depth.use(0)
         self._distance.set(depth_texture=0, planes=view.depth_range)
         with self._gl.state(into=self._distances):
             self._distance.fill()
+        self._distances.color_attachments[0].use(0)
+        self._nearest_of.set(distances=0)
+        with self._gl.state(into=self._nearest):
+            self._nearest_of.fill()
         self._pictures.reverse()
         self.view = view
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
-        assert self.view is not None and self._distances is not None
+        assert self.view is not None and self._distances is not None and self._nearest is not None
         self._pictures[0].color_attachments[0].use(0)
         self._distances.color_attachments[0].use(1)
+        self._nearest.color_attachments[0].use(2)
         wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
         same = (self.view.camera.position, self.view.camera.target) == (view.camera.position, view.camera.target)
         is_part = math.isclose(self.view.focal_pixels, view.focal_pixels) and wide % 2 == high % 2 == 0
@@ -119,6 +130,7 @@ class Reprojection:
         program.set(
             picture=0,
             distances=1,
+            nearest=2,
             ray_from_screen=tuple(rays.T.ravel()),
             viewer=tuple(viewer),
             axis=tuple(axis),
@@ -146,23 +158,29 @@ class Reprojection:
         rays, viewer, axis = seen_from(self.view, view)
         ray = rays @ (2 * across - 1, 1 - 2 * down, 1)
         point, along = ray, 0.0
-        size, half_extent = np.array(self.view.size), np.array(self.view.half_extent)
-        for _ in range(STEPS + 1):
-            place = np.clip(0.5 + 0.5 * point[:2] / (max(point[2], 1e-3) * half_extent), 0, 1)
-            x, y = np.minimum((place * size).astype(int), size - 1).tolist()
-            ahead = float(np.frombuffer(self._distances.read((x, y, 1, 1), 1, dtype="f4"), np.float32)[0])
+        for _ in range(FIXED_POINT_STEPS + 1):
+            ahead = self._distance_to(point)
             if ahead >= BEYOND:
                 return math.inf
-            along = float(axis @ (np.append((2 * place - 1) * half_extent, 1) * ahead - viewer))
+            along = float(axis @ (point / max(point[2], 1e-3) * ahead - viewer))
             point = viewer + along * ray
         return along
 
+    def _distance_to(self, point: NDArray[np.float64]) -> float:
+        """Return how far ahead the picture's surface is in front of or behind a point (3,), metres, of its camera."""
+        assert self.view is not None and self._distances is not None
+        size = np.array(self.view.size)
+        place = 0.5 + 0.5 * point[:2] / (max(point[2], 1e-3) * np.array(self.view.half_extent))
+        x, y = np.clip((place * size).astype(int), 0, size - 1).tolist()
+        return float(np.frombuffer(self._distances.read((x, y, 1, 1), 1, dtype="f4"), np.float32)[0])
+
     def _forget(self) -> None:
-        for framebuffer in [*self._pictures, *([self._distances] if self._distances else [])]:
-            self._gl.free(framebuffer, *framebuffer.color_attachments)
-        self._pictures, self._distances, self.view = [], None, None
+        for framebuffer in (*self._pictures, self._distances, self._nearest):
+            if framebuffer is not None:
+                self._gl.free(framebuffer, *framebuffer.color_attachments)
+        self._pictures, self._distances, self._nearest, self.view = [], None, None, None
 
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._pictures, self._distances, self.view = [], None, None
+        self._pictures, self._distances, self._nearest, self.view = [], None, None, None
