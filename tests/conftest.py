@@ -6,16 +6,16 @@ import os
 import signal
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-import shapes
-from depthwalk.gpu.device import Device
-from files import write_ply
+if TYPE_CHECKING:
+    from depthwalk.gpu.device import Device
 
 _PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
-settings.register_profile("quick", _PATIENT, max_examples=30, derandomize=True)  # the same ones every time
+settings.register_profile("quick", _PATIENT, max_examples=25, derandomize=True)  # the same ones every time
 settings.register_profile("long", _PATIENT, max_examples=1000)
 settings.load_profile("quick")  # unless --hypothesis-profile names another
 
@@ -72,7 +72,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="session")
-def gl_device() -> Device:
+def gl_device() -> "Device":
     """The headless device that all GL tests share; without one they are skipped, and say so."""
     from depthwalk.gpu.device import GpuError, headless_device
 
@@ -111,6 +111,8 @@ def _interruptible() -> None:
 @pytest.fixture(scope="session", autouse=True)
 def cache_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Where baked and cooked objects are kept during the tests, for all processes, from before the first is baked."""
+    import shapes  # here, as below: what only collects has no use for NumPy and the package
+
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
     folder.mkdir(exist_ok=True)
@@ -143,6 +145,9 @@ def real_scenes() -> Path:
 def tiny_scene(tmp_path: Path) -> Path:
     """A scene file in a folder of its own with a ball of radius 1 (depth images of 64²) that stands on the origin,
     seen from 4 m, and beside it a path file `walk.yaml` of three frames."""
+    import shapes
+    from files import write_ply
+
     folder = tmp_path / "scene"
     folder.mkdir()
     write_ply(folder / "ball.ply", shapes.sphere(1.0, columns=64, rows=32))

@@ -169,18 +169,21 @@ def model_of(baked: BakedObject | BakedModel | None) -> BakedModel | None:
     return baked if baked is None or isinstance(baked, BakedModel) else BakedModel(parts=(baked,))
 
 
-def cache_key(model: BakedModel | None) -> str:
-    """The key by which the cache keeps what is cooked of a model; "" for one with a relief, which files leave out."""
+def cache_key(model: BakedModel | None, cooked_as: str = "") -> str:
+    """The key by which the cache keeps what is cooked of a model; "" for one with a relief, which files leave out.
+
+    cooked_as: a name for another way to cook than the package's, the results of which are kept apart.
+    """
     if model is not None and any(part.meso is not None for part in model.parts):
         return ""
-    return hashlib.sha256(pickle.dumps(model)).hexdigest()
+    return hashlib.sha256(pickle.dumps(model) + cooked_as.encode()).hexdigest()
 
 
 class ShapeLibrary:
     """Meshes and their depth images by number; either may be None.
 
     kept: what renderers prepare of these is kept in the tests' cache, which spares the second and later ones seconds;
-    not to be had where a test changes how it is prepared.
+    not to be had where a test changes how it is prepared, unless `cooked_as` names that way: then it is kept apart.
     """
 
     def __init__(
@@ -190,13 +193,15 @@ class ShapeLibrary:
         kept: bool = True,
         resolution: int = 128,
         layers: int | Literal["auto"] = 2,
+        cooked_as: str = "",
     ) -> None:
         self._meshes = meshes
         if not baked:
             baked = [bake(mesh, resolution, layers) for mesh in meshes if mesh is not None]
         self._baked = [model_of(each) for each in baked]
         self._levels: dict[int, tuple[MeshLevel, ...]] = {}
-        self._keys = [cache_key(each) if kept else "" for each in self._baked]
+        self._cooked: dict[tuple[int, CookOptions], tuple[CookedObject, ...]] | None = {} if kept else None
+        self._keys = [cache_key(each, cooked_as) if kept else "" for each in self._baked]
 
     def __len__(self) -> int:
         return len(self._baked)
@@ -217,7 +222,14 @@ class ShapeLibrary:
         return self._baked[asset]
 
     def cooked(self, asset: int, options: CookOptions, *, again: bool = False) -> tuple[CookedObject, ...]:
-        return cooked_objects(lambda: self.key(asset), lambda: self.baked(asset), options, again=again)
+        def cook() -> tuple[CookedObject, ...]:
+            return cooked_objects(lambda: self.key(asset), lambda: self.baked(asset), options, again=again)
+
+        if again or self.key(asset) or self._cooked is None:
+            return cook()
+        if (asset, options) not in self._cooked:  # no file holds it: with a relief
+            self._cooked[asset, options] = cook()
+        return self._cooked[asset, options]
 
     def mesh(self, asset: int) -> Mesh | None:
         return self._meshes[asset]

@@ -85,7 +85,7 @@ def test_a_file_cut_short_is_seen(arrays_file: Path, place: float) -> None:
 
 @pytest.fixture(scope="module")
 def baked() -> BakedObject:
-    return bake(sphere(columns=32, rows=16), resolution=32, layers=1)
+    return bake(sphere(columns=32, rows=16), resolution=16, layers=1)
 
 
 def found_cooked(key: str, options: CookOptions) -> tuple[CookedObject, ...]:
@@ -143,7 +143,7 @@ def test_a_walk_goes_on_over_damaged_files(
 
 @pytest.fixture(scope="module")
 def simplified() -> tuple[Mesh, tuple[MeshLevel, ...]]:
-    mesh = sphere(columns=48, rows=24)
+    mesh = sphere(columns=24, rows=12)
     return mesh, shapes.simplified(mesh)
 
 

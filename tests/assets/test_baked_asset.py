@@ -35,7 +35,7 @@ def baked_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("baked")
     mesh = write_ply(folder / "ball.ply", shapes.sphere(1.0, columns=32, rows=16))
     for name in FILES:
-        bake_mesh(mesh, folder / name, resolution=32, layers=1)
+        bake_mesh(mesh, folder / name, resolution=16, layers=1)
     return folder
 
 

@@ -192,11 +192,12 @@ def test_a_process_that_is_ended_while_it_bakes_does_not_end_the_caller(
     assert library.baked(0) is not None
 
 
+@pytest.mark.slow
 def test_what_is_baked_to_be_cooked_is_kept_cooked_only(
     tiny_scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    tiny_scene.write_text("version: 1\nassets: {ball: {mesh: ball.ply, dpci: {resolution: 160, layers: 1}}}\n")
+    tiny_scene.write_text("version: 1\nassets: {ball: {mesh: ball.ply, dpci: {resolution: 136, layers: 1}}}\n")
     library = SceneLibrary(load_scene(tiny_scene).assets)
     (cooked,) = library.cooked(0, CookOptions())
     assert cooked.outline.steps == 1

@@ -129,7 +129,7 @@ def test_what_a_turned_cylinder_holds_lies_on_the_surface(
 ) -> None:
     mesh = sphere(0.5, columns=128, rows=64)
     mesh.positions[:] += [3, 1, -2]
-    (baked,) = bake_model(mesh, ModelParams(resolution=64, layers=1, axis=axis), "").parts
+    (baked,) = bake_model(mesh, ModelParams(resolution=32, layers=1, axis=axis), "").parts
     assert baked.cylinder.radius == pytest.approx(0.5, rel=2e-3)
     for image in baked.images:
         points = FaceGrid.of(baked.cylinder, image).points(image.depth)[np.isfinite(image.depth)]

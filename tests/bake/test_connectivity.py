@@ -16,7 +16,7 @@ from shapes import box, joined
 
 def samples(size: int, layers: int, face: Face) -> tuple[RayCaster, FaceGrid, Array]:
     """Caster, grid of the face and depths (L, size, size) of a post before a plate."""
-    mesh = joined(box(0.3, 1.0, 0.1, (0, 0.5, 0.9)), box(1.8, 1.0, 0.1, (0, 0.5, -0.5)))
+    mesh = joined(box(0.3, 1.0, 0.3, (0, 0.5, 0.8)), box(1.8, 1.0, 0.4, (0, 0.5, -0.5)))
     caster, cylinder = RayCaster(mesh), enclosing_cylinder(mesh.positions)
     grid = FaceGrid(cylinder=cylinder, face=face, height=size, width=size)
     return caster, grid, cast_face(mesh, caster, grid, BakeParams(resolution=size, layers=layers)).samples.depth
@@ -24,7 +24,7 @@ def samples(size: int, layers: int, face: Face) -> tuple[RayCaster, FaceGrid, Ar
 
 @pytest.mark.parametrize("face", Face)
 def test_batches_do_not_show(face: Face, monkeypatch: pytest.MonkeyPatch) -> None:
-    given = samples(64, 3, face)
+    given = samples(32, 3, face)
     whole = connectivity.connect(*given, 3)
     monkeypatch.setattr(connectivity, "_BATCH", 37)  # divides no grid
     parts = connectivity.connect(*given, 3)

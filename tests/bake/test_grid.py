@@ -50,7 +50,7 @@ def test_triangles_are_counter_clockwise_from_outside(face: Face) -> None:
 
 @pytest.mark.parametrize("level", [0, 1, 2])
 def test_triangles_of_a_layer_are_those_that_its_cells_say(level: int) -> None:
-    baked = bake(box(1.0, 0.6, 0.7, (0, 0.3, 0)), 32, 2)
+    baked = bake(box(1.0, 0.6, 0.7, (0, 0.3, 0)), 32, 1)
     for image in baked.images:
         half, cell = triangle_places(image, level)
         codes = image.cells[level]

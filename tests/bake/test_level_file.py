@@ -17,7 +17,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def levels() -> tuple[MeshLevel, ...]:
-    return simplified(sphere(columns=48, rows=24))
+    return simplified(sphere(columns=24, rows=12))
 
 
 def test_levels_are_found_again(cache: None, levels: tuple[MeshLevel, ...]) -> None:

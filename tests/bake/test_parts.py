@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from depthwalk.bake.baker import BakeParams, bake_object
 from depthwalk.bake.division import Cell, part_faces
 from depthwalk.bake.face_grid import FaceGrid
 from depthwalk.bake.file import read_baked, read_header, write_baked
@@ -20,7 +21,7 @@ from depthwalk.geometry.quaternions import rotate
 from depthwalk.ingest.mesh import Material, Mesh, Part
 from depthwalk.types import Array
 from files import write_ply
-from shapes import bake, box, joined, sphere
+from shapes import box, joined, sphere
 
 
 def heap(side: int) -> Mesh:
@@ -138,7 +139,8 @@ def test_a_file_holds_all_parts(tmp_path: Path, model: BakedModel) -> None:
     ],
 )
 def test_files_of_parts_that_do_not_fit_are_refused(tmp_path: Path, parts: Callable[..., Any], message: str) -> None:
-    small = bake(sphere(columns=16, rows=8), resolution=16, layers=1)
+    params = BakeParams(resolution=16, layers=1)
+    small = bake_object(sphere(columns=16, rows=8), params, "test", max_stepped=1)  # one level: fewer images to write
     write_baked(tmp_path / "x.dpci.exr", BakedModel(parts=parts(small)))
     with pytest.raises(InputError, match=message):
         read_baked(tmp_path / "x.dpci.exr")

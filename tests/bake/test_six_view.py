@@ -1,7 +1,9 @@
 """Sampling by six views against sampling by rays, and where the choice is made."""
 
 import logging
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -49,6 +51,17 @@ def rays_and_views(
     return rays, sample_six_views(mesh, cylinder, size), cylinder
 
 
+SHAPES: dict[str, Callable[[], Mesh]] = {
+    "ball": lambda: sphere(columns=512, rows=256),
+    "box": lambda: box(1.0, 2.0, 1.5, (0, 1, 0)),
+}
+
+
+@cache
+def sampled(shape: str) -> tuple[dict[Face, FaceSamples], dict[Face, FaceSamples], Cylinder]:
+    return rays_and_views(SHAPES[shape](), 128)
+
+
 def agreement(rays: dict[Face, FaceSamples], views: dict[Face, FaceSamples], cylinder: Cylinder, face: Face) -> float:
     """Part of the texels, of those that either finds filled, whose depths agree within a texel."""
     ray, view = rays[face].samples.depth[0], views[face].samples.depth[0]
@@ -57,10 +70,10 @@ def agreement(rays: dict[Face, FaceSamples], views: dict[Face, FaceSamples], cyl
     return agree.sum() / (np.isfinite(ray) | np.isfinite(view)).sum()
 
 
-@pytest.mark.parametrize("shape", [sphere(columns=512, rows=256), box(1.0, 2.0, 1.5, (0, 1, 0))], ids=["ball", "box"])
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("face", PAPER_FACES)
-def test_views_see_what_rays_meet(shape: Mesh, face: Face) -> None:
-    rays, views, cylinder = rays_and_views(shape, 128)
+def test_views_see_what_rays_meet(shape: str, face: Face) -> None:
+    rays, views, cylinder = sampled(shape)
     assert agreement(rays, views, cylinder, face) > 0.999
     ray, view = rays[face], views[face]
     both = np.isfinite(ray.samples.depth[0]) & np.isfinite(view.samples.depth[0])

@@ -81,7 +81,7 @@ def test_the_caps_are_what_lies_level() -> None:
 @pytest.fixture(scope="module", params=[build_grid_lods, build_simplified_lods])
 def cube(request: pytest.FixtureRequest) -> LodGeometry:
     """A box of 1 m that stands on the origin, in both systems of geometry."""
-    return request.param(bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=96))
+    return request.param(bake(box(1.0, 1.0, 1.0, (0, 0.5, 0)), resolution=48))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from shapes import bake, leaves, sphere
 
 @pytest.fixture(scope="module")
 def ball() -> BakedObject:
-    return bake(sphere(0.5, 48, 24), 48)
+    return bake(sphere(0.5, 48, 24), 40)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from shapes import bake, box, sphere
 
 @pytest.fixture(scope="module")
 def made() -> tuple[CookedObject, ...]:
-    return tuple(cook_object(bake(mesh, 32), CookOptions()) for mesh in (sphere(0.5, 32, 16), box(1, 2, 1)))
+    return tuple(cook_object(bake(mesh, 16, 1), CookOptions()) for mesh in (sphere(columns=32, rows=16), box(1, 1, 1)))
 
 
 @pytest.fixture

@@ -19,6 +19,11 @@ def welded(mesh: Mesh, cell: float = CELL) -> ClusteredSurface:
     )
 
 
+@pytest.fixture(scope="module")
+def ball() -> ClusteredSurface:
+    return welded(sphere())
+
+
 def plane(count: int = 24) -> tuple[Array, Ints]:
     """A square in z = 0, open all round."""
     x, y = np.meshgrid(np.linspace(-1, 1, count + 1), np.linspace(-1, 1, count + 1))
@@ -50,8 +55,8 @@ def test_a_plane_keeps_its_outline() -> None:
 
 
 @pytest.mark.parametrize(("tolerance", "most", "off"), [(0.1, 250, 0.035), (0.2, 100, 0.08), (0.4, 40, 0.16)])
-def test_a_ball_stays_round(tolerance: float, most: int, off: float) -> None:
-    surface = collapse_edges(welded(sphere()), tolerance)
+def test_a_ball_stays_round(ball: ClusteredSurface, tolerance: float, most: int, off: float) -> None:
+    surface = collapse_edges(ball, tolerance)
     assert 20 < len(surface.triangles) < most
     middles = surface.point[surface.triangles].mean(1) - [0, 1, 0]
     assert np.abs(np.linalg.norm(middles, axis=1) - 1).max() < off

@@ -12,7 +12,7 @@ from shapes import bake, box, joined, sphere
 
 @pytest.fixture(scope="module")
 def baked() -> BakedObject:
-    return bake(joined(sphere(0.4, 48, 24), box(1.2, 0.2, 1.0, (0.2, -0.4, 0.1))), 64)
+    return bake(joined(sphere(0.5, 48, 24), box(1.2, 0.2, 1.0, (0.2, -0.4, 0.1))), 48)  # as test_grid_lods
 
 
 def triangles(grids: FaceGrids, level: int = 0) -> Rows:

@@ -14,7 +14,7 @@ from shapes import bake, sphere
 
 @pytest.fixture(scope="module")
 def grid() -> LodGeometry:
-    return build_grid_lods(bake(sphere(0.6, 32, 16), 32))
+    return build_grid_lods(bake(sphere(columns=32, rows=16), 32, 1))
 
 
 @pytest.fixture

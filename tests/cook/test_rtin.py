@@ -1,5 +1,7 @@
 """Right-triangulated networks on random surfaces with holes and labels: whole, without cracks, within the tolerance."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, minimum_filter
@@ -22,6 +24,7 @@ CASES = [
 ]
 
 
+@cache  # which nobody changes
 def random_image(
     face: Face, shape: tuple[int, int], level: int, seed: int, flat: bool = False
 ) -> tuple[DepthImage, Surface]:

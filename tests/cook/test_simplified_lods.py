@@ -21,7 +21,8 @@ from shapes import bake, box, joined, leaves, mesh_of, sphere
 @pytest.fixture(scope="module")
 def baked() -> BakedObject:
     """A ball over a plinth, and a post past the axis of neither."""
-    return bake(joined(sphere(0.5, 96, 48), box(1.6, 0.2, 1.0, (0.3, -0.2, 0.1)), box(0.1, 0.8, 0.1, (0.9, 0.3, 0))))
+    plinth, post = box(1.6, 0.2, 1.0, (0.3, -0.2, 0.1)), box(0.1, 0.8, 0.1, (0.9, 0.3, 0))
+    return bake(joined(sphere(0.5, 96, 48), plinth, post), 80)
 
 
 @pytest.fixture(scope="module")

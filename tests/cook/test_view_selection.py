@@ -14,7 +14,7 @@ def leaf() -> BakedObject:
     """A leaf that lies above a plinth, with normals bent to below its face."""
     corners = np.array([(-0.4, 0.5, 0.4), (0.4, 0.5, 0.4), (0.4, 0.5, -0.4), (-0.4, 0.5, -0.4)])
     blade = mesh_of(corners, [(0, 1, 2), (0, 2, 3)], np.tile((0.6, -0.8, 0.0), (4, 1)))
-    return bake(joined(box(0.6, 0.2, 0.6), blade), resolution=64, layers=4)
+    return bake(joined(box(0.6, 0.2, 0.6), blade), resolution=32, layers=4)
 
 
 @pytest.mark.parametrize(("turned", "face"), [(1, Face.TOP), (-1, Face.BOTTOM)])

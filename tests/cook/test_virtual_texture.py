@@ -26,7 +26,7 @@ from shapes import ShapeLibrary, bake, box, joined, sphere
 ROUNDING = 2.5  # of 255: mip-maps are rounded at every level
 
 
-def statue(resolution: int = 96) -> BakedObject:
+def statue(resolution: int = 64) -> BakedObject:
     """A ball beside the axis, across the seam, over a plinth: caps, several layers and much that is empty."""
     rod = box(0.05, 0.05, 0.6, (0.7, 0.3, 0))
     return bake(joined(sphere(0.5, 48, 24), box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1)), rod), resolution)
@@ -40,7 +40,7 @@ def painted() -> BakedObject:
             box(1.6, 0.2, 1.0, (0.3, -0.4, 0.1), colour=(105, 95, 80)),
             box(0.05, 0.05, 0.6, (0.7, 0.3, 0), colour=(53, 47, 40)),
         ),
-        96,
+        64,
     )
 
 

@@ -164,7 +164,7 @@ def test_pictures_are_those_of_a_displaced_mesh(
 def test_what_faces_round_the_axis_keeps_its_surface(studio: Studio) -> None:
     """A post that stands beside the axis, like an arm: most of what is seen of it from in front faces along θ."""
     mesh = joined(pillar(0.2), beside(pillar(0.1), 0.6))
-    baked = bake(mesh, 256, 2)
+    baked = bake(mesh, 160, 2)
     library = ShapeLibrary([mesh, mesh], [replace(baked, meso=waves(height=0.03)), baked])
     for position in ((0.3, 1.2, 2.6), (0.3, 1.2, -2.6), (1.5, 1.8, 2.0)):
         camera = Camera(position, (0.3, 1, 0), 0.55)

@@ -49,7 +49,7 @@ def taken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Mask]:
     """The folder with the picture `d.png` and a scene of it, and where it shows the head (H, W)."""
     folder = tmp_path_factory.mktemp("range")
     write_ply(
-        folder / "head.ply", polygonise(venus_field, (-14, FLOOR - 1, -17), (14, 26, 13), 0.5).scaled(0.01).grounded()
+        folder / "head.ply", polygonise(venus_field, (-14, FLOOR - 1, -17), (14, 26, 13), 0.8).scaled(0.01).grounded()
     )
     counts, head = camera_depth(load_mesh(folder / "head.ply"))
     Image.fromarray(counts).save(folder / "d.png")

@@ -41,9 +41,15 @@ def file_of(asset: Asset) -> Path:
     return asset.baked
 
 
+@cache
+def shipped(name: str) -> Scene:
+    return load_scene(scene_root() / f"{name}.yaml")
+
+
+@cache
 def walked(name: str) -> tuple[Scene, NDArray[np.float64]]:
     """The scene and its tour: (k, 6) position and target, ten a second."""
-    scene = load_scene(scene_root() / f"{name}.yaml")
+    scene = shipped(name)
     path = load_path(scene_root() / "paths" / f"{name}.yaml")
     cameras = [path.sample(time) for time in path.frames()[::3]]
     return scene, np.array([(*camera.position, *camera.target) for camera in cameras])
@@ -108,4 +114,4 @@ def test_the_room_tour_stays_in_the_room() -> None:
 
 def test_scenes_name_only_shipped_assets() -> None:
     for file in sorted(scene_root().glob("*.yaml")):
-        assert {file_of(asset).parent.name for asset in load_scene(file).assets} == {"assets"}
+        assert {file_of(asset).parent.name for asset in shipped(file.stem).assets} == {"assets"}

@@ -200,7 +200,7 @@ def test_noise_is_bounded_smooth_and_seeded() -> None:
 
 def coarse_rock() -> Model:
     """The slab at a tenth of its fineness: heavy models take a minute each."""
-    return stone.rock((0.8, 0.34, 0.5), 12, 8, 0.025)
+    return stone.rock((0.8, 0.34, 0.5), 12, 8, 0.04)
 
 
 @pytest.mark.parametrize("make", [coarse_rock, props.teapot])

@@ -63,7 +63,7 @@ MODELS: dict[str, Entry] = {
     "column": Entry(stone.column, "fluted column with leafy capital and ivy", Images(192, 2, 0.85)),
     "fountain": Entry(stone.fountain, "round basin with two lobed bowls and water", Images(192, 3), closed=True),
     "sundial": Entry(stone.sundial, "sundial on a baluster", Images(144)),
-    "path_tile": Entry(props.path_tile, "2 m of flagged path along z", Images(192, 1, 2.5), closed=True),
+    "path_tile": Entry(props.path_tile, "2 m of flagged path along z", Images(192, 1, 2.0), closed=True),
     "bench": Entry(props.bench, "garden bench, faces +z", Images(160), closed=True),
     "hedge": Entry(props.hedge, "2 m of clipped hedge along x", Images(160, 1, 1.13), closed=True),
     "wall": Entry(props.wall, "2 m of low brick wall along x", Images(160, 1), closed=True),

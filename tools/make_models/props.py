@@ -42,15 +42,15 @@ def toned(rng: np.random.Generator, colour: ArrayLike, spread: float) -> Array:
 def path_tile() -> Model:
     """Make 2 m of garden path along z, 1.2 m wide: flagstones of unequal width on a bed of gravel, 6 cm high."""
     rng = np.random.default_rng(51)
-    bed = rounded_block([-0.6, 0, -1], [0.6, 0.03, 1], 0.004, 0.004)
-    gravel = 0.005 * ridged(bed.positions, 0.022, 54, 2)
+    bed = rounded_block([-0.6, 0, -1], [0.6, 0.036, 1], 0.004, 0.004)
+    gravel = 0.003 * ridged(bed.positions, 0.022, 54, 2)
     pebbles = mix((0.34, 0.31, 0.27), (0.56, 0.52, 0.45), 0.5 + noise(bed.positions, 0.02, 55))
     parts = [displaced(bed, gravel.astype(np.float32)).painted(pebbles)]
     for row in range(5):
         z, split = -1 + 0.4 * row, rng.uniform(-0.22, 0.22)
         for low, high in ((-0.6, split), (split, 0.6)):
             top = 0.055 + rng.uniform(-0.004, 0.005)
-            flag = rounded_block([low + 0.012, 0.01, z + 0.012], [high - 0.012, top, z + 0.388], 0.009, 0.0034)
+            flag = rounded_block([low + 0.012, 0.01, z + 0.012], [high - 0.012, top, z + 0.388], 0.018, 0.0034)
             worn = weathered(flag, 0.022, 56, chisel=0.05)
             parts.append(worn.painted(toned(rng, (0.62, 0.58, 0.52), 0.07)))
     tile = assembled(*parts)

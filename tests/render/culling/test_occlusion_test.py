@@ -16,7 +16,7 @@ SIZE = (160, 120)
 def test_outlines_hold_all_points() -> None:
     """Of random cylinders, some of them partly behind the viewer; and they are not much larger than they must be."""
     rng = np.random.default_rng(3)
-    count, points = 3000, 200
+    count, points = 3000, 100
     axis = rng.normal(size=(count, 3))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     view = View(Camera((1.0, 2.0, 3.0), (0.0, 1.0, -4.0), 1.1), SIZE, 0.05, 100.0)

@@ -162,7 +162,7 @@ def test_leaves_show_the_side_that_is_seen(studio: Studio, mode: Literal["deferr
 def test_looking_surfaces_up_costs_some_times_what_lighting_them_does(gl_device: Device, count: int) -> None:
     """One to five times, the least of several frames. Where lanes without a surface began at a segment far below 0, a
     software rasteriser walked through some hundred times that, and all pictures stayed right."""
-    library = ShapeLibrary([sphere(0.5 + 0.1 * k) for k in range(count)], resolution=128)
+    library = ShapeLibrary([sphere(0.5 + 0.1 * k, 128, 64) for k in range(count)], resolution=128, layers=1)
     scene = scene_of(*((k, (1.2 * k - 0.6 * (count - 1), 0, 0), 0.0, 1.0) for k in range(count)))
     with OnScreen(gl_device, scene, library) as stage:
         times = []

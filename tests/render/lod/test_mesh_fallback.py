@@ -40,7 +40,7 @@ def dense() -> Mesh:
 def asset_of(kind: str, ball: Mesh) -> tuple[Mesh, BakedModel]:
     """A mesh and its depth images: upright, lying and beside its origin, or in two parts."""
     if kind == "parts":
-        return ball, two_halves(ball)
+        return ball, two_halves(ball, 64)
     mesh = joined(box(1.0, 0.4, 0.4, (0.6, 0.2, 0)), box(0.3, 1.0, 0.3, (1.0, 0.7, 0.2), colour=(60, 90, 200)))
     return mesh, bake_model(
         mesh, ModelParams(resolution=64, layers=2, axis="y" if kind == "upright" else (1.0, 2.0, -0.5)), ""

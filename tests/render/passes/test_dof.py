@@ -68,7 +68,7 @@ def sharp(library: ShapeLibrary, gl_device: Device) -> Drawn:
 
 @pytest.fixture(scope="module")
 def truth(library: ShapeLibrary, gl_device: Device) -> Drawn:
-    return Drawn(library, mode="accumulate", samples=256)
+    return Drawn(library, mode="accumulate", samples=128)
 
 
 @pytest.fixture(scope="module")

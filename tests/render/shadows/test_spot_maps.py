@@ -107,7 +107,7 @@ def test_a_box_shadows_the_ground_where_rays_to_the_lamp_meet_it(studio: Studio,
 def test_shadows_of_depth_images_are_those_of_the_mesh(studio: Studio) -> None:
     """On the ground, several lamps: intersection over union."""
     steps = joined(*[box(1.2 - 0.3 * k, 0.3, 1.2 - 0.3 * k, (0.1 * k, 0.15 + 0.4 * k, 0)) for k in range(3)])
-    library = ShapeLibrary([steps], resolution=256)
+    library = ShapeLibrary([steps], resolution=160)
     for position in ((1.5, 4.0, 1.0), (-3.0, 2.5, 0.5), (0.2, 2.2, -2.5)):
         aim = tuple(-np.array(position) + [0, 0.5, 0])
         lamp = LAMP | {"position": position, "direction": aim}

@@ -59,7 +59,7 @@ class Store:
 def library() -> ShapeLibrary:
     """A ball of radius 0.5, the same in two parts, and a box without depth images."""
     ball = sphere(0.5, 32, 16)
-    baked: list[BakedObject | BakedModel] = [bake(ball, 32, 1), two_halves(ball, 32), bake(ball, 32, 1)]
+    baked: list[BakedObject | BakedModel] = [bake(ball, 24, 1), two_halves(ball, 24), bake(ball, 24, 1)]
     made = ShapeLibrary([ball, ball, box(2.0, 1.0, 0.5, (0, 0.5, 0))], baked)
     made._baked[BARE] = None
     return made
@@ -134,7 +134,7 @@ def test_the_table_encloses_what_objects_use(library: ShapeLibrary, store: Asset
     assert table.bounding_radius[BARE] == pytest.approx(np.linalg.norm([1, 0.5, 0.25]))
     assert (table.cylinder_radius[3], table.half_height[3]) == pytest.approx((0.5, 0.5), rel=0.1)
     assert table.area[3] == pytest.approx(1.0, rel=0.15)
-    assert table.texel[3] == pytest.approx(np.sqrt(np.pi) / 32, rel=0.15)  # as large as one of the side's
+    assert table.texel[3] == pytest.approx(np.sqrt(np.pi) / 24, rel=0.15)  # as large as one of the side's
     assert table.bounding_radius[HALVES] == 0 and table.mesh_fallbacks.mesh.tolist() == [-1, -1, -1, BALL]
 
 
