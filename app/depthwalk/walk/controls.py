@@ -157,8 +157,9 @@ class Walker:
         excess = self.velocity - target  # fades: v(t) = target + excess · e^(−kt), and the path is its integral
         self.position = self.position + target * step + excess * ((1 - decay) / _RESPONSE)
         self.velocity = target + excess * decay
-        if glm.length(excess) * decay < _STANDSTILL:
+        if glm.length(excess) * decay < _STANDSTILL:  # the rest of the way at once, so that a viewer comes to rest
             self.velocity = target
+            self.position = self.position + excess * (decay / _RESPONSE)
         if self.walking:
             eye = ground + EYE_HEIGHT
             above = (self.position.y - eye) * decay
