@@ -14,7 +14,11 @@ class Params(BaseModel):
     Raises pydantic's ValidationError for unknown names, and whenever a value is set that a declaration does not allow.
     """
 
-    model_config = ConfigDict(extra="forbid", validate_assignment=True)
+    model_config = ConfigDict(
+        extra="forbid",
+        validate_assignment=True,
+        defer_build=True,  # until values are checked: most groups are only ever checked as part of a whole file
+    )
 
 
 def param(default: Any, help: str, *, unit: str = "", ge: float | None = None, le: float | None = None) -> Any:

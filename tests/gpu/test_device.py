@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 
 from depthwalk.gpu.device import Device, GpuError, Scope
@@ -22,7 +23,7 @@ def test_a_scope_releases_everything_once(gl_device: Device) -> None:
     scope.buffer(b"abcd")
     scope.number_array((4, 4, 2), 2, bytes(128), "i2")
     scope.srgb_texture((2, 2), bytes(16))
-    scope.mipmapped_texture((4, 4), 1, bytes(16), 2)
+    scope.mipmapped_texture(np.zeros((4, 4, 1), np.uint8), 2)
     assert gl_device.live["texture"] == before.get("texture", 0) + 4
     assert gl_device.live["buffer"] == before.get("buffer", 0) + 1
     scope.free(texture)

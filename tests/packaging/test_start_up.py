@@ -94,3 +94,16 @@ def test_check_imports_nothing_heavy(loaded: Callable[..., Any], obj_scene: Path
 def test_info_of_a_mesh_imports_what_reads_it(loaded: Callable[..., Any], obj_scene: Path) -> None:
     mesh = obj_scene.with_name("ball.obj")
     assert loaded(RUN.format(arguments=["info", str(mesh)])) & HEAVY <= {"PIL", "scipy"}
+
+
+@pytest.mark.slow
+def test_the_window_takes_nothing_of_imgui_bundle_but_imgui(loaded: Callable[..., Any]) -> None:
+    modules = loaded("import depthwalk.walk.app")
+    assert "imgui_bundle._imgui_bundle.imgui" in modules
+    assert not modules & {"imgui_bundle", "imgui_bundle.immapp", "asyncio", "ssl"}
+
+
+@pytest.mark.slow
+def test_imgui_bundle_can_still_be_imported_whole(loaded: Callable[..., Any]) -> None:
+    code = "from depthwalk.walk.native_imgui import imgui\nimport imgui_bundle\nassert imgui_bundle.imgui is imgui"
+    assert "imgui_bundle.immapp" in loaded(code)

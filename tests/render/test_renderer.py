@@ -11,6 +11,7 @@ from depthwalk.gpu.device import Device, Scope
 from depthwalk.params import Params
 from depthwalk.render.frame import Frame, Pass
 from depthwalk.render.passes import default_passes
+from depthwalk.render.renderer import read_pixels
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.scene.scene import Scene
@@ -136,3 +137,20 @@ def test_a_frame_may_have_fewer_passes(gl_device: Device, library: ShapeLibrary)
     with OnScreen(gl_device, crate(), library, SIZE, passes) as stage:
         stage.draw(VIEW)
         assert stage.renderer.distance_at() == pytest.approx(3.5, abs=1e-3)
+
+
+def test_a_rehearsal_leaves_no_trace_in_later_pictures(gl_device: Device, library: ShapeLibrary) -> None:
+    """Shadow maps, which frames keep, would otherwise show what the rehearsal saw."""
+    elsewhere = replace(VIEW, camera=Camera((0.0, 9.0, 40.0), (0.0, 0.5, 0.0), 0.7))
+    pictures = []
+    for rehearsed in (False, True):
+        scene = crate()
+        scene.render.shadows.enabled = True
+        with OnScreen(gl_device, scene, library, SIZE) as stage:
+            stage.renderer.remembers = True
+            if rehearsed:
+                stage.renderer.rehearse(elsewhere, stage.screen)
+                assert stage.renderer.remembers
+            stage.draw(VIEW)
+            pictures.append(read_pixels(stage.screen))
+    np.testing.assert_array_equal(pictures[0], pictures[1])

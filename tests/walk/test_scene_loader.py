@@ -9,7 +9,8 @@ import pytest
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer
-from depthwalk.scene.arrays import Representation
+from depthwalk.render.view.view import View
+from depthwalk.scene.arrays import Camera, Representation
 from depthwalk.walk.loading import LoadingScreen, StoppedError
 from depthwalk.walk.scene_loader import SceneLoader
 from depthwalk.walk.window import Window
@@ -113,9 +114,33 @@ def test_nothing_is_baked_while_there_is_something_else_to_wait_for(searching: b
         waited.append(library.baking_waits)
         world.is_whole = len(waited) == 2
 
-    world = SimpleNamespace(is_whole=False, take_arrivals=take_arrivals)
+    world = SimpleNamespace(is_whole=False, take_arrivals=take_arrivals, objects=lambda: [0])
     meshes = SimpleNamespace(failures=[], is_reading=reading)
     renderer = SimpleNamespace(world=world, assets=SimpleNamespace(meshes=meshes))
     library = SimpleNamespace(failures=[], is_searching=searching, baking_waits=True)
     loader_of(window, screen)._wait(cast(Any, renderer), cast(Any, library), cast(Any, SimpleNamespace(camera=None)))
     assert waited == [True, searching or reading]
+
+
+@pytest.mark.parametrize(("shown", "rehearsals"), [(0, 1), (1, 0)])
+def test_shaders_are_compiled_while_no_object_is_there(shown: int, rehearsals: int) -> None:
+    """Once, by a frame that nobody sees; not where objects would make it a frame of work."""
+    window, _, screen = loading([])
+    polls: list[object] = []
+    rehearsed: list[View] = []
+
+    def take_arrivals(viewer: object) -> None:
+        polls.append(viewer)
+        world.is_whole = len(polls) == 3
+
+    world = SimpleNamespace(is_whole=False, take_arrivals=take_arrivals, objects=lambda: [0] * shown)
+    renderer = SimpleNamespace(
+        world=world,
+        settings=SimpleNamespace(aa="none"),
+        assets=SimpleNamespace(meshes=SimpleNamespace(failures=[], is_reading=True)),
+        frame_all=lambda aspect: Camera((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 1.0),
+        rehearse=lambda view, screen: rehearsed.append(view),
+    )
+    library = SimpleNamespace(failures=[], is_searching=True, baking_waits=True)
+    loader_of(window, screen)._wait(cast(Any, renderer), cast(Any, library), cast(Any, SimpleNamespace(camera=None)))
+    assert len(rehearsed) == rehearsals and library.baking_waits

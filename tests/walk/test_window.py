@@ -54,6 +54,7 @@ walk: {speed: 3}
 DRIVER = """
 import json, signal, sys
 from pathlib import Path
+import depthwalk.walk as walk
 import depthwalk.walk.app as app
 import glfw
 from depthwalk.assets.library import SceneLibrary
@@ -105,7 +106,7 @@ on_files_dropped, app.on_files_dropped = app.on_files_dropped, drop_by_signal
 scene = load_scene(sys.argv[1])
 quick = {"assets.model.dpci.resolution": "64"}
 read = lambda file: load_scene(file, overrides=quick if file.suffix == ".ply" else {})
-app.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read)
+walk.run(scene, SceneLibrary(scene.assets), size=(480, 360), read=read)
 tell(live=[device.live for device in devices])
 """
 PATIENCE = 120  # s that anything may take on a busy machine

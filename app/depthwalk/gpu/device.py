@@ -12,14 +12,15 @@ from contextlib import AbstractContextManager
 from typing import Any, Unpack
 
 import moderngl
+import numpy as np
 
+from depthwalk.gpu.mip_maps import R8_SNORM, Texels, mip_maps, set_mip_maps
 from depthwalk.gpu.state import Changes, ColourMask, StateKeeper
 
 log = logging.getLogger(__name__)
 
 DEPTH_CLAMP = 0x864F  # GL_DEPTH_CLAMP, core since 3.2; moderngl has no name for it
 CLIP_DISTANCES = tuple(range(0x3000, 0x3004))  # GL_CLIP_DISTANCE0 to 3: a tile's four sides
-R8_SNORM = 0x8F94  # GL_R8_SNORM
 _SRGB8_ALPHA8 = 0x8C43  # GL_SRGB8_ALPHA8: texels are decoded before they are filtered
 
 
@@ -177,28 +178,29 @@ class Scope:
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return texture
 
-    def mipmapped_texture(
-        self, size: tuple[int, int], components: int, data: bytes, levels: int, **layout: Any
-    ) -> moderngl.Texture:
+    def mipmapped_texture(self, texels: Texels, levels: int) -> moderngl.Texture:
         """Create and return a 2-D texture with mip-maps, filtered trilinearly, clamped at its edges.
 
         Parameters
         ----------
-        size
-            (width, height) of the finest level, texels.
-        components
-            Numbers per texel, 1 to 4.
-        data
-            The texels of the finest level, lower row first.
+        texels
+            (H, W, k) uint8 with k from 1 to 4, or int8 with k = 1; lower row first.
         levels
-            The number of the coarsest mip-map; 0 is the finest, and each is half as wide and high as the one before.
-        **layout
-            moderngl's `dtype` or `internal_format`; 8-bit where neither is given.
+            The number of the coarsest mip-map; 0 is the finest, and each is half as wide and high as the one before. It
+            is lower where a width or height becomes odd.
         """
+        height, width, components = texels.shape
+        size = width, height
         self._check_size(size)
+        layout: dict[str, Any] = {"dtype": "ni1", "internal_format": R8_SNORM} if texels.dtype == np.int8 else {}
         make = self.device.context.texture
-        texture: moderngl.Texture = self._make("texture", size, lambda: make(size, components, data, **layout))
-        texture.build_mipmaps(max_level=levels)
+
+        def create() -> moderngl.Texture:
+            made = make(size, components, texels.tobytes(), **layout)
+            set_mip_maps(self.device.context, made, mip_maps(texels, levels))
+            return made
+
+        texture: moderngl.Texture = self._make("texture", size, create)
         texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         texture.repeat_x = texture.repeat_y = False
         return texture

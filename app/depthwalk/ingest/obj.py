@@ -202,7 +202,8 @@ def _numbers(lines: _Lines, mask: Mask, key: bytes) -> Numbers:
 def _parsed(text: bytes, dtype: type[np.float64] | type[np.int64]) -> NDArray[Any] | None:
     """Return all numbers of a text; None where it holds anything else. Numbers may touch: the caller counts them."""
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        # No other: the filter holds for all threads, of which some import libraries.
+        warnings.filterwarnings("error", message="string or file could not be read")
         try:
             return np.fromstring(text.decode("ascii"), dtype, sep=" ")
         except (ValueError, DeprecationWarning):

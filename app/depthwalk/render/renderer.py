@@ -132,6 +132,21 @@ class Renderer:
             yield from self._render(seen, screen, transparent, lens_point)
         self.timers.end_frame()
 
+    def rehearse(self, view: View, screen: moderngl.Framebuffer) -> None:
+        """Draw a picture that does not count, so that later ones need not wait for the compiler of the driver.
+
+        Parameters
+        ----------
+        view : the camera, and the size of `screen`.
+        screen : the framebuffer to draw into.
+        """
+        remembers, self.remembers = self.remembers, False
+        try:
+            self.render(view, screen)
+        finally:
+            self.remembers = remembers
+            self._forget_assets()
+
     def _render(self, view: View, screen: moderngl.Framebuffer, transparent: bool, lens_point: int) -> Iterator[str]:
         """Draw one frame: what is in sight, the objects phase by phase, then everything that follows from them.
 

@@ -4,7 +4,66 @@ This is what `depthwalk view` and the function `depthwalk.view` show. It stands 
 makes depth images ready beside the frames.
 """
 
-from depthwalk.walk.app import run
-from depthwalk.walk.window import NoDisplayError
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from pathlib import Path
+
+from depthwalk.assets.library import SceneLibrary
+from depthwalk.scene.arrays import Camera, Representation
+from depthwalk.scene.loader import load_scene
+from depthwalk.scene.path import CameraPath
+from depthwalk.scene.scene import Scene
+from depthwalk.walk.window import NoDisplayError, open_window, title_of
 
 __all__ = ["NoDisplayError", "run"]
+
+
+def run(
+    scene: Scene,
+    library: SceneLibrary,
+    *,
+    path: CameraPath | None = None,
+    fullscreen: bool = False,
+    size: tuple[int, int] = (1280, 720),
+    representation: Representation | None = None,
+    first_camera: Callable[[Camera], Camera] = lambda camera: camera,
+    read: Callable[[Path], Scene] = load_scene,
+) -> None:
+    """Open a window on a scene; return when the user closes it.
+
+    Parameters
+    ----------
+    scene
+        The scene to show.
+    library
+        The scene's assets, which are loaded here while the window shows the progress.
+    path
+        A camera path, which the key P plays; None for none.
+    fullscreen
+        Whether to use the whole screen.
+    size
+        (width, height) of the window, in coordinates of the desktop.
+    representation
+        How to draw every object; None leaves it to the scene.
+    first_camera
+        Called with the scene's own camera or, where it has none, with one that sees every object. Returns the camera to
+        begin with.
+    read
+        Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
+        may raise InputError.
+
+    Raises
+    ------
+    NoDisplayError
+        Where no window can be opened.
+    InputError
+        Where an asset cannot be used.
+    """
+    with ThreadPoolExecutor(1) as threads:  # the driver takes as long to start as half of the imports
+        app = threads.submit(import_module, "depthwalk.walk.app")
+        window = open_window(title_of(scene.path), size, fullscreen)
+    try:
+        app.result().walk_in(window, scene, library, path, representation, first_camera, read)
+    finally:
+        window.destroy()

@@ -12,7 +12,6 @@ from depthwalk.gpu.device import Device
 from depthwalk.ingest.formats import is_model_file
 from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Camera, Representation
-from depthwalk.scene.loader import load_scene
 from depthwalk.scene.path import CameraPath, is_path_file, load_path
 from depthwalk.scene.scene import Scene
 from depthwalk.walk import hud
@@ -28,7 +27,7 @@ from depthwalk.walk.screenshot import read_window, save_screenshot
 from depthwalk.walk.shown_frames import ShownFrames
 from depthwalk.walk.state import State
 from depthwalk.walk.up_axis import ModelTurn
-from depthwalk.walk.window import Window, on_files_dropped, on_refresh, open_window, wait_for_event
+from depthwalk.walk.window import Window, on_files_dropped, on_refresh, title_of, wait_for_event
 
 _UPLOAD_SECONDS = 0.008  # of a frame, for uploading assets that come into sight
 _ROUNDS = 3  # in which widgets are drawn after an event
@@ -37,48 +36,22 @@ _IDLE_SECONDS = 0.05  # between looks at a minimised window
 _RESTING_SECONDS = 0.5  # at most without a look at what has changed, where nothing is drawn
 
 
-def run(
+def walk_in(
+    window: Window,
     scene: Scene,
     library: SceneLibrary,
-    *,
-    path: CameraPath | None = None,
-    fullscreen: bool = False,
-    size: tuple[int, int] = (1280, 720),
-    representation: Representation | None = None,
-    first_camera: Callable[[Camera], Camera] = lambda camera: camera,
-    read: Callable[[Path], Scene] = load_scene,
+    path: CameraPath | None,
+    representation: Representation | None,
+    first_camera: Callable[[Camera], Camera],
+    read: Callable[[Path], Scene],
 ) -> None:
-    """Open a window on a scene; return when the user closes it.
-
-    Parameters
-    ----------
-    scene
-        The scene to show.
-    library
-        The scene's assets, which are loaded here while the window shows the progress.
-    path
-        A camera path, which the key P plays; None for none.
-    fullscreen
-        Whether to use the whole screen.
-    size
-        (width, height) of the window, in coordinates of the desktop.
-    representation
-        How to draw every object; None leaves it to the scene.
-    first_camera
-        Called with the scene's own camera or, where it has none, with one that sees every object. Returns the camera to
-        begin with.
-    read
-        Called with the scene's file to read it again, and with a scene file or mesh that is dropped on the window. It
-        may raise InputError.
+    """Show a scene in a window until the user closes it. The parameters are those of `walk.run`.
 
     Raises
     ------
-    NoDisplayError
-        Where no window can be opened.
     InputError
         Where an asset cannot be used.
     """
-    window = open_window(_title(scene), size, fullscreen)
     report = library.report
     try:
         walk = _Walk(window, library, read)
@@ -91,11 +64,6 @@ def run(
             walk.release()
     finally:
         library.report = report
-        window.destroy()
-
-
-def _title(scene: Scene) -> str:
-    return f"{scene.path.name} \u2013 depthwalk"
 
 
 class _Walk:
@@ -171,7 +139,7 @@ class _Walk:
         self._renderer.release()
         self._close_library()
         self._library, self._renderer, self._model_turn = library, renderer, model_turn
-        self._window.title = _title(scene)
+        self._window.title = title_of(scene.path)
 
     def _turn_up(self) -> None:
         """Let the other axis of a model point upward."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal
 
-from imgui_bundle import imgui
 from pydantic import ValidationError
 
 from depthwalk.params import Params
+from depthwalk.walk.native_imgui import imgui
 
 Kind = Literal["switch", "number", "integer", "choice", "colour", "vector", "other"]
 _KINDS: dict[str, Kind] = {"boolean": "switch", "number": "number", "integer": "integer"}

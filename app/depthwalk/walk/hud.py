@@ -4,10 +4,9 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from imgui_bundle import imgui
-
 from depthwalk.assets.background import Progress
 from depthwalk.render.pixel_shares import KINDS
+from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.orbit import distance
 from depthwalk.walk.state import State
 

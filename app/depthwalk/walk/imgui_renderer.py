@@ -7,10 +7,10 @@ import ctypes
 
 import moderngl
 import numpy as np
-from imgui_bundle import imgui
 
 from depthwalk.gpu.device import Device
 from depthwalk.gpu.program import Program
+from depthwalk.walk.native_imgui import imgui
 
 _VERTEX_LAYOUT = "2f 2f 4f1"
 _FIRST_SIZE = 1 << 16  # bytes

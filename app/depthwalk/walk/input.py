@@ -4,9 +4,8 @@ import time
 from collections.abc import Callable
 from typing import Any, Literal
 
-from imgui_bundle import imgui
-
 from depthwalk.walk.controls import Move
+from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.panel import Area
 from depthwalk.walk.state import State
 from depthwalk.walk.viewer import Mode

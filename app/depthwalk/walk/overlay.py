@@ -1,14 +1,13 @@
 """Draw a frame of widgets over the screen: imgui's context, font and style."""
 
 from collections.abc import Callable
-from pathlib import Path
 
-import imgui_bundle
 import moderngl
-from imgui_bundle import imgui
 
 from depthwalk.gpu.device import Device
+from depthwalk.walk.bundle import FOLDER
 from depthwalk.walk.imgui_renderer import ImguiRenderer
+from depthwalk.walk.native_imgui import imgui
 
 _FONT = "assets/fonts/Roboto/Roboto-Regular.ttf"  # comes with imgui-bundle; has Greek and Cyrillic
 _FONT_PIXELS = 16.0
@@ -79,7 +78,7 @@ class Overlay:
 
 def set_up_look(io: imgui.IO) -> None:
     """Give imgui's current context, whose settings `io` are, the font, the colours and the spacing of the walk."""
-    font = Path(imgui_bundle.__file__).parent / _FONT
+    font = FOLDER / _FONT
     if font.is_file():
         io.fonts.add_font_from_file_ttf(str(font), _FONT_PIXELS)
     imgui.style_colors_dark()

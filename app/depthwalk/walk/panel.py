@@ -1,6 +1,5 @@
 """Draw the panel: representation, mode, path, environment, then a section per group of the render settings."""
 
-from imgui_bundle import imgui
 from pyglm import glm
 
 from depthwalk.params import Params
@@ -8,6 +7,7 @@ from depthwalk.scene.arrays import Representation
 from depthwalk.scene.render_settings import PictureParams
 from depthwalk.walk.controls import SPEED_RANGE
 from depthwalk.walk.fields import draw_group
+from depthwalk.walk.native_imgui import imgui
 from depthwalk.walk.playback import Playback
 from depthwalk.walk.state import State, representation_name
 from depthwalk.walk.viewer import Mode

@@ -12,6 +12,7 @@ from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.antialiasing.modes import hardware_samples
 from depthwalk.render.renderer import Renderer
+from depthwalk.render.view.view import View
 from depthwalk.scene.arrays import Representation
 from depthwalk.scene.scene import Scene
 from depthwalk.walk.loading import LoadingScreen, StoppedError
@@ -105,14 +106,33 @@ class SceneLoader:
         camera = scene.camera
         viewer = np.zeros(3) if camera is None else np.array(camera.position)
         end = time.perf_counter() + _PATIENCE
+        rehearsed = False
         while not renderer.world.is_whole and (camera is None or time.perf_counter() < end):
             renderer.world.take_arrivals(viewer)
             if complaints := [*library.failures, *renderer.assets.meshes.failures]:
                 raise InputError("\n".join(complaints))
+            if renderer.world.is_whole:
+                break
+            if not rehearsed and not len(renderer.world.objects()):
+                self._rehearse(renderer, scene)
+            rehearsed = True
             if not (library.is_searching or renderer.assets.meshes.is_reading):
                 library.baking_waits = False
             self._screen.wait("reading \u2026")
             time.sleep(_POLL_SECONDS)
+
+    def _rehearse(self, renderer: Renderer, scene: Scene) -> None:
+        """Draw the scene without objects, for nobody to see: the driver compiles shaders while the objects are read.
+
+        Settings that the machine lacks are told of before the first picture, see `load_missing`.
+        """
+        size = self._window.buffer_size
+        try:
+            hardware_samples(renderer.settings, self._device)
+        except InputError:
+            return
+        if min(size) > 0:
+            renderer.rehearse(View(scene.camera or renderer.frame_all(size[0] / size[1]), size), self._window.fbo)
 
     def load_missing(self, renderer: Renderer, tell: Callable[[str], None]) -> None:
         """Load what the next frame needs that is not loaded yet; call this before every frame.

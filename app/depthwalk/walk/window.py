@@ -4,20 +4,15 @@ GLFW names keys by their place on the keyboard, tells a press from a repetition 
 loses the focus. moderngl-window's pyglet window fails in full screen with pyglet 2.1.
 """
 
-import re
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from imgui_bundle import imgui as _imgui  # noqa: F401 - first: it names the GLFW library that both then share
+from depthwalk.walk import bundle as _bundle  # noqa: F401 - first: it names the libraries of those that follow
 
 # isort: split
 import glfw
-
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore", PendingDeprecationWarning)  # moderngl-window imports PyGLM by its old name
-    import moderngl_window.context.glfw.window as glfw_window
+import moderngl_window.context.glfw.window as glfw_window
 
 Window = glfw_window.Window
 
@@ -48,20 +43,30 @@ def open_window(title: str, size: tuple[int, int], fullscreen: bool = False) -> 
     NoDisplayError
         Where no window can be opened.
     """
-    with warnings.catch_warnings(record=True) as notes:  # GLFW gives its reasons as warnings
-        warnings.simplefilter("always")
-        try:
-            window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
-        except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
-            reasons = [" ".join(str(note.message).split()) for note in notes] or [str(error)]
-            reason = re.sub(r"^\(\d+\) b?'(.*)'$", r"\1", reasons[-1])  # GLFW's: a number and bytes
-            raise NoDisplayError(f"cannot open a window: {reason}") from error
+    reasons: list[str] = []
+
+    def note(code: int, reason: Any) -> None:  # by default, GLFW's errors become warnings
+        reasons.append(" ".join(reason.decode(errors="replace").split()))
+
+    glfw.set_error_callback(note)
+    try:
+        window = Window(title=title, size=size, gl_version=(3, 3), resizable=True, vsync=True)
+    except Exception as error:  # moderngl-window raises ValueError, glcontext bare Exception
+        raise NoDisplayError(f"cannot open a window: {reasons[-1] if reasons else error}") from error
+    else:
         if fullscreen:
             window.fullscreen = True
         else:
             window.size = size  # on a scaled desktop GLFW made it larger, unnoticed by moderngl-window
+    finally:
+        glfw.set_error_callback(None)  # type: ignore[arg-type] # the stubs forget this
     window.exit_key = None  # Esc releases the mouse first
     return window
+
+
+def title_of(file: Path) -> str:
+    """Return what the title bar says while the scene of `file` is shown."""
+    return f"{file.name} \u2013 depthwalk"
 
 
 def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> None:

@@ -19,7 +19,7 @@ from depthwalk.cook.index_chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import GRID_LAYOUT, VERTEX_BYTES, LodGeometry, vertex_positions
 from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture
 from depthwalk.geometry.adjacency import Shape
-from depthwalk.gpu.device import R8_SNORM, Scope
+from depthwalk.gpu.device import Scope
 from depthwalk.gpu.instances import AssetArrays
 from depthwalk.gpu.program import Program
 from depthwalk.scene.render_settings import LodParams
@@ -254,9 +254,7 @@ def _upload_picture(gl: Scope, texels: NDArray[np.int8] | NDArray[np.uint8], lev
     """Upload a picture of the virtual texture, (H, W, k) and signed only if k = 1, with mip-maps up to `levels`."""
     if not texels.size:
         texels = np.zeros((1, 1, 1), np.uint8)  # no shader looks it up
-    height, width, components = texels.shape
-    layout: dict[str, Any] = {"dtype": "ni1", "internal_format": R8_SNORM} if texels.dtype == np.int8 else {}
-    return gl.mipmapped_texture((width, height), components, texels.tobytes(), levels, **layout)
+    return gl.mipmapped_texture(texels, levels)
 
 
 def _upload_meso(gl: Scope, meso: Meso | None) -> moderngl.Texture:

@@ -1,0 +1,86 @@
+"""Make mip-maps on the CPU, and give them to textures, which moderngl cannot.
+
+A software driver compiles a program for each format of which it makes mip-maps itself: half a second before the first
+picture.
+"""
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+Texels = NDArray[np.uint8] | NDArray[np.int8]
+
+_TEXTURE_2D, _MAX_LEVEL = 0x0DE1, 0x813D
+_FORMATS = {1: 0x1903, 2: 0x8227, 3: 0x1907, 4: 0x1908}  # GL_RED, GL_RG, GL_RGB, GL_RGBA, by components
+_INTERNAL = {1: 0x8229, 2: 0x822B, 3: 0x8051, 4: 0x8058}  # GL_R8, GL_RG8, GL_RGB8, GL_RGBA8
+R8_SNORM = 0x8F94
+_UNSIGNED, _SIGNED = 0x1401, 0x1400  # GL_UNSIGNED_BYTE, GL_BYTE
+_FUNCTION = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)  # OpenGL is called in another way on Windows
+_TEX_IMAGE = _FUNCTION(None, *[ctypes.c_int] * 8, ctypes.c_void_p)
+_TEX_PARAMETER = _FUNCTION(None, *[ctypes.c_int] * 3)
+
+
+def mip_maps(texels: Texels, levels: int) -> list[Texels]:
+    """Return smaller pictures, in each of which a texel is the mean of four of the one before, rounded.
+
+    Parameters
+    ----------
+    texels
+        (H, W, k) uint8, or int8 with k = 1.
+    levels
+        How many pictures to make; fewer are made where a height or width becomes odd.
+
+    Returns
+    -------
+    list
+        The pictures, (H / 2, W / 2, k), (H / 4, W / 4, k) …, of the same type.
+    """
+    made = [texels]
+    while len(made) <= levels and not (made[-1].shape[0] % 2 or made[-1].shape[1] % 2):
+        made.append(_halved(made[-1]))
+    return made[1:]
+
+
+def _halved(texels: Texels) -> Texels:
+    height, width, components = texels.shape
+    wide = np.int16 if texels.dtype == np.int8 else np.uint16
+    rows = np.add(texels[0::2], texels[1::2], dtype=wide)
+    # All components of a texel are added at once, as one long number, in which none carries into the next.
+    whole = rows.view(f"u{2 * components}")[..., 0] if components in (2, 4) else rows
+    sums = np.ascontiguousarray(whole[:, 0::2] + whole[:, 1::2]).view(wide)
+    means: Any = (sums + 2) >> 2
+    halved: Texels = means.astype(texels.dtype).reshape(height // 2, width // 2, components)
+    return halved
+
+
+def set_mip_maps(context: moderngl.Context, texture: moderngl.Texture, pictures: Sequence[Texels]) -> None:
+    """Give a 2-D texture its mip-maps, in place of all that it has.
+
+    Parameters
+    ----------
+    context
+        The context, which must be the current one; its texture unit 0 is left with the texture.
+    texture
+        A texture of 8-bit components, made just now: rows of texels are still taken to follow each other closely.
+    pictures
+        Levels 1, 2, …, as `mip_maps` returns them.
+    """
+    texture.use(0)
+    for level, texels in enumerate(pictures, start=1):
+        height, width, components = texels.shape
+        signed = texels.dtype == np.int8
+        kind, number = (R8_SNORM, _SIGNED) if signed else (_INTERNAL[components], _UNSIGNED)
+        form = _FORMATS[components]
+        _load(context, "glTexImage2D", _TEX_IMAGE)(
+            _TEXTURE_2D, level, kind, width, height, 0, form, number, texels.ctypes.data
+        )
+    _load(context, "glTexParameteri", _TEX_PARAMETER)(_TEXTURE_2D, _MAX_LEVEL, len(pictures))
+
+
+def _load(context: moderngl.Context, name: str, kind: Any) -> Any:
+    """Return the OpenGL function `name` of the context, which takes what `kind` says."""
+    return kind(context.mglo._context.load_opengl_function(name))
