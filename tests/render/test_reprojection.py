@@ -63,7 +63,8 @@ def test_who_stands_still_sees_the_picture_itself(gl_device: Device, margin: flo
 def test_the_shader_is_its_twin(gl_device: Device) -> None:
     """Of a picture whose colours tell places, seen through the distances of a scene."""
     with Moving(gl_device) as stage:
-        picture = stage.reprojection._pictures[0].color_attachments[0]
+        assert stage.reprojection._images is not None
+        picture = stage.reprojection._images.shown.texture
         x, y = np.meshgrid((np.arange(160) + 0.5) / 160, (np.arange(120) + 0.5) / 120)
         picture.write((np.stack([x, y, 0 * x, 0 * x + 1], -1) * 255).round().astype(np.uint8).tobytes())
         shown = stage.moved(ASIDE)[..., :2] / 255

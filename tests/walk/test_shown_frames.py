@@ -1,6 +1,7 @@
 """What a window shows while frames are slow, and when it rests."""
 
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ SIZE = (160, 120)
 class Window(OnScreen):
     """What a window does, round by round."""
 
-    def __init__(self, device: Device, mode: str, slice_ms: float = 1.0) -> None:
+    def __init__(self, device: Device, mode: Literal["auto", "on", "off"], slice_ms: float = 1.0) -> None:
         crate = box(1.0, 1.0, 1.0, (0, 0.5, 0))
         scene = scene_of((0, (-0.6, 0, 0), 0.4, 1.0), (0, (0.9, 0, 0.8), 0.0, 1.0))
         scene.environment.ground, scene.environment.sky = GroundParams(), SkyParams()

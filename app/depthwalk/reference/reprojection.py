@@ -30,7 +30,7 @@ def nearest_around(distances: Array) -> NDArray[np.float64]:
         for count, size in zip((rows, columns), distances.shape, strict=True)
     )
     found: NDArray[np.float64] = distances[row[:, None, :-1, None], column[None, :, None, :-1]].min((2, 3))
-    return np.minimum(found, distances[row[:, None, -1], column[None, :, -1]])
+    return np.asarray(np.minimum(found, distances[row[:, None, -1], column[None, :, -1]]))
 
 
 def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
@@ -83,7 +83,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     better &= np.abs(other_ahead - other_expected) < (1 - HIDDEN) * other_expected
     place, behind = (np.where(better[..., None], *both) for both in ((other_place, place), (other_behind, behind)))
     ahead, expected = np.where(better, other_ahead, ahead), np.where(better, other_expected, expected)
-    return np.where((ahead < HIDDEN * expected)[..., None], behind, place)
+    return np.asarray(np.where((ahead < HIDDEN * expected)[..., None], behind, place))
 
 
 def look_up(texture: Array, place: Array) -> NDArray[np.float64]:

@@ -8,7 +8,9 @@ has moved aside from the farther side. The shader is shaders/reprojection/reproj
 """
 
 import math
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -55,6 +57,27 @@ def seen_from(picture: View, view: View) -> tuple[NDArray[np.float64], NDArray[n
     return axes @ view.ray_from_screen, axes @ (view.position - picture.position), axes @ view.axes[2]
 
 
+class _Image(NamedTuple):
+    """Hold a texture and the framebuffer that draws into it."""
+
+    texture: moderngl.Texture
+    framebuffer: moderngl.Framebuffer
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Images:
+    """Hold the finished picture, that which is being drawn, and what is known of the distances in the first."""
+
+    size: tuple[int, int]
+    shown: _Image
+    drawn: _Image
+    distances: _Image
+    nearest: _Image
+
+    def __iter__(self) -> Iterator[_Image]:
+        yield from (self.shown, self.drawn, self.distances, self.nearest)
+
+
 class Reprojection:
     """Keep the last finished picture, and show it through other cameras.
 
@@ -71,30 +94,35 @@ class Reprojection:
         self._gl = device.scope("reprojection")
         vertex = "common/fullscreen.vert"
         self._distance = Program(self._gl, vertex, "reprojection/distance.frag")
-        self._nearest_of = Program(self._gl, vertex, "reprojection/nearest.frag")
+        self._nearest = Program(self._gl, vertex, "reprojection/nearest.frag")
         self._programs = Variants(
             lambda defines: Program(self._gl, vertex, "reprojection/reprojection.frag", defines=defines)
         )
         self.view: View | None = None
-        self._pictures: list[moderngl.Framebuffer] = []  # that which is shown, and that which is drawn
-        self._distances: moderngl.Framebuffer | None = None
-        self._nearest: moderngl.Framebuffer | None = None
+        self._images: _Images | None = None
 
     def canvas(self, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer of `size` (width, height), pixels, to draw the next picture into.
 
         Another size than before loses the finished picture.
         """
-        if not self._pictures or self._pictures[0].size != size:
+        if self._images is None or self._images.size != size:
             self._forget()
-            for _ in range(2):
-                texture = self._gl.texture(size, 4)
-                texture.filter = moderngl.LINEAR, moderngl.LINEAR
-                self._pictures.append(self._gl.framebuffer([texture]))
-            self._distances = self._gl.framebuffer([self._gl.texture(size, 1, "f4")])
             cells = -(-size[0] // CELL), -(-size[1] // CELL)
-            self._nearest = self._gl.framebuffer([self._gl.texture(cells, 1, "f4")])
-        return self._pictures[1]
+            self._images = _Images(
+                size=size,
+                shown=self._image(size, 4, "f1"),
+                drawn=self._image(size, 4, "f1"),
+                distances=self._image(size, 1, "f4"),
+                nearest=self._image(cells, 1, "f4"),
+            )
+            for image in (self._images.shown, self._images.drawn):
+                image.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        return self._images.drawn.framebuffer
+
+    def _image(self, size: tuple[int, int], components: int, dtype: str) -> _Image:
+        texture = self._gl.texture(size, components, dtype)
+        return _Image(texture, self._gl.framebuffer([texture]))
 
     def take(self, targets: Targets, view: View) -> None:
         """Make what was drawn into `canvas` the finished picture.
@@ -104,24 +132,26 @@ class Reprojection:
         targets : those that the picture was made of, with its depths.
         view : the view of the picture, near and far plane fitted, of the size of the canvas.
         """
-        assert self._distances is not None and self._nearest is not None
+        if self._images is None:
+            raise ValueError("no picture was drawn: there is no canvas yet")
+        distances, nearest = self._images.distances, self._images.nearest
         targets.depth.use(0)
         self._distance.set(depth_texture=0, planes=view.depth_range)
-        with self._gl.state(into=self._distances):
+        with self._gl.state(into=distances.framebuffer):
             self._distance.fill()
-        self._distances.color_attachments[0].use(0)
-        self._nearest_of.set(distances=0)
-        with self._gl.state(into=self._nearest):
-            self._nearest_of.fill()
-        self._pictures.reverse()
+        distances.texture.use(0)
+        self._nearest.set(distances=0)
+        with self._gl.state(into=nearest.framebuffer):
+            self._nearest.fill()
+        self._images = replace(self._images, shown=self._images.drawn, drawn=self._images.shown)
         self.view = view
 
     def show(self, view: View, screen: moderngl.Framebuffer) -> None:
         """Draw the finished picture into `screen` as `view` would see it, whose size is that of the screen."""
-        assert self.view is not None and self._distances is not None and self._nearest is not None
-        self._pictures[0].color_attachments[0].use(0)
-        self._distances.color_attachments[0].use(1)
-        self._nearest.color_attachments[0].use(2)
+        if self.view is None or self._images is None:
+            raise ValueError("there is no finished picture yet")
+        for unit, image in enumerate((self._images.shown, self._images.distances, self._images.nearest)):
+            image.texture.use(unit)
         wide, high = ((whole - part) for whole, part in zip(self.view.size, view.size, strict=True))
         same = (self.view.camera.position, self.view.camera.target) == (view.camera.position, view.camera.target)
         is_part = math.isclose(self.view.focal_pixels, view.focal_pixels) and wide % 2 == high % 2 == 0
@@ -153,7 +183,7 @@ class Reprojection:
         -------
         Metres along the axis of `view`; +inf where no surface is, or no picture.
         """
-        if self.view is None or self._distances is None:
+        if self.view is None:
             return math.inf
         rays, viewer, axis = seen_from(self.view, view)
         ray = rays @ (2 * across - 1, 1 - 2 * down, 1)
@@ -168,19 +198,18 @@ class Reprojection:
 
     def _distance_to(self, point: NDArray[np.float64]) -> float:
         """Return how far ahead the picture's surface is in front of or behind a point (3,), metres, of its camera."""
-        assert self.view is not None and self._distances is not None
+        assert self.view is not None and self._images is not None
         size = np.array(self.view.size)
         place = 0.5 + 0.5 * point[:2] / (max(point[2], 1e-3) * np.array(self.view.half_extent))
         x, y = np.clip((place * size).astype(int), 0, size - 1).tolist()
-        return float(np.frombuffer(self._distances.read((x, y, 1, 1), 1, dtype="f4"), np.float32)[0])
+        return float(np.frombuffer(self._images.distances.framebuffer.read((x, y, 1, 1), 1, dtype="f4"), np.float32)[0])
 
     def _forget(self) -> None:
-        for framebuffer in (*self._pictures, self._distances, self._nearest):
-            if framebuffer is not None:
-                self._gl.free(framebuffer, *framebuffer.color_attachments)
-        self._pictures, self._distances, self._nearest, self.view = [], None, None, None
+        for image in self._images or ():
+            self._gl.free(image.framebuffer, image.texture)
+        self._images = self.view = None
 
     def release(self) -> None:
         """Free everything on the GPU."""
         self._gl.release()
-        self._pictures, self._distances, self._nearest, self.view = [], None, None, None
+        self._images = self.view = None

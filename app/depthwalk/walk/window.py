@@ -83,7 +83,7 @@ def on_files_dropped(window: Window, action: Callable[[list[Path]], None]) -> No
 
 def on_refresh(window: Window, action: Callable[[], None]) -> None:
     """Have `action` called when the desktop has lost what `window` showed, which must be drawn again."""
-    glfw.set_window_refresh_callback(window._window, lambda handle: action())  # type: ignore[arg-type] # as above
+    glfw.set_window_refresh_callback(window._window, lambda handle: action())
 
 
 def wait_for_event(seconds: float) -> None:
