@@ -61,7 +61,8 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     half_extent = np.array(picture.half_extent)
 
     def place_of(point: Array) -> Array:
-        return np.clip(0.5 + 0.5 * point[..., :2] / (np.maximum(point[..., 2:], 1e-3) * half_extent), 0, 1)
+        place = 0.5 + 0.5 * point[..., :2] / (np.maximum(point[..., 2:], 1e-3) * half_extent)
+        return np.asarray(np.clip(place, 0, 1))
 
     def search(place: Array, ahead: Array) -> tuple[Array, Array, Array, Array]:
         expected = farthest = ahead
