@@ -63,7 +63,7 @@ void sample_border(int image, vec2 uv, vec2 place, vec4 texel[4], float depth, o
 // Returns the surface at a point. p: object frame, metres; image: the one that p was warped from, with its flags; footprint:
 // metres that a pixel covers.
 Surface surface_at(vec3 p, int image, float footprint) {
-    bool border = (image & (EDGE | BORDER)) != 0;
+    bool border = (image & (EDGE | BORDER)) != 0 && page_detail == 0;     // means of depths tell nothing
     int face = face_of(image);
 #ifdef MESO
     float part = displaced_part(footprint);

@@ -1,7 +1,8 @@
 // Looks texels of depth images up in a virtual texture, by texture coordinates of an image and a level of detail. What may be
 // looked up is stored in one texture, the pages; `page_table` tells where. A tile is 2 × 2 sub-tiles of SUB_TILE × SUB_TILE
 // texels. A mip tier serves MIP_TIER_LEVELS = log2 SUB_TILE levels of detail; the next has a quarter of its side.
-// COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component.
+// COLOURED: colours differ from texel to texel; TINTED: by more than their first principal component. PARTIAL: texels of the
+// finest tier are left out.
 #from depthwalk.cook.used_texels import SUB_TILE
 #from depthwalk.cook.virtual_texture import LEVELS as MIP_TIER_LEVELS, MAX_MIP_TIERS
 uniform sampler2D page_normals;         // (object normal + 1) / 2, remainder of the depth
@@ -13,6 +14,11 @@ uniform isampler2DArray page_table;     // per tile: what takes a texel to its p
 uniform vec2 image_size;                // texels
 uniform int first_rows[MAX_MIP_TIERS];  // of the table, where the tiles of each mip tier begin
 uniform int last_mip_tier;              // the coarsest that is stored
+#ifdef PARTIAL
+uniform int page_detail;                // of the finest tier: 1 every second texel is stored, 2 none; see `Detail`
+#else
+const int page_detail = 0;              // all is stored
+#endif
 
 // From texels of an image to those of one of its mip tiers, counted from half a sub-tile before it on. From one tier to the
 // next it is t' = t / SUB_TILE + SUB_TILE / 2, which leaves one texel, FIXED, where it is.
@@ -27,6 +33,7 @@ bool in_pages(int image, vec2 texel, int tier, out vec2 place) {
     ivec2 sub_tile = ivec2((place - float(SUB_TILE / 2)) / float(SUB_TILE));
     ivec2 entry = texelFetch(page_table, ivec3(sub_tile / 2 + ivec2(0, first_rows[tier]), image), 0).xy;
     place += vec2(entry & ivec2(~(SUB_TILE - 1)));
+    if (tier == 0 && page_detail > 0) place *= 0.5;
     int row = (sub_tile.y & 1) == 0 ? entry.x : entry.y;
     return (row >> (sub_tile.x & 1) & 1) != 0;
 }
@@ -36,13 +43,14 @@ bool in_pages(int image, vec2 texel, int tier, out vec2 place) {
 vec3 page_at(int image, vec2 uv, float lod) {
     vec2 texel = clamp(uv * image_size, vec2(0.0), image_size - 0.01);
     // Lanes that draw nothing may have any lod, but must end the loop.
-    int tier = clamp(int(lod / float(MIP_TIER_LEVELS)), 0, last_mip_tier);
+    int tier = clamp(int(lod / float(MIP_TIER_LEVELS)), page_detail / 2, last_mip_tier);
     vec2 place;
     while (!in_pages(image, texel, tier, place) && tier < last_mip_tier) ++tier;
+    if (tier == 0) lod -= float(page_detail);
     return vec3(place, clamp(lod - float(MIP_TIER_LEVELS * tier), 0.0, float(MIP_TIER_LEVELS)));
 }
 
-// Whether the finest mip tier of an image is stored around uv; if so, `place` is where.
+// Whether the finest mip tier of an image is stored around uv; if so, `place` is where. Only where all is stored.
 bool page_stored(int image, vec2 uv, out vec2 place) {
     return in_pages(image, clamp(uv * image_size, vec2(0.0), image_size - 0.01), 0, place);
 }

@@ -267,11 +267,13 @@ def test_the_shader_matches_its_twin(gl_device: Device, baked: BakedObject, page
     preamble = "".join(f"#define {name} 1\n" for name in drawn.surface_defines)
     text = Source("common/virtual_texture.glsl", preamble).text + LOOK_UP
     program = gl_device.context.program(vertex_shader=text, varyings=("normal", "colour", "magnified", "misplaced"))
-    for unit, texture in enumerate((drawn.normals, drawn.colours, drawn.tints)):
-        texture.use(unit)
-    drawn.page_table.use(3)
+    texture = drawn.texture
+    assert texture is not None
+    for unit, picture in enumerate((texture.normals, texture.colours, texture.tints)):
+        picture.use(unit)
+    texture.page_table.use(3)
     units = {"page_normals": 0, "page_colours": 1, "page_tints": 2, "page_table": 3}
-    for name, value in (drawn.surface | units).items():
+    for name, value in (drawn.surface | texture.uniforms | units).items():
         if name in program:
             program[name] = value
     scope.framebuffer([scope.texture((4, 4), 4)]).use()  # a headless context has no framebuffer of its own

@@ -130,7 +130,7 @@ class Comparison:
     views
         Number of views that showed anything.
     gpu_bytes
-        Bytes of GPU memory that the depth images take.
+        Bytes of GPU memory that the depth images take, at most, in any of the pictures.
 
     Examples
     --------

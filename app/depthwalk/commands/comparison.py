@@ -197,6 +197,7 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
     with PairRenderer(mesh, baked, plan.settings, plan.size) as renderer:
         with frame_progress(spec.name, len(SPHERE) + len(CLOSE_BY)) as advance:
             views = measure_views(renderer, height, SPHERE, pool, advance)
+            gpu_bytes = renderer.gpu_bytes  # close by there may be more
             close = measure_views(renderer, height, CLOSE_BY, pool, advance)
         if not views:
             raise InputError(f"{spec.mesh}: shows no pixel in any view")
@@ -204,7 +205,7 @@ def _compare(subject: Subject, plan: Plan, pool: Executor) -> tuple[ModelReport,
             bake_seconds=bake.seconds,
             bake_peak_bytes=bake.peak_bytes,
             bytes_disk=bake.bytes_disk,
-            bytes_gpu=renderer.gpu_bytes,
+            bytes_gpu=gpu_bytes,
         )
         shown = _worst_views(renderer, views) if plan.pictures else []
         driver = renderer.driver

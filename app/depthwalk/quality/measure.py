@@ -62,7 +62,7 @@ class Quality:
     views
         The views that show anything, in the order asked for.
     gpu_bytes
-        Bytes of GPU memory that the depth images take.
+        Bytes of GPU memory that the depth images take, at most, in any of the pictures.
     """
 
     views: tuple[ViewQuality, ...]

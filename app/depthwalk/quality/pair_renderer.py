@@ -88,6 +88,7 @@ class PairRenderer:
     def __init__(self, mesh: Mesh, baked: BakedModel, settings: RenderSettings, size: tuple[int, int]) -> None:
         self.size = size
         self._sphere = bounding_sphere(mesh)
+        self._most_bytes = 0
         library = _OneObject(mesh, baked)
         scene = one_object_scene(settings, Environment(background=BACKGROUND))  # and the light that is always there
         self._headless = HeadlessRenderer(scene, library, size, Representation.DPCI)
@@ -111,14 +112,15 @@ class PairRenderer:
 
     @property
     def gpu_bytes(self) -> int:
-        """Return the GPU memory of the depth images, bytes: buffers and textures, with mip-maps."""
-        assets = self._headless.renderer.assets
-        return sum(assets.cooked(number).bytes for number in assets.depth_numbers(0))
+        """Return the most GPU memory that the depth images took in any picture, bytes: buffers, textures, mip-maps."""
+        return self._most_bytes
 
     def _shot(self, viewpoint: Viewpoint, representation: Representation) -> Shot:
         self._headless.renderer.world.representation = representation
         view = view_of(self._sphere, viewpoint, self.size)
         self._headless.draw(view)
+        if representation is Representation.DPCI:
+            self._most_bytes = max(self._most_bytes, self._headless.renderer.assets.gpu_bytes)
         return Shot(self._headless.pixels()[..., :3].copy(), self._headless.linear_image().distance)
 
 

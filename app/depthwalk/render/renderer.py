@@ -20,7 +20,7 @@ from depthwalk.gpu.device import Device
 from depthwalk.gpu.timers import PassTimers
 from depthwalk.render.antialiasing.modes import AntiAliasing, hardware_samples, sample_views
 from depthwalk.render.draw.draw_lists import FrameDrawLists
-from depthwalk.render.draw.material_depth import MaterialRecords, material_records
+from depthwalk.render.draw.material_depth import MaterialRecords, least_footprints, material_records
 from depthwalk.render.frame import Frame, Pass, common
 from depthwalk.render.lighting.irradiance import lighting
 from depthwalk.render.occlusion_phases import InSight, OcclusionPhases
@@ -215,10 +215,16 @@ class Renderer:
         return replace(view, near=near, far=far)
 
     def _materials(self, view: View, plan: FrameDrawLists) -> MaterialRecords:
-        """Return what `material_resolve` looks up of the depth-image objects of `plan`."""
+        """Return what `material_resolve` looks up of the depth-image objects of `plan`, and upload their textures."""
         with self.timers.measure_cpu("plan"):
             objects, bounds = self.world.objects().take(plan.object_rows), self.world.bounds().take(plan.object_rows)
-            return material_records(view, objects, bounds, plan.tiled)
+            materials = material_records(view, objects, bounds, plan.tiled)
+        if self.assets.has_partial:
+            with self.timers.measure_cpu("upload"):
+                footprint = least_footprints(view, objects, materials, self.world.table())
+                numbers, exact = materials.assets.tolist(), not self.remembers
+                self.assets.fit_textures(numbers, footprint, self.upload_seconds, exact=exact)
+        return materials
 
     def _shadow_maps(self, frame: Frame, residency: FrameResidency) -> Shadows:
         """Return what the shadow maps of sun and lamps are to show in `frame`."""

@@ -1,7 +1,9 @@
 """Depth images come to the GPU when they are seen, and go when others need the room."""
 
 import logging
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookOptions, cook_object
 from depthwalk.cook.cooked_file import find_cooked, keep_cooked
 from depthwalk.cook.grid_lods import build_grid_lods
+from depthwalk.cook.texture_detail import Detail
 from depthwalk.errors import InputError
 from depthwalk.gpu.device import Device
 from depthwalk.render.renderer import Renderer, read_pixels
@@ -38,6 +41,18 @@ def store(gl_device: Device, baked: Sequence[BakedObject]) -> Iterator[AssetStor
         store.depth_numbers(asset)
     yield store
     store.release()
+
+
+@contextmanager
+def patience() -> Iterator[Callable[[], None]]:
+    """Hand out what waits a moment, and fails after many."""
+    moments = iter(range(2000))
+
+    def goes_on() -> None:
+        assert next(moments, None) is not None, "it never came"
+        time.sleep(0.01)
+
+    yield goes_on
 
 
 def there(store: AssetStore, needed: Sequence[int], seconds: float | None = None) -> list[int]:
@@ -76,6 +91,50 @@ def test_a_frame_in_a_hurry_brings_one_at_a_time_nearest_first(
     assert there(store, [6, 4, 5], seconds=1.0) == [2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 2]
     assert there(store, [6, 4, 5], seconds=1.0) == [0, 1, 2]
+
+
+@pytest.fixture
+def fine(gl_device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[AssetStore]:
+    """A store of one ball, of whose texture some may be left out."""
+    monkeypatch.setattr("depthwalk.cook.texture_detail.WORTH", 0)
+    store = AssetStore(gl_device, ShapeLibrary([None], [bake(sphere(columns=64, rows=32), resolution=64, layers=1)]))
+    store.stream(list(store.depth_numbers(0)), None)
+    yield store
+    store.release()
+
+
+def fit(store: AssetStore, covered: float, seconds: float | None) -> Detail:
+    """What is left of the texture where a pixel covers so many texels."""
+    drawn = store.depth_object(1)
+    store.fit_textures([1], np.array([covered / drawn.least_texels]), seconds, exact=seconds is None)
+    assert drawn.texture is not None
+    return drawn.texture.detail
+
+
+def test_a_texture_has_as_many_texels_as_are_seen(fine: AssetStore) -> None:
+    """A frame that waits has neither less nor more, whatever was there before."""
+    sizes: dict[Detail, int] = {}
+    for covered in (0.5, 2, 8, 0.5):
+        detail = fit(fine, covered, None)
+        assert sizes.setdefault(detail, fine.gpu_bytes) == fine.gpu_bytes
+    assert sizes[Detail.FULL] == fine.cooked(1).bytes
+    assert sizes[Detail.FULL] > sizes[Detail.HALF] > sizes[Detail.QUARTER]
+
+
+def test_a_frame_in_a_hurry_shows_coarser_texels_first(fine: AssetStore) -> None:
+    """The finer ones are read beside the frames and come as soon as there is time."""
+    before = dict(fine.gl.device.live)
+    assert fit(fine, 0.5, -1.0) is Detail.QUARTER  # too late for more, but something is shown
+    assert fit(fine, 0.5, 9.0) is Detail.QUARTER
+    with patience() as goes_on:
+        while fit(fine, 0.5, 9.0) is not Detail.FULL:
+            goes_on()
+    assert fit(fine, 1.3, 9.0) is Detail.FULL  # a step back changes nothing
+    with patience() as goes_on:
+        while fit(fine, 8, 9.0) is not Detail.QUARTER:
+            goes_on()
+    assert fine.gl.device.live["texture"] == before["texture"] + 3
+    fine.release()
 
 
 @pytest.mark.parametrize(("now", "shown"), [([3], [3, 3]), ([1, 2, 3], [1, 2])])

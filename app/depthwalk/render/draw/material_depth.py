@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from depthwalk.render.view.bounds import Bounds, extents
 from depthwalk.render.view.view import View, viewer_in_object
+from depthwalk.render.world.asset_table import AssetTable
 from depthwalk.scene.arrays import Objects
 from depthwalk.types import Array, Mask, Rows
 
@@ -84,3 +85,23 @@ def material_records(view: View, objects: Objects, bounds: Bounds, tiled: Mask) 
     return MaterialRecords(
         records=records, assets=assets, material_depth=material_depth, low=low - half_pixel, high=high + half_pixel
     )
+
+
+def least_footprints(view: View, objects: Objects, materials: MaterialRecords, table: AssetTable) -> Array:
+    """Return the least length that a pixel covers on any of the objects of each asset.
+
+    Parameters
+    ----------
+    view : the view of the picture.
+    objects : the n objects that `materials` was made of.
+    materials : the records of these objects.
+    table : what is known of the assets.
+
+    Returns
+    -------
+    (a,) metres, object frames; 0 where the viewer is within an object's cylinder.
+    """
+    nearest = table.nearest(objects.asset, materials.records["viewer"][1:, :3].astype(np.float64))
+    footprint = np.full(len(materials.assets), np.inf)
+    np.minimum.at(footprint, np.searchsorted(materials.assets, objects.asset), nearest / view.focal_pixels)
+    return footprint

@@ -7,8 +7,9 @@ others when they are not needed and the budget is used up; those not used for lo
 import logging
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,19 @@ from numpy.typing import NDArray
 from depthwalk.bake.images import BakedObject
 from depthwalk.bake.model import BakedModel
 from depthwalk.cook.cook import CookedObject, CookOptions, Preloaded
+from depthwalk.cook.lod_geometry import LodGeometry
+from depthwalk.cook.texture_detail import Detail, at_detail, can_leave_out, detail_for
+from depthwalk.cook.virtual_texture import VirtualTexture
 from depthwalk.gpu.device import Device
-from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth
+from depthwalk.render.resources.depth_image_object import DepthObject, upload_depth, upload_texture
 from depthwalk.render.resources.mesh_object import WHITE
 from depthwalk.render.resources.mesh_store import MeshLibrary, MeshStore
 from depthwalk.scene.render_settings import DEFAULT_BUDGET
+from depthwalk.types import Array
 
 log = logging.getLogger(__name__)
+
+_LASTING = 1.25  # a texture loses texels only where pixels cover so many times as many as would be enough
 
 _Part = TypeVar("_Part", BakedObject, CookedObject)
 
@@ -107,6 +114,13 @@ class Background(Protocol):
         ...
 
 
+class _Reading(NamedTuple):
+    """Hold a texture that a thread makes ready, and how much of the whole texture it will be."""
+
+    detail: Detail
+    texture: Future[VirtualTexture]
+
+
 class AssetStore:
     """Upload assets and own their GL objects, which several passes draw from.
 
@@ -147,6 +161,10 @@ class AssetStore:
         self._numbers: dict[int, range] = {}  # of the depth objects of each asset
         self._cooked: dict[int, CookedObject] = {}
         self._depth: dict[int, DepthObject] = {}  # in the order in which they were used
+        self._loaded: dict[int, VirtualTexture] = {}  # whole, of depth objects that have no texture yet
+        self._partial: dict[int, int] = {}  # texels of depth objects of which less than all may be on the GPU
+        self._reading: dict[int, _Reading] = {}
+        self._threads: ThreadPoolExecutor | None = None  # one, made when it is first needed
         self._warned = False
         self._deferred = False  # whether the last frame lacks depth objects that are still to be uploaded
         self.meshes = MeshStore(self.gl, library)
@@ -232,14 +250,99 @@ class AssetStore:
     def depth_object(self, number: int) -> DepthObject:
         """Return the depth object numbered `number` on the GPU, uploaded if it was not."""
         if number not in self._depth:
-            cooked = self.cooked(number)
-            try:
-                grids, pages = cooked.load()
-            except OSError:  # the cache has lost it, or it was damaged, since it was found
-                cooked = self._cook_again(number)
-                grids, pages = cooked.load()
-            self._depth[number] = upload_depth(self.gl, cooked.outline, grids, pages)
+            grids, texture = self._load(number)
+            uploaded = upload_depth(self.gl, self.cooked(number).outline, grids)
+            self._depth[number] = uploaded
+            if can_leave_out(texture):
+                self._loaded[number] = texture
+                self._partial[number] = texture.normals[..., 0].size
+            else:
+                uploaded.texture = upload_texture(self.gl, texture, Detail.FULL)
         return self._depth[number]
+
+    def fit_textures(
+        self, numbers: Sequence[int], footprint: Array, seconds: float | None, *, exact: bool = False
+    ) -> None:
+        """Upload as much of each object's texture as its pixels show, and no more.
+
+        Textures are changed in steps, see `Detail`. Where there is no time, what is on the GPU is shown on: coarser
+        texels than there might be, but never none.
+
+        Parameters
+        ----------
+        numbers
+            Numbers of the depth objects that the frame shows, all of them uploaded.
+        footprint
+            (n,) the least length that a pixel covers on each object, metres, object frame.
+        seconds
+            Time after which no further texture is uploaded; a thread reads textures beside the frames. None: all have
+            what they need when this returns.
+        exact
+            Whether no texture may have more than it needs, so that pictures do not depend on those before. Otherwise it
+            keeps that while the viewer is not much farther away, lest it come and go.
+        """
+        start = time.perf_counter()
+
+        def is_late() -> bool:
+            return seconds is not None and time.perf_counter() - start > seconds
+
+        for number, size in zip(numbers, footprint.tolist(), strict=True):
+            if number not in self._partial:
+                continue
+            drawn = self._depth[number]
+            covered = size * drawn.least_texels
+            wanted, lasting = (detail_for(c, self._partial[number]) for c in (covered, covered / _LASTING))
+            if drawn.texture is None:
+                self._show(number, Detail.QUARTER if is_late() else wanted, set(numbers))
+            elif seconds is None and (drawn.texture.detail > wanted or (exact and drawn.texture.detail != wanted)):
+                self._show(number, wanted, set(numbers))
+            elif not lasting <= drawn.texture.detail <= wanted or number in self._reading:
+                self._change_beside(number, wanted, is_late(), set(numbers))
+        self._loaded.clear()
+
+    @property
+    def has_partial(self) -> bool:
+        """Return whether any depth object was uploaded of which some texels may be left out."""
+        return bool(self._partial)
+
+    def _change_beside(self, number: int, wanted: Detail, is_late: bool, needed: set[int]) -> None:
+        """Have a thread read the texture of depth object `number`; upload it in a later frame, unless that `is_late`.
+
+        needed: numbers of the depth objects that must not give way to it.
+        """
+        if number not in self._reading:
+            load, threads = self.cooked(number).load, self._threads or ThreadPoolExecutor(1, "textures")
+            self._threads = threads
+            self._reading[number] = _Reading(wanted, threads.submit(lambda: at_detail(load()[1], wanted)))
+        elif self._reading[number].texture.done() and not is_late:
+            reading = self._reading.pop(number)
+            if reading.detail != wanted:
+                return
+            try:
+                texture = reading.texture.result()
+            except OSError:  # as in `_load`
+                texture = at_detail(self._load(number)[1], wanted)
+            self._replace_texture(number, texture, wanted, needed)
+
+    def _show(self, number: int, detail: Detail, needed: set[int]) -> None:
+        """Give depth object `number` a texture of `detail` at once. needed: numbers of what must not give way to it."""
+        whole = self._loaded[number] if number in self._loaded else self._load(number)[1]
+        self._replace_texture(number, at_detail(whole, detail), detail, needed)
+
+    def _replace_texture(self, number: int, texture: VirtualTexture, detail: Detail, needed: set[int]) -> None:
+        drawn = self._depth[number]
+        if drawn.texture is not None:
+            self.gl.free(*drawn.texture.owned)
+            drawn.texture = None
+        self._make_room(texture.table.nbytes + texture.bytes_with_mip_maps, needed)
+        drawn.texture = upload_texture(self.gl, texture, detail)
+
+    def _load(self, number: int) -> tuple[LodGeometry, VirtualTexture]:
+        """Return geometry and texture of depth object `number`, cooked again where the cache has lost them."""
+        try:
+            return self.cooked(number).load()
+        except OSError:  # lost, or damaged, since it was found
+            return self._cook_again(number).load()
 
     def _cook_again(self, number: int) -> CookedObject:
         """Cook the asset of depth object `number` again, whose arrays the cache has lost.
@@ -313,7 +416,7 @@ class AssetStore:
     @property
     def gpu_bytes(self) -> int:
         """Return how many bytes of GPU memory depth objects and fallback meshes take."""
-        return sum(self._cooked[number].bytes for number in self._depth) + self.meshes.fallback_bytes
+        return sum(drawn.bytes for drawn in self._depth.values()) + self.meshes.fallback_bytes
 
     @property
     def depth_count(self) -> int:
@@ -332,11 +435,18 @@ class AssetStore:
         for number in unused:
             if excess <= 0:
                 return
-            self.gl.free(*self._depth.pop(number).owned)
-            excess -= self._cooked[number].bytes
+            excess -= self._depth[number].bytes
+            self._free(number)
         if excess > 0 and not self._warned:
             self._warned = True
             log.warning("what is in sight takes more GPU memory than render.gpu_memory: %d MB", self.budget / 1e6)
+
+    def _free(self, number: int) -> None:
+        """Free all of depth object `number`."""
+        self.gl.free(*self._depth.pop(number).owned)
+        self._loaded.pop(number, None)
+        self._reading.pop(number, None)
+        self._partial.pop(number, None)
 
     def asset_of(self, number: int) -> int:
         """Return the number of the asset that the depth object numbered `number` shows, or shows a part of."""
@@ -368,6 +478,11 @@ class AssetStore:
         """Free all GL objects and forget what was cooked; what is drawn later is uploaded again."""
         self.before_release()
         self.gl.release()
+        if self._threads is not None:
+            self._threads.shutdown(cancel_futures=True)
+        self._threads = None
+        for kept in self._loaded, self._reading, self._partial:
+            kept.clear()
         self._depth.clear()
         self._cooked.clear()
         self.meshes.forget()

@@ -6,6 +6,7 @@ needs `use_geometry`. Later each pixel looks up the surface that it shows; that 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import moderngl
@@ -17,6 +18,7 @@ from depthwalk.bake.images import BakedObject, Cylinder, Face
 from depthwalk.bake.meso import Meso
 from depthwalk.cook.index_chunks import Chunks, chunk_runs, vertex_numbers
 from depthwalk.cook.lod_geometry import GRID_LAYOUT, VERTEX_BYTES, LodGeometry, vertex_positions
+from depthwalk.cook.texture_detail import Detail
 from depthwalk.cook.virtual_texture import LEVELS, VirtualTexture
 from depthwalk.geometry.adjacency import Shape
 from depthwalk.gpu.device import Scope
@@ -27,6 +29,45 @@ from depthwalk.scene.render_settings import LodParams
 # Texels by which boundary strips are set back: they guess how a surface goes on, and give way to samples of it. Of 0,
 # 0.5, 1 and 2, tried on five models, 0.5 gave the pictures most like those of the meshes.
 _SETBACK = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceTexture:
+    """Hold a virtual texture on the GPU, whose GL objects belong to the asset store.
+
+    Attributes
+    ----------
+    normals
+        The normals of the virtual texture, tile by tile.
+    colours
+        The colours of the virtual texture, tile by tile; one component where `tints` has the others.
+    tints
+        The other components of the colours, for 2 × 2 texels each.
+    page_table
+        The table that says where a tile lies in these pictures, one layer per depth image.
+    detail
+        How much of the texture is here.
+    defines
+        Defines of shaders/common/virtual_texture.glsl: which colours the object has, and whether texels are left out.
+    uniforms
+        Uniforms of shaders/common/virtual_texture.glsl, by name.
+    bytes
+        Bytes of GPU memory, mip-maps included.
+    """
+
+    normals: moderngl.Texture
+    colours: moderngl.Texture
+    tints: moderngl.Texture
+    page_table: moderngl.TextureArray
+    detail: Detail
+    defines: tuple[str, ...]
+    uniforms: dict[str, Any]
+    bytes: int
+
+    @property
+    def owned(self) -> tuple[moderngl.Texture | moderngl.TextureArray, ...]:
+        """Return all GL objects of this texture, so that they are freed when it gives way to another."""
+        return self.normals, self.colours, self.tints, self.page_table
 
 
 @dataclass(kw_only=True)
@@ -43,22 +84,14 @@ class DepthObject:
         The type of the indices.
     chunks
         The runs of indices that one draw call can take, small enough for 16 bits.
-    normals
-        The normals of the virtual texture, tile by tile.
-    colours
-        The colours of the virtual texture, tile by tile; one component where `tints` has the others.
-    tints
-        The other components of the colours, for 2 × 2 texels each.
-    page_table
-        The table that says where a tile lies in these pictures, one layer per depth image.
+    texture
+        Colours and normals; None until it is known how much of them is needed.
     meso
         The relief of the meso-structure, which repeats; one texel for an object without meso-structure.
     geometry
         Uniforms of the vertex stage, by name.
-    colour_defines
-        Defines of shaders/common/virtual_texture.glsl: which colours the object has.
     surface
-        Uniforms of shaders/common/depth_images.glsl and virtual_texture.glsl, by name.
+        Uniforms of shaders/common/depth_images.glsl, by name.
     relief
         Uniforms of shaders/common/meso.glsl and faces.glsl, by name.
     """
@@ -67,13 +100,9 @@ class DepthObject:
     indices: moderngl.Buffer
     index_type: np.dtype[np.unsignedinteger]
     chunks: Chunks
-    normals: moderngl.Texture
-    colours: moderngl.Texture
-    tints: moderngl.Texture
-    page_table: moderngl.TextureArray
+    texture: SurfaceTexture | None
     meso: moderngl.Texture
     geometry: dict[str, Any]
-    colour_defines: tuple[str, ...]
     surface: dict[str, Any]
     relief: dict[str, Any]
 
@@ -85,13 +114,33 @@ class DepthObject:
     @property
     def surface_defines(self) -> tuple[str, ...]:
         """Return the defines of the shader that looks up the surface: meso-structure, and kinds of colour."""
-        return *self.defines, *self.colour_defines
+        return *self.defines, *self._shown_texture.defines
 
     @property
     def owned(self) -> tuple[moderngl.Buffer | moderngl.Texture | moderngl.TextureArray, ...]:
         """Return all GL objects of this object, so that they are freed when it gives way to others."""
-        textures = self.normals, self.colours, self.tints, self.page_table, self.meso
-        return self.vertices, self.indices, *textures
+        textures = () if self.texture is None else self.texture.owned
+        return self.vertices, self.indices, self.meso, *textures
+
+    @property
+    def bytes(self) -> int:
+        """Return how many bytes of GPU memory geometry and texture take."""
+        return self._geometry_bytes + (0 if self.texture is None else self.texture.bytes)
+
+    @cached_property
+    def _geometry_bytes(self) -> int:
+        return self.vertices.size + self.indices.size
+
+    @property
+    def least_texels(self) -> float:
+        """Return the texels per metre of the face that has fewest, object frame."""
+        return float(min(self.surface["texels"]))
+
+    @property
+    def _shown_texture(self) -> SurfaceTexture:
+        """Return the texture, which `AssetStore.fit_textures` uploads before anything is looked up."""
+        assert self.texture is not None
+        return self.texture
 
     def shape(self, runs: Sequence[tuple[int, int]]) -> Shape:
         """Read geometry back from the GPU.
@@ -178,21 +227,22 @@ class DepthObject:
         lod
             The settings of detail.
         """
+        texture = self._shown_texture
         images: dict[str, moderngl.Texture | moderngl.TextureArray] = {
-            "page_normals": self.normals,
-            "page_colours": self.colours,
-            "page_tints": self.tints,
-            "page_table": self.page_table,
+            "page_normals": texture.normals,
+            "page_colours": texture.colours,
+            "page_tints": texture.tints,
+            "page_table": texture.page_table,
             "meso_relief": self.meso,
         }
         for unit, (name, image) in enumerate(images.items(), first_unit):
             image.use(unit)
             program.set(**{name: unit})
-        program.set(meso_fade=lod.meso_fade, **self.surface, **self.relief)
+        program.set(meso_fade=lod.meso_fade, **texture.uniforms, **self.surface, **self.relief)
 
 
-def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: VirtualTexture) -> DepthObject:
-    """Upload a cooked object into a scope.
+def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry) -> DepthObject:
+    """Upload a cooked object into a scope, all but its texture.
 
     Parameters
     ----------
@@ -202,28 +252,22 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: Virtu
         The depth images that it was cooked from, of which the pixels are not needed any more.
     grids
         The geometry.
-    pages
-        The virtual texture.
 
     Returns
     -------
     DepthObject
-        The object on the GPU.
+        The object on the GPU, without a texture.
     """
     images, cylinder = baked.images, baked.cylinder
     height, width = images[0].depth.shape
     texels = {face: FaceGrid(cylinder=cylinder, face=face, height=height, width=width) for face in Face}
     faces = np.array([image.face for image in images])
-    pictures = {"COLOURED": pages.colours, "TINTED": pages.tints}
     return DepthObject(
         vertices=gl.buffer(grids.vertices),
         indices=gl.buffer(grids.indices),
         index_type=grids.indices.dtype,
         chunks=grids.chunks,
-        normals=_upload_picture(gl, pages.normals, LEVELS),
-        colours=_upload_picture(gl, pages.colours, LEVELS),
-        tints=_upload_picture(gl, pages.tints, LEVELS - 1),
-        page_table=gl.number_array((*pages.table.shape[2:0:-1], len(images)), 2, pages.table.tobytes(), "i2"),
+        texture=None,
         meso=_upload_meso(gl, baked.meso),
         geometry={
             "box_low": tuple(grids.box_low.tolist()),
@@ -231,15 +275,10 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: Virtu
             "setback": _SETBACK * square_texel(baked),
             "meso_spacing": max(texels[image.face].longest_texel for image in images),
         },
-        colour_defines=tuple(name for name, picture in pictures.items() if picture.size),
         surface={
             "texels": [1 / texels[face].longest_texel for face in Face],
             "shininess": baked.shininess,
-            "first_colour": tuple(pages.palette[0].tolist()),
-            "colour_axes": tuple(pages.palette[1:].ravel().tolist()),
             "image_size": (width, height),
-            "first_rows": pages.first_rows,
-            "last_mip_tier": pages.last_mip_tier,
         },
         relief=_relief(baked.meso, cylinder)
         | {
@@ -247,6 +286,43 @@ def upload_depth(gl: Scope, baked: BakedObject, grids: LodGeometry, pages: Virtu
             "cylinder_height": cylinder.height,
             "first_images": [int((faces < face).sum()) for face in Face],
         },
+    )
+
+
+def upload_texture(gl: Scope, pages: VirtualTexture, detail: Detail) -> SurfaceTexture:
+    """Upload a virtual texture into a scope.
+
+    Parameters
+    ----------
+    gl
+        The scope that owns the GL objects.
+    pages
+        What `at_detail` returned for `detail`.
+    detail
+        How much of the whole texture that is.
+
+    Returns
+    -------
+    SurfaceTexture
+        The texture on the GPU.
+    """
+    variants = {"COLOURED": pages.colours.size, "TINTED": pages.tints.size, "PARTIAL": detail}
+    images, rows, columns, _ = pages.table.shape
+    return SurfaceTexture(
+        normals=_upload_picture(gl, pages.normals, LEVELS),
+        colours=_upload_picture(gl, pages.colours, LEVELS),
+        tints=_upload_picture(gl, pages.tints, LEVELS - 1),
+        page_table=gl.number_array((columns, rows, images), 2, pages.table.tobytes(), "i2"),
+        detail=detail,
+        defines=tuple(name for name, is_needed in variants.items() if is_needed),
+        uniforms={
+            "first_colour": tuple(pages.palette[0].tolist()),
+            "colour_axes": tuple(pages.palette[1:].ravel().tolist()),
+            "first_rows": pages.first_rows,
+            "last_mip_tier": pages.last_mip_tier,
+            "page_detail": int(detail),
+        },
+        bytes=pages.table.nbytes + pages.bytes_with_mip_maps,
     )
 
 
