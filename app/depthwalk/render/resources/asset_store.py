@@ -217,7 +217,8 @@ class AssetStore:
     @property
     def is_waiting(self) -> bool:
         """Return whether the next frame may show more than the last, although nothing in the scene has changed."""
-        return self._deferred or self.meshes.is_busy or (self.background is not None and self.background.is_busy)
+        beside = self.background is not None and self.background.is_busy
+        return self._deferred or self.meshes.is_busy or bool(self._reading) or beside
 
     def cooked(self, number: int) -> CookedObject:
         """Return the depth object numbered `number` as it was cooked; its large arrays are not loaded yet."""
