@@ -98,6 +98,17 @@ def test_without_a_picture_there_is_no_surface(gl_device: Device) -> None:
         reprojection.release()
 
 
+def test_it_knows_how_much_of_a_view_the_picture_lacks(gl_device: Device) -> None:
+    """The picture is 2 · 4 / 3 · tan 0.4 wide, one metre ahead."""
+    with Moving(gl_device) as stage:
+        wide = 2 * 4 / 3 * np.tan(0.4)
+        aside = Camera(HERE.position, (4.5 * wide / 2, 0.6, 0.0), 0.8)  # in the middle of what was the right edge
+        assert stage.reprojection.unseen(View(HERE, SIZE)) == 0
+        assert stage.reprojection.unseen(View(aside, SIZE)) == pytest.approx(0.47, abs=0.1)
+        away = Camera(HERE.position, (0.0, 1.2, 8.0), 0.8)
+        assert stage.reprojection.unseen(View(away, SIZE)) == 1
+
+
 def test_everything_is_released(gl_device: Device) -> None:
     before = +gl_device.live
     with Moving(gl_device) as stage:

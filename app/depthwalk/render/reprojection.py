@@ -25,6 +25,7 @@ BEYOND = 1e6  # metres: how far away that counts as being which nothing was draw
 FIXED_POINT_STEPS = 2  # a third changes next to nothing
 CELL = 16  # pixels along a cell, for each of which the nearest surface is known
 REACH = 24  # pixels around a cell that count as well: by how much a thing may move and still be found
+_JUDGED = 16, 12  # columns and rows of rays that tell how much of a view a picture holds
 HIDDEN = 0.95  # what is nearer than this part of the distance that a search ends at hides what the search looks for
 
 
@@ -169,6 +170,18 @@ class Reprojection:
         )
         with self._gl.state(into=screen):
             program.fill()
+
+    def unseen(self, view: View) -> float:
+        """Return which part of what `view` sees lies beyond the edges of the finished picture, 0 to 1.
+
+        It is judged by some rays, as if all that they meet were far away; 1 without a picture.
+        """
+        if self.view is None:
+            return 1.0
+        x, y = np.meshgrid(*(2 * (np.arange(count) + 0.5) / count - 1 for count in _JUDGED))
+        rays = np.stack([x, y, np.ones_like(x)], -1) @ seen_from(self.view, view)[0].T
+        beyond = np.abs(rays[..., :2]) > rays[..., 2:] * np.array(self.view.half_extent)
+        return float(beyond.any(-1).mean())
 
     def distance_at(self, view: View, across: float, down: float) -> float:
         """Return how far away the surface is that `show` shows at a place. Waits for the GPU.

@@ -34,6 +34,11 @@ class Motion:
         self._velocity = glm.mix(self._velocity, moved / dt, weight)
         self._turn = glm.mix(self._turn, turn_between(before.look, camera.look) / dt, weight)
 
+    @property
+    def turn_rate(self) -> float:
+        """Return how fast the camera turns, radians per second."""
+        return float(glm.length(self._turn))
+
     def ahead(self, seconds: float) -> Camera:
         """Return where the camera will be in `seconds`, if it goes on as it did; see `follow`.
 

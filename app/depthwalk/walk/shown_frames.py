@@ -26,6 +26,9 @@ _SLOW = 0.033  # s that frames take from which on they are drawn in slices
 _QUICK = 0.025  # s below which they are drawn whole again
 _MEASURED = 3  # frames that decide: the first one compiles shaders, which tells of no other
 _SETTLING = 2, 8  # frames, at least and at most, that are drawn after the last change
+_LONGEST_SLICES = 3  # times as long as the settings say
+_TURNED_PAST = 0.1  # of the window, that may lie beyond the margin at the end of a steady turn
+_MOST_UNSEEN = 0.25  # of the window: where the last frame lacks more, the window waits for the next one
 _SHOWN_FOR = 1.5  # times as long as it takes to draw a frame: its middle age while it is shown
 _FARTHEST_AHEAD = 1.0  # s
 
@@ -59,7 +62,8 @@ class ShownFrames:
         self._began = 0.0  # when it was begun, by the clock
         self._delay = 0.0  # s from the beginning to the end of the last one, with all that was shown meanwhile
         self._costs: list[float] = []  # s of each step of the last one
-        self._step = 0  # the number of steps done of this one
+        self._step, self._slices = 0, 0  # how many of either there were of this one
+        self._between = 0.0  # s from a slice of the last one to the next
         self._view: View | None = None  # that was shown last
         self._camera: Camera | None = None  # of the last call of `note`
         self._known: tuple[Any, ...] = ()  # everything else of that call
@@ -117,13 +121,23 @@ class ShownFrames:
             self._draw_whole(view, screen)
             return True
         finished = not self.is_current and self._draw_slice(view)
-        if self._reprojection.view is None:  # the first frame in slices, or of another size
-            if not self.is_drawing:
-                self._draw_slice(view)
-            self.finish()
-            finished = True
+        if self._reprojection.unseen(view) > _MOST_UNSEEN:  # as before the first frame, or after a sudden turn
+            view, finished = self._catch_up(view), True
         self._reprojection.show(view, screen)
         return finished
+
+    def _catch_up(self, view: View) -> View:
+        """Finish a frame at once, or two, until one holds what is to be seen; return where the viewer is by then."""
+        start = time.perf_counter()
+        if self.is_drawing:
+            self.finish()
+            view = View(self._motion.ahead(time.perf_counter() - start), view.size)
+        if self._reprojection.unseen(view) > _MOST_UNSEEN:
+            coming = time.perf_counter() - start + self.scene_seconds
+            view = View(self._motion.ahead(min(coming, _FARTHEST_AHEAD)), view.size)
+            self._begin(view.camera, view)
+            self.finish()
+        return view
 
     def finish(self) -> None:
         """Draw what is left of a frame that has been begun; call this before the scene or its settings change."""
@@ -158,13 +172,27 @@ class ShownFrames:
 
     def _draw_slice(self, view: View) -> bool:
         """Begin a frame, or go on with the one that was begun; return whether it is finished now."""
-        settings = self._renderer.settings.reprojection
-        if self._steps is None:
-            camera = self._motion.ahead(min(_SHOWN_FOR * self._delay, _FARTHEST_AHEAD))
-            self._source = widened(View(camera, view.size), settings.margin)
-            self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
-            self._spent, self._step, self._began = 0.0, 0, time.perf_counter()
-        return self._advance(settings.slice / 1e3)
+        if not self.is_drawing:
+            self._begin(self._motion.ahead(min(_SHOWN_FOR * self._delay, _FARTHEST_AHEAD)), view)
+        return self._advance(self._slice_seconds(view))
+
+    def _begin(self, camera: Camera, view: View) -> None:
+        """Begin a frame that is seen by `camera`, and wider by the margin than `view`."""
+        self._source = widened(View(camera, view.size), self._renderer.settings.reprojection.margin)
+        self._steps = self._renderer.steps(self._source, self._reprojection.canvas(self._source.size))
+        self._spent, self._step, self._slices, self._began = 0.0, 0, 0, time.perf_counter()
+
+    def _slice_seconds(self, view: View) -> float:
+        """Return how long a slice may take: longer than the settings say where the viewer turns quickly.
+
+        A frame is shown for as long as the next one takes. In that time the viewer must not turn past the margins, and
+        the longer the slices are, the fewer pictures in between delay the frame.
+        """
+        settings, work = self._renderer.settings.reprojection, self.scene_seconds
+        spare = (2 * settings.margin + _TURNED_PAST) * 2 * np.arctan(view.half_extent[0])  # radians
+        most = spare / max(self._motion.turn_rate, 1e-6)
+        wanted = self._between * work / (most - work) if most > work else np.inf
+        return float(np.clip(wanted, settings.slice / 1e3, _LONGEST_SLICES * settings.slice / 1e3))
 
     def _advance(self, seconds: float) -> bool:
         """Go on with the frame for about `seconds`; return whether it is finished.
@@ -173,6 +201,7 @@ class ShownFrames:
         judged by the frame before, the next one would end too late.
         """
         assert self._steps is not None
+        self._slices += 1
         start = last = time.perf_counter()
         while next(self._steps, None) is not None:
             self._renderer.device.context.finish()
@@ -184,8 +213,11 @@ class ShownFrames:
                 self._spent += now - start
                 return False
         self._take_finished()
-        self._end_frame(self._spent + time.perf_counter() - start)
-        self._delay = time.perf_counter() - self._began
+        now = time.perf_counter()
+        self._delay = now - self._began
+        self._end_frame(self._spent + now - start)
+        if self._slices > 1:
+            self._between = (self._delay - self.scene_seconds) / (self._slices - 1)
         return True
 
     def _take_finished(self) -> None:
