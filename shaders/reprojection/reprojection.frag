@@ -25,7 +25,11 @@ struct Found {
     vec2 behind;        // of all places looked at, that of the farthest surface
 };
 
-vec2 place_of(vec3 point) { return clamp(0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * half_extent), 0.0, 1.0); }
+// Beyond the picture's edges, distances go on as they are at the edge.
+vec2 place_of(vec3 point) { return 0.5 + 0.5 * point.xy / (max(point.z, 1e-3) * half_extent); }
+
+// Beyond its edges a picture goes on as its mirror image, which looks like more of the same.
+vec2 mirrored(vec2 place) { return 1.0 - abs(1.0 - abs(place)); }
 
 // Looks for the surface on a ray, from one that the picture shows in a place.
 Found search(vec3 ray, vec2 place, float ahead) {
@@ -55,6 +59,6 @@ void main() {
         if (abs(other.ahead - other.expected) < (1.0 - HIDDEN) * other.expected && other.ahead < found.ahead) found = other;
     }
     // Something nearer stands in the picture where this surface should be: what was behind it was never seen.
-    screen = texture(picture, found.ahead < HIDDEN * found.expected ? found.behind : found.place);
+    screen = texture(picture, mirrored(found.ahead < HIDDEN * found.expected ? found.behind : found.place));
 #endif
 }

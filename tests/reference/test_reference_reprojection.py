@@ -27,7 +27,7 @@ def test_a_wall_moves_by_its_parallax() -> None:
     aside = View(Camera((1.0, 1.0, 4.0), (1.0, 1.0, 3.0), 0.8), SIZE)
     height = 2 * 5 * np.tan(0.4)
     found = sources(AHEAD, np.full(SIZE[::-1], 5.0), aside)
-    expected = np.minimum(pixels() + np.array([1 / (height * 80 / 60), 0]), 1)
+    expected = 1 - np.abs(1 - (pixels() + np.array([1 / (height * 80 / 60), 0])))  # mirrored beyond the edge
     assert found == pytest.approx(expected)
 
 

@@ -61,8 +61,7 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     half_extent = np.array(picture.half_extent)
 
     def place_of(point: Array) -> Array:
-        place = 0.5 + 0.5 * point[..., :2] / (np.maximum(point[..., 2:], 1e-3) * half_extent)
-        return np.asarray(np.clip(place, 0, 1))
+        return np.asarray(0.5 + 0.5 * point[..., :2] / (np.maximum(point[..., 2:], 1e-3) * half_extent))
 
     def search(place: Array, ahead: Array) -> tuple[Array, Array, Array, Array]:
         expected = farthest = ahead
@@ -84,7 +83,8 @@ def sources(picture: View, distances: Array, view: View) -> NDArray[np.float64]:
     better &= np.abs(other_ahead - other_expected) < (1 - HIDDEN) * other_expected
     place, behind = (np.where(better[..., None], *both) for both in ((other_place, place), (other_behind, behind)))
     ahead, expected = np.where(better, other_ahead, ahead), np.where(better, other_expected, expected)
-    return np.asarray(np.where((ahead < HIDDEN * expected)[..., None], behind, place))
+    found = np.where((ahead < HIDDEN * expected)[..., None], behind, place)
+    return np.asarray(1 - np.abs(1 - np.abs(found)))  # mirrored beyond the edges
 
 
 def look_up(texture: Array, place: Array) -> NDArray[np.float64]:
